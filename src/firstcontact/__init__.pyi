@@ -26,17 +26,16 @@ from .models import adapt as adapt
 from .models import evaluate as evaluate
 from .models import load_model as load_model
 from .models import train as train
-from .streaming import Armed as Armed
-from .streaming import Estimated as Estimated
+from .streaming import ClosingStart as ClosingStart
+from .streaming import ContactEvent as ContactEvent
+from .streaming import Estimate as Estimate
 from .streaming import Event as Event
-from .streaming import FromHand as FromHand
-from .streaming import HandAsked as HandAsked
+from .streaming import HandCommand as HandCommand
 from .streaming import HandPinch as HandPinch
+from .streaming import HandPrediction as HandPrediction
+from .streaming import NoEstimate as NoEstimate
+from .streaming import ObjectEstimate as ObjectEstimate
 from .streaming import PinchDone as PinchDone
-from .streaming import Refused as Refused
-from .streaming import Running as Running
-from .streaming import SameObject as SameObject
-from .streaming import Settled as Settled
-from .streaming import Touched as Touched
+from .streaming import Verdict as Verdict
 
 __version__: str

@@ -25,7 +25,7 @@ def open(
     seed: int = 0,
     objects: str = "paper",
 ) -> Source:
-    """Open a source of samples: use it in a ``with`` statement.
+    """Open a source of samples, for use in a ``with`` statement.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def open(
     speed
         Multiple of real time, for the twin and recordings.
     condition, seed
-        Of the twin.
+        Condition and random seed of the twin.
     objects
         Objects that the twin picks up: "paper", "household", or the name of one.
 
@@ -67,6 +67,7 @@ def live(
     *,
     calibration: Calibration | None = None,
     shape: str = "",
+    estimator: str | None = None,
     hand: str | None = None,
     hand_port: str | None = None,
     policy: str | None = None,
@@ -89,6 +90,9 @@ def live(
         Noise floors; by default measured first, for which the hand must be still.
     shape
         "flat" or a radius in mm, where it is the same for all objects.
+    estimator
+        Name of the estimator that predicts, such as "svm". By default it is the network where the
+        model has one.
     hand, hand_port, policy
         Hand to drive, its port, and the grasp policy. The hand is released on every way out.
     record
@@ -114,6 +118,7 @@ def live(
     >>> import firstcontact as fc
     >>> with fc.open("twin", speed=8.0) as source:
     ...     events: list[fc.Event] = list(fc.live(source, pinches=1))
+    >>> finals = [event for event in events if isinstance(event, fc.Estimate) and event.final]
     >>> pinches = [event for event in events if isinstance(event, fc.PinchDone)]
     >>> len(pinches)
     1
@@ -123,7 +128,7 @@ def live(
     from firstcontact.device import ResampledSource, TransportDelay, measure_noise
     from firstcontact.grasp import POLICIES, HandError, live_policy, open_hand
     from firstcontact.models import Model, load_model, shipped_model
-    from firstcontact.streaming import Grasping, LiveSession, ModelWithInterval, Pipeline
+    from firstcontact.streaming import Grasping, LiveSession, Pipeline, predictor_of
 
     if not hasattr(type(source), "descriptor"):
         raise InputError(
@@ -145,7 +150,8 @@ def live(
     elif not isinstance(model, Model):
         model = load_model(model)
     detector = model.own_detector
-    rate = detector.rate or model.rate
+    predictor = predictor_of(model, estimator)
+    rate = detector.rate or (source.descriptor.layout.rate if predictor is None else predictor.rate)
     if source.descriptor.layout.rate != rate:
         source = ResampledSource(source, rate)
     descriptor = source.descriptor
@@ -157,9 +163,8 @@ def live(
         pipeline = Pipeline(
             descriptor.layout,
             detector,
-            [ModelWithInterval(w.model, w.interval) for w in model.windows],
+            predictor,
             calibration,
-            anytime=None if model.network is None else model.network.model,
             delay=descriptor.delay,
             real_time=real_time,
         )

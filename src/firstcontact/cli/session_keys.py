@@ -27,8 +27,8 @@ AGAIN = 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class Wish:
-    """A line of JSON."""
+class Request:
+    """Request in a line of JSON."""
 
     do: Literal["close", "open", "new"]
 
@@ -43,7 +43,7 @@ def session_keys(session: LiveSession) -> Iterator[None]:
     Standard input that ends opens what it had closed.
     """
     number = _standard_input()
-    if number is None or not (session.hand_asks() or (session.combines and os.isatty(number))):
+    if number is None or not (session.hand_asks() or (session.uses_shape and os.isatty(number))):
         yield
         return
     ending, end = os.pipe()
@@ -77,7 +77,7 @@ def _standard_input() -> int | None:
 def _keys(session: LiveSession) -> Iterator[str]:
     if session.hand_asks():
         yield "keys: C closes the hand, any other key opens it"
-    if session.combines:
+    if session.uses_shape:
         yield "key N: a new object; its pinches are combined until the next N"
 
 
@@ -146,7 +146,9 @@ def _line(session: LiveSession, line: bytes, by: str) -> None:
         word = line = b"..."
     if line.startswith(b"{"):
         try:
-            word = read_record(line, Wish, "This line", 'use {"do": "open"}', LONGEST).do.encode()
+            word = read_record(
+                line, Request, "This line", 'use {"do": "open"}', LONGEST
+            ).do.encode()
         except InputError as error:
             _say(str(error))
             return

@@ -20,7 +20,8 @@ class LoopCounts:
     commands
         Commands sent.
     estimates
-        Estimates that reached the hand within the deadline and before the second contact.
+        Estimates that the policy acted on: they reached the hand within the deadline and before
+        the second contact.
     misses
         Contacts whose deadline passed without an estimate.
     unused
@@ -103,20 +104,21 @@ class GraspLoop:
         self._forward(self.policy.touched(contact, first))
         self._check_deadline(now)
 
-    def estimated(self, stiffness: Stiffness, now: float) -> None:
-        """Pass an estimate of time ``now`` to the policy."""
+    def estimated(self, stiffness: Stiffness, now: float) -> bool:
+        """Pass an estimate of time ``now`` to the policy. Return True if the policy acted on it."""
         reaches = now + self._wait()
         self._check_deadline(reaches)
         if not self._closing or self._first is None or self._missed:
             self.counts.unused += 1
-            return
+            return False
+        command = self.policy.estimated(stiffness)
+        if command is None:  # the policy passes this one over and waits for another
+            return False
+        self._due = None
         self.counts.estimates += 1
         self._reached.append(reaches)
-        # A policy that ignores this estimate still waits for another.
-        command = self.policy.estimated(stiffness)
-        if command is not None:
-            self._due = None
         self._forward(command)
+        return True
 
     def felt(self, volts: float, now: float) -> None:
         """Pass the force of a block up to ``now`` to the policy, and check the deadline."""

@@ -24,17 +24,17 @@ class Stiffness:
         Shore A.
     low, high
         Bounds of the interval; equal to the value if the model gives no interval.
-    duration
-        Length of the window that the model used, s.
-    standing
+    elapsed
+        Length of the signal after the contact that the model used, s.
+    final
         True if no later estimate of this closing follows.
     """
 
     value: float
     low: float
     high: float
-    duration: float
-    standing: bool = False
+    elapsed: float
+    final: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,6 +164,8 @@ class Policy:
     tunables: ClassVar[Mapping[str, Tunable]] = {}
     #: Force sensors that a study combines the policy with; empty for the drawn ones only.
     variants: ClassVar[tuple[SensorVariant, ...]] = ()
+    #: Set True to get the estimates before the final one too, each as it comes.
+    early: ClassVar[bool] = False
     #: Latest time of an estimate after the first contact, s; None if the policy uses none.
     deadline: float | None = None
 

@@ -269,7 +269,7 @@ class Model:
                 parameter="contacts",
             )
         if estimator is not None:
-            return self._only(estimator).predict(data, at, contacts)
+            return self.only(estimator).predict(data, at, contacts)
         if not self.moments:
             raise InputError("it holds a detector only: train with an estimator", parameter="model")
         latest = self.moments[-1] if at is None else at
@@ -293,8 +293,8 @@ class Model:
         fitting = [w for w in self.windows if w.duration <= latest + 1e-9]
         return self._by_window(fitting[-1], data, firsts)
 
-    def _only(self, estimator: str) -> Model:
-        """Return the model with the predictors of this name alone."""
+    def only(self, estimator: str) -> Model:
+        """Return the model with the predictors of this estimator alone."""
         windows = tuple(w for w in self.windows if w.model.kind == estimator)
         network = self.network
         if network is not None and network.model.kind != estimator:

@@ -1,4 +1,4 @@
-"""What is known of the closing that goes on."""
+"""State of the closing in progress."""
 
 from __future__ import annotations
 
@@ -6,56 +6,42 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from firstcontact.core import Block, ChannelKind, Contact, Finger, Layout, first_closed_sample
-from firstcontact.signal import WindowStream
-from firstcontact.streaming._events import Estimated
-from firstcontact.streaming._running import RunningAnswers
+from firstcontact.core import Block, ChannelKind, Contact, Finger, Layout, first_closed
+from firstcontact.streaming._estimates import ClosingEstimates
 
 
 @dataclass(slots=True)
 class OpenClosing:
-    """Contacts, answers and strips of a closing so far.
+    """Closing in progress.
 
     Parameters
     ----------
-    armed
+    start
         Sample from which contacts count.
     epoch
-        Of the samples.
-    windows
-        Of the models of fixed windows.
-    asked
-        Windows still to come.
-    running
-        Of the any-time model; None without one.
+        Epoch of the samples.
+    estimates
+        Estimates of the closing; None without a model.
     end
-        One past the last sample that belongs to the pinch, once it has a contact.
+        One past the last sample of the pinch, once it has a contact.
+    contacts
+        Contacts so far.
     """
 
-    armed: int
+    start: int
     epoch: int
-    windows: WindowStream
-    asked: int
-    running: RunningAnswers | None = None
+    estimates: ClosingEstimates | None = None
     end: int = 0
     contacts: list[Contact] = field(default_factory=list)
-    estimates: list[Estimated] = field(default_factory=list)
-    refused: str = ""
-
-    @property
-    def due(self) -> int | None:
-        """So many more samples complete a window or an answer; None where none has begun."""
-        running = None if self.running is None else self.running.due
-        return min((n for n in (self.windows.due, running) if n is not None), default=None)
 
 
 class Strips:
-    """Where each strip closed for the first time in a closing.
+    """Contacts as the contact strips show them: where each closed first in a closing.
 
     Parameters
     ----------
     layout
-        Of the samples.
+        Columns of the samples.
     """
 
     def __init__(self, layout: Layout) -> None:
@@ -63,26 +49,26 @@ class Strips:
         self.begin()
 
     def begin(self) -> None:
-        """A closing begins."""
-        self._found: dict[Finger, int] = {}
+        """Begin a closing."""
+        self._closed: list[Contact] = []
         self._open: set[Finger] = set()
 
     @property
-    def closed(self) -> tuple[tuple[Finger, int], ...]:
-        """Finger and sample of each, in order."""
-        return tuple(sorted(self._found.items(), key=lambda item: item[1]))
+    def contacts(self) -> tuple[Contact, ...]:
+        """First contact of each strip, in order."""
+        return tuple(sorted(self._closed, key=lambda contact: contact.sample))
 
     def watch(self, block: Block, end: int | None) -> None:
         """Look at samples of the closing; those from ``end`` on belong to no pinch."""
         for finger, columns in self._columns.items():
-            if not columns or finger in self._found:
+            if not columns or any(contact.finger is finger for contact in self._closed):
                 continue
-            closed = block.data[:, columns[0]] > 0
+            is_closed = block.data[:, columns[0]] > 0
             if finger not in self._open:
-                if closed.all():
+                if is_closed.all():
                     continue  # held since before this closing
                 self._open.add(finger)
-                closed = closed & (np.cumsum(~closed) > 0)
-            sample = first_closed_sample(closed, block.first_sample)
+                is_closed = is_closed & (np.cumsum(~is_closed) > 0)
+            sample = first_closed(is_closed, block.first_sample)
             if sample is not None and (end is None or sample < end):
-                self._found[finger] = sample
+                self._closed.append(Contact(finger, sample, sample))

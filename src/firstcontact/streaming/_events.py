@@ -1,38 +1,59 @@
-"""What the live pipeline says, as it happens."""
+"""Live events. Each is a tagged struct: its JSON is a JSON line and a message to the page."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
 
-from firstcontact.core import Contact, Finger
-from firstcontact.device import DeviceContact, DeviceEstimate, DevicePrediction
+import msgspec
+
+from firstcontact.core import Contact
 from firstcontact.recording import PinchMark
 from firstcontact.streaming._hand_requests import Ask
 
-
-class Case(StrEnum):
-    """Availability of an estimate at the second contact, as :func:`is_in_time` decides it."""
-
-    IN_TIME = "in time"
-    TOO_LATE = "too late"
-    NONE = "no estimate"
+#: Estimates of the hand and of the host that differ by no more count as equal, Shore A.
+SAME = 0.01
 
 
-@dataclass(frozen=True, slots=True)
-class Armed:
-    """A closing began: from here on contacts count."""
+class Verdict(StrEnum):
+    """Availability of an estimate at the second contact of a pinch."""
+
+    IN_TIME = "in_time"
+    TOO_LATE = "too_late"
+    NONE = "none"
+
+
+class ClosingStart(msgspec.Struct, frozen=True, tag="closing_start"):
+    """Start of a closing: contacts count from here on.
+
+    Parameters
+    ----------
+    sample, epoch
+        First sample of the closing.
+    """
 
     sample: int
     epoch: int
 
+    @property
+    def known(self) -> int:
+        """Sample with which the event was known."""
+        return self.sample
 
-@dataclass(frozen=True, slots=True)
-class Touched:
-    """A finger touched.
 
-    ``first`` says whether it is the closing's first; ``host`` is when that was
-    known (monotonic, s); sample numbers are in ``contact``.
+class ContactEvent(msgspec.Struct, frozen=True, tag="contact"):
+    """Contact of one finger.
+
+    Parameters
+    ----------
+    contact
+        Finger (0 index finger, 1 thumb, null for a sensor of no finger), sample of the contact,
+        and sample with which it was decided.
+    first
+        True for the first contact of the closing.
+    epoch
+        Epoch of the samples.
+    host
+        Time at which the host knew it, s of its monotonic clock.
     """
 
     contact: Contact
@@ -40,177 +61,237 @@ class Touched:
     epoch: int
     host: float
 
+    @property
+    def known(self) -> int:
+        """Sample with which the event was known."""
+        return self.contact.decided
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Answer:
-    """How stiff what the first finger touched is, as a model says.
+
+class Estimate(msgspec.Struct, frozen=True, kw_only=True, tag="estimate"):
+    """Predicted stiffness of the object that the first finger touched.
 
     Parameters
     ----------
-    contact
-        The first contact.
     value
-        Shore A, or the class.
+        Shore A, a hardness rank, or the class.
     low, high
-        Bounds of the interval; equal to the value where the model has none.
+        Ends of the interval; equal to the value for a model without an interval.
     level
-        Share of intervals that are to hold the truth; 0 without one.
-    duration
-        Of the signal after the contact that it was made from, s.
+        Share of intervals that hold the truth, on objects like those of the training; 0 without an
+        interval.
+    elapsed
+        Length of the signal after the contact that was used, s.
+    available
+        Time from the contact until the estimate was available, s. It is the time until the signal
+        and the contact were known, plus ``waited``, ``transport`` and ``compute``.
+    out_of_range
+        True where the contact is unlike the training data: the interval may not hold.
+    final
+        True where no better estimate of this closing comes.
+    in_time
+        True if it was available before the second contact; null until that is known, and for
+        samples that do not come in real time.
+    model
+        Name of the estimator; on a device that predicts by itself the digest of its model.
+    contact
+        First contact of the closing.
     complete
-        Number of the sample with which that and the contact were both known.
+        Sample with which the signal and the contact were known.
     epoch
-        Of the samples.
+        Epoch of the samples.
     host
-        When it came (monotonic, s).
+        Time at which the estimate was made, s of the host's monotonic clock.
     compute
-        From having the block that completed it to the answer, s.
+        Time from the arrival of the block to the estimate, s.
     waited
-        How long that sample waited for the rest of its block, by the device's clock, s.
+        Time that the sample ``complete`` waited for the rest of its block, and in the filter of the
+        source, s of the device's clock.
     transport
-        How much later that block reached the host than the least delayed of the last ten
-        seconds, s. The shortest way through the cable is not known and is not in it.
+        Delay of the block beyond the least delayed one of the last ten seconds, s.
+    shape
+        Shape that was given for the object, ``flat`` or ``radius 37 mm``; empty without one.
+    half_width
+        Half width of the interval before it was cut off at the ends of the scale; null for a model
+        whose estimates are not combined over pinches.
     """
 
-    contact: Contact
     value: float
     low: float
     high: float
     level: float
-    duration: float
+    elapsed: float
+    available: float
+    out_of_range: bool = False
+    final: bool = False
+    in_time: bool | None = None
+    model: str
+    contact: Contact
     complete: int
     epoch: int
     host: float
     compute: float
     waited: float = 0.0
     transport: float = 0.0
+    shape: str = ""
+    half_width: float | None = None
 
-    def after(self, rate: float) -> float:
-        """Return the time from the contact until the answer was available, s; rate in Hz.
-
-        Signal, waiting, transport and computing are in it: it is the difference of two instants
-        on the host's clock, on which the least delayed blocks place each sample.
-        """
-        signal = (self.complete - self.contact.sample) / rate
-        return signal + self.waited + self.transport + self.compute
+    @property
+    def known(self) -> int:
+        """Sample with which the event was known."""
+        return self.complete
 
 
-def is_in_time(answer: Answer, second: Contact | None, rate: float) -> bool:
-    """Return True if an estimate was available before the second contact.
-
-    This is what "in time" means in all live output. Both instants count from the first contact on
-    the host's clock: the estimate's with waiting, transport and computing, the second contact's as
-    its sample was taken. Without a second contact nothing can be too late.
-
-    Parameters
-    ----------
-    answer
-        The estimate.
-    second
-        The second contact of its pinch; None where none was heard.
-    rate
-        Of the samples, Hz.
-    """
-    if second is None:
-        return True
-    return answer.after(rate) < (second.sample - answer.contact.sample) / rate
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Estimated(Answer):
-    """What a model of a fixed window says, once.
-
-    Parameters
-    ----------
-    used
-        Whether a hand may act upon it: no second contact was known by sample ``complete``. A
-        contact is known a little after it happens, so this says less than "in time" does.
-    """
-
-    used: bool
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Running(Answer):
-    """What an any-time model knows so far, each millisecond from 2 ms after the contact on.
-
-    Parameters
-    ----------
-    half_width
-        Of the interval, before it was cut off at the ends of the scale.
-    strange
-        Whether the contact is out of range: like nothing that was learned from, so that the
-        interval may not hold.
-    samples
-        That it was made from, after the contact.
-    radius
-        Of the thing, m, as somebody told it: infinite for a flat one, None where nobody did.
-    """
-
-    half_width: float
-    strange: bool
-    samples: int
-    radius: float | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Settled:
-    """No better answer comes: second contact, longest time over, or the closing ended before.
-
-    Every closing with a contact has one where an any-time model is asked.
-
-    A second contact is decided a little after it happens. Answers that were made from samples
-    after it are withdrawn then: so this may come twice in a closing, and the later one counts.
+class NoEstimate(msgspec.Struct, frozen=True, tag="no_estimate"):
+    """Closing without an estimate that counts, and the reason.
 
     Parameters
     ----------
     contact
-        The first contact.
-    answer
-        The one that stands: the last from samples before the second contact. None where there
-        is none.
-    withdrawn
-        Answers that were told and do not count.
-    complete
-        Number of the sample with which this was known.
-    epoch
-        Of the samples.
+        First contact of the closing.
     reason
-        Why there is no answer, "" where there is one.
+        Reason in a few words.
+    complete
+        Sample with which this was known.
+    epoch
+        Epoch of the samples.
     """
 
     contact: Contact
-    answer: Running | None
-    withdrawn: int
+    reason: str
     complete: int
     epoch: int
-    reason: str = ""
+
+    @property
+    def known(self) -> int:
+        """Sample with which the event was known."""
+        return self.complete
 
 
-@dataclass(frozen=True, slots=True)
-class SameObject:
-    """What all pinches of the object so far say together.
+def judged(estimate: Estimate, offset: float | None, *, real_time: bool = True) -> Estimate:
+    """Return the estimate with the verdict if it was in time.
 
-    A pinch of an object that nobody told of stands by itself.
+    This is the only definition of "in time". Both instants count from the first contact on the
+    host's clock: the estimate's with waiting, transport and computing, the second contact's as its
+    sample was taken. Without a second contact nothing can be too late.
+
+    Parameters
+    ----------
+    estimate
+        Estimate to judge.
+    offset
+        Time from the first to the second contact, s; None without a second contact.
+    real_time
+        Set False where samples do not come in real time: the verdict is then None.
+    """
+    in_time = (offset is None or estimate.available < offset) if real_time else None
+    if in_time is estimate.in_time:
+        return estimate
+    return msgspec.structs.replace(estimate, in_time=in_time)
+
+
+class PinchDone(msgspec.Struct, frozen=True, kw_only=True, tag="pinch"):
+    """Finished closing with all its contacts and estimates.
 
     Parameters
     ----------
     number
-        Of the last pinch.
+        Number of the closing with a contact, from 1.
+    start, end
+        First sample, and one past the last sample.
+    epoch
+        Epoch of these samples.
+    contacts
+        Detected contacts: the first, and the second if there was one.
+    strips
+        Contacts as the contact strips of the fingers show them; empty without strips.
+    offset
+        Time from the first to the second contact, s; null without a second contact.
+    estimates
+        Estimates from samples before the second contact, each judged; the last one is final.
+    reason
+        Reason why there is none, or empty.
+    real_time
+        True if samples came as fast as they were taken.
+    verdict
+        ``in_time`` if an estimate was in time, ``too_late``, or ``none`` (no estimate); null where
+        there is an estimate but samples did not come in real time. It follows from the rest.
+    """
+
+    number: int
+    start: int
+    end: int
+    epoch: int
+    contacts: tuple[Contact, ...]
+    strips: tuple[Contact, ...] = ()
+    offset: float | None = None
+    estimates: tuple[Estimate, ...] = ()
+    reason: str = ""
+    real_time: bool = True
+    verdict: Verdict | None = None
+
+    def __post_init__(self) -> None:
+        estimates = tuple(judged(e, self.offset, real_time=self.real_time) for e in self.estimates)
+        verdict: Verdict | None = None
+        if not estimates:
+            verdict = Verdict.NONE
+        elif self.real_time:
+            early = any(e.in_time for e in estimates)
+            verdict = Verdict.IN_TIME if early else Verdict.TOO_LATE
+        msgspec.structs.force_setattr(self, "estimates", estimates)
+        msgspec.structs.force_setattr(self, "verdict", verdict)
+
+    @property
+    def known(self) -> int:
+        """Sample with which the event was known."""
+        return self.end - 1
+
+    @property
+    def final(self) -> Estimate | None:
+        """Last estimate, however late it was; None without one."""
+        return self.estimates[-1] if self.estimates else None
+
+    @property
+    def in_force(self) -> Estimate | None:
+        """Last estimate that was in time; the final one where times mean nothing."""
+        if not self.real_time:
+            return self.final
+        return next((e for e in reversed(self.estimates) if e.in_time), None)
+
+    @property
+    def second(self) -> Contact | None:
+        """Second contact; None without one."""
+        return self.contacts[1] if len(self.contacts) > 1 else None
+
+    def holds(self, epoch: int, sample: int) -> bool:
+        """Return True if a sample lies in the pinch."""
+        return epoch == self.epoch and self.start <= sample < self.end
+
+    def overlaps(self, mark: PinchMark) -> bool:
+        """Return True if a pinch of a recording shares a sample with it."""
+        return mark.epoch == self.epoch and mark.first_sample < self.end and self.start < mark.end
+
+
+class ObjectEstimate(msgspec.Struct, frozen=True, kw_only=True, tag="object_estimate"):
+    """Combined estimate of all pinches of one object so far.
+
+    Parameters
+    ----------
+    number
+        Number of the last pinch.
     value
         Shore A.
     low, high
-        Bounds of the interval.
+        Ends of the interval.
     level
-        Share of intervals that are to hold the truth.
+        Share of intervals that hold the truth.
     pinches
-        How many it is made from; 1 where the object is a new one, or not known.
+        Number of combined pinches; 1 for the first pinch of an object.
+    is_named
+        True where somebody marked the object, so that its next pinches are combined with this one.
     end
         One past the last sample of the last pinch.
     epoch
-        Of the samples.
-    told
-        Whether somebody told of the object, so that its pinches are combined.
+        Epoch of the samples.
     """
 
     number: int
@@ -219,140 +300,28 @@ class SameObject:
     high: float
     level: float
     pinches: int
+    is_named: bool = True
     end: int
     epoch: int
-    told: bool = True
-
-
-@dataclass(frozen=True, slots=True)
-class Refused:
-    """A closing that there is no answer about, and why, in a few words."""
-
-    contact: Contact
-    reason: str
-    epoch: int
-
-
-@dataclass(frozen=True, slots=True)
-class PinchDone:
-    """A closing is over: all that was found in it.
-
-    Parameters
-    ----------
-    number
-        Counts closings with a contact from 1.
-    armed
-        Sample from which contacts counted.
-    end
-        One past the last sample that belongs to it.
-    epoch
-        Of these samples.
-    contacts
-        As detected: the first, and the second where there was one.
-    strips
-        As the strips say, where there are strips: sample of each finger.
-    estimates
-        In the order of their windows.
-    rate
-        Of the samples, Hz.
-    refused
-        Why there is none, or "".
-    answers
-        Of the any-time model, from samples before the second contact.
-    real_time
-        Whether samples came as fast as they were taken. Where not, nothing is known of what
-        would have been in time.
-    """
-
-    number: int
-    armed: int
-    end: int
-    epoch: int
-    contacts: tuple[Contact, ...]
-    strips: tuple[tuple[Finger, int], ...]
-    estimates: tuple[Estimated, ...]
-    rate: float
-    refused: str = ""
-    answers: tuple[Running, ...] = ()
-    real_time: bool = True
-
-    def holds(self, epoch: int, sample: int) -> bool:
-        """Whether a sample is one of it."""
-        return epoch == self.epoch and self.armed <= sample < self.end
-
-    def overlaps(self, mark: PinchMark) -> bool:
-        """Whether a pinch of a recording shares a sample with it."""
-        return mark.epoch == self.epoch and mark.first_sample < self.end and self.armed < mark.end
 
     @property
-    def standing(self) -> Running | None:
-        """The last answer from samples before the second contact."""
-        return self.answers[-1] if self.answers else None
-
-    @property
-    def second(self) -> Contact | None:
-        """The second contact; None where none was heard."""
-        return self.contacts[1] if len(self.contacts) > 1 else None
-
-    @property
-    def offset(self) -> float | None:
-        """From the first to the second contact, s; None where none was heard."""
-        second = self.second
-        return None if second is None else (second.sample - self.contacts[0].sample) / self.rate
-
-    @property
-    def _ordered(self) -> tuple[Running | Estimated, ...]:
-        """All estimates; those of the any-time model come last, as they are preferred."""
-        return (*self.estimates, *self.answers)
-
-    @property
-    def final(self) -> Running | Estimated | None:
-        """The last estimate, however late it was; None without one."""
-        return self._ordered[-1] if self._ordered else None
-
-    @property
-    def available(self) -> Running | Estimated | None:
-        """The last estimate that was available before the second contact.
-
-        One of the any-time model, or else of a fixed window. None where none was in time, and
-        where that is not known.
-        """
-        if not self.real_time:
-            return None
-        early = [e for e in self._ordered if self.case_of(e) is Case.IN_TIME]
-        return early[-1] if early else None
-
-    @property
-    def case(self) -> Case | None:
-        """The pinch's one verdict; None where there is an estimate but the time means nothing."""
-        if self.final is None:
-            return Case.NONE
-        if not self.real_time:
-            return None
-        return Case.TOO_LATE if self.available is None else Case.IN_TIME
-
-    def case_of(self, answer: Answer) -> Case | None:
-        """Verdict on one estimate of the pinch; None where the time means nothing."""
-        if not self.real_time:
-            return None
-        return Case.IN_TIME if is_in_time(answer, self.second, self.rate) else Case.TOO_LATE
+    def known(self) -> int:
+        """Sample with which the event was known."""
+        return self.end - 1
 
 
-@dataclass(frozen=True, slots=True)
-class HandAsked:
-    """The hand that is driven was told to close or to open, by somebody who asked for it.
+class HandCommand(msgspec.Struct, frozen=True, tag="hand_command"):
+    """Request to the driven hand that was carried out, or its release after a silence.
 
     Parameters
     ----------
     ask
-        What it was told.
+        ``close`` or ``open``.
     by
-        Who asked: "keyboard", "standard input", a viewer of the page, or "silence" where it was
-        released because nothing came for too long.
-    sample
-        Number of the newest sample then.
-    epoch
-        Of that sample.
+        Origin of the request: ``keyboard``, ``standard input``, ``viewer N of the page``,
+        ``silence``, or the name of another program.
+    sample, epoch
+        Newest sample at that time.
     """
 
     ask: Ask
@@ -360,50 +329,55 @@ class HandAsked:
     sample: int
     epoch: int
 
+    @property
+    def known(self) -> int:
+        """Sample with which the event was known."""
+        return self.sample
 
-#: Answers of the hand and of the host that differ by no more are the same, Shore A.
-SAME = 0.01
 
-
-@dataclass(frozen=True, slots=True)
-class FromHand:
-    """A contact or an estimate that a device which answers by itself told, as it came.
+class HandPrediction(msgspec.Struct, frozen=True, tag="hand_prediction"):
+    """Contact or estimate of a device that predicts by itself.
 
     Parameters
     ----------
-    told
-        What it told.
-    host
-        When it came (monotonic, s).
+    event
+        The device's ``contact``, ``estimate`` or ``no_estimate``. Its ``host`` is the time at which
+        the host received it; ``compute`` is the time that the device needed, 0 if it does not
+        measure that.
     """
 
-    told: DevicePrediction
-    host: float
+    event: ContactEvent | Estimate | NoEstimate
 
     @property
     def epoch(self) -> int:
-        """Of the samples."""
-        return self.told.epoch
+        """Epoch of the samples."""
+        return self.event.epoch
+
+    @property
+    def known(self) -> int:
+        """Sample with which the device knew it."""
+        return self.event.known
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class HandCheck:
-    """What the device told of a pinch, held against what the host found with its own model.
+class HandCheck(msgspec.Struct, frozen=True, kw_only=True):
+    """Comparison of the device's predictions for a pinch with those of the host's own model.
 
     Parameters
     ----------
     contacts
-        Whether the contacts are the same: fingers, samples, and when they were known.
+        True if the contacts are equal: fingers, samples, and when they were decided.
     compared
-        Answers about the same moment that both gave.
+        Number of compared estimates.
     largest
-        Largest difference of a value or of an interval's end, Shore A.
+        Largest difference of a value or of an end of an interval, Shore A.
     flags
-        Whether both found the contact out of range, or both did not.
+        True if both agree on ``out_of_range``.
     missing
-        Answers that only one gave, of those that the device tells.
+        Estimates that only one of them has.
     lost
-        Whether the host could not hear it: samples of it were lost on their way.
+        True where the host lost samples of the pinch.
+    same
+        True if nothing differs by more than 0.01 Shore A. It follows from the rest.
     """
 
     contacts: bool
@@ -412,56 +386,57 @@ class HandCheck:
     flags: bool
     missing: int
     lost: bool = False
+    same: bool = False
 
-    @property
-    def same(self) -> bool:
-        """Whether nothing differs by more than 0.01 Shore A."""
-        return self.contacts and self.flags and not self.missing and self.largest <= SAME
+    def __post_init__(self) -> None:
+        same = self.contacts and self.flags and not self.missing and self.largest <= SAME
+        msgspec.structs.force_setattr(self, "same", same)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class HandPinch:
-    """All that a device which answers by itself told of a pinch.
+class HandPinch(msgspec.Struct, frozen=True, kw_only=True, tag="hand_pinch"):
+    """Predictions of a device for one pinch, 0.3 s after the first contact.
 
     Parameters
     ----------
     number
-        Counts them from 1.
+        Number of the pinch, from 1.
     model
         Digest of the device's model.
-    first, second
-        Contacts; the first is None where only the host found the pinch.
-    standing
-        The last answer from samples before the second contact; None without one.
-    answers
-        How many of these there are.
+    contacts
+        Contacts that the device detected; empty where only the host found the pinch.
+    final
+        Last estimate from samples before the second contact; null without one.
+    estimates
+        Number of such estimates.
     check
-        Against the host's own; None where the host asks no model.
+        Comparison with the host's own model; null without a model on the host.
     sample, epoch
-        Of the first contact, as the device or else the host found it.
+        First contact, as detected by the device or else by the host.
     """
 
     number: int
     model: str
-    first: DeviceContact | None
-    second: DeviceContact | None
-    standing: DeviceEstimate | None
-    answers: int
+    contacts: tuple[Contact, ...]
+    final: Estimate | None
+    estimates: int
     check: HandCheck | None
     sample: int
     epoch: int
 
+    @property
+    def known(self) -> int:
+        """Sample that places the pinch in the stream."""
+        return self.sample
+
 
 Event = (
-    Armed
-    | Touched
-    | Estimated
-    | Running
-    | Settled
-    | Refused
+    ClosingStart
+    | ContactEvent
+    | Estimate
+    | NoEstimate
     | PinchDone
-    | SameObject
-    | HandAsked
-    | FromHand
+    | ObjectEstimate
+    | HandCommand
+    | HandPrediction
     | HandPinch
 )

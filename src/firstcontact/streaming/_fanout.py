@@ -1,4 +1,4 @@
-"""Updates to viewers and other programs: each in a thread of its own, none holds up the rest."""
+"""Distribution of updates to sinks, each in a thread of its own."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from contextlib import suppress
 from firstcontact.device import Descriptor
 from firstcontact.streaming._sink import Sink, Update
 
-#: Updates that may wait for a sink: at 50 a second this is 4 s.
+#: Number of updates that may wait for a sink: at 50 a second this is 4 s.
 WAITING = 200
 
 
 class _Feeder:
-    """One sink, its thread, and what waits for it."""
+    """Sink with its thread and the updates that wait for it."""
 
     def __init__(self, sink: Sink, descriptor: Descriptor) -> None:
         self.sink = sink
         self.dropped = 0
         self.failed = ""
-        self.left = False  # who read it went away: that is no fault
+        self.left = False  # its reader went away, which is no fault
         self._descriptor = descriptor
         self._waiting: deque[Update] = deque()
         self._changed = threading.Condition()
@@ -39,7 +39,7 @@ class _Feeder:
                 self.dropped += 1
                 return
             if len(self._waiting) >= WAITING:
-                # The oldest goes: who looks at this wants to know how things are now.
+                # Drop the oldest: viewers want the newest state.
                 self._waiting.popleft()
                 self.dropped += 1
             self._waiting.append(update)
@@ -51,7 +51,7 @@ class _Feeder:
             self._changed.notify()
         self._thread.join(timeout)
         if self._thread.is_alive():
-            # It is not waited for any longer: what it will not get is lost, and counted.
+            # Do not wait any longer: the rest is lost, and counted.
             with self._changed:
                 self.dropped += len(self._waiting)
                 self._waiting.clear()
@@ -61,7 +61,7 @@ class _Feeder:
             self.sink.open(self._descriptor)
             while (update := self._next()) is not None:
                 self.sink.take(update)
-        # Whatever a viewer does wrong is its own: it is told, and the rest goes on.
+        # A fault of one sink is reported, and the rest goes on.
         except Exception as error:
             with self._changed:
                 self.failed = f"{type(error).__name__}: {error}"
@@ -83,17 +83,16 @@ class _Feeder:
 
 
 class Fanout:
-    """Hands every update to every sink.
+    """Passes every update to every sink.
 
     Parameters
     ----------
     sinks
-        Who wants updates.
+        Outputs.
     descriptor
-        Of the source.
+        Descriptor of the source.
     patient
-        Wait for slow sinks, so that none misses anything: where samples can wait, too.
-        Otherwise none is ever waited for.
+        True to wait for slow sinks, so that none misses anything: for sources that can wait.
     """
 
     def __init__(
@@ -111,20 +110,20 @@ class Fanout:
 
     @property
     def dropped(self) -> dict[str, int]:
-        """Updates that each sink did not get, by its name; who left wanted none."""
+        """Number of updates that each sink missed, by its name, without sinks whose reader left."""
         return {f.sink.name: f.dropped for f in self._feeders if not f.left}
 
     @property
     def failed(self) -> dict[str, str]:
-        """What each sink that failed died of, by its name; who left did not fail."""
+        """Reason of each sink that failed, by its name, without sinks whose reader left."""
         return {f.sink.name: f.failed for f in self._feeders if f.failed and not f.left}
 
     @property
     def deserted(self) -> bool:
-        """Whether there were sinks, and all of them have failed or left."""
+        """True if there were sinks, and all of them have failed or left."""
         return bool(self._feeders) and all(f.failed for f in self._feeders)
 
     def close(self, timeout: float = 2.0) -> None:
-        """Let each sink finish what waits for it; without patience ``timeout`` s at most."""
+        """Let each sink finish its queue; without ``patient`` for at most ``timeout`` s."""
         for feeder in self._feeders:
             feeder.close(None if self._patient else timeout)

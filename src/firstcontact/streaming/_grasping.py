@@ -1,4 +1,4 @@
-"""Live events to a grasp policy, and its commands to a hand."""
+"""Bridge from live events to a grasp policy, and from its commands to a hand."""
 
 from __future__ import annotations
 
@@ -9,52 +9,49 @@ from firstcontact.core import Block, Command, Layout
 from firstcontact.device import TransportDelay
 from firstcontact.grasp import Begins, GraspLoop, Hand, Policy, SafeHand, Stiffness, Taxels
 from firstcontact.streaming._events import (
-    Armed,
-    Estimated,
+    ClosingStart,
+    ContactEvent,
+    Estimate,
     Event,
-    HandAsked,
+    HandCommand,
     PinchDone,
-    Running,
-    Settled,
-    Touched,
 )
 from firstcontact.streaming._hand_requests import Ask, HandRequests
 
-#: Who opened a hand that was released because samples, or this program, were silent.
+#: Origin of a release because samples, or this program, were silent.
 SILENCE = "silence"
 
 
 class Grasping:
     """Drives a hand through the closings of a live session; an actor of it.
 
-    A closing that others begin is heard (:class:`Armed`). One that is
-    ours begins when it is asked for and goes on, or is held, until the hand is asked to open, is
-    released because of a silence, or whoever asked is gone; of such a hand the motor's start alone
-    begins nothing: it may be that of its opening.
+    The start of the motor (:class:`ClosingStart`) begins a closing of a hand that closes by itself.
+    Other hands close on request. Such a closing lasts until somebody requests to open the hand, the
+    hand is released because of a silence, or the origin of the request is gone. The start of the
+    motor alone begins nothing there: it may be that of the opening.
 
-    Where an any-time model answers, the policy is told the one answer that stands, and estimates
-    of fixed windows are left aside; one that is out of range counts as none.
+    The policy gets the final estimate of a closing, and with ``early`` each one before it. An
+    estimate that is out of range counts as none.
 
-    Times are those of the samples. Where an estimate is told, the deadline is held against the time
-    at which the hand gets it: with the computing, with how much later the samples came than those
-    that came soonest, and with the hand's pacing. The shortest way through the cable is not known.
+    Times are those of the samples. The deadline counts until the hand gets the estimate: with the
+    computing, the delay of the samples beyond the least delayed ones, and the hand's pacing. The
+    shortest way through the cable is not known.
 
     Parameters
     ----------
     policy
-        What decides.
+        Grasp policy.
     hand
-        Open. A :class:`~firstcontact.grasp._safe.SafeHand` is told with every block that
-        the session lives.
+        Open hand. Each block tells a :class:`~firstcontact.grasp._safe.SafeHand` that the session
+        lives.
     layout
-        Of the samples.
+        Columns of the samples.
     deadline
-        For an estimate, s after the first contact; None takes the policy's own.
-    slip
-        Tells the policy of slips, in closings that are ours, from their end on until the hand
-        opens; None where nothing does.
+        Deadline of an estimate, s after the first contact; by default that of the policy.
     transport
-        Follows the samples' delay where they come as fast as they are taken; None where not.
+        Delay of the samples where they come as fast as they are taken; None otherwise.
+    slip
+        Slip detector for requested closings, from their end until the hand opens; None without.
     """
 
     def __init__(
@@ -69,64 +66,57 @@ class Grasping:
         self.hand = hand
         wait = (lambda: hand.wait) if isinstance(hand, SafeHand) else (lambda: 0.0)
         self.loop = GraspLoop(policy, self._send, layout.rate, deadline, wait)
-        #: What viewers and the keyboard ask of the hand.
+        #: Requests of viewers and the keyboard.
         self.requests = HandRequests(hand.name, hand.begins, hand.release)
-        #: What the hand was told last, None before the first.
+        #: Last command, None before the first.
         self.last: Command | None = None
         self._taxels = Taxels(layout)
         self._rate = layout.rate
         self._transport = transport
         self._slip = slip
-        #: Slips that the policy was told of.
+        #: Number of slips so far.
         self.slips = 0
         if slip is not None:
             slip.start(layout)
-        self._late = 0.0  # how much later the newest samples came than the soonest, s
+        self._late = 0.0  # delay of the newest samples beyond the least delayed ones, s
         self._epoch = 0
         self._done = True
-        self._running = self._settled = False
+        self._is_final = False
+        self._acted_on = -1.0  # elapsed time of the estimate that the policy acted on, s
+        self._second: int | None = None  # sample with which the second contact was decided
         self._released = 0
 
-    def arrived(self, block: Block, host: float) -> None:
-        """Samples came at a time of the host's clock; what is found in them is told next."""
+    def on_samples(self, block: Block, host: float) -> None:
+        """Take new samples before their events."""
         if self._transport is not None:
             self._transport.add(block, host)
             self._late = self._transport.of(block.end - 1, host)
 
-    def happened(self, event: Event) -> None:
-        """Let the policy answer to an event."""
+    def on_event(self, event: Event) -> None:
+        """Let the policy react to an event."""
         match event:
-            case Armed():
-                self._armed(event)
-            case Touched():
+            case ClosingStart():
+                self._closing_starts(event)
+            case ContactEvent():
+                if not event.first:
+                    self._second = event.contact.decided
                 self.loop.touched(event.contact, event.first, event.contact.decided / self._rate)
-            case Running():
-                self._running = True
-            case Settled():
-                self._stands(event)
-            case Estimated() if self._running:
-                pass  # what stands of the any-time model was told, or will be
-            case Estimated() if event.used:
-                now = event.contact.sample / self._rate + event.after(self._rate)
-                self.loop.estimated(
-                    Stiffness(event.value, event.low, event.high, event.duration), now
-                )
-            case Estimated():
-                self.loop.counts.unused += 1
+            case Estimate():
+                self._estimated(event)
             case PinchDone():
                 self._done = True
                 self._hold()
-                self.loop.done(event.contacts[1] if len(event.contacts) > 1 else None)
+                self.loop.done(event.second)
 
-    def came(self, block: Block) -> Sequence[Event]:
-        """Let the policy feel the force, and see the time pass; obey who asked for something.
+    def after_block(self, block: Block) -> Sequence[Event]:
+        """Let the policy feel the force and the time; carry out requests.
 
         Returns
         -------
         sequence of Event
-            What became of the hand, where somebody asked or it was released.
+            Commands to the hand that were requested, and its release.
         """
-        told = self._obey(block)
+        events = self._obey(block)
         if isinstance(self.hand, SafeHand):
             self.hand.alive()
         if not self._done and block.epoch == self._epoch:
@@ -135,38 +125,40 @@ class Grasping:
         if self._slip is not None and self._slip.update(block):
             self.slips += 1
             self.loop.slipped(block.end / self._rate + self._late)
-        return told
+        return events
 
     def ended(self) -> None:
-        """Let go, before anything slower is closed."""
+        """Release the hand, before anything slower is closed."""
         self.requests.end()
         self.hand.release()
 
-    def _armed(self, event: Armed) -> None:
-        """The motor is heard: a closing of others begins, or ours is on its way."""
-        ours = self.requests.by is not None
-        if not ours and Begins.OTHERS not in self.hand.begins:
+    def _closing_starts(self, event: ClosingStart) -> None:
+        """Begin a closing of a hand that closes by itself; a requested one is in progress."""
+        is_requested = self.requests.by is not None
+        if not is_requested and Begins.OTHERS not in self.hand.begins:
             return
         self._epoch = event.epoch
         self._taxels.begin()
-        if not ours:
+        if not is_requested:
             self._begin()
 
     def _begin(self) -> None:
         self._done = False
-        self._running = self._settled = False
+        self._is_final = False
+        self._acted_on = -1.0
+        self._second = None
         if self._slip is not None:
             self._slip.release()
         self.loop.begin()
 
     def _hold(self) -> None:
-        # When others open a hand is not known: the motor would be taken for a slip, and held on to.
+        # A hand that opens by itself does not say so: its motor would pass for a slip.
         if self._slip is not None and self.requests.by is not None:
             self._slip.hold()
 
     def _obey(self, block: Block) -> list[Event]:
-        """Do what was asked since the last block."""
-        told: list[Event] = []
+        """Carry out the requests since the last block."""
+        events: list[Event] = []
         by = self.requests.by
         while request := self.requests.take():
             if request.ask is Ask.CLOSE:
@@ -175,19 +167,19 @@ class Grasping:
                     self._epoch, self._released = block.epoch, self._releases
                     self._taxels.begin()
                     self._begin()
-                    told.append(HandAsked(Ask.CLOSE, request.by, block.end - 1, block.epoch))
+                    events.append(HandCommand(Ask.CLOSE, request.by, block.end - 1, block.epoch))
                 continue
             if request.ask is Ask.OPEN or request.by == self.requests.by:
                 self._open()
-                told.append(HandAsked(Ask.OPEN, request.by, block.end - 1, block.epoch))
+                events.append(HandCommand(Ask.OPEN, request.by, block.end - 1, block.epoch))
             self.requests.opening = False
         if by is not None and self.requests.by is not None and self._releases != self._released:
             self._open()
-            told.append(HandAsked(Ask.OPEN, SILENCE, block.end - 1, block.epoch))
-        return told
+            events.append(HandCommand(Ask.OPEN, SILENCE, block.end - 1, block.epoch))
+        return events
 
     def _open(self) -> None:
-        """The closing is over, whoever began it, and the hand released."""
+        """End the closing and release the hand."""
         self.requests.by = None
         self._done = True
         self.loop.done()
@@ -200,20 +192,26 @@ class Grasping:
     def _releases(self) -> int:
         return self.hand.counts.released if isinstance(self.hand, SafeHand) else 0
 
-    def _stands(self, event: Settled) -> None:
-        """Tell what stands, once: a hand that acted on it cannot take that back."""
-        answer = event.answer
-        if self._settled or answer is None:
+    def _estimated(self, estimate: Estimate) -> None:
+        """Pass an estimate to the policy; the final one once, as a command cannot be taken back."""
+        if self._is_final or not (estimate.final or self.loop.policy.early):
             return
-        self._settled = True
-        if answer.strange:  # its interval may not hold: as if there were no estimate
-            self.loop.counts.unused += 1
+        self._is_final = estimate.final
+        if estimate.final and estimate.elapsed == self._acted_on:
             return
-        later = (event.complete - answer.complete) / self._rate
-        now = answer.contact.sample / self._rate + answer.after(self._rate) + later
-        now += self._late - answer.transport  # it is told with this block, not with its own
-        told = Stiffness(answer.value, answer.low, answer.high, answer.duration, standing=True)
-        self.loop.estimated(told, now)
+        if estimate.out_of_range:  # its interval may not hold: as if there were no estimate
+            self.loop.counts.unused += estimate.final
+            return
+        now = estimate.contact.sample / self._rate + estimate.available
+        if estimate.final:
+            # It comes with the block that made it final, not with its own.
+            known = estimate.complete if self._second is None else self._second
+            now += (known - estimate.complete) / self._rate + self._late - estimate.transport
+        stiffness = Stiffness(
+            estimate.value, estimate.low, estimate.high, estimate.elapsed, final=estimate.final
+        )
+        if self.loop.estimated(stiffness, now):
+            self._acted_on = estimate.elapsed
 
     def _send(self, command: Command) -> None:
         if self.requests.opening:
@@ -225,10 +223,10 @@ class Grasping:
 
 
 def grasp_lines(grasping: Grasping, *, real_time: bool = True) -> list[str]:
-    """What the hand was told, for the end of a run.
+    """Return lines of text about the commands to the hand, for the end of a run.
 
-    Without ``real_time`` it leaves out what met the time limit: that means nothing where samples
-    come faster than they were taken.
+    Without ``real_time`` they leave out deadlines, which mean nothing where samples come faster
+    than they were taken.
     """
     counts = grasping.loop.counts
     lines = [
@@ -244,7 +242,7 @@ def grasp_lines(grasping: Grasping, *, real_time: bool = True) -> list[str]:
             "estimates were not used: past the limit, or out of range"
         )
     if grasping.slips:
-        lines.append(f"{grasping.slips} slips heard, or said to go on")
+        lines.append(f"{grasping.slips} slip signals: new slips, and slips that went on")
     if isinstance(grasping.hand, SafeHand):
         c = grasping.hand.counts
         lines.append(

@@ -1,4 +1,4 @@
-"""What people and programs ask of a hand while it is driven, from any thread."""
+"""Requests of people and programs to a driven hand, from any thread."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from firstcontact.grasp import Begins
 
 
 class Ask(StrEnum):
-    """What may be asked of a hand."""
+    """Request to a hand."""
 
     CLOSE = "close"
     OPEN = "open"
@@ -21,34 +21,34 @@ class Ask(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """What was asked, and by whom; ``ask`` is None where that one is gone."""
+    """Request with its origin; ``ask`` is None if the origin is gone."""
 
     ask: Ask | None
     by: str
 
 
 class HandRequests:
-    """Takes requests from any thread; the session's own thread obeys.
+    """Queue of requests from any thread; the session's own thread carries them out.
 
-    To open does not wait for that: the hand is released at once, and nothing is sent to it until
-    the session's thread has taken notice.
+    Opening does not wait for that. The hand is released at once, and no command is sent to it until
+    the session's thread has taken the request.
 
     Parameters
     ----------
     name
-        Of the hand.
+        Name of the hand.
     begins
-        Who begins its closings.
+        Origin of its closings.
     release
-        Releases it; safe to call from any thread.
+        Function that releases it; safe to call from any thread.
 
     Attributes
     ----------
     by
-        Who asked for the closing that is going on, or that it holds; None where nobody did. Set
-        by the session's thread.
+        Origin of the closing in progress, or of the hold after it; None if not requested. The
+        session's thread sets it.
     opening
-        Whether it was asked to open and the session's thread has not obeyed yet.
+        True if a request to open waits for the session's thread.
     """
 
     def __init__(self, name: str, begins: Begins, release: Callable[[], None]) -> None:
@@ -57,32 +57,29 @@ class HandRequests:
         self._name, self._begins, self._release = name, begins, release
         self._waiting: SimpleQueue[Request] = SimpleQueue()
         self._gone: set[str] = set()
-        self._lock = Lock()  # nobody asks who is gone
+        self._lock = Lock()  # of the two above
         self._over = False
 
     @property
     def allowed(self) -> tuple[Ask, ...]:
-        """What this hand can be asked."""
+        """Possible requests to this hand."""
         return tuple(Ask) if Begins.US in self._begins else (Ask.OPEN,)
 
     def ask(self, ask: Ask, by: str) -> None:
-        """Ask the hand for something.
+        """Add a request.
 
         Raises
         ------
         InputError
-            It cannot be asked for that, or not now.
+            The request is not possible, or not now.
         """
         if self._over:
-            raise InputError("The hand is driven no more: start again")
+            raise InputError("The session has ended: start it again")
         if ask is Ask.OPEN:
             self._open(Request(ask, by))
             return
         if ask not in self.allowed:
-            raise InputError(
-                f"The hand {self._name!r} begins its closings by itself: it can only be asked to "
-                "open"
-            )
+            raise InputError(f"The hand {self._name!r} closes by itself: you can only open it")
         if self.by is not None and not self.opening:
             raise InputError("The hand is closed already: open it first")
         with self._lock:
@@ -90,7 +87,7 @@ class HandRequests:
                 self._waiting.put(Request(ask, by))
 
     def gone(self, by: str) -> None:
-        """Somebody can ask no more: what they had closed is opened."""
+        """Open the hand if this origin, which is gone, had closed it."""
         with self._lock:
             self._gone.add(by)
             if self.by != by:
@@ -99,11 +96,11 @@ class HandRequests:
         self._open(Request(None, by))
 
     def end(self) -> None:
-        """Take no more."""
+        """Accept no more requests."""
         self._over = True
 
     def take(self) -> Request | None:
-        """The next request, in the session's thread; None where none waits."""
+        """Return the next request, in the session's thread; None if none waits."""
         try:
             return self._waiting.get_nowait()
         except Empty:

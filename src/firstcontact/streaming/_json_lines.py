@@ -1,25 +1,189 @@
-"""Events for other programs: a JSON object a line."""
+"""JSON lines for other programs: one tagged struct per line."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, TextIO
+from typing import TextIO
 
-from firstcontact.device import Descriptor, Health
-from firstcontact.streaming import _event_json as event_json
-from firstcontact.streaming._lines import write_now
-from firstcontact.streaming._sink import Update
+import msgspec
+
+from firstcontact.core import Finger, finger_name
+from firstcontact.device import Descriptor, DevicePredictor, Health
+from firstcontact.recording import Marker
+from firstcontact.streaming._sink import Update, write_now
+
+FORMAT = "firstcontact-live"
+#: Raised whenever a field changes its meaning or goes.
+FORMAT_VERSION = 3
+
+
+class ChannelLine(msgspec.Struct, frozen=True):
+    """Column of the samples.
+
+    Parameters
+    ----------
+    name
+        Name of the column.
+    kind
+        ``piezo`` or another vibration sensor, ``force``, ``strip``.
+    finger
+        Number of the finger; null for a sensor of no finger.
+    unit
+        Unit of its values.
+    """
+
+    name: str
+    kind: str
+    finger: Finger | None
+    unit: str
+
+
+class DescriptorLine(msgspec.Struct, frozen=True, kw_only=True, tag="descriptor"):
+    """Source of the samples and their columns: the first line.
+
+    Parameters
+    ----------
+    format, format_version
+        ``firstcontact-live`` and the version of this format, 3.
+    firmware, sensor, hand
+        Sender; empty if unknown.
+    source
+        ``real``, ``twin``, ``synthetic`` or ``unknown``.
+    predictor
+        ``model`` (digest), ``detector``, ``anytime`` (network) and noise ``floors`` of a device
+        that predicts by itself; null for others.
+    rate
+        Sampling rate, Hz.
+    fingers
+        Names of the fingers by their numbers.
+    channels
+        Columns of the samples.
+    """
+
+    format: str = FORMAT
+    format_version: int = FORMAT_VERSION
+    firmware: str
+    sensor: str
+    hand: str
+    source: str
+    predictor: DevicePredictor | None
+    rate: float
+    fingers: tuple[str, ...] = tuple(finger_name(finger) for finger in Finger)
+    channels: tuple[ChannelLine, ...]
+
+    @classmethod
+    def of(cls, descriptor: Descriptor) -> DescriptorLine:
+        """Return the line of a source."""
+        layout = descriptor.layout
+        pairs = zip(layout.column_names, layout.of_columns, strict=True)
+        return cls(
+            firmware=descriptor.firmware,
+            sensor=descriptor.sensor,
+            hand=descriptor.hand,
+            source=descriptor.source,
+            predictor=descriptor.predictor,
+            rate=layout.rate,
+            channels=tuple(
+                ChannelLine(name, c.sensor or c.kind, c.finger, c.unit) for name, c in pairs
+            ),
+        )
+
+
+class MarkerLine(msgspec.Struct, frozen=True, tag="marker"):
+    """Marker that the operator or the device pinned to a sample.
+
+    Parameters
+    ----------
+    sample, epoch
+        Sample.
+    text
+        Text of the marker.
+    """
+
+    sample: int
+    epoch: int
+    text: str
+
+
+class LinkLine(msgspec.Struct, frozen=True, kw_only=True, tag="link"):
+    """State of the link, whenever it changed. Counts begin when the device was opened.
+
+    Parameters
+    ----------
+    connected
+        True if the device is there and has sent a usable sample within the last second.
+    epoch
+        Epoch of the newest sample.
+    lost_samples
+        Samples missing in the device's count, for any reason.
+    overflow_samples
+        Lost samples that the device reports as dropped by itself.
+    unusable_samples
+        Lost samples that were NaN, infinite or out of range.
+    lost_frames, bad_frames, doubled_frames
+        Frames on the line.
+    late_answers
+        Predictions that a device left out because the next one was due.
+    unheard_samples
+        Samples that the device's own predictions missed.
+    reconnects
+        Number of times that the device came back.
+    """
+
+    connected: bool = True
+    epoch: int = 0
+    lost_samples: int = 0
+    overflow_samples: int = 0
+    unusable_samples: int = 0
+    lost_frames: int = 0
+    bad_frames: int = 0
+    doubled_frames: int = 0
+    late_answers: int = 0
+    unheard_samples: int = 0
+    reconnects: int = 0
+
+
+class FailedLine(msgspec.Struct, frozen=True, tag="failed"):
+    """Line or output that failed; the rest goes on.
+
+    Parameters
+    ----------
+    subject
+        Type of the missing line, or ``page``, ``lsl``, ``json``.
+    reason
+        Reason in a few words.
+    """
+
+    subject: str
+    reason: str
+
+
+def line_of(record: msgspec.Struct) -> str:
+    """Return a record as one line of JSON, without its end; a ``failed`` line if it has none.
+
+    JSON has no NaN and no infinity: null stands for them.
+    """
+    try:
+        return msgspec.json.encode(record).decode()
+    except (ValueError, TypeError, OverflowError) as error:
+        subject = str(type(record).__struct_config__.tag)
+        return msgspec.json.encode(FailedLine(subject, str(error))).decode()
+
+
+def marker_line(marker: Marker) -> str:
+    """Return the line of a marker."""
+    return line_of(MarkerLine(marker.sample, marker.epoch, marker.text))
 
 
 class JsonLinesSink:
-    """Writes what happens as lines of JSON, as soon as it is told.
+    """Writes events as lines of JSON, each as soon as it is known.
 
-    The fields are those of ``docs/reference/live-output.md``.
+    ``docs/reference/live-output.md`` lists the fields.
 
     Parameters
     ----------
     stream
-        Where to; stays open.
+        Text stream to write to; stays open.
     """
 
     name = "json"
@@ -27,33 +191,40 @@ class JsonLinesSink:
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream
-        self._link = event_json.of_link(Health(connected=True))
+        self._link = LinkLine()
         self._failed: Mapping[str, str] = {}
 
     def open(self, descriptor: Descriptor) -> None:
-        """Write what sends."""
-        self._write([event_json.of_descriptor(descriptor)])
+        """Write the descriptor."""
+        self._write([line_of(DescriptorLine.of(descriptor))])
 
     def take(self, update: Update) -> None:
-        """Write markers and events, the link's counts where they changed, and what failed.
+        """Write markers and events, the state of the link if it changed, and failures.
 
         Raises
         ------
         OSError
-            Who listened is gone (BrokenPipeError), or it cannot be written.
+            The reader is gone (BrokenPipeError), or the stream cannot be written.
         """
-        link = event_json.of_link(update.health)
-        trees = [link] if link != self._link else []
+        lines = []
+        link = _link(update.health)
+        if link != self._link:
+            lines.append(line_of(link))
         self._link = link
-        trees += [event_json.of_failure(*f) for f in update.failed.items() - self._failed.items()]
+        failures = update.failed.items() - self._failed.items()
+        lines += [line_of(FailedLine(name, reason)) for name, reason in failures]
         self._failed = update.failed
-        trees += [event_json.of_marker(m) for a in update.arrivals for m in a.markers]
-        trees += [event_json.of_event(event) for event in update.events]
-        if trees:
-            self._write(trees)
+        lines += [marker_line(m) for a in update.arrivals for m in a.markers]
+        lines += [line_of(event) for event in update.events]
+        if lines:
+            self._write(lines)
 
     def close(self) -> None:
-        """Nothing is held back."""
+        """Close the sink; it holds nothing back."""
 
-    def _write(self, trees: Sequence[Mapping[str, Any]]) -> None:
-        write_now(self._stream, "".join(event_json.text(tree) + "\n" for tree in trees))
+    def _write(self, lines: Sequence[str]) -> None:
+        write_now(self._stream, "".join(line + "\n" for line in lines))
+
+
+def _link(health: Health) -> LinkLine:
+    return msgspec.convert(health, LinkLine, from_attributes=True)

@@ -1,131 +1,98 @@
-"""The time ledger: where the milliseconds between a contact and its estimate went."""
+"""Time ledger: where the time between a contact and its estimate went, and its lines of text."""
 
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from firstcontact.streaming._events import Case, Estimated, Event, PinchDone, Running
+from firstcontact.core import percent
+from firstcontact.streaming._events import Estimate, PinchDone, Verdict
 
-#: Pinches that the figures are about: the last so many.
+#: Number of pinches that the figures cover: the last ones.
 KEPT = 10_000
-
-
-@dataclass(frozen=True, slots=True)
-class Entry:
-    """Times of one estimate, s.
-
-    The device's clock counts samples; the host's clock begins when the last byte
-    of a block had been read.
-
-    Parameters
-    ----------
-    decide
-        Device: from the contact to the sample that decided it.
-    window
-        Device: from the contact to the sample that completed the window, the
-        filter's look-ahead included.
-    wait
-        Device: how long that sample waited for the rest of its block, and in the source's filter.
-    transport
-        Host: how much later that block came than the least delayed ones.
-    compute
-        Host: from having that block to the estimate.
-    total
-        From the contact until the estimate was available.
-    """
-
-    decide: float
-    window: float
-    wait: float
-    transport: float
-    compute: float
-    total: float
+#: Times in the ledger, in the order in which they happen, and their names for people.
+TIMES = {
+    "decide": "from a contact until it was noticed (device clock)",
+    "first": "from a contact until the first estimate was available",
+    "signal": "length of the signal in the final estimate",
+    "wait": "its last sample's wait for the rest of the block (device clock)",
+    "transport": "its block's delay beyond the least (this computer's clock)",
+    "compute": "computing the estimate (this computer's clock)",
+    "total": "from a contact until the final estimate was available",
+}
 
 
 class Ledger:
-    """Collects the times of a run.
+    """Times of a run, one entry per pinch; ``compute`` has one per estimate.
 
     Parameters
     ----------
     rate
-        Of the samples, Hz.
+        Sampling rate, Hz.
     delay
-        Of the source's own filter, s; it is in each wait already.
+        Delay of the source's own filter, s; each wait contains it.
     """
 
     def __init__(self, rate: float, delay: float = 0.0) -> None:
         self.rate = rate
         self.delay = delay
-        self.entries: deque[Entry] = deque(maxlen=KEPT)
-        #: Estimates of fixed windows so far.
+        #: Number of estimates so far.
         self.estimates = 0
-        #: Pinches so far, each under its one verdict.
-        self.cases: Counter[Case | None] = Counter()
+        #: Number of pinches so far by verdict.
+        self.verdicts: Counter[Verdict | None] = Counter()
         #: Pinches in time because no second contact was heard.
         self.unheard = 0
-        self._first: deque[float] = deque(maxlen=KEPT)
-        self._answer: deque[float] = deque(maxlen=KEPT)
-        self._used: deque[float] = deque(maxlen=KEPT)
-        #: Blocks that took longer to work on than their samples last.
+        #: Number of blocks that took longer to process than their samples last.
         self.overruns = 0
-        #: Blocks so far.
+        #: Number of blocks so far.
         self.blocks = 0
         #: Time spent on them, s.
         self.busy = 0.0
+        self._times: dict[str, deque[float]] = {name: deque(maxlen=KEPT) for name in TIMES}
 
     def worked(self, spent: float, samples: int) -> None:
-        """Note that ``samples`` took ``spent`` s to work on."""
+        """Note that ``samples`` took ``spent`` s to process."""
         self.blocks += 1
         self.busy += spent
         self.overruns += spent * self.rate > samples
 
-    def add(self, estimate: Estimated) -> None:
+    def add(self, estimate: Estimate) -> None:
         """Note an estimate."""
-        contact = estimate.contact
         self.estimates += 1
-        self.entries.append(
-            Entry(
-                (contact.decided - contact.sample) / self.rate,
-                (estimate.complete - contact.sample) / self.rate,
-                estimate.waited,
-                estimate.transport,
-                estimate.compute,
-                estimate.after(self.rate),
-            )
-        )
-
-    def tell(self, event: Event) -> None:
-        """Note an answer of an any-time model."""
-        if isinstance(event, Running):
-            self._answer.append(event.compute)
+        self._times["compute"].append(estimate.compute)
 
     def close(self, done: PinchDone) -> None:
-        """Note how a pinch ended."""
-        self.cases[done.case] += 1
-        self.unheard += done.case is Case.IN_TIME and done.second is None
-        if done.standing is not None:
-            self._first.append(done.answers[0].after(self.rate))
-            self._used.append(done.standing.duration)
+        """Note a finished pinch."""
+        self.verdicts[done.verdict] += 1
+        self.unheard += done.verdict is Verdict.IN_TIME and done.second is None
+        final = done.final
+        if final is None:
+            return
+        contact = final.contact
+        times = {
+            "decide": (contact.decided - contact.sample) / self.rate,
+            "first": done.estimates[0].available,
+            "signal": final.elapsed,
+            "wait": final.waited,
+            "transport": final.transport,
+            "total": final.available,
+        }
+        for name, seconds in times.items():
+            self._times[name].append(seconds)
 
     def summary(self) -> Mapping[str, float]:
-        """Figures so far: counts, and p50, p99 and max of each time, s.
+        """Return the figures so far: counts, and p50, p99 and max of each time, s.
 
-        ``first`` is from the contact to the first answer of an any-time model, ``answer`` from
-        having a block to its answers, ``signal`` the length of the signal in standing answers.
         ``in_time``, ``too_late``, ``none`` and ``unjudged`` add up to ``pinches``; ``unheard`` are
         those in time because no second contact was heard.
         """
         figures = {
             "estimates": float(self.estimates),
-            "pinches": float(self.cases.total()),
-            "in_time": float(self.cases[Case.IN_TIME]),
-            "too_late": float(self.cases[Case.TOO_LATE]),
-            "none": float(self.cases[Case.NONE]),
-            "unjudged": float(self.cases[None]),
+            "pinches": float(self.verdicts.total()),
+            **{verdict.value: float(self.verdicts[verdict]) for verdict in Verdict},
+            "unjudged": float(self.verdicts[None]),
             "unheard": float(self.unheard),
             "overruns": float(self.overruns),
             "blocks": float(self.blocks),
@@ -133,22 +100,89 @@ class Ledger:
         }
         if self.delay:
             figures["delay"] = self.delay
-        if self.entries:
-            entries = list(self.entries)
-            for name in ("decide", "window", "wait", "transport", "compute", "total"):
-                figures |= _spread(name, [getattr(e, name) for e in entries])
-        if self._first:
-            figures |= _spread("first", self._first)
-            figures |= _spread("answer", self._answer)
-            figures |= _spread("signal", self._used)
+        for name, times in self._times.items():
+            if times:
+                p50, p99 = np.percentile(times, [50, 99])
+                figures |= {
+                    f"{name}_p50": float(p50),
+                    f"{name}_p99": float(p99),
+                    f"{name}_max": max(times),
+                }
         return figures
 
 
-def _spread(name: str, values: Collection[float]) -> Mapping[str, float]:
-    array = np.array(values)
-    p50, p99 = np.percentile(array, [50, 99])
-    return {
-        f"{name}_p50": float(p50),
-        f"{name}_p99": float(p99),
-        f"{name}_max": float(array.max()),
-    }
+def ledger_lines(
+    figures: Mapping[str, float],
+    samples: float,
+    cpu: float,
+    *,
+    alone: bool = False,
+    speed: float = 1.0,
+) -> Iterator[str]:
+    """Yield the lines of text about the times of a run.
+
+    Parameters
+    ----------
+    figures
+        Result of :meth:`Ledger.summary`.
+    samples
+        Length of the processed samples, s of the device's time.
+    cpu
+        Processor time of the whole program, s.
+    alone
+        True for a single sensor, which hears no second contact.
+    speed
+        Speed of the samples, times real time. At another speed than 1 the lines leave out times
+        and verdicts, since the computer does not become faster with the samples.
+    """
+    if speed == 1.0:
+        yield from _time_lines(figures)
+        yield from _verdict_lines(figures, alone)
+    else:
+        yield (
+            f"times and verdicts are left out: at --speed {speed:g} they say nothing about a hand "
+            "in real time"
+        )
+        yield _with_estimate(figures)
+    yield (
+        f"{samples:.1f} s of samples in {figures['blocks']:.0f} blocks; "
+        f"{figures['overruns']:.0f} of them took longer to process than they last"
+    )
+    if samples > 0:
+        yield f"processor time {percent(cpu / samples)} of one core"
+
+
+def _time_lines(figures: Mapping[str, float]) -> Iterator[str]:
+    lines = {name: words for name, words in TIMES.items() if f"{name}_p50" in figures}
+    if lines:
+        yield f"{'times in ms':>64} {'median':>8} {'99 %':>8} {'longest':>8}"
+        for name, words in lines.items():
+            values = (1e3 * figures[f"{name}_{key}"] for key in ("p50", "p99", "max"))
+            yield f"{words:>64} " + " ".join(f"{v:8.3f}" for v in values)
+    if "delay" in figures:
+        yield f"{1e3 * figures['delay']:.3f} ms of each wait are the source's own filter"
+
+
+def _with_estimate(figures: Mapping[str, float]) -> str:
+    count = figures["pinches"] - figures["none"]
+    return f"{count:.0f} of {figures['pinches']:.0f} pinches had an estimate"
+
+
+def _verdict_lines(figures: Mapping[str, float], alone: bool) -> Iterator[str]:
+    """Count each pinch once; a single sensor hears no second contact."""
+    if alone:
+        yield _with_estimate(figures)
+        return
+    yield (
+        f"{figures['pinches']:.0f} pinches: {figures['in_time']:.0f} with an estimate in time, "
+        f"{figures['too_late']:.0f} too late, {figures['none']:.0f} without an estimate"
+    )
+    unheard = (
+        f"; in {figures['unheard']:.0f} of these pinches no second contact was heard"
+        if figures["unheard"]
+        else ""
+    )
+    yield (
+        "in time: available before the second contact, with waiting, transport and computing "
+        f"counted{unheard}"
+    )

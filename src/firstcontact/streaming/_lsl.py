@@ -1,4 +1,4 @@
-"""Samples and events for programs that listen to the Lab Streaming Layer."""
+"""Samples and events as streams of the Lab Streaming Layer."""
 
 from __future__ import annotations
 
@@ -11,23 +11,10 @@ import numpy as np
 
 from firstcontact.core import finger_name
 from firstcontact.device import Arrival, Descriptor, DeviceClock, lsl_library
-from firstcontact.streaming import _event_json as event_json
-from firstcontact.streaming._events import (
-    Armed,
-    Estimated,
-    Event,
-    FromHand,
-    HandAsked,
-    HandPinch,
-    PinchDone,
-    Running,
-    SameObject,
-    Settled,
-    Touched,
-)
+from firstcontact.streaming._json_lines import FailedLine, line_of, marker_line
 from firstcontact.streaming._sink import Update
 
-#: What is kept for a slow listener, s.
+#: Length of the buffer for a slow listener, s.
 BUFFERED = 60
 
 
@@ -37,8 +24,7 @@ class LslSink:
     Parameters
     ----------
     name
-        Of the streams: "NAME samples" of type Tactile, "NAME events" of type
-        Markers.
+        Name of the streams: "NAME samples" of type Tactile, "NAME events" of type Markers.
 
     Raises
     ------
@@ -56,18 +42,18 @@ class LslSink:
 
     @property
     def name(self) -> str:
-        """What drops are reported under."""
+        """Name under which drops are reported."""
         return "lsl"
 
     def open(self, descriptor: Descriptor) -> None:
-        """Make the streams findable."""
+        """Announce the streams."""
         layout = descriptor.layout
         self._layout = layout
         self._columns = tuple(range(layout.width))
         self._clock = DeviceClock(layout.rate)
         # Both are clocks of this machine that count seconds; where they begin may differ.
         self._shift = self._lsl.local_clock() - time.monotonic()
-        self._told = -np.inf
+        self._newest = -np.inf  # time stamp of the newest event
         self._failed: Mapping[str, str] = {}
         identity = f"{self._name}@{socket.gethostname()}"
         samples = self._lsl.StreamInfo(
@@ -99,16 +85,15 @@ class LslSink:
         self._events = self._lsl.StreamOutlet(events, max_buffered=BUFFERED)
 
     def take(self, update: Update) -> None:
-        """Send samples, then what was found in them."""
+        """Send samples, then the events in them."""
         for arrival in update.arrivals:
             self._send(arrival)
-        for what, why in update.failed.items() - self._failed.items():
-            at = self._told if np.isfinite(self._told) else self._lsl.local_clock()
-            self._events.push_sample([event_json.text(event_json.of_failure(what, why))], at)
+        for name, reason in update.failed.items() - self._failed.items():
+            at = self._newest if np.isfinite(self._newest) else self._lsl.local_clock()
+            self._events.push_sample([line_of(FailedLine(name, reason))], at)
         self._failed = update.failed
         for event in update.events:
-            at = self._clock.at(_known(event), event.epoch)
-            self._say(event_json.text(event_json.of_event(event)), at)
+            self._push(line_of(event), self._clock.at(event.known, event.epoch))
 
     def close(self) -> None:
         """Take both streams off the network. Closing twice is fine."""
@@ -122,29 +107,11 @@ class LslSink:
             self._samples.push_chunk(values.astype(np.float32), stamps.tolist())
         for marker in arrival.markers:
             at = self._clock.at(marker.sample, marker.epoch)
-            self._say(event_json.text(event_json.of_marker(marker)), at)
+            self._push(marker_line(marker), at)
 
-    def _say(self, text: str, host: float) -> None:
-        self._told = max(self._told, host + self._shift)
-        self._events.push_sample([text], self._told)
-
-
-def _known(event: Event) -> int:
-    """Number of the sample with which an event was known."""
-    match event:
-        case Armed() | HandAsked() | HandPinch():
-            return event.sample
-        case FromHand():
-            return event.told.decided
-        case Estimated() | Running() | Settled():
-            return event.complete
-        case PinchDone() | SameObject():
-            return event.end - 1
-        case Touched():
-            return event.contact.decided
-        case _:
-            # When a window was refused is not told: no earlier than this.
-            return event.contact.decided
+    def _push(self, text: str, host: float) -> None:
+        self._newest = max(self._newest, host + self._shift)
+        self._events.push_sample([text], self._newest)
 
 
 def _describe(info: Any, descriptor: Descriptor) -> None:

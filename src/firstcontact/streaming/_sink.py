@@ -1,11 +1,13 @@
-"""Where what happens live goes: viewers, other programs, a hand."""
+"""Outputs of a live session: viewers and other programs."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, TextIO
 
 from firstcontact.device import Arrival, Descriptor, Health, RecorderStatus
 from firstcontact.streaming._events import Event
@@ -14,22 +16,22 @@ from firstcontact.streaming._hand_requests import Ask
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Update:
-    """What came since the last one, and how everything is doing.
+    """Samples and events since the last update, and the state of the session.
 
     Parameters
     ----------
     arrivals
         Samples, in order.
     events
-        What the pipeline found in them.
+        Events in these samples.
     health
-        Of the source.
+        State of the source.
     recording
-        Of the recorder.
+        State of the recorder.
     ledger
-        The time ledger's figures so far, by name; times in s.
+        Figures of the time ledger so far, by name; times in s.
     failed
-        What each sink that failed died of, by its name: for the others to tell.
+        Reason of each sink that failed, by its name.
     """
 
     arrivals: tuple[Arrival, ...] = ()
@@ -41,22 +43,22 @@ class Update:
 
 
 class Sink(Protocol):
-    """Takes updates in a thread of its own.
+    """Output that takes updates in a thread of its own.
 
-    It may be slow or raise: its queue is bounded, what does not fit is dropped
-    and counted, and nothing else notices.
+    It may be slow or raise. Its queue is bounded; updates that do not fit are dropped and counted,
+    and the rest of the session goes on.
     """
 
     @property
     def name(self) -> str:
-        """What drops are reported under."""
+        """Name under which drops are reported."""
 
     @property
     def every(self) -> float:
-        """Longest that samples may be held back for it, s; events and markers never are."""
+        """Longest time that samples may be held back for it, s; events and markers never are."""
 
     def open(self, descriptor: Descriptor) -> None:
-        """Begin: called once, before the first update."""
+        """Begin; called once, before the first update."""
 
     def take(self, update: Update) -> None:
         """Use an update."""
@@ -66,32 +68,52 @@ class Sink(Protocol):
 
 
 class Controls(Protocol):
-    """What a viewer may ask for; safe to call from any thread."""
+    """Requests that a viewer may make; safe to call from any thread."""
 
     def start_recording(self) -> Path:
-        """Begin a recording; InputError when one is running or cannot be made."""
+        """Begin a recording; InputError if one is running or cannot be made."""
 
     def stop_recording(self) -> None:
-        """Close the recording; nothing happens when none is running."""
+        """Close the recording, if one is running."""
 
     def mark(self, text: str) -> None:
-        """Pin a word to the next sample."""
+        """Pin a marker to the next sample."""
 
     def hand_asks(self) -> tuple[Ask, ...]:
-        """What the hand can be asked; nothing where none is driven."""
+        """Return the possible requests to the hand; empty without a hand."""
 
     def ask_hand(self, ask: Ask, by: str) -> None:
-        """Ask the hand for something; InputError where it cannot be asked for that, or not now."""
+        """Send a request to the hand; InputError if it is not possible, or not now."""
 
     def hand_gone(self, by: str) -> None:
-        """Somebody can ask no more: what they had the hand close is opened."""
+        """Open the hand if the viewer that is gone had closed it."""
 
     def new_object(self) -> None:
-        """The next pinches are of another object: they are combined, and nothing across."""
+        """Begin another object: combine its pinches, and none of the previous object."""
 
     @property
-    def shapes(self) -> bool:
-        """Whether it is of use to tell the shape of what is pinched."""
+    def uses_shape(self) -> bool:
+        """True if the model uses the shape of the object."""
 
-    def tell_shape(self, text: str) -> str:
-        """What is pinched next has this shape; what was understood, or InputError."""
+    def set_shape(self, text: str) -> str:
+        """Set the shape of the next objects; return it in words, or raise InputError."""
+
+
+def write_now(stream: TextIO, text: str) -> None:
+    """Write and flush.
+
+    Raises
+    ------
+    OSError
+        The reader is gone (BrokenPipeError), or the stream cannot be written. Text that waits in
+        the stream is dropped: it would raise again when the program ends.
+    """
+    try:
+        stream.write(text)
+        stream.flush()
+    except OSError:
+        with suppress(OSError, ValueError):
+            null = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(null, stream.fileno())
+            os.close(null)
+        raise

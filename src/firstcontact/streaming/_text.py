@@ -8,28 +8,26 @@ from typing import TextIO
 from firstcontact.core import finger_name
 from firstcontact.device import Descriptor, Health, LinkNews, lost_object
 from firstcontact.streaming._events import (
-    Estimated,
-    HandAsked,
+    Estimate,
     HandCheck,
+    HandCommand,
     HandPinch,
+    ObjectEstimate,
     PinchDone,
-    Running,
-    SameObject,
 )
-from firstcontact.streaming._lines import write_now
-from firstcontact.streaming._sink import Update
-from firstcontact.streaming._spoken import Objects
+from firstcontact.streaming._objects import ObjectNames
+from firstcontact.streaming._sink import Update, write_now
 
 
 class TextSink:
-    """One line a pinch, and one whenever the link loses something or comes back, or a sink fails.
+    """Text for people: one line per pinch, and one for each loss, return of the link or failure.
 
     Parameters
     ----------
     stream
-        Where to.
+        Stream to write to.
     shore_a
-        Of an object of the twin by its name, None where it is not known: told with its pinches.
+        Function that returns the Shore A of an object of the twin by its name, None if unknown.
     """
 
     name = "text"
@@ -39,126 +37,118 @@ class TextSink:
         self, stream: TextIO, shore_a: Callable[[str], float | None] = lambda name: None
     ) -> None:
         self._stream = stream
-        self._rate = 0.0
-        self._alone = False  # one sensor: no second contact can come
+        self._alone = False  # a single sensor hears no second contact
         self._link = LinkNews(Health(connected=True))
         self._health = Health(connected=True)
-        self._objects = Objects(shore_a)
+        self._objects = ObjectNames(shore_a)
         self._failed: Mapping[str, str] = {}
 
     def open(self, descriptor: Descriptor) -> None:
-        """Say what is connected."""
-        self._rate = descriptor.layout.rate
+        """Write the source."""
+        rate = descriptor.layout.rate
         self._alone = len(descriptor.layout.vibration_fingers) < 2
-        what = ", ".join(s for s in (descriptor.firmware, descriptor.sensor) if s)
-        self._say(f"{descriptor.source}: {what or 'unnamed'}, {self._rate:g} Hz")
+        names = ", ".join(s for s in (descriptor.firmware, descriptor.sensor) if s)
+        self._write(f"{descriptor.source}: {names or 'unnamed'}, {rate:g} Hz")
 
     def take(self, update: Update) -> None:
-        """Say what an update brings."""
+        """Write the lines of an update."""
         self._health = update.health
         for line in self._link.lines(update.health):
-            self._say(line)
-        for name, why in update.failed.items() - self._failed.items():
-            self._say(f"{name}: failed ({why})")
+            self._write(line)
+        for name, reason in update.failed.items() - self._failed.items():
+            self._write(f"{name}: failed ({reason})")
         self._failed = update.failed
-        for how in (lost_object(m.text) for a in update.arrivals for m in a.markers):
-            if how:
-                self._say(f"the hand has {how} it")
+        for loss in (lost_object(m.text) for a in update.arrivals for m in a.markers):
+            if loss:
+                self._write(f"the hand has {loss} it")
         late: list[tuple[int, str]] = []
         for arrival in update.arrivals:
-            self._objects.words(arrival.markers)
-            late += self._objects.labels(arrival.pinches)
+            self._objects.add_markers(arrival.markers)
+            late += self._objects.add_labels(arrival.pinches)
         for event in update.events:
             if isinstance(event, PinchDone):
-                what = self._objects.of(event)
+                name = self._objects.name_of(event)
                 line = pinch_line(event, self._alone)
-                self._say(f"{line}, {what}" if what else line)
-            elif isinstance(event, HandAsked):
-                self._say(f"hand told to {event.ask}, by {event.by}")
+                self._write(f"{line}, {name}" if name else line)
+            elif isinstance(event, HandCommand):
+                self._write(f"hand: {event.ask}, by {event.by}")
             elif isinstance(event, HandPinch):
-                self._say(hand_line(event, self._rate))
-            elif isinstance(event, SameObject) and event.pinches > 1:
-                self._say(same_line(event))
-        for number, what in late:
-            self._say(f"  pinch {number} was {what}")
+                self._write(hand_line(event))
+            elif isinstance(event, ObjectEstimate) and event.pinches > 1:
+                self._write(object_line(event))
+        for number, name in late:
+            self._write(f"  pinch {number} was {name}")
 
     def close(self) -> None:
-        """Say what the link has lost since that was last said."""
+        """Write the losses of the link since the last line about them."""
         for line in self._link.lines(self._health, last=True):
-            self._say(line)
+            self._write(line)
 
-    def _say(self, line: str) -> None:
+    def _write(self, line: str) -> None:
         write_now(self._stream, f"{line}\n")
 
 
 def pinch_line(done: PinchDone, alone: bool = False) -> str:
-    """A pinch on one line; ``alone`` where no second contact can come.
+    """Return a pinch on one line; ``alone`` for a single sensor, which hears no second contact.
 
-    First the estimate that was available before the second contact, then all others.
+    First the estimate in force at the second contact, then the final one if it came later.
     """
-    judged = not alone and done.case is not None
-    shown = done.available if judged else done.final
+    is_judged = not alone and done.verdict is not None
+    shown = done.in_force if is_judged else done.final
     parts = [f"pinch {done.number}: {finger_name(done.contacts[0].finger)} first"]
-    if judged and shown is None and done.final is not None:
+    if is_judged and shown is None and done.final is not None:
         parts.append("no estimate in time")
-    for e in dict.fromkeys((shown, done.final, *done.estimates)):
-        if e is not None:
-            of = isinstance(e, Estimated) and done.answers
-            model = f"model of {1e3 * e.duration:.0f} ms: " if of else ""
-            case = f", {done.case_of(e)}" if judged else ""
-            parts.append(f"{model}{estimate_words(e, done.rate if done.real_time else None)}{case}")
-    if done.refused:
-        parts.append(f"no estimate: {done.refused}")
+    later = None if done.final is shown else done.final
+    for estimate in (shown, later):
+        if estimate is None:
+            continue
+        words = estimate_words(estimate, timed=done.real_time)
+        late = "" if not is_judged else ", in time" if estimate.in_time else ", too late"
+        parts.append(f"{words}{late}")
+    if done.reason:
+        parts.append(f"no estimate: {done.reason}")
     if done.offset is not None:
         parts.append(f"second after {1e3 * done.offset:.1f} ms")
     return ", ".join(parts)
 
 
-def estimate_words(e: Running | Estimated, rate: float | None) -> str:
-    """An estimate, and how long after the contact it was available.
-
-    ``rate`` is in Hz, and None where that time means nothing.
-    """
-    bounds = f" ({e.low:.0f} to {e.high:.0f})" if e.level else ""
-    signal = f" from {1e3 * e.duration:.0f} ms" if isinstance(e, Running) else ""
-    odd = ", out of range" if isinstance(e, Running) and e.strange else ""
-    at = "" if rate is None else f" at {1e3 * e.after(rate):.1f} ms"
-    return f"{e.value:.1f} Shore A{bounds}{signal}{at}{odd}"
+def estimate_words(estimate: Estimate, *, timed: bool) -> str:
+    """Return an estimate in words, with the time at which it was available if ``timed``."""
+    e = estimate
+    bounds = f" ({e.low:.0f} to {e.high:.0f})" if e.high > e.low else ""
+    at = f" at {1e3 * e.available:.1f} ms" if timed else ""
+    flag = ", out of range" if e.out_of_range else ""
+    return f"{e.value:.1f} Shore A{bounds} from {1e3 * e.elapsed:.0f} ms{at}{flag}"
 
 
-def hand_line(event: HandPinch, rate: float) -> str:
-    """What a device that answers by itself told of a pinch; ``rate`` in Hz."""
+def hand_line(event: HandPinch) -> str:
+    """Return the predictions of a device for a pinch on one line."""
     parts = []
-    stands = event.standing
-    if event.first is None:
+    if not event.contacts:
         parts.append("no contact")
-    elif stands is None:
-        parts.append(f"{finger_name(event.first.finger)} first, no estimate")
+    elif event.final is None:
+        parts.append(f"{finger_name(event.contacts[0].finger)} first, no estimate")
     else:
-        odd = ", out of range" if stands.out_of_range else ""
-        parts.append(
-            f"{stands.value:.1f} Shore A ({stands.low:.0f} to {stands.high:.0f}) from "
-            f"{1e3 * stands.samples / rate:.0f} ms at {1e3 * stands.after(rate):.1f} ms{odd}"
-        )
+        parts.append(estimate_words(event.final, timed=True))
     parts.append("not checked" if event.check is None else check_words(event.check))
     return f"  on the hand (model {event.model}): {', '.join(parts)}"
 
 
 def check_words(check: HandCheck) -> str:
-    """What the host says of the hand's answers."""
+    """Return the comparison with the host's own predictions in words."""
     if check.same:
-        return f"the same here ({check.compared} answers)"
+        return f"the same here ({check.compared} estimates)"
     if check.lost:
         return "not heard here: samples were lost"
     parts = [] if check.contacts else ["other contacts"]
-    parts += [f"{check.missing} answers only on one side"] if check.missing else []
+    parts += [f"{check.missing} estimates only on one side"] if check.missing else []
     parts += [] if check.flags else ["another verdict on its range"]
     parts += [f"up to {check.largest:.2f} Shore A apart"] if check.compared else []
     return "differs here: " + ", ".join(parts)
 
 
-def same_line(event: SameObject) -> str:
-    """What the pinches of one object say together."""
+def object_line(event: ObjectEstimate) -> str:
+    """Return the combined estimate of an object on one line."""
     return (
         f"the same object, {event.pinches} pinches: {event.value:.1f} Shore A "
         f"({event.low:.0f} to {event.high:.0f})"

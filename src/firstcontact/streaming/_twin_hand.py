@@ -1,4 +1,4 @@
-"""The simulated hand of the running twin, commanded over the twin's own line."""
+"""Simulated hand of the running twin, commanded over the twin's own line."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from firstcontact.device import Source, order_text
 from firstcontact.grasp import Hand, HandError, HandLimits
 from firstcontact.twin import Drive
 
-#: Commands that the twin tells apart a second, Hz: it makes its samples 5 ms at a time.
+#: Highest rate of commands, Hz: the twin makes its samples 5 ms at a time.
 RATE = 200.0
 
 

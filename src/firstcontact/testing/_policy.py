@@ -161,8 +161,8 @@ def _answers(policy: Policy, estimate: Stiffness | None, volts: float) -> list[C
     return [command for command in commands if command is not None]
 
 
-def _around(value: float, half: float, duration: float) -> Stiffness:
-    return Stiffness(value, max(value - half, 0.0), min(value + half, 100.0), duration)
+def _around(value: float, half: float, elapsed: float) -> Stiffness:
+    return Stiffness(value, max(value - half, 0.0), min(value + half, 100.0), elapsed)
 
 
 def _shore(chance: Random) -> float:

@@ -6,7 +6,13 @@ from dataclasses import dataclass, replace
 
 from firstcontact.core import Block, Command
 from firstcontact.grasp import ByStiffness, Grip, Stiffness
-from firstcontact.streaming import Grasping, Pipeline, Running, Settled, Touched
+from firstcontact.streaming import (
+    ContactEvent,
+    Estimate,
+    Grasping,
+    NetworkPredictor,
+    Pipeline,
+)
 from firstcontact.twin import (
     Drive,
     GraspPlant,
@@ -123,7 +129,8 @@ def approached(pick: Pick, speed: float, own: OwnHand, breaks: bool = False) -> 
     policy = ByStiffness(Grip(), approach=speed)
     hand = _Waiting(plant, policy)
     grasping = Grasping(policy, hand, LAYOUT)
-    pipeline = Pipeline(LAYOUT, own.detector, clock=lambda: 0.0, anytime=own.model)
+    predictor = NetworkPredictor(own.model)
+    pipeline = Pipeline(LAYOUT, own.detector, predictor, clock=lambda: 0.0)
     answers: list[Answer] = []
     first: float | None = None
     heard: float | None = None
@@ -132,16 +139,16 @@ def approached(pick: Pick, speed: float, own: OwnHand, breaks: bool = False) -> 
         block = Block(plant.advance(BLOCK), start)
         for event in pipeline.update(block, 0.0):
             match event:
-                case Running():
-                    answers.append(Answer(event.duration, event.value, event.low, event.high))
-                case Settled() if event.answer is not None:
-                    answers = [a for a in answers if a.duration <= event.answer.duration]
-                case Touched() if event.first:
+                case Estimate() if event.final:
+                    answers = [a for a in answers if a.duration <= event.elapsed]
+                case Estimate():
+                    answers.append(Answer(event.elapsed, event.value, event.low, event.high))
+                case ContactEvent() if event.first:
                     first = event.contact.sample / LAYOUT.rate
-                case Touched() if heard is None and first is not None:
+                case ContactEvent() if heard is None and first is not None:
                     heard = event.contact.decided / LAYOUT.rate - first
-            grasping.happened(event)
-        grasping.came(block)
+            grasping.on_event(event)
+        grasping.after_block(block)
     outcome = plant.outcome
     both = outcome.first_contact is not None and outcome.second_contact is not None
     offset = (outcome.second_contact or 0.0) - (outcome.first_contact or 0.0) if both else None

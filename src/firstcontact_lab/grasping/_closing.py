@@ -7,7 +7,14 @@ from dataclasses import dataclass
 
 from firstcontact.core import Block, Command, fingertip_layout
 from firstcontact.grasp import Hand, HandLimits, LoopCounts, Policy
-from firstcontact.streaming import Armed, Estimated, Grasping, Pipeline, Refused, Touched
+from firstcontact.streaming import (
+    ClosingStart,
+    ContactEvent,
+    Estimate,
+    Grasping,
+    NoEstimate,
+    Pipeline,
+)
 from firstcontact.twin import GraspPlant
 
 #: Samples of a block, as the device sends them.
@@ -56,7 +63,7 @@ class ClosingRecord:
     """
 
     orders: tuple[Order, ...]
-    estimates: tuple[Estimated, ...]
+    estimates: tuple[Estimate, ...]
     counts: LoopCounts
 
 
@@ -88,11 +95,11 @@ def close(
     """
     hand = PlantHand(plant)
     grasping = Grasping(policy, hand, LAYOUT)
-    estimates: list[Estimated] = []
+    estimates: list[Estimate] = []
     listening = pipeline is not None
-    touched, refused = False, False
+    touched, settled = False, False
     if pipeline is None:
-        grasping.happened(Armed(0, 0))
+        grasping.on_event(ClosingStart(0, 0))
     while not plant.ended:
         waiting = policy.deadline is not None and not _settled(grasping)
         step = BLOCK if listening or waiting or feels else LONG
@@ -100,13 +107,17 @@ def close(
         block = Block(plant.advance(step), first)
         if listening and pipeline is not None:
             for event in pipeline.update(block, 0.0):
-                touched |= isinstance(event, Touched)
-                refused |= isinstance(event, Refused)
-                if isinstance(event, Estimated):
+                touched |= isinstance(event, ContactEvent)
+                settled |= isinstance(event, NoEstimate)
+                if isinstance(event, Estimate):
+                    # The published study compares windows: none is cut short by the second contact.
+                    if event.final:
+                        settled = True
+                        continue
                     estimates.append(event)
-                grasping.happened(event)
-            listening = not (touched and (refused or len(estimates) >= windows))
-        grasping.came(block)
+                grasping.on_event(event)
+            listening = not (touched and (settled or len(estimates) >= windows))
+        grasping.after_block(block)
     return ClosingRecord(tuple(hand.orders), tuple(estimates), grasping.loop.counts)
 
 

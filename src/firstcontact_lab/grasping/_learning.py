@@ -10,12 +10,11 @@ from typing import TYPE_CHECKING
 from firstcontact.contact import Detector
 from firstcontact.core import Dataset, InputError, Runner, Serial, to_tree
 from firstcontact.models import RegressionScores
-from firstcontact.streaming import ModelWithInterval
 from firstcontact_lab.grasping.settings import GraspStudySettings
 from firstcontact_lab.report.folder import MARK, fresh
 
 if TYPE_CHECKING:
-    from firstcontact.models import Alignment, FinalModel, LabelledWindows
+    from firstcontact.models import Alignment, FinalModel, LabelledWindows, WindowPredictor
 
 #: The sessions learned from are named by the twin: "blocks-01" and on. Those closed in are not.
 CONDITION = "paper-rig"
@@ -36,7 +35,7 @@ class Models:
     """What the study's hand hears and estimates with."""
 
     detector: Detector
-    stiffness: tuple[ModelWithInterval, ...]
+    stiffness: tuple[WindowPredictor, ...]
 
 
 def learn(settings: GraspStudySettings, out: Path, runner: Runner) -> Learned:
@@ -113,8 +112,7 @@ def _learned(
 
 def loaded(folder: Path) -> Models:
     """What was learned and saved."""
-    from firstcontact.contact import load_detector
-    from firstcontact.models import model_folders
+    from firstcontact.models import load_model
 
-    stiffness = tuple(map(ModelWithInterval.load, model_folders(folder)))
-    return Models(load_detector(folder), stiffness)
+    model = load_model(folder)
+    return Models(model.own_detector, model.windows)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Block
 from firstcontact.grasp import POLICIES, FinalForce, Grip, Truth, make_policy
-from firstcontact.streaming import Grasping, Pipeline
+from firstcontact.streaming import Grasping, NetworkPredictor, Pipeline
 from firstcontact.twin import GraspPlant, household_named
 from firstcontact_lab.grasping._approach import Pick, plant_for
 from firstcontact_lab.grasping._branches import LIFTS
@@ -73,7 +73,7 @@ def played(job: RealJob, own: Mapping[tuple[int, float], OwnHand]) -> Played:
         raise TypeError(f"{job.policy} is no policy of the household")
     hand = PlantHand(plant)
     grasping = Grasping(policy, hand, LAYOUT)
-    pipeline = Pipeline(LAYOUT, its.detector, clock=lambda: 0.0, anytime=its.model)
+    pipeline = Pipeline(LAYOUT, its.detector, NetworkPredictor(its.model), clock=lambda: 0.0)
     watch = None if job.detection is None else SlipWatch(job.detection)
     while not plant.ended:
         start = plant.sample

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from firstcontact.grasp import Grip
-from firstcontact.streaming import Pipeline
+from firstcontact.streaming import Pipeline, WindowLadder
 from firstcontact.twin import Drive, GraspPlant, condition, draw_pinch, draw_specimen
 from firstcontact_lab.grasping._closing import LAYOUT, ClosingRecord, close
 from firstcontact_lab.grasping._learning import CONDITION, Models
@@ -89,7 +89,8 @@ def played(
     if not policy.uses_piezos() or models is None:
         return close(plant, policy, feels=feels)
     wanted = models.stiffness if policy.deadline is not None else ()
-    pipeline = Pipeline(LAYOUT, models.detector, wanted, clock=lambda: 0.0)
+    predictor = WindowLadder(wanted) if wanted else None
+    pipeline = Pipeline(LAYOUT, models.detector, predictor, clock=lambda: 0.0)
     return close(plant, policy, pipeline, len(wanted), feels)
 
 

@@ -13,17 +13,16 @@ from typing import TYPE_CHECKING, Annotated
 
 from firstcontact.cli.choices import devices, one_of
 from firstcontact.contact import SLIP_DETECTORS
-from firstcontact.core import InputError, is_same_rate, require_modules
+from firstcontact.core import InputError, need, same_rate
 from firstcontact.device import SOURCES, open_source, source_kind
 from firstcontact.grasp import HANDS, POLICIES, Begins, live_policies, make_hand
 
 if TYPE_CHECKING:
-    from firstcontact.cli.live_models import Answerers
-    from firstcontact.contact import SlipDetector
+    from firstcontact.contact import Detector, SlipDetector
     from firstcontact.core import Calibration
     from firstcontact.device import Source
     from firstcontact.grasp import Hand
-    from firstcontact.streaming import Grasping, LiveSession, Sink
+    from firstcontact.streaming import Grasping, LiveSession, Predictor, Sink
 
 #: A viewer's thread may hold up the pipeline's for so long, s; Python's own 5 ms is a
 #: third of a window.
@@ -37,49 +36,50 @@ class Live:
     device: Annotated[str, devices()]
     """Where samples come from."""
     model: Path | None = None
-    """Folder that `adapt` or `train` wrote; left out: one is made for the twin, and for anything
-    else the model that came with the package answers, which knows no rig: with wide intervals."""
+    """Model folder that `adapt` or `train` wrote; by default one for the twin, or the model of
+    the package, which knows no rig and has wide intervals."""
+    estimator: str | None = None
+    """Estimator of the model that predicts; by default the network where there is one."""
     detector: Path | None = None
-    """Folder of another detector than the one beside the model."""
+    """Folder of another detector than that of the model."""
     calibration: Path | None = None
-    """What `firstcontact calibrate` wrote; without it the noise is measured at the start."""
+    """File of `firstcontact calibrate`; by default the noise is measured at the start."""
     page: bool = False
-    """Serve a page that shows everything, and open with the address it prints."""
+    """Serve a page at the address that is printed."""
     port: int = 8765
-    """Of the page; 0 takes a free one."""
+    """Port of the page; 0 takes a free one."""
     address: str = "127.0.0.1"
-    """Of the page: this machine only, unless another is given; then a token is needed."""
+    """Address of the page; other addresses than that of this machine need a token."""
     token: str | None = None
-    """What viewers elsewhere must know; one is made up where it is needed."""
+    """Token that viewers elsewhere need; by default a random one."""
     json: bool = False
     """Write JSON lines to standard output instead of text."""
     lsl: bool = False
-    """Offer samples and events to other programs by LSL."""
+    """Send samples and events by LSL."""
     hand: Annotated[str | None, one_of(HANDS)] = None
-    """A hand to drive."""
+    """Hand to drive."""
     hand_port: str | None = None
-    """Of the hand, where it needs one; some have one for a trial without hardware."""
+    """Port of the hand; some have one for a trial without hardware."""
     policy: Annotated[str, one_of(live_policies())] = POLICIES.default
-    """What decides how the hand closes."""
+    """Grasp policy."""
     shape: str = ""
-    """Of what is pinched, where it is known and an any-time model answers: flat, or its radius in
-    mm; on the page it can be told for each object."""
+    """Shape of the objects, an input of the network: flat, or a radius in mm."""
     one_object: bool = False
-    """All pinches are of one object, until another is told: what they say is combined."""
+    """Pool all pinches as one object until you press N."""
     slip: Annotated[str | None, one_of(SLIP_DETECTORS)] = None
-    """What tells a policy with a reflex that what it holds slips; never tried on a real slip."""
+    """Slip detector for a policy with a reflex; never tried on a real slip."""
     record: bool = False
-    """Begin a recording at once."""
+    """Record from the start."""
     recordings: Path = Path("firstcontact-recordings")
     """Folder for recordings."""
     speed: float = 1.0
-    """Of a recording or of the twin, times real time; inf replays as fast as it goes."""
+    """Speed of a recording or of the twin, times real time; inf is as fast as possible."""
     condition: str = "paper-rig"
-    """Of the twin: paper-rig or everyday."""
+    """Condition of the simulated hand: paper-rig or everyday."""
     seed: int = 0
-    """Of the twin."""
+    """Random seed of the simulated hand."""
     objects: str = "paper"
-    """What the twin picks up: paper, household, or the name of one object."""
+    """Objects of the simulated hand: paper, household, or the name of one object."""
     seconds: float | None = None
     """Stop after this time."""
     pinches: int | None = None
@@ -89,25 +89,25 @@ class Live:
         """Run until Ctrl-C or one of the bounds."""
         self._check()
         if self.page:
-            require_modules("live", "websockets")
+            need("live", "websockets")
         if self.lsl:
-            require_modules("live", "pylsl")
+            need("live", "pylsl")
         from threadpoolctl import threadpool_limits
 
         from firstcontact.cli.live_models import (
             SHIPPED,
-            models_in,
-            no_model,
-            shipped_model,
-            told_noise,
-            whose_answers,
+            device_model_line,
+            device_noise,
+            landmarks,
+            left_out,
+            live_model,
         )
         from firstcontact.cli.session_keys import session_keys
         from firstcontact.cli.stopping import stopping
-        from firstcontact.contact import untrained_detector
+        from firstcontact.contact import load_detector, untrained
         from firstcontact.core import read_calibration
         from firstcontact.device import skipped_model
-        from firstcontact.streaming import LiveSession, Pipeline, grasp_lines
+        from firstcontact.streaming import LiveSession, Pipeline, grasp_lines, predictor_of
 
         source: Source = open_source(
             self.device,
@@ -117,31 +117,32 @@ class Live:
             objects=self.objects,
         )
         folder = self.model or self._own_model(source)
-        loaded = None if folder is None else models_in(folder, self.detector)
         given = None if self.calibration is None else read_calibration(self.calibration)
         # Products of small matrices: threads of theirs only wait for one another.
         with stopping() as stop, source, threadpool_limits(1):
-            answers = source.descriptor.predictor
-            if loaded is None and answers is None:
-                _say(SHIPPED)
-                loaded = shipped_model(self.detector)
-            elif loaded is None:
-                loaded = no_model(self.detector)
-            loaded, left_out = loaded.at_one_rate()
-            if left_out:
-                _say(left_out)
-            source = _at_rate(source, loaded)
-            if answers is not None:
-                _say(whose_answers(answers, self.model))
+            device = source.descriptor.predictor
+            detector, predictor, known = None, None, {}
+            if folder is not None or device is None:
+                if folder is None:
+                    _say(SHIPPED)
+                model = live_model(folder, self.detector)
+                detector, predictor = model.own_detector, predictor_of(model, self.estimator)
+                known = landmarks(model)
+                if note := left_out(model, predictor, self.estimator):
+                    _say(note)
+            elif self.detector is not None:
+                detector = load_detector(self.detector)
+            source = _at_rate(source, detector, predictor)
+            if device is not None:
+                _say(device_model_line(device, self.model))
             if (models := source.descriptor.model_slot) is not None and models.fault:
-                _say(skipped_model(models, answers is not None))
-            calibration = given or told_noise(answers) or self._measured(source)
+                _say(skipped_model(models, device is not None))
+            calibration = given or device_noise(device) or self._measured(source)
             pipeline = Pipeline(
                 source.descriptor.layout,
-                loaded.detector or untrained_detector(source.descriptor.layout),
-                loaded.models,
+                detector or untrained(source.descriptor.layout),
+                predictor,
                 calibration,
-                anytime=loaded.anytime,
                 delay=source.descriptor.delay,
                 real_time=self.speed == 1.0,
             )
@@ -153,7 +154,7 @@ class Live:
                 )
                 if self.one_object:
                     session.new_object()
-                sinks = self._sinks(session, loaded.landmarks)
+                sinks = self._sinks(session, known)
                 began, used = source.health.samples, time.process_time()
                 if self.record:
                     _say(f"recording {session.start_recording()}")
@@ -172,7 +173,7 @@ class Live:
             assert session.fanout is not None
             failed = [f"{name} ({why})" for name, why in session.fanout.failed.items()]
             if failed:
-                raise InputError(f"not all was told, these have failed: {', '.join(failed)}")
+                raise InputError(f"these outputs failed: {', '.join(failed)}")
 
     def _check(self) -> None:
         from firstcontact.models import radius_of
@@ -338,8 +339,8 @@ class Live:
             )
         if health.late_answers or health.unheard_samples:
             _say(
-                f"hand: {health.late_answers} answers were late and left out, "
-                f"{health.unheard_samples} samples missed by its own answers"
+                f"hand: {health.late_answers} predictions were late and left out, "
+                f"{health.unheard_samples} samples missed by its own predictions"
             )
         if drift := clock_line(health, layout.rate):
             _say(drift)
@@ -349,19 +350,21 @@ class Live:
                 _say(f"{name}: {dropped} updates dropped, it was too slow")
 
 
-def _at_rate(source: Source, models: Answerers) -> Source:
-    """Resample a source where its rate is not that of the models; say so."""
+def _at_rate(source: Source, detector: Detector | None, predictor: Predictor | None) -> Source:
+    """Resample a source at another rate than that of the detector or the model; say so."""
     from firstcontact.device import ResampledSource
 
-    stated, rate = source.descriptor.layout.rate, models.rate
+    stated = source.descriptor.layout.rate
+    trained = None if detector is None else detector.rate
+    rate = trained or (None if predictor is None else predictor.rate)
     if rate is None or stated == rate:
         return source
     # A detector that was trained takes its own rate alone, whatever the error of a clock.
-    if (models.detector is None or models.detector.rate is None) and is_same_rate(stated, rate):
+    if trained is None and same_rate(stated, rate):
         return source
     resampled = ResampledSource(source, rate)
     _say(
-        f"{source.name} sends {stated:g} samples a second and the models take {rate:g}: they are "
+        f"{source.name} sends {stated:g} samples a second and the model takes {rate:g}: they are "
         "resampled, also in recordings"
     )
     return resampled

@@ -39,7 +39,7 @@ class EarlyExit(FirstContact):
     def estimated(self, stiffness: Stiffness) -> Command | None:
         """Return the command for the soft end of the interval, once per closing."""
         precise = stiffness.high - stiffness.low <= self.tight
-        last = stiffness.standing or stiffness.duration >= self.window - 5e-4
+        last = stiffness.final or stiffness.elapsed >= self.window - 5e-4
         if self._acted or not (precise or last):
             return None
         self._acted = True

@@ -34,6 +34,7 @@ class FirstContact(Policy):
     name = "first_contact"
     title = "first contact"
     colour = BLUE
+    early = True
 
     def __init__(self, grip: Grip, window: float = LONGEST) -> None:
         super().__init__(grip)
@@ -47,7 +48,7 @@ class FirstContact(Policy):
     def estimated(self, stiffness: Stiffness) -> Command | None:
         """Return the command for the soft end of the interval."""
         # Tolerance for rounding: a window's length is a whole number of samples.
-        if stiffness.duration < self.window - 5e-4 and not stiffness.standing:
+        if stiffness.elapsed < self.window - 5e-4 and not stiffness.final:
             return None
         return self.grip.command_for(min(stiffness.low, stiffness.value))
 

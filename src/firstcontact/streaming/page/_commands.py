@@ -1,8 +1,10 @@
-"""What a viewer asks for: checked, and as much of it as the link can bear."""
+"""Requests of viewers: checked, and limited in number."""
 
 from __future__ import annotations
 
 import asyncio
+import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
@@ -12,35 +14,67 @@ from firstcontact.core import InputError, read_record
 from firstcontact.device import marker_text
 from firstcontact.streaming._hand_requests import Ask
 from firstcontact.streaming._sink import Controls
-from firstcontact.streaming.page._allowance import Allowance
 
 #: Longest message of a viewer, bytes.
 LONGEST = 4096
-#: What one viewer may ask for: at once, and a second. Nobody's finger is faster.
+#: Most requests of one viewer: at once, and per second. No finger is faster.
 EACH = 10, 5.0
-#: What all viewers together may: a marker takes the device as long as 1 ms of samples.
+#: Most requests of all viewers: a marker takes the device as long as 1 ms of samples.
 ALL = 20, 10.0
-#: The message of the page that opens the hand.
+#: Message of the page that opens the hand.
 OPEN = b'{"do":"open"}'
-#: The message of the page that says that it is there: no request, and without an answer.
+#: Message of the page that shows that it is alive: no request, and without an answer.
 HERE = '{"do":"here"}'
 
 
 @dataclass(frozen=True, slots=True)
-class Wish:
-    """A viewer's message; ``text`` is a marker's, cut to what a device sets, or a shape."""
+class Request:
+    """Message of a viewer; ``text`` is a marker or a shape."""
 
     do: Literal["record", "stop", "mark", "new", "shape", "close", "open"]
     text: Annotated[str, msgspec.Meta(max_length=1000)] = ""
 
 
+class Allowance:
+    """Token bucket that limits requests.
+
+    Parameters
+    ----------
+    burst
+        Most requests in one go, after a pause.
+    refill
+        Requests per second that come back, Hz.
+    clock
+        Clock, s.
+    """
+
+    def __init__(
+        self, burst: int, refill: float, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self._most = float(burst)
+        self._refill = refill
+        self._clock = clock
+        self._left = self._most
+        self._seen = clock()
+
+    def take(self) -> float:
+        """Take one and return 0.0, or return the time until there is one, s."""
+        now = self._clock()
+        self._left = min(self._most, self._left + (now - self._seen) * self._refill)
+        self._seen = now
+        if self._left < 1.0:
+            return (1.0 - self._left) / self._refill
+        self._left -= 1.0
+        return 0.0
+
+
 class Commands:
-    """Does what viewers ask for.
+    """Carries out requests of viewers.
 
     Parameters
     ----------
     controls
-        Of the session, None where viewers may only look.
+        Controls of the session, None where viewers may only look.
     """
 
     def __init__(self, controls: Controls | None) -> None:
@@ -50,27 +84,27 @@ class Commands:
     async def obey(
         self, message: str | bytes, own: Allowance, by: str
     ) -> tuple[dict[str, Any], float]:
-        """Do what a message asks; whatever it is, there is an answer and nothing is raised.
+        """Carry out a message. There is always an answer, and no error.
 
         Parameters
         ----------
         message
-            JSON of a :class:`Wish`.
+            JSON of a :class:`Request`.
         own
-            What this viewer may still ask for.
+            Allowance of this viewer.
         by
-            Who this viewer is to the hand.
+            Name of this viewer to the hand.
 
         Returns
         -------
         answer : dict
-            ``ok``, what was asked for as ``do``, and ``text`` for the person.
+            ``ok``, the request as ``do``, and ``text`` for the person.
         wait : float
-            How long this viewer is not listened to, s: 0 unless it asked too much.
+            Time for which to ignore this viewer, s: 0 unless it sent too many requests.
         """
         data = message.encode(errors="surrogatepass") if isinstance(message, str) else message
         wait = 0.0
-        if data != OPEN:  # a hand is opened however much was asked before
+        if data != OPEN:  # opening a hand has no limit
             wait = own.take() or self._all.take()
         if wait:
             text = (
@@ -79,44 +113,44 @@ class Commands:
             )
             return {"ok": False, "do": "", "text": text}, wait
         try:
-            wish = read_record(data, Wish, "This message", "reload the page", LONGEST)
+            request = read_record(data, Request, "This message", "reload the page", LONGEST)
         except InputError as error:
             return {"ok": False, "do": "", "text": f"That was not understood. {error}."}, 0.0
         try:
             # A recorder opens files: that may take a while, and only this viewer waits.
-            done = await asyncio.to_thread(self._do, wish, by)
+            done = await asyncio.to_thread(self._do, request, by)
         except InputError as error:
-            return {"ok": False, "do": wish.do, "text": str(error)}, 0.0
-        except Exception as error:  # a fault of the session is told, and stays there
-            return {"ok": False, "do": wish.do, "text": f"That did not work ({error!r})."}, 0.0
-        return {"ok": True, "do": wish.do, "text": done}, 0.0
+            return {"ok": False, "do": request.do, "text": str(error)}, 0.0
+        except Exception as error:  # a fault of the session is reported and stays there
+            return {"ok": False, "do": request.do, "text": f"That did not work ({error!r})."}, 0.0
+        return {"ok": True, "do": request.do, "text": done}, 0.0
 
     def gone(self, by: str) -> None:
-        """A viewer is gone: what it had the hand close is opened."""
+        """Open the hand if the viewer that is gone had closed it."""
         if self._controls is not None:
             self._controls.hand_gone(by)
 
-    def _do(self, wish: Wish, by: str) -> str:
+    def _do(self, request: Request, by: str) -> str:
         controls = self._controls
         if controls is None:
             raise InputError("This page may only look.")
-        match wish.do:
+        match request.do:
             case "record":
                 return f"Recording to {controls.start_recording().name}."
             case "stop":
                 controls.stop_recording()
                 return "Recording stopped."
             case "close" | "open":
-                controls.ask_hand(Ask(wish.do), by)
-                return "The hand is told to close." if wish.do == "close" else "The hand opens."
+                controls.ask_hand(Ask(request.do), by)
+                return "The hand closes." if request.do == "close" else "The hand opens."
             case "new":
                 controls.new_object()
-                return "The next pinches are of a new object."
+                return "New object: its pinches are combined."
             case "shape":
-                told = controls.tell_shape(wish.text)
-                return f"Shape of what is pinched next: {told or 'not known'}."
+                shape = controls.set_shape(request.text)
+                return f"Shape of the next objects: {shape or 'unknown'}."
             case "mark":
-                word = marker_text(wish.text.strip()).decode().strip()
+                word = marker_text(request.text.strip()).decode().strip()
                 if not word:
                     raise InputError("A marker needs a word.")
                 controls.mark(word)

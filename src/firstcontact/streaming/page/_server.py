@@ -18,8 +18,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
 from firstcontact.streaming._sink import Controls
-from firstcontact.streaming.page._allowance import Allowance
-from firstcontact.streaming.page._commands import EACH, HERE, LONGEST, Commands
+from firstcontact.streaming.page._commands import EACH, HERE, LONGEST, Allowance, Commands
 from firstcontact.streaming.page._state import State
 from firstcontact.streaming.page.guard import Guard
 from firstcontact.streaming.page.serving import answer, plain, serve_page

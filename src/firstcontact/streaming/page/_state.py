@@ -1,52 +1,76 @@
-"""What the page shows now: parts that change one by one, for viewers that come and go."""
+"""State of the page: parts that change one by one, for viewers that come and go."""
 
 from __future__ import annotations
 
-import json
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from threading import Lock
 from typing import Any
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import ChannelKind, Finger, merge_blocks
+from firstcontact.core import ChannelKind, Finger, joined
 from firstcontact.device import Arrival, Descriptor, RecorderStatus
 from firstcontact.streaming._events import (
-    Estimated,
+    ContactEvent,
+    Estimate,
     Event,
-    HandAsked,
+    HandCommand,
     HandPinch,
+    NoEstimate,
+    ObjectEstimate,
     PinchDone,
-    Refused,
-    Running,
-    SameObject,
-    Settled,
-    Touched,
 )
 from firstcontact.streaming._sink import Controls, Update
 from firstcontact.streaming.page._closeup import Closeup, finger_place
 from firstcontact.streaming.page._columns import SECONDS, Columns
-from firstcontact.streaming.page._narrowing import Narrowing, estimate_tree
-from firstcontact.streaming.page._pinches import Pinches, hand_timing, value
+from firstcontact.streaming.page._rows import PinchRows, brief
 
 #: Mean time from the first to the second contact, as published, ms.
 BUDGET_MS = 16.65
-#: Contact marks that are held: more than two seconds have.
+#: Number of contact marks: more than two seconds have.
 MARKS = 64
-#: Updates that wait to be looked at, at most.
+#: Most updates that wait for a viewer.
 PENDING = 20
-#: Faults that are told: the last so many.
+#: Number of faults that are shown: the last ones.
 FAULTS = 4
 #: Force is shown as the mean of this long, s.
 FORCE_SECONDS = 0.02
 
 
+class Now(msgspec.Struct, frozen=True):
+    """Present closing as the page shows it, in the events' own form.
+
+    Parameters
+    ----------
+    contact
+        First contact.
+    second
+        Time from the first to the second contact, s; None so far.
+    estimates
+        Estimates that count so far.
+    missing
+        Reason why there is no estimate.
+    pinch
+        Finished pinch with its verdict; None while it lasts.
+    object
+        Combined estimate of the object after this pinch.
+    """
+
+    contact: ContactEvent | None = None
+    second: float | None = None
+    estimates: tuple[Estimate, ...] = ()
+    missing: NoEstimate | None = None
+    pinch: PinchDone | None = None
+    object: ObjectEstimate | None = None
+
+
 @dataclass(slots=True, eq=False)
 class _Part:
-    """A tree, how often it has changed, and its JSON once somebody has asked for it."""
+    """Part of the page, the number of its changes, and its JSON once a viewer needs it."""
 
     tree: Any
     count: int
@@ -54,20 +78,19 @@ class _Part:
 
 
 class State:
-    """The latest of everything; one thread fills it, another reads it.
+    """Newest state of everything; one thread fills it, another reads it.
 
-    A part is a JSON tree with a count of its changes, so that a viewer is
-    told only what it has not seen, however long it was away. What cannot be shown
-    is among the faults, and the rest goes on.
+    A part has a count of its changes, so that a viewer gets only what is new to it, however long it
+    was away. A part that cannot be shown is reported as a fault, and the rest goes on.
 
     Parameters
     ----------
     descriptor
-        Of the source.
+        Descriptor of the source.
     landmarks
         Shore A of known objects, by name.
     controls
-        What viewers may ask for; None where they may only look.
+        Requests of viewers; None where they may only look.
     """
 
     def __init__(
@@ -78,11 +101,9 @@ class State:
         self._lock = Lock()
         self._columns = Columns(layout)
         self._closeup = Closeup(layout)
-        self._pinches = Pinches(layout.rate)
-        self._narrowing = Narrowing(layout.rate)
+        self._rows = PinchRows()
         self._marks: deque[dict[str, Any]] = deque(maxlen=MARKS)
-        self._now: dict[str, Any] = {}
-        self._first_contact: Touched | None = None
+        self._now = Now()
         self._pending: list[Update] = []
         self._parts: dict[str, _Part] = {}
         self._faults: list[str] = []
@@ -97,7 +118,7 @@ class State:
             "rate": layout.rate,
             "fingers": [finger_place(f) for f in layout.vibration_fingers],
             "unit": layout.vibration[0].unit,
-            "force_unit": layout.column_channels[force[0]].unit if force else "",
+            "force_unit": layout.of_columns[force[0]].unit if force else "",
             "force_fingers": [int(f) for f, columns in self._taxels.items() if columns],
             "column_samples": self._columns.samples,
             "seconds": SECONDS,
@@ -105,21 +126,21 @@ class State:
             "landmarks": {name: float(shore) for name, shore in landmarks.items()},
             "controls": controls is not None,
             "hand_asks": [] if controls is None else [a.value for a in controls.hand_asks()],
-            "shapes": controls is not None and controls.shapes,
+            "uses_shape": controls is not None and controls.uses_shape,
         }
-        #: What does not change while the source is open, JSON.
-        self.hello = json.dumps(hello, allow_nan=False)
+        #: JSON of everything that does not change while the source is open.
+        self.hello = msgspec.json.encode(hello).decode()
 
     def take(self, update: Update) -> None:
-        """Put in what came."""
+        """Take an update."""
         with self._lock:
             self._pending.append(update)
-            # While nobody looks, samples that came one after the other are put in together.
+            # Without a viewer, consecutive samples are processed together.
             if len(self._pending) >= PENDING:
                 self._settle()
 
     def _settle(self) -> None:
-        """Put in what waits: samples up to each event together, then the event."""
+        """Process waiting updates: samples up to each event together, then the event."""
         pending, self._pending = self._pending, []
         arrivals: list[Arrival] = []
         for update in pending:
@@ -128,13 +149,13 @@ class State:
                 self._try("samples", self._arrive, arrivals)
                 arrivals = []
             for event in update.events:
-                self._try(type(event).__name__.lower(), self._happen, event)
-            for name, why in update.failed.items() - self._failed.items():
-                self._fault(f"{name} has failed: {why}")
+                self._try(type(event).__name__, self._on_event, event)
+            for name, reason in update.failed.items() - self._failed.items():
+                self._fault(f"{name} has failed: {reason}")
             self._failed = update.failed
         if pending:
             last = pending[-1]
-            self._put("health", asdict(last.health))
+            self._put("health", last.health)
             self._put("recording", _recording(last.recording))
             self._put("ledger", {k: float(v) for k, v in last.ledger.items()})
 
@@ -143,11 +164,11 @@ class State:
         if part is None or tree != part.tree:
             self._parts[name] = _Part(tree, 1 if part is None else part.count + 1)
 
-    def _try(self, what: str, show: Callable[[Any], None], shown: Any) -> None:
+    def _try(self, name: str, show: Callable[[Any], None], item: Any) -> None:
         try:
-            show(shown)
-        except Exception as error:  # the next may be shown again
-            self._fault(f"{what} cannot be shown: {type(error).__name__}: {error}")
+            show(item)
+        except Exception as error:  # the next item may work again
+            self._fault(f"{name} cannot be shown: {type(error).__name__}: {error}")
 
     def _fault(self, sentence: str) -> None:
         if sentence not in self._faults:
@@ -158,17 +179,17 @@ class State:
         markers = [marker for arrival in arrivals for marker in arrival.markers]
         marks = [mark for arrival in arrivals for mark in arrival.pinches]
         for marker in markers:
-            self._pinches.word(marker)
+            self._rows.add_marker(marker)
         for mark in marks:
-            self._pinches.label(mark)
+            self._rows.add_label(mark)
         if markers or marks:
-            self._put("pinches", self._pinches.tree())
-        blocks = [block for block in merge_blocks(a.block for a in arrivals) if len(block.data)]
-        closer = False
+            self._put("pinches", self._rows.rows)
+        blocks = [block for block in joined(a.block for a in arrivals) if len(block.data)]
+        is_closeup_new = False
         for block in blocks:
             self._columns.add(block)
-            closer |= self._closeup.add(block)
-        if closer:
+            is_closeup_new |= self._closeup.add(block)
+        if is_closeup_new:
             self._put("closeup", self._closeup.tree())
         if blocks:
             block = blocks[-1]
@@ -176,103 +197,85 @@ class State:
             self._put("force", {int(f): self._force(recent, c) for f, c in self._taxels.items()})
 
     def _force(self, data: NDArray[Any], columns: tuple[int, ...]) -> list[float]:
-        """Mean of each taxel, in the order of their places, row by row."""
-        ordered = sorted(columns, key=lambda c: self._layout.column_channels[c].taxel or 0)
+        """Return the mean of each taxel in the order of their places, row by row."""
+        ordered = sorted(columns, key=lambda c: self._layout.of_columns[c].taxel or 0)
         mean = self._layout.physical(data, tuple(ordered)).mean(axis=0)
         return [round(float(v), 3) for v in mean] if np.isfinite(mean).all() else []
 
-    def _happen(self, event: Event) -> None:
+    def _on_event(self, event: Event) -> None:
         match event:
-            case Touched():
-                self._touched(event)
-            case Running() | Settled() | SameObject():
-                self._now = self._narrowing.happened(event, self._now)
-                self._put("now", self._now)
-            case Estimated() if self._narrowing.begun:
-                # The answer at any time is the one that is shown large; this stands beside it.
-                self._now = {**self._now, "window": value(event), "window_ms": _ms(event)}
-                self._put("now", self._now)
-            case Estimated():
-                self._now = {
-                    **estimate_tree(event, self._layout.rate),
-                    "second": self._now.get("second"),
-                }
-                self._put("now", self._now)
-            case Refused() if "estimate" in self._now:
-                pass  # one model has no answer, and another has
-            case Refused():
-                self._now = {"refused": event.reason, "finger": finger_place(event.contact.finger)}
-                self._put("now", self._now)
+            case ContactEvent():
+                self._on_contact(event)
+            case Estimate():
+                self._show(missing=None, estimates=_with(self._now.estimates, event))
+            case NoEstimate():
+                self._show(missing=event, estimates=())
             case PinchDone():
-                # Only now: a second contact is told a little after it happens.
-                self._now = self._narrowing.done(event, self._now)
-                self._put("now", self._now)
-                self._pinches.done(event)
-                self._put("pinches", self._pinches.tree())
+                self._show(pinch=brief(event))
+                self._rows.done(event)
+                self._put("pinches", self._rows.rows)
+            case ObjectEstimate():
+                self._show(object=event)
             case HandPinch():
-                self._pinches.hand(event)
-                self._put("on_hand", hand_timing(event, self._layout.rate))
-                self._put("pinches", self._pinches.tree())
-            case HandAsked():
-                self._put("hand", {"told": event.ask.value, "by": event.by})
+                self._rows.hand(event)
+                self._put("on_hand", event)
+                self._put("pinches", self._rows.rows)
+            case HandCommand():
+                self._put("hand", event)
             case _:
                 pass
 
-    def _touched(self, event: Touched) -> None:
+    def _show(self, **fields: Any) -> None:
+        self._now = msgspec.structs.replace(self._now, **fields)
+        self._put("now", self._now)
+
+    def _on_contact(self, event: ContactEvent) -> None:
         contact = event.contact
         place = self._columns.place(contact.sample, event.epoch)
         if place is not None:
-            self._marks.append(
-                {
-                    "at": round(place, 2),
-                    "finger": finger_place(contact.finger),
-                    "first": event.first,
-                }
-            )
+            finger = finger_place(contact.finger)
+            self._marks.append({"at": round(place, 2), "finger": finger, "first": event.first})
             self._put("marks", list(self._marks))
         if event.first:
-            self._first_contact = event
-            same = {k: v for k, v in self._now.items() if k == "same"}
-            self._now = {"finger": finger_place(contact.finger), **same}
+            self._now = Now()
+            self._show(contact=event)
             if "on_hand" in self._parts:
-                self._put("on_hand", None)  # it is of the pinch before
-            self._narrowing.begin()
+                self._put("on_hand", None)  # it belongs to the previous pinch
             self._closeup.begin(contact, event.epoch)
         else:
             self._closeup.mark(contact)
-            if self._first_contact is not None and self._first_contact.epoch == event.epoch:
-                after = contact.sample - self._first_contact.contact.sample
-                self._now = {**self._now, "second": round(1e3 * after / self._layout.rate, 3)}
-        self._put("now", self._now)
+            first = self._now.contact
+            if first is not None and first.epoch == event.epoch:
+                self._show(second=(contact.sample - first.contact.sample) / self._layout.rate)
         self._put("closeup", self._closeup.tree())
 
     def changed(self, seen: dict[str, int]) -> dict[str, str]:
-        """Parts that changed since ``seen``, which is brought up to date; each as JSON."""
+        """Return the JSON of parts that changed since ``seen``, and update ``seen``."""
         new: dict[str, str] = {}
         with self._lock:
             self._settle()
-            # What cannot be told adds to the faults: these are looked at last.
+            # A part without JSON adds to the faults, so these come last.
             for name in (*self._parts.keys() - {"faults"}, "faults"):
                 part = self._parts.get(name)
                 if part is not None and seen.get(name) != part.count:
                     seen[name] = part.count
-                    text = self._told(name, part)
+                    text = self._json(name, part)
                     if text:
                         new[name] = text
         return new
 
-    def _told(self, name: str, part: _Part) -> str:
-        """A part as JSON, made once for all viewers; "" where it cannot be."""
+    def _json(self, name: str, part: _Part) -> str:
+        """Return a part as JSON, made once for all viewers; "" if it has none."""
         if part.text is None:
             try:
-                part.text = json.dumps(part.tree, allow_nan=False)
-            except (ValueError, TypeError) as error:
+                part.text = msgspec.json.encode(part.tree).decode()
+            except (ValueError, TypeError, OverflowError) as error:
                 part.text = ""
                 self._fault(f"{name} cannot be shown: {error}")
         return part.text
 
     def columns(self, since: int) -> tuple[int, NDArray[np.float32]]:
-        """Columns of the traces, as :meth:`Columns.since`."""
+        """Return columns of the traces, see :meth:`Columns.since`."""
         with self._lock:
             self._settle()
             return self._columns.since(since)
@@ -287,5 +290,8 @@ def _recording(status: RecorderStatus) -> dict[str, Any]:
     }
 
 
-def _ms(estimate: Estimated) -> float:
-    return round(1e3 * estimate.duration, 1)
+def _with(estimates: Sequence[Estimate], estimate: Estimate) -> tuple[Estimate, ...]:
+    """Return the estimates with another one: a final one replaces itself and all after it."""
+    if estimate.final:
+        estimates = [e for e in estimates if e.elapsed < estimate.elapsed]
+    return (*estimates, estimate)

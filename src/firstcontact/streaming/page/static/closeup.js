@@ -1,6 +1,7 @@
-// The samples around the last first contact, with the window that the estimate is from.
+// The samples around the last first contact, with the signal that the estimate is from.
 
 import { FINGERS, byId, colour, context, font, niceAbove, setText, volts, watch } from "./dom.js";
+import { shown } from "./events.js";
 import { within } from "./ticks.js";
 
 const TOP = 16;
@@ -26,9 +27,10 @@ export class Closeup {
   }
 
   now(now) {
-    if (now.timing && now.timing.window !== this.window) {
-      this.window = now.timing.window;
-      setText(byId("window-note"), `shaded: ${Math.round(10 * this.window) / 10} ms window`);
+    const estimate = shown(now);
+    if (estimate && 1000 * estimate.elapsed !== this.window) {
+      this.window = 1000 * estimate.elapsed;
+      setText(byId("window-note"), `shaded: the ${Math.round(10 * this.window) / 10} ms that the estimate is from`);
       this.paint();
     }
   }

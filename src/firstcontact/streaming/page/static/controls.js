@@ -5,8 +5,9 @@ import { byId, number, setText } from "./dom.js";
 const SHOWN_FOR = 4000;
 
 export class Controls {
-  constructor(link) {
+  constructor(link, newObject) {
     this.link = link;
+    this.newObject = newObject;
     this.on = false;
     byId("record").onclick = () => this.ask({ do: this.on ? "stop" : "record" });
     byId("new-object").onclick = () => this.ask({ do: "new" });
@@ -44,12 +45,15 @@ export class Controls {
   }
 
   ask(what) {
+    if (what.do === "new") {
+      byId("shape").value = "";
+      this.newObject();
+    }
     if (!this.link().ask(what)) this.say("The server is gone: that was not done.", true);
   }
 
   answer(answer) {
     if (answer.ok && answer.do === "mark") byId("marker").value = "";
-    if (answer.ok && answer.do === "new") byId("shape").value = "";
     this.say(answer.text, !answer.ok);
   }
 

@@ -1,6 +1,7 @@
 // The estimate with its interval, on a Shore A scale with the objects that are known.
 
 import { FINGER_NAMES, byId, draw, number, setText, size, watch } from "./dom.js";
+import { later, shown } from "./events.js";
 import { Narrowing } from "./narrowing.js";
 
 const PAD = 10;
@@ -8,11 +9,12 @@ const PAD = 10;
 const NAMES = 128;
 const BELOW = 28;
 
-// What a pinch says of its time once it is over: look and words.
-function judgement({ case: verdict, ms, offset, later }) {
-  const second = offset === null ? "no second finger heard" : `second finger after ${number(offset, 1)} ms`;
-  if (verdict === "IN_TIME") return ["good", `✓ in time: there after ${number(ms, 1)} ms, ${second}`];
-  if (verdict === "TOO_LATE") return ["late", `✕ none in time: this one after ${number(later.ms, 1)} ms, ${second}`];
+// Verdict of a finished pinch: look and words.
+function judgement(pinch, estimate) {
+  const second = pinch.offset === null ? "no second finger heard" : `second finger after ${number(1000 * pinch.offset, 1)} ms`;
+  const after = `${number(1000 * estimate.available, 1)} ms`;
+  if (pinch.verdict === "in_time") return ["good", `✓ in time: available after ${after}, ${second}`];
+  if (pinch.verdict === "too_late") return ["late", `✕ none in time: this one after ${after}, ${second}`];
   return ["none", "In time? Not known: samples do not come in real time"];
 }
 
@@ -30,9 +32,10 @@ export class Estimate {
     // A single sensor has no second contact to be in time for.
     this.alone = hello.fingers.length < 2;
     this.clear();
-    byId("same").hidden = true;
+    this.object(null);
+    byId("same").hidden = !hello.controls;
     byId("new-object").hidden = !hello.controls;
-    byId("shape-form").hidden = !hello.shapes;
+    byId("shape-form").hidden = !hello.uses_shape;
   }
 
   clear() {
@@ -41,60 +44,58 @@ export class Estimate {
     setText(byId("interval"), "");
     setText(byId("sure"), "");
     setText(byId("felt"), "Waiting for a contact.");
-    for (const id of ["verdict", "strange", "window-model", "later"]) byId(id).hidden = true;
+    for (const id of ["verdict", "strange", "later"]) byId(id).hidden = true;
     this.narrowing.clear();
     this.paint();
   }
 
   now(now) {
-    this.same(now.same);
+    this.object(now.object);
     const verdict = byId("verdict");
-    if (now.refused) {
+    if (now.missing) {
       this.clear();
-      setText(byId("felt"), `${FINGER_NAMES[now.finger]} first`);
+      setText(byId("felt"), `${FINGER_NAMES[now.missing.contact.finger ?? 2]} first`);
       verdict.className = "verdict none";
-      setText(verdict, `No estimate: ${now.refused}`);
+      setText(verdict, `No estimate: ${now.missing.reason}`);
       verdict.hidden = false;
       return;
     }
+    const estimate = shown(now);
     // Between a contact and its estimate the last one stays: it is 15 ms.
-    if (!now.estimate) return;
-    const { value, low, high, level } = now.estimate;
-    this.estimate = now.estimate;
+    if (!estimate) return;
+    const { value, low, high, level } = estimate;
+    this.estimate = estimate;
     setText(byId("value"), number(value, 0));
     setText(byId("interval"), high > low ? `${number(low)} to ${number(high)}` : "no interval");
-    // What it promises, and for what: other things lie outside far more often.
-    setText(byId("sure"), level > 0 ? `${number(100 * level)} % on things like those learned` : "");
-    const heard = now.heard ? ` · ${number(now.heard)} ms heard` : "";
-    const told = now.told ? ` · told: ${now.told}` : "";
-    setText(byId("felt"), `${FINGER_NAMES[now.finger]} first${heard}${told}`);
-    byId("strange").hidden = !now.strange;
-    // Until the pinch is over, nothing is said of how it went.
-    const [look, words] = now.judged ? judgement(now) : ["none", ""];
+    // Its promise holds for objects like those of the training: others lie outside far more often.
+    setText(byId("sure"), level > 0 ? `${number(100 * level)} % on objects like those of the training` : "");
+    const shape = estimate.shape ? ` · shape: ${estimate.shape}` : "";
+    setText(byId("felt"), `${FINGER_NAMES[estimate.contact.finger ?? 2]} first · ${number(1000 * estimate.elapsed)} ms heard${shape}`);
+    byId("strange").hidden = !estimate.out_of_range;
+    // Until the pinch is over there is no verdict.
+    const [look, words] = now.pinch ? judgement(now.pinch, estimate) : ["none", ""];
     verdict.className = `verdict ${look}`;
     setText(verdict, words);
-    verdict.hidden = !now.judged || this.alone;
-    const later = byId("later");
-    later.hidden = !(now.case === "IN_TIME" && now.later);
-    if (!later.hidden) setText(later, `Later, after ${number(now.later.ms, 1)} ms: ${number(now.later.value)} (${number(now.later.low)} to ${number(now.later.high)})`);
-    const beside = byId("window-model");
-    beside.hidden = !now.window;
-    if (now.window) setText(beside, `Model of ${number(now.window_ms)} ms: ${number(now.window.value)} (${number(now.window.low)} to ${number(now.window.high)})`);
-    this.svg.parentElement.classList.toggle("fan", Boolean(now.answers));
-    if (now.answers) this.narrowing.now(now);
+    verdict.hidden = !now.pinch || this.alone;
+    const late = now.pinch?.verdict === "in_time" ? later(now.pinch) : null;
+    byId("later").hidden = !late;
+    if (late) setText(byId("later"), `Later, after ${number(1000 * late.available, 1)} ms: ${number(late.value)} (${number(late.low)} to ${number(late.high)})`);
+    const fan = now.estimates.length > 1;
+    this.svg.parentElement.classList.toggle("fan", fan);
+    if (fan) this.narrowing.now(now);
     else this.narrowing.clear();
     this.paint();
   }
 
-  // What the pinches of one object say together.
-  same(same) {
-    byId("same").hidden = !same;
-    if (!same) return;
-    const { pinches, value, low, high, told } = same;
+  // The combined estimate of all pinches of one object; nothing while the next pinch lasts.
+  object(object) {
+    const { pinches, value, low, high, is_named: named } = object ?? {};
+    if (object) byId("same").hidden = false;
     const which = pinches > 1 ? `Same object, ${pinches} pinches` : "New object, 1 pinch";
-    setText(byId("same-word"), told ? which : "This pinch alone (New object combines the next ones)");
-    setText(byId("same-value"), `${number(value)} Shore A`);
-    setText(byId("same-interval"), `${number(low)} to ${number(high)}`);
+    const alone = "This pinch alone (New object combines the next ones)";
+    setText(byId("same-word"), object ? (named ? which : alone) : "Several pinches of one object:");
+    setText(byId("same-value"), object ? `${number(value)} Shore A` : "–");
+    setText(byId("same-interval"), object ? `${number(low)} to ${number(high)}` : "");
   }
 
   // Labels stand at their values, pushed apart where they would touch.
@@ -116,7 +117,7 @@ export class Estimate {
   paint() {
     const [width, height] = size(this.svg);
     if (!width || !height) return;
-    const fan = this.narrowing.answers.length > 0;
+    const fan = this.narrowing.estimates.length > 0;
     const bottom = fan ? BELOW : PAD;
     const y = (shore) => height - bottom - (Math.min(100, Math.max(0, shore)) / 100) * (height - bottom - PAD);
     const axis = fan ? Math.max(120, width - NAMES - 23) : 44;

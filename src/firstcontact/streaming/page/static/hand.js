@@ -23,7 +23,7 @@ export class Hand {
   hello(hello) {
     byId("hand").hidden = hello.hand_asks.length === 0;
     byId("close-hand").hidden = !hello.hand_asks.includes("close");
-    this.told({ told: "", by: "" });
+    this.command(null);
     this.enable(true);
   }
 
@@ -35,7 +35,7 @@ export class Hand {
     this.enable(false);
   }
 
-  told({ told, by }) {
-    setText(byId("hand-told"), told && `Told to ${told}, by ${by}`);
+  command(command) {
+    setText(byId("hand-told"), command ? `Last command: ${command.ask}, by ${command.by}` : "");
   }
 }

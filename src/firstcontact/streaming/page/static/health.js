@@ -11,7 +11,7 @@ const FACTS = [
   ["doubled_frames", "Frames doubled", true],
   ["reconnects", "Reconnects", true],
 ];
-const STAGES = { decide: "decision", window: "full window", total: "estimate", transport: "(transport)", compute: "(computation)", first: "first answer", signal: "signal that stands", answer: "(answers)" };
+const STAGES = { decide: "decision", first: "first estimate", total: "final estimate", signal: "(its signal)", wait: "(its wait)", transport: "(transport)", compute: "(computation)" };
 const COUNTS = { pinches: "Pinches", in_time: "– in time", too_late: "– too late", none: "– without estimate", unjudged: "– time not known", overruns: "Blocks that took too long" };
 const STATISTICS = ["p50", "p99", "max"];
 

@@ -27,7 +27,7 @@ const timing = new Timing();
 const force = new Force();
 const health = new Health();
 let link = null;
-const controls = new Controls(() => link);
+const controls = new Controls(() => link, () => estimate.object(null));
 const hand = new Hand((what) => controls.ask(what), () => link?.ask({ do: "here" }));
 const parts = [traces, closeup, estimate, timing, force, health, controls, hand];
 const state = { there: false, health: null, gone: false, faults: [], failed: null };
@@ -69,8 +69,8 @@ link = new Link({
   now: (now) => { estimate.now(now); timing.now(now); closeup.now(now); },
   force: (tree) => force.force(tree),
   health: (tree) => { state.health = tree; health.health(tree); },
-  hand: (told) => hand.told(told),
-  on_hand: (told) => timing.hand(told),
+  hand: (command) => hand.command(command),
+  on_hand: (pinch) => timing.hand(pinch),
   recording: (status) => controls.recording(status),
   ledger: (figures) => health.ledger(figures),
   pinches,

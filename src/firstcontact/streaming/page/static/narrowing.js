@@ -1,4 +1,4 @@
-// How the answer narrows over the milliseconds since contact: interval and value, up to the second finger.
+// How the estimate narrows over the milliseconds since contact: interval and value, up to the second finger.
 
 import { draw, number } from "./dom.js";
 
@@ -9,22 +9,23 @@ const SHOWN_IN = 0.9;
 export class Narrowing {
   constructor(paint) {
     this.repaint = paint;
-    this.answers = [];
+    this.estimates = [];
     this.still = matchMedia("(prefers-reduced-motion: reduce)");
   }
 
   clear() {
-    this.answers = [];
+    this.estimates = [];
     this.contact = null;
   }
 
   now(now) {
-    this.answers = now.answers;
-    this.second = now.second ?? null;
-    if (now.contact !== this.contact) {
-      this.contact = now.contact;
+    this.estimates = now.estimates;
+    this.second = now.second === null ? null : 1000 * now.second;
+    const contact = now.estimates[0].contact.sample;
+    if (contact !== this.contact) {
+      this.contact = contact;
       this.began = performance.now();
-      this.step(now.contact);
+      this.step(contact);
     }
   }
 
@@ -45,10 +46,10 @@ export class Narrowing {
     return this.until() < LONGEST;
   }
 
-  // The last answer that is drawn; null before the first.
+  // The last estimate that is drawn; null before the first.
   get shown() {
     const until = this.until();
-    return this.answers.filter((a) => a.ms <= until + 0.05).at(-1) ?? null;
+    return this.estimates.filter((a) => 1000 * a.elapsed <= until + 0.05).at(-1) ?? null;
   }
 
   paint(svg, left, right, y) {
@@ -64,15 +65,15 @@ export class Narrowing {
       draw(svg, "text", { x: x(ms) + (ms === LONGEST ? 8 : 0), y: y(0) + 20, "text-anchor": anchor, class: "soft" }, word);
     }
     const until = this.until();
-    const answers = this.answers.filter((a) => a.ms <= until + 0.05);
-    if (answers.length > 0) {
-      const odd = answers.at(-1).strange;
-      const edge = (key) => answers.map((a) => `${x(a.ms)} ${y(a[key])}`);
+    const estimates = this.estimates.filter((a) => 1000 * a.elapsed <= until + 0.05);
+    if (estimates.length > 0) {
+      const odd = estimates.at(-1).out_of_range;
+      const edge = (key) => estimates.map((a) => `${x(1000 * a.elapsed)} ${y(a[key])}`);
       draw(svg, "path", { d: `M${[...edge("high"), ...edge("low").reverse()].join("L")}Z`, class: odd ? "funnel odd" : "funnel" });
       draw(svg, "path", { d: `M${edge("value").join("L")}`, class: "course" });
-      for (const a of answers) draw(svg, "circle", { cx: x(a.ms), cy: y(a.value), r: 2.5, fill: a.strange ? "var(--bad)" : "var(--accent)" });
-      const last = answers.at(-1);
-      draw(svg, "circle", { cx: x(last.ms), cy: y(last.value), r: 5, fill: odd ? "var(--bad)" : "var(--accent)" });
+      for (const a of estimates) draw(svg, "circle", { cx: x(1000 * a.elapsed), cy: y(a.value), r: 2.5, fill: a.out_of_range ? "var(--bad)" : "var(--accent)" });
+      const last = estimates.at(-1);
+      draw(svg, "circle", { cx: x(1000 * last.elapsed), cy: y(last.value), r: 5, fill: odd ? "var(--bad)" : "var(--accent)" });
     }
     const { second } = this;
     if (second !== null && second >= 0 && second <= Math.min(LONGEST, until)) {

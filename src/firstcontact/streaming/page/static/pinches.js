@@ -1,6 +1,7 @@
-// The last pinches, the newest on top.
+// The last pinches, the newest on top: each with the estimate in force at the second contact.
 
 import { FINGERS, byId, make, number } from "./dom.js";
+import { inForce, later } from "./events.js";
 
 const SHOWN = 12;
 const SHORT = ["Index", "Thumb", "Sensor"];
@@ -11,40 +12,48 @@ function cell(row, className, ...inside) {
   row.append(td);
 }
 
-function row(pinch) {
+function row({ pinch, name, lost }) {
   const tr = make("tr");
+  const [first] = pinch.contacts;
+  const estimate = inForce(pinch);
   cell(tr, "", String(pinch.number));
   // The top of the page says already that it is a twin.
-  cell(tr, "left object", pinch.object.replace(/^twin: /, "") || "–");
-  tr.lastChild.title = pinch.object;
-  if (pinch.lost) tr.lastChild.append(make("b", "lost", `✕ ${pinch.lost}`));
-  if (pinch.finger === null) cell(tr, "left", "–");
-  else cell(tr, `left ${FINGERS[pinch.finger]}`, make("span", "swatch"), SHORT[pinch.finger]);
-  if (!pinch.estimate) {
+  cell(tr, "left object", name.replace(/^twin: /, "") || "–");
+  tr.lastChild.title = name;
+  if (lost) tr.lastChild.append(make("b", "lost", `✕ ${lost}`));
+  if (!first) cell(tr, "left", "–");
+  else cell(tr, `left ${FINGERS[first.finger ?? 2]}`, make("span", "swatch"), SHORT[first.finger ?? 2]);
+  if (!estimate) {
     cell(tr, "", "–");
     cell(tr, "", "–");
   } else {
-    const { value, low, high } = pinch.estimate;
+    const { value, low, high } = estimate;
     cell(tr, "", make("b", "", number(value)), make("small", "", high > low ? `${number(low)}–${number(high)}` : ""));
-    cell(tr, "", pinch.ms === null ? "–" : number(pinch.ms, 1));
+    cell(tr, "", pinch.real_time ? number(1000 * estimate.available, 1) : "–");
   }
-  cell(tr, "", pinch.offset === null ? "–" : number(pinch.offset, 1));
-  const late = pinch.later ? [make("small", "later", `later ${number(pinch.later.value)}, after ${number(pinch.later.ms, 1)} ms`)] : [];
-  if (pinch.case === "NONE") cell(tr, "left refused", `none: ${pinch.refused || "no window"}`);
-  else if (pinch.case === "TOO_LATE") cell(tr, "left late", "✕ none in time", ...late);
-  else if (pinch.strange) cell(tr, "left strange", pinch.case ? "✓ but out of range" : "! out of range", ...late);
-  else if (pinch.case === "IN_TIME") cell(tr, "left good", pinch.offset === null ? "✓ no 2nd heard" : "✓ in time", ...late);
-  else cell(tr, "left refused", "not in real time");
+  cell(tr, "", pinch.offset === null ? "–" : number(1000 * pinch.offset, 1));
+  cell(tr, ...outcome(pinch, estimate));
   return tr;
 }
 
-// What a device that answers by itself told of the same pinch, below it.
-function rows(pinch) {
-  if (!pinch.hand) return [row(pinch)];
+// Look and words of the last column.
+function outcome(pinch, estimate) {
+  const late = later(pinch);
+  const detail = late ? [make("small", "later", `later ${number(late.value)}, after ${number(1000 * late.available, 1)} ms`)] : [];
+  if (pinch.verdict === "none") return ["left refused", `none: ${pinch.reason || "no model"}`];
+  if (pinch.verdict === "too_late") return ["left late", "✕ none in time", ...detail];
+  if (estimate.out_of_range) return ["left strange", pinch.verdict ? "✓ but out of range" : "! out of range", ...detail];
+  if (pinch.verdict === "in_time") return ["left good", pinch.offset === null ? "✓ no 2nd heard" : "✓ in time", ...detail];
+  return ["left refused", "not in real time"];
+}
+
+// A row, and below it the predictions of a device for the same pinch.
+function rows(entry) {
+  if (!entry.hand) return [row(entry)];
   const tr = make("tr");
-  cell(tr, "left told", pinch.hand);
+  cell(tr, "left told", entry.hand);
   tr.lastChild.colSpan = 7;
-  return [row(pinch), tr];
+  return [row(entry), tr];
 }
 
 export function pinches(list) {

@@ -1,6 +1,7 @@
 // Where the time from contact to estimate went, against the mean time to the second contact.
 
 import { byId, draw, make, number, setText, size, textWidth, watch } from "./dom.js";
+import { parts, shown } from "./events.js";
 import { upTo } from "./ticks.js";
 
 const PARTS = [["window", "Window"], ["wait", "Waiting"], ["transport", "Transport"], ["compute", "Computation"]];
@@ -20,30 +21,33 @@ export class Timing {
     watch(this.svg, () => this.paint());
   }
 
-  // What a device that answers by itself took for its last pinch; null once the next one begins.
-  hand(told) {
-    this.onHand = told;
-    byId("hand-times").hidden = !told;
-    if (told) {
-      setText(byId("hand-total"), `${number(told.total, 2)} ms`);
-      setText(byId("hand-parts"), `${number(told.signal, 2)} ms of signal, ${number(told.compute, 2)} ms computation`);
+  // The predictions of a device for its last pinch; null once the next one begins.
+  hand(pinch) {
+    const final = pinch?.final;
+    byId("hand-times").hidden = !final;
+    this.onHand = null;
+    if (final) {
+      const [total, compute] = [1000 * final.available, 1000 * final.compute];
+      this.onHand = { signal: total - compute, compute };
+      setText(byId("hand-total"), `${number(total, 2)} ms`);
+      setText(byId("hand-parts"), `${number(total - compute, 2)} ms of signal, ${number(compute, 2)} ms computation`);
     }
     this.paint();
   }
 
   hello(hello) {
     this.budget = hello.budget_ms;
-    this.now({});
+    this.now({ estimates: [], missing: true });
   }
 
   now(now) {
     // A touch alone keeps the last picture until its own estimate is there.
-    if (!now.timing && now.finger !== undefined && !now.refused) return;
-    this.tree = now;
-    for (const [part] of PARTS) {
-      setText(this.values[part], now.timing ? `${number(now.timing[part], 2)} ms` : "–");
-    }
-    setText(byId("total"), now.timing ? `${number(now.timing.total, 2)} ms` : "–");
+    const estimate = shown(now);
+    if (!estimate && !now.missing) return;
+    const timing = estimate ? parts(estimate) : null;
+    this.tree = { timing, second: now.second == null ? null : 1000 * now.second };
+    for (const [part] of PARTS) setText(this.values[part], timing ? `${number(timing[part], 2)} ms` : "–");
+    setText(byId("total"), timing ? `${number(timing.total, 2)} ms` : "–");
     this.paint();
   }
 

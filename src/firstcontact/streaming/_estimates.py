@@ -1,0 +1,193 @@
+"""Estimates of one closing, masked at the second contact; one of them is final."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+from msgspec.structs import replace
+
+from firstcontact.core import Block, Contact, InputError, Layout
+from firstcontact.models import in_words
+from firstcontact.streaming._events import Estimate, Event, NoEstimate, judged
+from firstcontact.streaming._predictors import Prediction, Predictor
+
+
+class ClosingEstimates:
+    """Estimates of a closing, the same for all models and for all sizes of blocks.
+
+    Parameters
+    ----------
+    predictor
+        Model that predicts.
+    layout
+        Columns of the samples.
+    clock
+        Clock of the host, s.
+    delay
+        Delay of the source's own filter, s.
+    radius
+        Radius of the object, m: infinite for a flat one, NaN if unknown.
+    real_time
+        True where samples come as fast as they were taken.
+
+    Attributes
+    ----------
+    estimates
+        Estimates that count, the last one final once no more come.
+    reason
+        Reason why there is none, "" otherwise.
+    """
+
+    def __init__(
+        self,
+        predictor: Predictor,
+        layout: Layout,
+        clock: Callable[[], float],
+        delay: float = 0.0,
+        radius: float = math.nan,
+        *,
+        real_time: bool = True,
+    ) -> None:
+        self._stream = predictor.start(layout, radius)
+        self._model = predictor.name
+        self._clock, self._delay, self._rate = clock, delay, layout.rate
+        self._shape = in_words(radius)
+        self._real_time = real_time
+        self._first: Contact | None = None
+        self._second: Contact | None = None
+        self._is_settled = False
+        self._made: list[tuple[int, Estimate]] = []  # with the last sample that each depends on
+        self._failure = ""
+        self.reason = ""
+
+    @property
+    def estimates(self) -> tuple[Estimate, ...]:
+        """Estimates that count so far."""
+        return tuple(estimate for _, estimate in self._made)
+
+    @property
+    def due(self) -> int | None:
+        """Number of samples that complete the next estimate; None where none is to come."""
+        return None if self._second is not None or self._is_settled else self._stream.due
+
+    def update(
+        self, block: Block, contacts: Sequence[Contact], host: float, transport: float
+    ) -> list[tuple[int, Event]]:
+        """Take the next samples.
+
+        Parameters
+        ----------
+        block
+            Samples of the closing.
+        contacts
+            Contacts known by the end of the block.
+        host
+            Time at which its last byte had been read, s.
+        transport
+            Delay of the block beyond the least delayed ones, s.
+
+        Returns
+        -------
+        list of (int, Event)
+            Events, each with the sample with which it was known.
+        """
+        first = contacts[0] if contacts and self._first is None else None
+        self._first = self._first or first
+        second = contacts[1] if len(contacts) > 1 and self._second is None else None
+        events: list[tuple[int, Event]] = []
+        if self._second is None and not self._stream.ended:
+            predictions = []
+            try:
+                for prediction in self._stream.update(block, first):
+                    predictions.append(prediction)
+            except InputError as error:
+                self._failure = str(error)
+            if self._first is not None:
+                events += self._told(predictions, self._first, second, block, host, transport)
+        if second is not None and self._first is not None:
+            self._second = second
+            events += self._stop(self._first, second, block.epoch)
+        return events
+
+    def _told(
+        self,
+        predictions: Sequence[Prediction],
+        first: Contact,
+        second: Contact | None,
+        block: Block,
+        host: float,
+        transport: float,
+    ) -> list[tuple[int, Event]]:
+        """Return estimates known before the second contact, and the final one if no more come."""
+        now = self._clock() if predictions else 0.0
+        events: list[tuple[int, Event]] = []
+        for p in predictions:
+            known = max(p.complete, first.decided)
+            if second is not None and known >= second.decided and not _stands(p.complete, second):
+                continue  # smaller blocks would not have asked for it
+            waited = (block.end - 1 - known) / self._rate + self._delay
+            estimate = Estimate(
+                value=p.value,
+                low=p.low,
+                high=p.high,
+                level=p.level,
+                elapsed=p.elapsed,
+                available=(known - first.sample) / self._rate + waited + transport + (now - host),
+                out_of_range=p.out_of_range,
+                model=self._model,
+                contact=first,
+                complete=known,
+                epoch=block.epoch,
+                host=now,
+                compute=now - host,
+                waited=waited,
+                transport=transport,
+                shape=self._shape,
+                half_width=p.half_width,
+            )
+            self._made.append((p.complete, estimate))
+            events.append((known, estimate))
+        if self._stream.ended:
+            known = self._made[-1][1].complete if self._made else block.end - 1
+            if second is None or known < second.decided:
+                events.append((known, self._settle(first, known, block.epoch)))
+        return events
+
+    def _stop(self, first: Contact, second: Contact, epoch: int) -> list[tuple[int, Event]]:
+        """Withdraw what depends on samples after the second contact; tell what stands if needed."""
+        made = len(self._made)
+        self._made = [pair for pair in self._made if _stands(pair[0], second)]
+        if self._is_settled and len(self._made) == made:
+            return []
+        self.reason = "the second finger touched before there was an estimate"
+        return [(second.decided, self._settle(first, second.decided, epoch))]
+
+    def finish(self, sample: int, epoch: int, reason: str) -> list[Event]:
+        """Return the final estimate of a closing that ends before this sample, if not yet told.
+
+        ``reason`` says why it ends, for a closing without an estimate.
+        """
+        if self._first is None or self._is_settled:
+            return []
+        self.reason = reason
+        return [self._settle(self._first, sample - 1, epoch)]
+
+    def _settle(self, first: Contact, complete: int, epoch: int) -> Estimate | NoEstimate:
+        self._is_settled = True
+        if not self._made:
+            self.reason = self._failure or self._stream.reason or self.reason
+            return NoEstimate(first, self.reason, complete, epoch)
+        self.reason = ""
+        used, estimate = self._made[-1]
+        final = replace(estimate, final=True)
+        if self._second is not None:
+            offset = (self._second.sample - first.sample) / self._rate
+            final = judged(final, offset, real_time=self._real_time)
+        self._made[-1] = used, final
+        return final
+
+
+def _stands(last: int, second: Contact) -> bool:
+    """Return True if the last sample that an estimate depends on lies before the second contact."""
+    return last < second.sample

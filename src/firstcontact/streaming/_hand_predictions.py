@@ -1,0 +1,213 @@
+"""Predictions of a device that predicts by itself, compared pinch by pinch with the host's own."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from firstcontact.core import Block, Contact
+from firstcontact.device import DeviceContact, DevicePrediction
+from firstcontact.streaming._events import (
+    ContactEvent,
+    Estimate,
+    Event,
+    HandCheck,
+    HandPinch,
+    HandPrediction,
+    NoEstimate,
+    PinchDone,
+)
+
+#: Time after its first contact at which a device's pinch is over, s; the host's is known by then.
+OVER = 0.3
+#: Epoch and sample of a contact.
+Place = tuple[int, int]
+
+
+class HandPredictions:
+    """Gathers the predictions of a device and those of the host for the same pinches.
+
+    Parameters
+    ----------
+    model
+        Digest of the device's model.
+    rate
+        Sampling rate, Hz.
+    checked
+        True if the host has a model of its own to compare with.
+    """
+
+    def __init__(self, model: str, rate: float, checked: bool) -> None:
+        self._model = model
+        self._rate = rate
+        self._over = round(OVER * rate)
+        self._checked = checked
+        # With the first contact that each belongs to: a second one is known later and may be placed
+        # before it.
+        self._events: list[tuple[Place, HandPrediction]] = []
+        self._first: Contact | None = None
+        self._first_place: Place | None = None
+        self._done: list[PinchDone] = []
+        self._number = 0
+        self._heard: Place | None = None  # up to here, and gaps before it: from, to
+        self._gaps: list[tuple[Place, Place]] = []
+
+    def update(self, messages: Sequence[DevicePrediction], block: Block, host: float) -> list[Event]:
+        """Take messages of the device and the newest samples; return what is known from them."""
+        begin = (block.epoch, block.first_sample)
+        if self._heard is not None and self._heard < begin:
+            self._gaps = [g for g in self._gaps if g[1] > self._away(self._heard, -4)]
+            self._gaps.append((self._heard, begin))
+        self._heard = (block.epoch, block.end)
+        events: list[Event] = []
+        for message in messages:
+            place = _place(message)
+            if isinstance(message, DeviceContact):
+                if message.first:
+                    self._first_place = place
+                elif self._first_place is not None:
+                    place = self._first_place
+            event = HandPrediction(self._event(message, host))
+            self._events.append((place, event))
+            events.append(event)
+        return events + self._pinches(block.epoch, block.end - self._over)
+
+    def _event(self, message: DevicePrediction, host: float) -> ContactEvent | Estimate | NoEstimate:
+        """Return the live event of a message."""
+        if isinstance(message, DeviceContact):
+            contact = Contact(message.finger, message.sample, message.decided)
+            if message.first:
+                self._first = contact
+            return ContactEvent(contact, message.first, message.epoch, host)
+        contact = Contact(message.finger, message.contact, message.decided)
+        if self._first is not None and self._first.sample == message.contact:
+            contact = self._first
+        if message.refused:
+            reason = "the signal cannot be used"
+            return NoEstimate(contact, reason, message.decided, message.epoch)
+        return Estimate(
+            value=message.value,
+            low=message.low,
+            high=message.high,
+            level=0.0,
+            elapsed=message.samples / self._rate,
+            available=message.after(self._rate),
+            out_of_range=message.out_of_range,
+            model=self._model,
+            contact=contact,
+            complete=message.decided,
+            epoch=message.epoch,
+            host=host,
+            compute=message.compute_time,
+        )
+
+    def done(self, pinch: PinchDone) -> None:
+        """Take a finished pinch of the host."""
+        if self._checked and pinch.contacts:
+            self._done.append(pinch)
+
+    def ended(self) -> list[Event]:
+        """Return the pinches that are left when no more samples come."""
+        last = max((place for place, _ in self._events), default=(0, 0))
+        own = max(map(_pinch_place, self._done), default=(0, 0))
+        return self._pinches(*max(last, own))
+
+    def _pinches(self, epoch: int, until: int) -> list[Event]:
+        """Return pinches whose first contact was up to this sample, each once."""
+        due = (epoch, until)
+        events: list[Event] = []
+        firsts = [
+            place
+            for place, event in self._events
+            if isinstance(event.event, ContactEvent) and event.event.first
+        ]
+        for place in firsts:
+            if place > due:
+                break
+            following = [other for other in firsts if other > place]
+            end = min([*following, self._away(place, 1)])
+            predictions = [event for at, event in self._events if place <= at < end]
+            self._events = [(at, event) for at, event in self._events if at >= end]
+            near = [
+                d for d in self._done
+                if d.epoch == place[0] and abs(d.contacts[0].sample - place[1]) < self._over
+            ]  # fmt: skip
+            own = min(near, key=lambda d: abs(d.contacts[0].sample - place[1]), default=None)
+            if own is not None:
+                self._done.remove(own)
+            lost = own is None and self._in_gap(place)
+            events.append(self._pinch(place, predictions, own, lost=lost))
+        # Predictions without a first contact belong to no pinch.
+        self._events = [(at, event) for at, event in self._events if at > due]
+        for own in [d for d in self._done if _pinch_place(d) <= due]:
+            self._done.remove(own)
+            events.append(self._pinch(_pinch_place(own), [], own, lost=False))
+        return events
+
+    def _in_gap(self, contact: Place) -> bool:
+        """Return True if the host lost samples near a contact."""
+        before, after = self._away(contact, -1), self._away(contact, 1)
+        return any(start < after and before < end for start, end in self._gaps)
+
+    def _away(self, place: Place, pinches: int) -> Place:
+        return place[0], place[1] + pinches * self._over
+
+    def _pinch(
+        self,
+        place: Place,
+        predictions: Sequence[HandPrediction],
+        own: PinchDone | None,
+        *,
+        lost: bool,
+    ) -> HandPinch:
+        contacts = [p.event.contact for p in predictions if isinstance(p.event, ContactEvent)]
+        estimates = [p.event for p in predictions if isinstance(p.event, Estimate)]
+        if len(contacts) > 1:
+            # As on the host: estimates from samples after the second contact do not count.
+            offset = (contacts[1].sample - contacts[0].sample) / self._rate
+            estimates = [e for e in estimates if e.elapsed <= offset]
+        self._number += 1
+        return HandPinch(
+            number=self._number,
+            model=self._model,
+            contacts=tuple(contacts[:2]),
+            final=estimates[-1] if estimates else None,
+            estimates=len(estimates),
+            check=_check(contacts, estimates, own, lost) if self._checked else None,
+            sample=place[1],
+            epoch=place[0],
+        )
+
+
+def _place(message: DevicePrediction) -> Place:
+    """Return epoch and sample of the contact that a message is about."""
+    sample = message.sample if isinstance(message, DeviceContact) else message.contact
+    return message.epoch, sample
+
+
+def _pinch_place(done: PinchDone) -> Place:
+    """Return epoch and sample of a pinch's first contact, as the host detected it."""
+    return done.epoch, done.contacts[0].sample
+
+
+def _check(
+    contacts: Sequence[Contact], estimates: Sequence[Estimate], own: PinchDone | None, lost: bool
+) -> HandCheck:
+    here = () if own is None else own.estimates
+    by_moment = {(e.contact.sample, e.elapsed): e for e in here}
+    pairs = [(e, by_moment.get((e.contact.sample, e.elapsed))) for e in estimates]
+    both = [(hand, host) for hand, host in pairs if host is not None]
+    differences = [
+        abs(a - b)
+        for hand, host in both
+        for a, b in ((hand.value, host.value), (hand.low, host.low), (hand.high, host.high))
+    ]
+    last = here[-1].elapsed if here else None
+    final = estimates[-1].elapsed if estimates else None
+    return HandCheck(
+        contacts=list(contacts) == ([] if own is None else list(own.contacts)),
+        compared=len(both),
+        largest=max(differences, default=0.0),
+        flags=all(hand.out_of_range == host.out_of_range for hand, host in both),
+        missing=len(pairs) - len(both) + (last != final),
+        lost=lost,
+    )

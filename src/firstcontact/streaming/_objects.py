@@ -1,0 +1,157 @@
+"""Objects of the pinches: their names, and combined estimates for several pinches of one object."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable
+
+from firstcontact.device import concerns_hand, held_object
+from firstcontact.models import combine
+from firstcontact.recording import Marker, PinchMark
+from firstcontact.streaming._events import Estimate, ObjectEstimate, PinchDone
+
+#: Most markers that wait for their pinch, and most pinches of one object that are combined.
+WAITING, PINCHES = 16, 100
+
+
+class ObjectCombiner:
+    """Combines the final estimates of pinches of one object.
+
+    Pinches count together only if somebody marks them as of one object: with
+    :meth:`new_object`, with a marker that names an object, or with the labels of a replayed
+    recording. Another name, or :meth:`new_object`, begins another object. An unmarked pinch stands
+    by itself. Estimates that are out of range do not count.
+    """
+
+    def __init__(self) -> None:
+        self._estimates: deque[Estimate] = deque(maxlen=PINCHES)
+        self._markers: deque[Marker] = deque(maxlen=WAITING)
+        self._object: str | None = None  # "" is one without a name; None if unmarked
+        self._last: tuple[PinchDone, Estimate] | None = None
+        self._is_new = False
+        self._has_labels = False
+
+    def new_object(self) -> None:
+        """Begin another object with the next pinch; may be called from any thread."""
+        self._is_new = True
+
+    def add_markers(self, markers: Iterable[Marker]) -> None:
+        """Take markers: each names the object of the next pinch."""
+        self._markers += [m for m in markers if not concerns_hand(m.text)]
+
+    def done(self, done: PinchDone) -> ObjectEstimate | None:
+        """Take a finished pinch. Return the estimate of its object; None if it does not count."""
+        if self._is_new:
+            self._is_new = False
+            self._estimates.clear()
+            self._object = ""
+        while self._markers and self._is_before(self._markers[0], done):
+            self._name(self._markers.popleft().text)
+        final = done.final
+        if final is None or final.out_of_range or final.half_width is None:
+            return None
+        if self._object is None:
+            self._estimates.clear()
+        self._estimates.append(final)
+        self._last = done, final
+        return self._combined(done)
+
+    def add_labels(self, marks: Iterable[PinchMark]) -> ObjectEstimate | None:
+        """Take labels of past pinches of a recording; return the corrected estimate if any."""
+        if self._last is None:
+            return None
+        done, final = self._last
+        corrected = None
+        for mark in filter(done.overlaps, marks):
+            name = mark.label.specimen or mark.label.object or None
+            if name is None and not self._has_labels:
+                continue  # markers name the objects here, or nothing does
+            self._has_labels = True
+            if name is not None and name == self._object:
+                continue
+            self._object = name
+            if len(self._estimates) > 1:
+                self._estimates.clear()
+                self._estimates.append(final)
+                corrected = self._combined(done)
+        return corrected
+
+    @staticmethod
+    def _is_before(marker: Marker, done: PinchDone) -> bool:
+        return (marker.epoch, marker.sample) < (done.epoch, done.end)
+
+    def _name(self, name: str) -> None:
+        if name != self._object:
+            self._estimates.clear()
+        self._object = name
+
+    def _combined(self, done: PinchDone) -> ObjectEstimate:
+        estimates = self._estimates
+        combined = combine([e.value for e in estimates], [e.half_width or 0.0 for e in estimates])
+        return ObjectEstimate(
+            number=done.number,
+            value=combined.value,
+            low=combined.low,
+            high=combined.high,
+            level=estimates[-1].level,
+            pinches=combined.pinches,
+            is_named=self._object is not None,
+            end=done.end,
+            epoch=done.epoch,
+        )
+
+
+def marker_for(markers: Iterable[Marker], done: PinchDone, before: PinchDone | None) -> str:
+    """Return the text of the last marker since the previous pinch, "" without one."""
+    since = before.end if before is not None and before.epoch == done.epoch else 0
+    texts = [m.text for m in markers if m.epoch == done.epoch and since <= m.sample < done.end]
+    return texts[-1] if texts else ""
+
+
+class ObjectNames:
+    """Names of the pinched objects, from markers and from the labels of a replayed recording.
+
+    Parameters
+    ----------
+    shore_a
+        Function that returns the Shore A of an object of the twin by its name, None if unknown.
+    """
+
+    def __init__(self, shore_a: Callable[[str], float | None]) -> None:
+        self._shore_a = shore_a
+        self._markers: deque[Marker] = deque(maxlen=WAITING)
+        self._marks: deque[PinchMark] = deque(maxlen=WAITING)
+        self._before: PinchDone | None = None
+        self._unnamed: deque[PinchDone] = deque(maxlen=WAITING)
+
+    def add_markers(self, markers: Iterable[Marker]) -> None:
+        """Take markers."""
+        self._markers += [m for m in markers if not concerns_hand(m.text)]
+
+    def add_labels(self, marks: Iterable[PinchMark]) -> list[tuple[int, str]]:
+        """Take labels of a recording; return numbers and names of past pinches that they name."""
+        self._marks += [m for m in marks if m.label.object]
+        named = [(done, label) for done in self._unnamed if (label := self._label(done))]
+        for done, _ in named:
+            self._unnamed.remove(done)
+        return [(done.number, label) for done, label in named]
+
+    def name_of(self, done: PinchDone) -> str:
+        """Return the name of the object of a finished pinch, "" if it has none yet."""
+        text = marker_for(self._markers, done, self._before)
+        self._before = done
+        if text:
+            object_ = held_object(text)
+            return f'marked "{text}"' if object_ is None else text + _shore(self._shore_a(object_))
+        label = self._label(done)
+        if not label:
+            self._unnamed.append(done)
+        return label
+
+    def _label(self, done: PinchDone) -> str:
+        label = next((m.label for m in self._marks if done.overlaps(m)), None)
+        return "" if label is None else f"labelled {label.object}{_shore(label.shore_a)}"
+
+
+def _shore(shore_a: float | None) -> str:
+    return "" if shore_a is None else f", {shore_a:g} Shore A"

@@ -1,0 +1,303 @@
+"""Live predictors: the network and the window models, behind one small interface."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from firstcontact.core import Block, Contact, InputError, Layout, same_rate
+from firstcontact.models import TouchStream
+from firstcontact.signal import ContactWindow, WindowStream
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from firstcontact.models import InContextModel, Model, WindowPredictor
+
+_NOT_FINITE = "the model's prediction is not a finite number"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Prediction:
+    """Prediction from the signal up to one moment after the contact.
+
+    Parameters
+    ----------
+    value, low, high, level
+        See :class:`firstcontact.streaming.Estimate`.
+    elapsed
+        Length of the signal after the contact, s.
+    complete
+        Last sample that it depends on, with those that a filter looks ahead.
+    out_of_range, half_width
+        See :class:`firstcontact.streaming.Estimate`.
+    """
+
+    value: float
+    low: float
+    high: float
+    level: float
+    elapsed: float
+    complete: int
+    out_of_range: bool = False
+    half_width: float | None = None
+
+
+class PredictionStream(Protocol):
+    """Predictions for the first contact of one closing, as its samples come."""
+
+    @property
+    def reason(self) -> str:
+        """Reason why predictions are missing, "" without one."""
+
+    @property
+    def due(self) -> int | None:
+        """Number of samples that complete the next prediction; None where none is to come."""
+
+    @property
+    def ended(self) -> bool:
+        """True once no further prediction can come."""
+
+    def update(self, block: Block, contact: Contact | None) -> Iterator[Prediction]:
+        """Take the next samples, and the first contact with the block that made it known.
+
+        Iterate to the end. InputError where the model cannot predict from a signal.
+        """
+
+
+class Predictor(Protocol):
+    """Model that predicts at one or several moments after a contact."""
+
+    @property
+    def name(self) -> str:
+        """Name of the estimator."""
+
+    @property
+    def rate(self) -> float:
+        """Sampling rate of the signals that it takes, Hz."""
+
+    @property
+    def moments(self) -> tuple[float, ...]:
+        """Elapsed times after a contact at which it predicts, s, ascending."""
+
+    @property
+    def uses_shape(self) -> bool:
+        """True if the shape of the object is an input of the model."""
+
+    def check(self, layout: Layout) -> None:
+        """Raise InputError if the model cannot be used with this layout."""
+
+    def start(self, layout: Layout, radius: float = math.nan) -> PredictionStream:
+        """Return a stream for one closing; ``radius`` in m, infinite for flat, NaN if unknown."""
+
+
+class NetworkPredictor:
+    """In-context network: predicts each millisecond.
+
+    Parameters
+    ----------
+    model
+        Network, conditioned on a rig.
+    """
+
+    uses_shape = True
+
+    def __init__(self, model: InContextModel) -> None:
+        from firstcontact.models import moments
+
+        self.model = model
+        self.name, self.rate = model.kind, model.rate
+        self.moments = tuple(n / model.rate for n in moments(model.rate))
+
+    def check(self, layout: Layout) -> None:
+        """Raise InputError for another sampling rate."""
+        if not same_rate(layout.rate, self.model.rate):
+            raise InputError(
+                f"the network takes samples at {self.model.rate:g} Hz but these come at "
+                f"{layout.rate:g} Hz: set the device to that rate, or name a folder with a "
+                "window model at this one"
+            )
+
+    def start(self, layout: Layout, radius: float = math.nan) -> PredictionStream:
+        """Return a stream for one closing."""
+        return _NetworkStream(self.model, layout, radius)
+
+
+class _NetworkStream:
+    """Predictions of the network in one closing."""
+
+    def __init__(self, model: InContextModel, layout: Layout, radius: float) -> None:
+        self._model, self._rate = model, layout.rate
+        self._stream = TouchStream(layout, radius)
+        self._features: NDArray[np.float64] | None = None
+        self._contact: Contact | None = None
+
+    @property
+    def reason(self) -> str:
+        return self._stream.refused
+
+    @property
+    def due(self) -> int | None:
+        return self._stream.due
+
+    @property
+    def ended(self) -> bool:
+        return self._stream.ended
+
+    def update(self, block: Block, contact: Contact | None) -> Iterator[Prediction]:
+        self._contact = self._contact or contact
+        touches = self._stream.update(block, contact)
+        if touches is None or self._contact is None:
+            return
+        if self._features is None:
+            self._features = self._model.known(touches.take(np.zeros(1, np.intp)))
+        features = np.repeat(self._features, len(touches), axis=0)
+        rows = self._model.answers(touches, features)
+        if not (np.isfinite(rows.values) & np.isfinite(rows.low) & np.isfinite(rows.high)).all():
+            raise InputError(_NOT_FINITE)
+        half_widths = self._model.half_widths(rows.spreads, touches.valid, self._rate)
+        for i, samples in enumerate(touches.valid.tolist()):
+            yield Prediction(
+                value=float(rows.values[i]),
+                low=float(rows.low[i]),
+                high=float(rows.high[i]),
+                level=self._model.level,
+                elapsed=samples / self._rate,
+                complete=self._contact.sample + samples - 1,
+                out_of_range=bool(rows.strange[i]),
+                half_width=float(half_widths[i]),
+            )
+
+
+class WindowLadder:
+    """Window models: one prediction as each window is complete, the shortest first.
+
+    Parameters
+    ----------
+    windows
+        Models of one estimator with their intervals, one for each length.
+
+    Raises
+    ------
+    InputError
+        No model, or two for the same length.
+    """
+
+    uses_shape = False
+
+    def __init__(self, windows: Sequence[WindowPredictor]) -> None:
+        self._windows = {w.model.spec.duration: w for w in windows}
+        if len(self._windows) < len(windows):
+            raise InputError(
+                "two models are for windows of the same length: give one of each length"
+            )
+        if not windows:
+            raise InputError("no window model is given: name at least one")
+        self.name, self.rate = windows[0].model.kind, windows[0].model.spec.rate
+        self.moments = tuple(sorted(self._windows))
+
+    def check(self, layout: Layout) -> None:
+        """Raise InputError for another sampling rate, or for models of several channels."""
+        for window in self._windows.values():
+            spec = window.model.spec
+            spec.require_rate(layout.rate)
+            if spec.channels != 1:
+                raise InputError(
+                    f"the model takes {spec.channels} channels and live windows have the one of "
+                    "the finger that touched: train a model on these"
+                )
+
+    def start(self, layout: Layout, radius: float = math.nan) -> PredictionStream:
+        """Return a stream for one closing."""
+        return _WindowsStream(self._windows, layout)
+
+
+class _WindowsStream:
+    """Predictions of window models in one closing."""
+
+    def __init__(self, windows: dict[float, WindowPredictor], layout: Layout) -> None:
+        self._windows = windows
+        self._stream = WindowStream(layout, tuple(windows))
+        self._left = len(windows)
+        self.reason = ""
+
+    @property
+    def due(self) -> int | None:
+        return self._stream.due
+
+    @property
+    def ended(self) -> bool:
+        return self._left <= 0
+
+    def update(self, block: Block, contact: Contact | None) -> Iterator[Prediction]:
+        refused = self._stream.refused
+        windows = self._stream.update(block, () if contact is None else (contact,))
+        refused = self._stream.refused - refused
+        self._left -= len(windows) + refused
+        if refused:
+            self.reason = "the window is not whole, or the piezo is dead"
+        for window in windows:
+            yield self._predict(window)
+
+    def _predict(self, window: ContactWindow) -> Prediction:
+        entry = self._windows[window.duration]
+        value = entry.model.predict_one(window.samples)
+        low, high, level = value, value, 0.0
+        if (interval := entry.interval) is not None:
+            spread = entry.model.spread(window.samples[None]) if interval.scaled else np.ones(1)
+            if spread is None:
+                raise InputError("the model's interval is scaled by a spread that it has not")
+            low, high = interval.around(value, float(spread[0]))
+            level = interval.level
+        if not all(map(math.isfinite, (value, low, high))):
+            raise InputError(_NOT_FINITE)
+        return Prediction(
+            value=value,
+            low=low,
+            high=high,
+            level=level,
+            elapsed=window.duration,
+            complete=window.complete,
+        )
+
+
+def predictor_of(model: Model, estimator: str | None = None) -> Predictor | None:
+    """Return the live predictor of a model; None for one that holds a detector only.
+
+    The network predicts where the model has one, as :meth:`Model.predict` decides it. A predictor
+    at another sampling rate than the detector's is left out.
+
+    Parameters
+    ----------
+    model
+        Trained model.
+    estimator
+        Name of the estimator to use instead, such as "svm".
+
+    Raises
+    ------
+    InputError
+        The model has no such estimator, or none at the detector's rate.
+    """
+    if estimator is not None:
+        model = model.only(estimator)
+    if model.network is None and not model.windows:
+        return None
+    rate = None if model.detector is None else model.detector.rate
+    if model.network is not None and _fits(model.network.model.rate, rate):
+        return NetworkPredictor(model.network.model)
+    windows = [w for w in model.windows if _fits(w.model.spec.rate, rate)]
+    if not windows:
+        raise InputError(
+            f"the detector takes {rate:g} samples a second, and no model here does: train them "
+            f"together, with --rate {rate:g} or another"
+        )
+    return WindowLadder(windows)
+
+
+def _fits(rate: float, wanted: float | None) -> bool:
+    return wanted is None or same_rate(rate, wanted)

@@ -1,0 +1,107 @@
+"""Rows of the page's table: the last pinches with the names of their objects."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import msgspec
+
+from firstcontact.device import concerns_hand, lost_object
+from firstcontact.recording import Marker, PinchMark
+from firstcontact.streaming._events import HandPinch, PinchDone
+from firstcontact.streaming._objects import marker_for
+from firstcontact.streaming._text import hand_line
+
+#: Number of rows.
+ROWS = 12
+
+
+class Row(msgspec.Struct, frozen=True):
+    """Row of the table.
+
+    Parameters
+    ----------
+    pinch
+        Finished pinch, with the estimate in force and the final one.
+    name
+        Name of the object, "" if unknown.
+    lost
+        Loss of the object that the twin reported, None without one.
+    hand
+        Predictions of a device for the same pinch, in words.
+    """
+
+    pinch: PinchDone
+    name: str = ""
+    lost: str | None = None
+    hand: str = ""
+
+
+def brief(pinch: PinchDone) -> PinchDone:
+    """Return the pinch with the estimate in force and the final one alone."""
+    estimates = tuple(e for e in (pinch.in_force, pinch.final) if e is not None)
+    if len(estimates) == 2 and estimates[0] is estimates[1]:
+        estimates = estimates[:1]
+    return msgspec.structs.replace(pinch, estimates=estimates)
+
+
+class PinchRows:
+    """Rows of the last pinches, the newest last."""
+
+    def __init__(self) -> None:
+        self._rows: deque[Row] = deque(maxlen=ROWS)
+        self._markers: deque[Marker] = deque(maxlen=ROWS)
+        self._losses: deque[Marker] = deque(maxlen=ROWS)
+
+    def add_marker(self, marker: Marker) -> None:
+        """Take a marker: it names its pinch or the next one, or reports a loss of the object."""
+        if lost_object(marker.text):
+            self._losses.append(marker)
+        if concerns_hand(marker.text):
+            return
+        self._markers.append(marker)
+        self._update(
+            [row.pinch.holds(marker.epoch, marker.sample) for row in self._rows], name=marker.text
+        )
+
+    def add_label(self, mark: PinchMark) -> None:
+        """Take the label of a replayed recording."""
+        if mark.label.object:
+            self._update([row.pinch.overlaps(mark) for row in self._rows], name=mark.label.object)
+
+    def done(self, pinch: PinchDone) -> None:
+        """Add a row."""
+        before = self._rows[-1].pinch if self._rows else None
+        self._rows.append(Row(brief(pinch), marker_for(self._markers, pinch, before)))
+
+    def hand(self, event: HandPinch) -> None:
+        """Take the predictions of a device for a pinch."""
+        if event.contacts:
+            place = event.epoch, event.contacts[0].sample
+            words = hand_line(event).strip()
+            self._update([row.pinch.holds(*place) for row in self._rows], hand=words)
+
+    def _update(self, which: list[bool], **fields: str) -> None:
+        for i, is_meant in enumerate(which):
+            if is_meant:
+                self._rows[i] = msgspec.structs.replace(self._rows[i], **fields)
+
+    @property
+    def rows(self) -> tuple[Row, ...]:
+        """Rows with the losses that the twin reported."""
+        rows = []
+        following: PinchDone | None = None  # a loss after its start belongs to that one
+        for row in reversed(self._rows):
+            losses = (m for m in self._losses if _is_of(m, row.pinch, following))
+            lost = next((lost_object(m.text) for m in losses), None)
+            rows.append(msgspec.structs.replace(row, lost=lost))
+            following = row.pinch
+        return tuple(rows[::-1])
+
+
+def _is_of(marker: Marker, pinch: PinchDone, following: PinchDone | None) -> bool:
+    """Return True if a marker came after the start of a pinch and before that of the next."""
+    place = (marker.epoch, marker.sample)
+    if place < (pinch.epoch, pinch.start) or marker.epoch != pinch.epoch:
+        return False
+    return following is None or place < (following.epoch, following.start)

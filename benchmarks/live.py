@@ -1,9 +1,9 @@
 """Speed of the live pipeline and latency of its estimates.
 
 The twin's running hand (60 s with some 30 closings) is replayed through the pipeline in blocks of
-0.1 s and of 5 samples, as a device sends them. The any-time model predicts each millisecond, or is
-left out. For comparison the naive form detects and cuts the whole closing so far again for each
-estimate, and calls scikit-learn's ``predict``.
+0.1 s and of 5 samples, as a device sends them, with the network and with a window model. For
+comparison the naive form detects and cuts the whole closing so far again for each estimate, and
+calls scikit-learn's ``predict``.
 
 ``firstcontact live --device twin`` then runs in real time, several times each without a page, with
 one, and with one and a viewer. The script prints the processor time of the command, without the
@@ -14,6 +14,7 @@ twin's process, and the ledger of the median run. Run it with one thread:
 from __future__ import annotations
 
 import argparse
+import itertools
 import os
 import re
 import subprocess
@@ -23,7 +24,6 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from pathlib import Path
 
 import numpy as np
 
@@ -46,13 +46,13 @@ from firstcontact.models import (
     SvmModel,
     Touches,
     load_anytime,
-    load_interval,
+    load_model,
     load_window_model,
     machine_of,
     shape_and_level,
 )
 from firstcontact.signal import contact_windows, samples_in
-from firstcontact.streaming import ModelWithInterval, PinchDone, Pipeline
+from firstcontact.streaming import NetworkPredictor, PinchDone, Pipeline, WindowLadder
 from firstcontact.twin import DeviceFilter, TwinStream
 
 LAYOUT = fingertip_layout()
@@ -121,7 +121,7 @@ def naive_seconds(
         for estimate in pinch.estimates:
             begin = time.perf_counter()
             so_far = Pinch(
-                data[pinch.armed : estimate.complete + 1], LAYOUT, first_sample=pinch.armed
+                data[pinch.start : estimate.complete + 1], LAYOUT, first_sample=pinch.start
             )
             contacts = detect(detector, so_far)
             window, _ = contact_windows(Dataset((so_far,)), contacts[:1], model.spec.duration)
@@ -176,8 +176,9 @@ def main() -> None:
         os.environ["XDG_CACHE_HOME"] = cache
         folder = twin_model("paper-rig", 0)
         detector, model = load_detector(folder), load_window_model(folder)
-        models = [ModelWithInterval(model, load_interval(Path(folder)))]
+        trained = load_model(folder)
         anytime = load_anytime(folder)
+        network, windows = NetworkPredictor(anytime), WindowLadder(trained.windows)
         assert isinstance(model, SvmModel)
         twin = TwinStream("paper-rig", None, settings.seed)
         data = DeviceFilter().update(twin.read(round(settings.seconds * LAYOUT.rate)))
@@ -187,15 +188,12 @@ def main() -> None:
         )
 
         print(one_answer(anytime, settings.seed))
-        for size, running in ((LONG, anytime), (FRAME, anytime), (LONG, None), (FRAME, None)):
-            pipeline = Pipeline(
-                LAYOUT, detector, models, calibration, anytime=running, real_time=False
-            )
+        for size, predictor in itertools.product((LONG, FRAME), (network, windows)):
+            pipeline = Pipeline(LAYOUT, detector, predictor, calibration, real_time=False)
             spent, pinches = replayed(pipeline, split(data, size))
             figures = pipeline.ledger.summary()
-            how = "with" if running else "without"
             print(
-                f"{how} a prediction each millisecond, blocks of {size} samples: "
+                f"{predictor.name}, blocks of {size} samples: "
                 f"{settings.seconds / spent:.0f} x real time; block to estimate "
                 f"p50 {1e6 * figures['compute_p50']:.0f} us, "
                 f"p99 {1e6 * figures['compute_p99']:.0f} us, {len(pinches)} pinches"

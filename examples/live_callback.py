@@ -1,4 +1,4 @@
-"""Print each estimate that stands at the second contact: python examples/live_callback.py."""
+"""Print the final estimate of each pinch: python examples/live_callback.py."""
 
 import firstcontact as fc
 
@@ -7,8 +7,8 @@ def main() -> None:
     """Follow five pinches of the simulated hand with the model of the package."""
     with fc.open("twin") as source:
         for event in fc.live(source, pinches=5):
-            if isinstance(event, fc.Settled) and event.answer is not None:
-                print(f"{event.answer.value:.0f} Shore A, {1e3 * event.answer.duration:.0f} ms")
+            if isinstance(event, fc.Estimate) and event.final:
+                print(f"{event.value:.0f} Shore A, from {1e3 * event.elapsed:.0f} ms")
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ import firstcontact as fc
 
 
 class Stiffness(Node):
-    """Publishes each estimate that stands when the second finger touches."""
+    """Publishes the final estimate of each pinch."""
 
     def __init__(self, device: str, model: str | None, pinches: int | None = None) -> None:
         super().__init__("firstcontact")
@@ -25,9 +25,9 @@ class Stiffness(Node):
         """Follow the device until ROS is shut down or the pinches are done."""
         with fc.open(self.device) as source:
             for event in fc.live(source, self.model, pinches=self.pinches):
-                if isinstance(event, fc.Settled) and event.answer is not None:
-                    a = event.answer
-                    self.publisher.publish(Float32MultiArray(data=[a.value, a.low, a.high]))
+                if isinstance(event, fc.Estimate) and event.final:
+                    e = event
+                    self.publisher.publish(Float32MultiArray(data=[e.value, e.low, e.high]))
                 if not rclpy.ok():
                     break
 

@@ -166,14 +166,14 @@ def test_contacts_are_detected(data: fc.Dataset) -> None:
     assert np.median(np.abs(late)) < 0.003
 
 
-def test_live_gives_a_settled_estimate_for_each_pinch() -> None:
+def test_live_gives_a_final_estimate_for_each_pinch() -> None:
     with fc.open("twin", speed=8.0, seed=2) as source:
         calibration = fc.calibrate(source, seconds=0.5)
         events = list(fc.live(source, calibration=calibration, pinches=2))
     assert not any(e.real_time for e in events if isinstance(e, fc.PinchDone))
     done = [e for e in events if isinstance(e, fc.PinchDone)]
     assert len(done) == 2
-    assert sum(isinstance(e, fc.Settled) for e in events) >= 2
+    assert sum(isinstance(e, fc.Estimate) and e.final for e in events) >= 2
 
 
 def test_leaving_live_early_closes_the_source() -> None:

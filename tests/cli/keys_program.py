@@ -22,7 +22,7 @@ class Session:
     """Says what it is asked."""
 
     closed = False
-    combines = True
+    uses_shape = True
 
     def new_object(self) -> None:
         say("new object")

@@ -102,10 +102,9 @@ def test_a_rig_that_nothing_is_known_of_is_answered_with_wide_intervals(
         assert ("does not know this rig" in done.stderr) is (model == ())
         events = [json.loads(line) for line in done.stdout.splitlines()]
         kinds = {e["type"] for e in events}
-        assert {"running", "standing", "pinch"} <= kinds
-        assert "estimated" not in kinds
+        assert {"estimate", "pinch"} <= kinds
         # Nothing says which pinches are of one object, but where the option does.
-        combined = [e["pinches"] for e in events if e["type"] == "same_object"]
+        combined = [e["pinches"] for e in events if e["type"] == "object_estimate"]
         assert len(combined) > 1
         assert combined == (list(range(1, len(combined) + 1)) if model else [1] * len(combined))
         told.append(estimates(done.stdout))

@@ -29,8 +29,7 @@ from firstcontact.models import (
     pretrained,
     touches_of,
 )
-from firstcontact.streaming import Pipeline, Running, Touched
-from firstcontact.streaming._events import Event
+from firstcontact.streaming import ContactEvent, Estimate, Event, NetworkPredictor, Pipeline
 from firstcontact.twin import BLOCKS, PAPER_RIG, draw_pinch, draw_specimen, simulate_pinch
 
 #: Noise floors of the twin's fingertips, V.
@@ -76,7 +75,7 @@ def host_events(folder: Path, data: np.ndarray) -> list[Event]:
     """Return the events of the live pipeline for these samples and the same model."""
     layout = fingertip_layout()
     anytime = load_anytime(folder)
-    pipeline = Pipeline(layout, load_detector(folder), (), FLOORS, anytime=anytime)
+    pipeline = Pipeline(layout, load_detector(folder), NetworkPredictor(anytime), FLOORS)
     blocks = [Block(data[k : k + 5], k) for k in range(0, len(data), 5)]
     events = [event for block in blocks for event in pipeline.update(block, 0.0)]
     return events + pipeline.finish()
@@ -96,12 +95,19 @@ class Predictions:
 
 def of_host(events: list[Event]) -> Predictions:
     """Return the predictions among the host's events."""
-    touched = [e for e in events if isinstance(e, Touched)]
-    running = [e for e in events if isinstance(e, Running)]
+    touched = [e for e in events if isinstance(e, ContactEvent)]
+    rate = fingertip_layout().rate
+    running = [e for e in events if isinstance(e, Estimate) and not e.final]
     return Predictions(
         [(e.contact.finger, e.contact.sample, e.contact.decided, e.first) for e in touched],
         {
-            (e.contact.sample, e.samples): (e.value, e.low, e.high, e.strange, e.complete)
+            (e.contact.sample, round(e.elapsed * rate)): (
+                e.value,
+                e.low,
+                e.high,
+                e.out_of_range,
+                e.complete,
+            )
             for e in running
         },
     )

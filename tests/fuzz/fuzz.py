@@ -42,7 +42,7 @@ _COMMON = (
     "firstcontact.contact._detector_file", "firstcontact.device._opening",
     "firstcontact.models._final_model", "firstcontact.models._training",
     "firstcontact.recording._importing", "firstcontact.streaming._json_lines",
-    "firstcontact.streaming._session", "firstcontact.streaming._summary",
+    "firstcontact.streaming._ledger", "firstcontact.streaming._session",
     "firstcontact.streaming._text", "pyarrow.parquet", "pyxdf", "scipy.io.matlab",
     "scipy.io.wavfile", "soundfile", "tyro",
     "matplotlib.backends.backend_agg", "matplotlib.figure", "matplotlib.backends.backend_svg",

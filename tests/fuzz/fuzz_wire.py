@@ -34,10 +34,9 @@ from firstcontact.device._device_predictions import contact_payload, estimate_pa
 from firstcontact.device._responder import Responder
 from firstcontact.recording import Header, RecordingWriter, read_recording
 from firstcontact.streaming import Ask, JsonLinesSink, Pipeline, TextSink
-from firstcontact.streaming._hand_answers import HandAnswers
+from firstcontact.streaming._hand_predictions import HandPredictions
 from firstcontact.streaming._sink import Update
-from firstcontact.streaming.page._allowance import Allowance
-from firstcontact.streaming.page._commands import Commands
+from firstcontact.streaming.page._commands import Allowance, Commands
 from firstcontact.streaming.page._state import State
 
 DESCRIPTOR = Descriptor(piezo_layout(), "firmware", "sensor", "hand", "real")
@@ -151,7 +150,7 @@ def answers(rng: Random, _: Path) -> None:
     text, lines, state = TextSink(out), JsonLinesSink(out), State(ANSWERING, {}, None)
     for sink in (text, lines):
         sink.open(ANSWERING)
-    gathered = HandAnswers(MODEL, ANSWERING.layout.rate, checked=True)
+    gathered = HandPredictions(MODEL, ANSWERING.layout.rate, checked=True)
     decoder, assembler = Decoder(), Assembler()
     assembler.expect_descriptor()
     sent = [(FrameType.DESCRIPTOR, protocol.descriptor_payload(7, ANSWERING.to_text()))]
@@ -178,7 +177,7 @@ def answers(rng: Random, _: Path) -> None:
             if isinstance(told, DeviceEstimate):
                 assert 0 <= told.low <= told.value <= told.high <= 100, "no Shore A"
         blocks = made.blocks or [Block(np.zeros((1, CHANNELS), np.int16), at, assembler.epoch)]
-        events = gathered.came(made.predictions, blocks[-1], 0.0)
+        events = gathered.update(made.predictions, blocks[-1], 0.0)
         update = Update(events=tuple(events), health=Health(connected=True))
         for sink in (text, lines, state):
             sink.take(update)

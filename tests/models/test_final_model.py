@@ -17,7 +17,6 @@ from firstcontact.models import (
     save_model,
     train_final_model,
 )
-from firstcontact.streaming import ModelWithInterval
 from firstcontact.testing._windows import RATE, toy_windows
 
 
@@ -31,8 +30,10 @@ def test_a_gaussian_process_is_kept_with_its_own_spread(tmp_path: Path) -> None:
     assert kept.interval.scaled
     assert kept.conformal["held_out"]["coverage"] == pytest.approx(0.9, abs=0.06)
     folder = save_model(kept.model, tmp_path / "m", Provenance(interval=kept.interval))
-    entry = ModelWithInterval(load_window_model(folder), load_interval(folder))
-    value = entry.model.predict_one(X[0])
-    low, high, level = entry.bounds(value, X[0])
+    model, interval = load_window_model(folder), load_interval(folder)
+    assert interval is not None
+    value, spread = model.predict_one(X[0]), model.spread(X[:1])
+    assert spread is not None
+    low, high = interval.around(value, float(spread[0]))
     assert low < value < high
-    assert level == 0.9
+    assert interval.level == 0.9

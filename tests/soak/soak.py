@@ -63,7 +63,7 @@ def run_link(name: str, seconds: float, seed: int, folder: Path) -> dict[str, An
     with link.opened() as source, Path(os.devnull).open("w", encoding="utf-8") as nowhere:
         layout = source.descriptor.layout
         noise = Calibration(tuple(VibrationCalibration(f, 1.0) for f in layout.vibration_fingers))
-        pipeline = Pipeline(layout, ThresholdDetector(10.0), (), noise)
+        pipeline = Pipeline(layout, ThresholdDetector(10.0), None, noise)
         session = LiveSession(source, pipeline, (), folder)
         path = session.start_recording()
         injecting = threading.Thread(target=inject)

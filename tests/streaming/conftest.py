@@ -12,14 +12,15 @@ from firstcontact.core import Dataset, Label, Pinch
 from firstcontact.models import (
     ANY,
     InContextModel,
+    Provenance,
     Rig,
     Task,
+    WindowPredictor,
     make_estimator,
     pretrained,
     touches_of,
 )
 from firstcontact.signal import contact_windows
-from firstcontact.streaming import ModelWithInterval
 from firstcontact.twin import BLOCKS, PAPER_RIG, draw_pinch, draw_specimen, simulate_pinch
 
 SEED = 5
@@ -54,7 +55,7 @@ def detector(training: Dataset) -> Detector:
 
 
 @pytest.fixture(scope="session")
-def models(training: Dataset, detector: Detector) -> list[ModelWithInterval]:
+def models(training: Dataset, detector: Detector) -> list[WindowPredictor]:
     """For windows of 3 and of 15 ms."""
     out = []
     for duration in (0.003, 0.015):
@@ -62,7 +63,7 @@ def models(training: Dataset, detector: Detector) -> list[ModelWithInterval]:
         windows, kept = contact_windows(training, found, duration)
         estimator = make_estimator("svm", Task.REGRESSION, training.layout.rate)
         model = estimator.fit(windows, np.asarray(training.shore_a[kept]), seed=0)
-        out.append(ModelWithInterval(model))
+        out.append(WindowPredictor(model, Provenance()))
     return out
 
 

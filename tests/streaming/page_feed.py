@@ -10,8 +10,15 @@ from firstcontact.core import Block, ChannelKind, Contact, Finger, InputError, f
 from firstcontact.device import Arrival, Descriptor, Health, RecorderStatus
 from firstcontact.models import in_words, radius_of
 from firstcontact.recording import Marker
-from firstcontact.streaming import Armed, Ask, Estimated, PinchDone, Refused, Touched
-from firstcontact.streaming._events import Event
+from firstcontact.streaming import (
+    Ask,
+    ClosingStart,
+    ContactEvent,
+    Estimate,
+    Event,
+    NoEstimate,
+    PinchDone,
+)
 from firstcontact.streaming._sink import Update
 
 LAYOUT = fingertip_layout()
@@ -58,8 +65,8 @@ class Feed:
 
     def _plan(self) -> None:
         """What happens in the closing that begins now."""
-        self.armed = self.sample // PERIOD * PERIOD
-        first = self.armed + CLOSING
+        self.start = self.sample // PERIOD * PERIOD
+        first = self.start + CLOSING
         self.shore = float(self.rng.uniform(8, 85))
         finger = Finger(int(self.rng.integers(2)))
         offset = int(self.rng.uniform(0.004, 0.034) * RATE)
@@ -68,46 +75,53 @@ class Feed:
             Contact(finger.other, first + offset, first + offset + 9),
         )
         complete = first + 77
-        self.estimate = Estimated(
-            contact=self.contacts[0],
+        self.estimate = Estimate(
             value=self.shore,
             low=self.shore - 5.2,
             high=self.shore + 6.1,
             level=0.9,
-            duration=0.015,
+            elapsed=0.015,
+            available=77 / RATE + 0.00021,
+            model="svm",
+            contact=self.contacts[0],
             complete=complete,
             epoch=self.epoch,
-            used=complete < self.contacts[1].decided,
             host=0.0,
             compute=0.00021,
         )
         self.refused = self.pinches % 7 == 5
-        end = self.armed + 4500
+        end = self.start + 4500
         self.done = PinchDone(
-            self.pinches + 1, self.armed, end, self.epoch, self.contacts, (),
-            () if self.refused else (self.estimate,),
-            RATE,
-            "the signal was at its limit" if self.refused else "",
-        )  # fmt: skip
+            number=self.pinches + 1,
+            start=self.start,
+            end=end,
+            epoch=self.epoch,
+            contacts=self.contacts,
+            offset=offset / RATE,
+            estimates=() if self.refused else (self.estimate,),
+            reason="the signal was at its limit" if self.refused else "",
+        )
 
     def happenings(self, first: int, end: int) -> tuple[list[Event], list[Marker]]:
         """Events that are known in these samples, in order, and markers."""
         a, b = self.contacts
         told: list[tuple[int, Event]] = [
-            (self.armed, Armed(self.armed, self.epoch)),
-            (a.decided, Touched(a, True, self.epoch, 0.0)),
-            (b.decided, Touched(b, False, self.epoch, 0.0)),
+            (self.start, ClosingStart(self.start, self.epoch)),
+            (a.decided, ContactEvent(a, True, self.epoch, 0.0)),
+            (b.decided, ContactEvent(b, False, self.epoch, 0.0)),
             (
                 self.estimate.complete,
-                Refused(a, self.done.refused, self.epoch) if self.refused else self.estimate,
+                NoEstimate(a, self.done.reason, self.estimate.complete, self.epoch)
+                if self.refused
+                else self.estimate,
             ),
             (self.done.end, self.done),
         ]
         events = [e for at, e in sorted(told, key=lambda t: t[0]) if first <= at < end]
         word = WORDS[self.pinches % len(WORDS)]
         markers = (
-            [Marker(self.armed + 5, word, self.epoch)]
-            if word and first <= self.armed + 5 < end
+            [Marker(self.start + 5, word, self.epoch)]
+            if word and first <= self.start + 5 < end
             else []
         )
         return events, markers
@@ -167,7 +181,7 @@ class Feed:
         """Figures as the session gives them."""
         if self.pinches == 0:
             return {"estimates": 0.0, "overruns": 0.0, "blocks": 0.0, "busy": 0.0}
-        times = {"decide": 0.0018, "window": 0.0156, "compute": 0.00021, "total": 0.0158}
+        times = {"decide": 0.0018, "signal": 0.015, "compute": 0.00021, "total": 0.0158}
         figures = {"estimates": float(self.pinches), "overruns": 0.0, "blocks": 1.0, "busy": 1.0}
         for name, seconds in times.items():
             figures |= {
@@ -216,9 +230,9 @@ class Asked:
     def hand_gone(self, by: str) -> None:
         self.gone.append(by)
 
-    shapes = True
+    uses_shape = True
 
-    def tell_shape(self, text: str) -> str:
+    def set_shape(self, text: str) -> str:
         self.calls.append(f"shape {text}")
         return in_words(radius_of(text))
 

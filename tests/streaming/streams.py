@@ -1,75 +1,63 @@
-"""What the live tests share: a trained detector and model, and offline answers to compare with."""
+"""Helpers of the live tests: events without the host's clock, and offline results to compare."""
 
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
 
 from firstcontact.contact import Detector, detect
-from firstcontact.core import Block, Dataset, Pinch
+from firstcontact.core import Block, Contact, Dataset, Pinch
+from firstcontact.models import WindowPredictor
 from firstcontact.signal import contact_windows
 from firstcontact.streaming import (
-    Armed,
-    Estimated,
-    ModelWithInterval,
+    ClosingStart,
+    ContactEvent,
+    Estimate,
+    Event,
+    NoEstimate,
     PinchDone,
     Pipeline,
-    Refused,
-    Running,
-    Settled,
-    Touched,
 )
-from firstcontact.streaming._events import Event
+
+Facts = tuple[object, ...]
 
 
-@dataclass(frozen=True)
-class Told:
-    """An event without the host's clock."""
-
-    kind: str
-    facts: tuple[object, ...]
-
-
-def told(events: list[Event]) -> list[Told]:
+def facts(events: list[Event]) -> list[Facts]:
     """What must not depend on blocks or on the host's clock."""
-    out = []
-    for e in events:
-        match e:
-            case Armed():
-                facts: tuple[object, ...] = (e.sample, e.epoch)
-            case Touched():
-                facts = (e.contact, e.first, e.epoch)
-            case Estimated():
-                facts = _estimate(e)
-            case Running():
-                facts = _running(e)
-            case Settled():
-                stands = None if e.answer is None else _running(e.answer)
-                facts = (e.contact, stands, e.withdrawn, e.complete, e.epoch)
-            case Refused():
-                facts = (e.contact, e.reason, e.epoch)
-            case PinchDone():
-                estimates = tuple(_estimate(x) for x in e.estimates)
-                facts = (e.number, e.armed, e.end, e.epoch, e.contacts, e.strips, estimates)
-                facts += tuple(_running(x) for x in e.answers)
-        out.append(Told(type(e).__name__, facts))
-    return out
+    return [(type(event).__name__, *_facts(event)) for event in events]
 
 
-def _running(e: Running) -> tuple[object, ...]:
-    # Answers of one batch share the sums of matrix products: the last digits may differ.
-    numbers = tuple(round(x, 3) + 0.0 for x in (e.value, e.low, e.high, e.half_width))
-    return (e.contact, numbers, e.strange, e.samples, e.duration, e.complete, e.epoch)
-
-
-def _estimate(e: Estimated) -> tuple[object, ...]:
-    return (e.contact, e.value, e.low, e.high, e.duration, e.complete, e.epoch, e.used)
+def _facts(e: Event) -> Facts:
+    match e:
+        case ClosingStart():
+            return e.sample, e.epoch
+        case ContactEvent():
+            return e.contact, e.first, e.epoch
+        case Estimate():
+            # Rows of one batch share the sums of matrix products: the last digits may differ.
+            numbers = tuple(round(x, 3) + 0.0 for x in (e.value, e.low, e.high))
+            return e.contact, numbers, e.out_of_range, e.elapsed, e.complete, e.epoch, e.final
+        case NoEstimate():
+            return e.contact, e.reason, e.epoch
+        case PinchDone():
+            estimates = tuple(_facts(x) for x in e.estimates)
+            return e.number, e.start, e.end, e.epoch, e.contacts, e.strips, e.reason, estimates
+    raise TypeError(e)
 
 
 def run(pipeline: Pipeline, blocks: list[Block]) -> list[Event]:
     """All events of a stream."""
     events = [event for block in blocks for event in pipeline.update(block, 0.0)]
     return events + pipeline.finish()
+
+
+def blocks_of(dataset: Dataset) -> list[Block]:
+    """One block for each pinch, each an epoch."""
+    return [Block(p.data, p.first_sample, epoch) for epoch, p in enumerate(dataset.pinches)]
+
+
+def frames_of(dataset: Dataset, size: int = 5) -> list[Block]:
+    """The same in pieces of this many samples."""
+    return [p for b in blocks_of(dataset) for p in cut(b, [*range(size, len(b.data), size)])]
 
 
 def cut(block: Block, edges: list[int]) -> list[Block]:
@@ -80,9 +68,9 @@ def cut(block: Block, edges: list[int]) -> list[Block]:
 
 
 def offline(
-    detector: Detector, entry: ModelWithInterval, pinch: Pinch
-) -> tuple[object, float | None]:
-    """First contact and answer as the study finds them."""
+    detector: Detector, entry: WindowPredictor, pinch: Pinch
+) -> tuple[Contact | None, float | None]:
+    """First contact and prediction as the study finds them."""
     contacts = detect(detector, pinch)
     first = contacts[0] if contacts else None
     windows, kept = contact_windows(Dataset((pinch,)), [first], entry.model.spec.duration)

@@ -4,29 +4,29 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from told_events import ANSWER, ESTIMATE, FIRST, SECOND
+from msgspec.structs import replace
+from told_events import ANSWER, FINAL, FIRST_EVENT, START
 
 from firstcontact.contact import Detector
 from firstcontact.core import Block, Command, Dataset, fingertip_layout
 from firstcontact.device import TransportDelay
 from firstcontact.grasp import Grip, live_policies, live_policy
 from firstcontact.grasp._printing import PrintHand
+from firstcontact.models import WindowPredictor
 from firstcontact.streaming import (
-    Armed,
-    Estimated,
+    ClosingStart,
+    ContactEvent,
+    Estimate,
+    Event,
     Grasping,
-    ModelWithInterval,
     PinchDone,
     Pipeline,
-    Settled,
-    Touched,
+    WindowLadder,
     grasp_lines,
 )
-from firstcontact.streaming._events import Event
 
 LAYOUT = fingertip_layout()
 FRAME = 5
@@ -42,11 +42,11 @@ def drive(
         for i in range(0, len(pinch.data), FRAME):
             block = Block(pinch.data[i : i + FRAME], pinch.first_sample + i, epoch)
             for event in pipeline.update(block, host()):
-                grasping.happened(event)
+                grasping.on_event(event)
                 events.append(event)
-            grasping.came(block)
+            grasping.after_block(block)
     for event in pipeline.finish():
-        grasping.happened(event)
+        grasping.on_event(event)
         events.append(event)
     return events
 
@@ -63,15 +63,15 @@ def hand() -> PrintHand:
 
 @pytest.mark.parametrize("name", live_policies())
 def test_every_policy_closes_first_and_stays_within_its_grip(
-    name: str, hand: PrintHand, fresh: Dataset, detector: Detector, models: list[ModelWithInterval]
+    name: str, hand: PrintHand, fresh: Dataset, detector: Detector, models: list[WindowPredictor]
 ) -> None:
     grip = Grip()
     grasping = Grasping(live_policy(name, grip), hand, LAYOUT)
-    pipeline = Pipeline(LAYOUT, detector, models, clock=still)
+    pipeline = Pipeline(LAYOUT, detector, WindowLadder(models), clock=still)
     with hand:
         events = drive(fresh, pipeline, grasping, still)
         told = list(hand.told)
-    assert grasping.loop.counts.closings == sum(isinstance(e, Armed) for e in events)
+    assert grasping.loop.counts.closings == sum(isinstance(e, ClosingStart) for e in events)
     assert grasping.loop.counts.contacts == sum(isinstance(e, PinchDone) for e in events) > 0
     assert grasping.loop.counts.commands == len(told) > 0
     for command in told:
@@ -81,16 +81,16 @@ def test_every_policy_closes_first_and_stays_within_its_grip(
 
 
 def test_the_estimate_is_acted_upon_with_the_sample_that_brings_it(
-    hand: PrintHand, fresh: Dataset, detector: Detector, models: list[ModelWithInterval]
+    hand: PrintHand, fresh: Dataset, detector: Detector, models: list[WindowPredictor]
 ) -> None:
     grip = Grip()
     grasping = Grasping(live_policy("first_contact", grip), hand, LAYOUT)
-    pipeline = Pipeline(LAYOUT, detector, models[-1:], clock=still)
+    pipeline = Pipeline(LAYOUT, detector, WindowLadder(models[-1:]), clock=still)
     with hand:
         for event in drive(fresh.take([0]), pipeline, grasping, still):
-            if isinstance(event, Touched) and event.first:
+            if isinstance(event, ContactEvent) and event.first:
                 contact = event.contact
-            if isinstance(event, Estimated) and event.used:
+            if isinstance(event, Estimate):
                 expected = grip.command_for(min(event.low, event.value))
                 assert event.contact == contact
                 assert grasping.last == expected
@@ -99,58 +99,60 @@ def test_the_estimate_is_acted_upon_with_the_sample_that_brings_it(
 
 
 def test_what_comes_after_the_deadline_is_a_miss_and_the_fallback_holds(
-    hand: PrintHand, fresh: Dataset, detector: Detector, models: list[ModelWithInterval]
+    hand: PrintHand, fresh: Dataset, detector: Detector, models: list[WindowPredictor]
 ) -> None:
     grip = Grip()
     # A deadline that the window alone takes longer than.
     grasping = Grasping(live_policy("first_contact", grip), hand, LAYOUT, deadline=0.005)
-    pipeline = Pipeline(LAYOUT, detector, models[-1:], clock=still)
+    pipeline = Pipeline(LAYOUT, detector, WindowLadder(models[-1:]), clock=still)
     with hand:
         events = drive(fresh, pipeline, grasping, still)
     contacts = sum(isinstance(e, PinchDone) for e in events)
     counts = grasping.loop.counts
     assert (counts.misses, counts.estimates) == (contacts, 0)
-    assert counts.unused == sum(isinstance(e, Estimated) for e in events)
+    assert counts.unused > 0
     assert grasping.last == grip.gentle
 
 
 def test_a_slow_computer_misses_the_deadline(
-    hand: PrintHand, fresh: Dataset, detector: Detector, models: list[ModelWithInterval]
+    hand: PrintHand, fresh: Dataset, detector: Detector, models: list[WindowPredictor]
 ) -> None:
     policy = live_policy("first_contact")
     assert policy.deadline is not None
     grasping = Grasping(policy, hand, LAYOUT)
     # The estimate comes a whole deadline after the block that completed its window.
-    pipeline = Pipeline(LAYOUT, detector, models[-1:], clock=lambda: policy.deadline or 0.0)
+    pipeline = Pipeline(
+        LAYOUT, detector, WindowLadder(models[-1:]), clock=lambda: policy.deadline or 0.0
+    )
     with hand:
         events = drive(fresh, pipeline, grasping, still)
-    used = [e for e in events if isinstance(e, Estimated) and e.used]
-    assert len(used) > 0
+    assert any(isinstance(e, Estimate) for e in events)
     assert grasping.loop.counts.estimates == 0
     assert grasping.loop.counts.misses == grasping.loop.counts.contacts
 
 
-def test_an_estimate_that_is_not_to_be_used_is_not(
-    hand: PrintHand, fresh: Dataset, detector: Detector, models: list[ModelWithInterval]
+def test_each_final_estimate_is_acted_upon_once(
+    hand: PrintHand, fresh: Dataset, detector: Detector, models: list[WindowPredictor]
 ) -> None:
-    grip = Grip()
-    grasping = Grasping(live_policy("first_contact", grip), hand, LAYOUT)
-    pipeline = Pipeline(LAYOUT, detector, models[-1:], clock=still)
+    grasping = Grasping(live_policy("first_contact"), hand, LAYOUT)
+    pipeline = Pipeline(LAYOUT, detector, WindowLadder(models[-1:]), clock=still)
     with hand:
         events = drive(fresh, pipeline, grasping, still)
-    used = sum(isinstance(e, Estimated) and e.used for e in events)
-    assert 0 < used < sum(isinstance(e, Estimated) for e in events)
-    assert grasping.loop.counts.estimates == used
+    finals = sum(isinstance(e, Estimate) and e.final for e in events)
+    pinches = sum(isinstance(e, PinchDone) for e in events)
+    assert 0 < finals < pinches
+    counts = grasping.loop.counts
+    assert counts.estimates + counts.overtaken >= finals
     grasping.ended()
     assert hand.told[-1] is None  # released
 
 
 def test_the_end_says_what_was_told(
-    hand: PrintHand, fresh: Dataset, detector: Detector, models: list[ModelWithInterval]
+    hand: PrintHand, fresh: Dataset, detector: Detector, models: list[WindowPredictor]
 ) -> None:
     grasping = Grasping(live_policy("early_exit"), hand, LAYOUT)
     with hand:
-        drive(fresh, Pipeline(LAYOUT, detector, models, clock=still), grasping, still)
+        drive(fresh, Pipeline(LAYOUT, detector, WindowLadder(models), clock=still), grasping, still)
     counts = grasping.loop.counts
     said = "\n".join(grasp_lines(grasping))
     for number in (counts.commands, counts.closings, counts.estimates, counts.misses):
@@ -159,31 +161,42 @@ def test_the_end_says_what_was_told(
     assert np.isfinite([c.force for c in hand.told if isinstance(c, Command)]).all()
 
 
-def test_a_policy_is_told_the_one_answer_that_stands(hand: PrintHand) -> None:
-    """However short its signal: no better one comes. What a fixed window says is left aside."""
+def test_a_policy_acts_on_the_final_estimate(hand: PrintHand) -> None:
+    """However short its signal: no better one comes. A hand cannot take back what it did."""
     policy = live_policy("first_contact")
     grasping = Grasping(policy, hand, LAYOUT)
-    settled = Settled(FIRST, ANSWER, 1, SECOND.decided, 0)
-    begun = (Armed(400, 0), Touched(FIRST, True, 0, 0.0), ANSWER)
     with hand:
-        for event in (*begun, settled, ESTIMATE, replace(settled, answer=replace(ANSWER, low=5.0))):
-            grasping.happened(event)
+        for event in (START, FIRST_EVENT, ANSWER, FINAL, replace(FINAL, low=5.0)):
+            grasping.on_event(event)
     assert grasping.last == policy.grip.command_for(ANSWER.low)
     assert grasping.loop.counts.estimates == 1
 
 
-def test_an_answer_out_of_range_is_as_none(hand: PrintHand) -> None:
+def test_only_an_early_policy_gets_estimates_before_the_final_one(hand: PrintHand) -> None:
+    for name, is_early in (("early_exit", True), ("stiffness", False)):
+        policy = live_policy(name)
+        assert policy.early is is_early
+        grasping = Grasping(policy, hand, LAYOUT)
+        sure = replace(ANSWER, low=30.0, high=31.0)
+        with hand:
+            for event in (START, FIRST_EVENT, sure):
+                grasping.on_event(event)
+            assert grasping.loop.counts.estimates == is_early
+            grasping.on_event(replace(sure, final=True))
+        assert grasping.loop.counts.estimates == 1
+
+
+def test_an_estimate_out_of_range_is_as_none(hand: PrintHand) -> None:
     grasping = Grasping(live_policy("first_contact"), hand, LAYOUT)
-    odd = replace(ANSWER, strange=True)
-    settled = Settled(FIRST, odd, 0, 568, 0)
+    odd = replace(ANSWER, out_of_range=True)
     with hand:
-        for event in (Armed(400, 0), Touched(FIRST, True, 0, 0.0), odd, settled):
-            grasping.happened(event)
+        for event in (START, FIRST_EVENT, odd, replace(odd, final=True)):
+            grasping.on_event(event)
     assert (grasping.loop.counts.estimates, grasping.loop.counts.unused) == (0, 1)
 
 
 def test_samples_that_came_late_make_an_estimate_late(
-    hand: PrintHand, fresh: Dataset, detector: Detector, models: list[ModelWithInterval]
+    hand: PrintHand, fresh: Dataset, detector: Detector, models: list[WindowPredictor]
 ) -> None:
     """Against those that came soonest: what is the same for all of them cannot be known."""
     counts = []
@@ -191,7 +204,7 @@ def test_samples_that_came_late_make_an_estimate_late(
         delay = TransportDelay(RATE)
         grasping = Grasping(live_policy("first_contact"), hand, LAYOUT, transport=delay)
         came = 0.0
-        pipeline = Pipeline(LAYOUT, detector, models[-1:], clock=lambda: came)  # noqa: B023
+        pipeline = Pipeline(LAYOUT, detector, WindowLadder(models[-1:]), clock=lambda: came)  # noqa: B023
         with hand:
             for pinch in fresh.pinches[:1]:
                 for i in range(0, len(pinch.data), FRAME):
@@ -199,10 +212,10 @@ def test_samples_that_came_late_make_an_estimate_late(
                     # The link stalls with the contact; all before came 3 ms after their time.
                     stalls = any(c.sample <= block.end for c in pinch.truth)
                     came = 100.0 + block.end / RATE + 0.003 + (late if stalls else 0.0)
-                    grasping.arrived(block, came)
+                    grasping.on_samples(block, came)
                     for event in pipeline.update(block, came):
-                        grasping.happened(event)
-                    grasping.came(block)
+                        grasping.on_event(event)
+                    grasping.after_block(block)
         counts.append(grasping.loop.counts)
     prompt, stalled = counts
     assert prompt.estimates == 1

@@ -7,13 +7,12 @@ from math import inf
 
 import numpy as np
 import pytest
-from told_events import FIRST, SECOND
+from told_events import FIRST_EVENT, SECOND_EVENT, pinch
 
 from firstcontact.contact import SlipDetector
 from firstcontact.core import Block, Command, InputError, fingertip_layout
 from firstcontact.grasp import HANDS, Begins, Hand, HandLimits, SafeHand, live_policy
-from firstcontact.streaming import Armed, Ask, Grasping, PinchDone, Touched
-from firstcontact.streaming._events import Event, HandAsked
+from firstcontact.streaming import Ask, ClosingStart, Event, Grasping, HandCommand
 from firstcontact.streaming._grasping import SILENCE
 from firstcontact.streaming._hand_requests import HandRequests
 
@@ -48,14 +47,16 @@ class Session:
         self.grasping = grasping
         self.sample = 0
 
-    def block(self, *events: Event) -> list[HandAsked]:
+    def block(self, *events: Event) -> list[HandCommand]:
         """The next one, and what is found in it."""
         block = Block(np.zeros((5, LAYOUT.width), np.int16), self.sample, 0)
         self.sample = block.end
-        self.grasping.arrived(block, block.end / LAYOUT.rate)
+        self.grasping.on_samples(block, block.end / LAYOUT.rate)
         for event in events:
-            self.grasping.happened(event)
-        return [event for event in self.grasping.came(block) if isinstance(event, HandAsked)]
+            self.grasping.on_event(event)
+        return [
+            event for event in self.grasping.after_block(block) if isinstance(event, HandCommand)
+        ]
 
 
 def driven(hand: Hand, policy: str = "touch") -> Session:
@@ -72,15 +73,15 @@ def test_a_closing_is_begun_by_who_asks_and_held_until_it_is_opened() -> None:
     requests.ask(Ask.CLOSE, "keyboard")
     assert [(e.ask, e.by) for e in session.block()] == [(Ask.CLOSE, "keyboard")]
     assert hand.told == [approach]
-    session.block(Armed(15, 0))  # its own motor
+    session.block(ClosingStart(15, 0))  # its own motor
     assert hand.told == [approach]
-    session.block(Touched(FIRST, True, 0, 0.0))
+    session.block(FIRST_EVENT)
     assert isinstance(hand.told[-1], Command)
     assert hand.told[-1] != approach
     told = list(hand.told)
-    done = PinchDone(1, 15, 600, 0, (FIRST, SECOND), (), (), LAYOUT.rate)
+    done = pinch(start=15, end=600)
     session.block(done)
-    session.block(Armed(700, 0), Touched(FIRST, True, 0, 0.0))
+    session.block(ClosingStart(700, 0), FIRST_EVENT)
     assert hand.told == told, "it holds what it has"
     with pytest.raises(InputError, match="open it first"):
         requests.ask(Ask.CLOSE, "somebody else")
@@ -97,7 +98,7 @@ def test_the_motor_of_an_opening_hand_begins_nothing() -> None:
     """Only where others begin closings is one heard."""
     for begins, closes in ((Begins.US, False), (Begins.OTHERS, True), (Begins(3), True)):
         hand = Told(begins)
-        driven(hand).block(Armed(15, 0))
+        driven(hand).block(ClosingStart(15, 0))
         assert bool(hand.told) is closes
 
 
@@ -106,12 +107,12 @@ def test_nothing_is_sent_between_the_wish_to_open_and_the_opening() -> None:
     session = driven(hand)
     session.grasping.requests.ask(Ask.CLOSE, "keyboard")
     session.block()
-    session.block(Armed(15, 0))
+    session.block(ClosingStart(15, 0))
     session.grasping.requests.ask(Ask.OPEN, "keyboard")
-    session.grasping.happened(Touched(FIRST, True, 0, 0.0))
+    session.grasping.on_event(FIRST_EVENT)
     assert hand.told[-1] is None
     session.block()
-    session.block(Touched(SECOND, False, 0, 0.0))
+    session.block(SECOND_EVENT)
     assert hand.told[-1] is None
 
 
@@ -153,11 +154,11 @@ def test_a_hand_that_was_released_by_a_silence_stays_open() -> None:
         session = driven(safe)
         session.grasping.requests.ask(Ask.CLOSE, "keyboard")
         session.block()
-        session.block(Armed(15, 0))
+        session.block(ClosingStart(15, 0))
         safe.release()  # as its thread does when nothing has come
         now[0] += 5.0
         assert [(e.ask, e.by) for e in session.block()] == [(Ask.OPEN, SILENCE)]
-        session.block(Touched(FIRST, True, 0, 0.0))
+        session.block(FIRST_EVENT)
         assert hand.told[-1] is None
 
 
@@ -165,21 +166,21 @@ def test_a_hand_that_begins_by_itself_can_only_be_opened() -> None:
     hand = Told(Begins.OTHERS)
     session = driven(hand)
     assert session.grasping.requests.allowed == (Ask.OPEN,)
-    with pytest.raises(InputError, match="only be asked to open"):
+    with pytest.raises(InputError, match="only open it"):
         session.grasping.requests.ask(Ask.CLOSE, "keyboard")
-    session.block(Armed(15, 0))
+    session.block(ClosingStart(15, 0))
     session.grasping.requests.ask(Ask.OPEN, "keyboard")
-    session.block(Touched(FIRST, True, 0, 0.0))
-    session.block(Touched(SECOND, False, 0, 0.0))
+    session.block(FIRST_EVENT)
+    session.block(SECOND_EVENT)
     assert hand.told[-1] is None, "until it closes again"
-    session.block(Armed(900, 0))
+    session.block(ClosingStart(900, 0))
     assert hand.told[-1] is not None
 
 
 def test_nothing_is_asked_of_a_session_that_has_ended() -> None:
     session = driven(Told())
     session.grasping.ended()
-    with pytest.raises(InputError, match="driven no more"):
+    with pytest.raises(InputError, match="has ended"):
         session.grasping.requests.ask(Ask.CLOSE, "keyboard")
 
 
@@ -239,10 +240,10 @@ def test_a_slip_of_what_is_held_is_told_until_the_hand_opens() -> None:
         if told:
             session.grasping.requests.ask(Ask.CLOSE, "keyboard")
         session.block()
-        session.block(Armed(5, 0), Touched(FIRST, True, 0, 0.0), Touched(SECOND, False, 0, 0.0))
+        session.block(ClosingStart(5, 0), FIRST_EVENT, SECOND_EVENT)
         assert session.grasping.slips == 0, "a closing is loud"
         before = hand.told[-1]
-        session.block(PinchDone(1, 5, 600, 0, (FIRST, SECOND), (), (), LAYOUT.rate))
+        session.block(pinch(start=5, end=600))
         session.block()
         after = hand.told[-1]
         assert isinstance(before, Command)

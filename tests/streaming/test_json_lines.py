@@ -5,21 +5,19 @@ from __future__ import annotations
 import io
 import json
 import os
-import re
 import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from told_events import DESCRIPTOR, ESTIMATE, EVENTS, everything
+from msgspec.structs import replace as changed
+from told_events import DESCRIPTOR, ESTIMATE, EVENTS, everything, pinch, timed
 
 from firstcontact.device import Health
-from firstcontact.streaming import JsonLinesSink, PinchDone, Sink
+from firstcontact.streaming import HandCommand, JsonLinesSink, Sink
 from firstcontact.streaming._fanout import Fanout
 from firstcontact.streaming._sink import Update
-
-PAGE = Path(__file__).parents[2] / "docs/reference/live-output.md"
 
 
 def written(*updates: Update) -> list[dict[str, Any]]:
@@ -34,30 +32,6 @@ def written(*updates: Update) -> list[dict[str, Any]]:
     return [json.loads(line) for line in text.splitlines()]
 
 
-def documented() -> dict[str, list[str]]:
-    """Fields of each type of line as the page's tables say, in order."""
-    text = PAGE.read_text(encoding="utf-8").split("## JSON lines")[1].split("\n## ")[0]
-    found = {}
-    for section in text.split("\n### ")[1:]:
-        rows = [line.split("|")[1] for line in section.splitlines() if line.startswith("| `")]
-        found[section.split("\n")[0]] = [f for row in rows for f in re.findall(r"`(\w+)`", row)]
-    return found
-
-
-def test_every_type_of_line_has_the_documented_fields() -> None:
-    lines = written(everything())
-    pages = documented()
-    assert {line["type"] for line in lines} == set(pages)
-    for line in lines:
-        assert list(line) == pages[line["type"]]
-    (pinch,) = [line for line in lines if line["type"] == "pinch"]
-    assert [list(c) for c in pinch["contacts"]] == [["finger", "sample", "decided"]] * 2
-    assert [list(c) for c in pinch["strips"]] == [["finger", "sample"]] * 2
-    assert [list(e) for e in pinch["estimates"]] == [pages["estimated"][1:]]
-    (standing,) = [line for line in lines if line["type"] == "standing"]
-    assert list(pinch["standing"]) == list(standing["answer"]) == pages["running"][1:]
-
-
 def test_lines_say_what_happened_in_order() -> None:
     lines = written(everything())
     assert [line["type"] for line in lines] == [
@@ -65,57 +39,49 @@ def test_lines_say_what_happened_in_order() -> None:
         "link",
         "failed",
         "marker",
-        "armed",
-        "touched",
-        "running",
-        "standing",
-        "estimated",
-        "refused",
+        "closing_start",
+        "contact",
+        "estimate",
+        "estimate",
+        "no_estimate",
         "pinch",
-        "same_object",
-        "hand",
-        "hand_contact",
-        "hand_estimate",
+        "object_estimate",
+        "hand_command",
+        "hand_prediction",
+        "hand_prediction",
         "hand_pinch",
     ]
-    head, link, failed, marker, armed, touched, running, standing, *rest = lines
-    estimated, refused, pinch, same, hand, found, own, whole = rest
-    assert (found["decided"], own["value"], own["took_s"]) == (522, 30.5, 441e-6)
+    head, link, failed, marker, start, contact, estimate, final, none, done, *rest = lines
+    combined, hand, found, own, whole = rest
+    assert found["event"]["contact"]["decided"] == 522
+    assert (own["event"]["value"], own["event"]["compute"]) == (30.5, 441e-6)
     assert (whole["check"]["same"], whole["check"]["largest"]) == (True, 0.002)
-    assert (hand["told"], hand["by"]) == ("close", "keyboard")
-    assert (running["value"], running["samples"], running["out_of_range"]) == (30.5, 59, False)
-    assert (standing["answer"]["value"], standing["withdrawn"]) == (30.5, 1)
-    assert (pinch["standing"]["value"], pinch["answers"]) == (30.5, 1)
-    assert (pinch["available"]["value"], pinch["case"]) == (30.5, "in_time")
-    assert (same["pinches"], same["value"], same["number"]) == (2, 30.5, 1)
-    assert failed == {"type": "failed", "of": "page", "reason": "OSError: no"}
-    assert (head["format"], head["format_version"]) == ("firstcontact-live", 2)
+    assert (hand["ask"], hand["by"]) == ("close", "keyboard")
+    assert (estimate["value"], estimate["out_of_range"], estimate["final"]) == (30.5, False, False)
+    assert estimate["contact"] == {"finger": 1, "sample": 510, "decided": 522}
+    assert (estimate["in_time"], estimate["model"]) == (None, "in_context")
+    assert (final["value"], final["final"], final["in_time"]) == (30.5, True, True)
+    assert [e["value"] for e in done["estimates"]] == [30.5]
+    assert (done["estimates"][0]["in_time"], done["verdict"]) == (True, "in_time")
+    assert done["strips"][1] == {"finger": 0, "sample": 578, "decided": 578}
+    assert (combined["pinches"], combined["value"], combined["number"]) == (2, 30.5, 1)
+    assert failed == {"type": "failed", "subject": "page", "reason": "OSError: no"}
+    assert (head["format"], head["format_version"]) == ("firstcontact-live", 3)
     assert head["hand"] == "linke Händ"
-    assert head["rate_hz"] == DESCRIPTOR.layout.rate
-    assert head["channels"][0] == {
-        "name": "piezo_index",
-        "kind": "piezo",
-        "finger": "index",
-        "unit": "V",
-    }
+    assert (head["rate"], head["fingers"]) == (DESCRIPTOR.layout.rate, ["index", "thumb"])
+    assert head["channels"][0] == {"name": "piezo_index", "kind": "piezo", "finger": 0, "unit": "V"}
     assert len(head["channels"]) == 16
     assert (link["connected"], link["lost_samples"], link["bad_frames"]) == (True, 7, 1)
     assert (marker["sample"], marker["text"]) == (1200, "Apfel ä")
-    assert armed["sample"] == 400
-    assert (touched["finger"], touched["sample"], touched["decided"]) == ("thumb", 510, 522)
-    assert (touched["first"], touched["host_s"]) == (True, 1000.1)
-    assert (estimated["low"], estimated["value"], estimated["high"]) == (25.0, 29.25, 33.5)
-    assert (estimated["level"], estimated["window_s"]) == (0.9, 0.015)
-    assert estimated["used"] is True
-    assert refused["reason"] == "the window is not whole"
-    assert pinch["strips"][1] == {"finger": "index", "sample": 578}
-    assert pinch["estimates"][0]["compute_s"] == 0.0002
+    assert start["sample"] == 400
+    assert (contact["first"], contact["host"]) == (True, 1000.1)
+    assert none["reason"] == "the window is not whole"
 
 
-def test_late_is_told() -> None:
-    (done,) = (event for event in EVENTS if isinstance(event, PinchDone))
-    line = written(Update(events=(replace(done, answers=()),)))[-1]
-    assert (line["case"], line["available"]) == ("too_late", None)
+def test_a_late_estimate_is_told_as_late() -> None:
+    late = timed(ESTIMATE, waited=0.05)
+    (line,) = written(Update(events=(pinch(late),), health=Health(connected=True)))[1:]
+    assert (line["verdict"], line["estimates"][0]["in_time"]) == ("too_late", False)
 
 
 def test_the_link_is_told_only_when_it_changes() -> None:
@@ -133,19 +99,27 @@ def test_the_link_is_told_only_when_it_changes() -> None:
     ]
 
 
-def test_a_number_that_json_does_not_have_is_told_as_a_failure_and_the_rest_goes_on() -> None:
-    nan = replace(ESTIMATE, value=float("nan"))
-    lines = written(Update(events=(EVENTS[0], nan, EVENTS[5]), health=Health(connected=True)))
-    assert [line["type"] for line in lines] == ["descriptor", "armed", "failed", "refused"]
-    assert lines[2]["of"] == "estimated"
-    assert "JSON" in lines[2]["reason"]
+def test_a_number_that_json_does_not_have_is_null() -> None:
+    for value in (float("nan"), float("inf")):
+        odd = changed(ESTIMATE, value=value)
+        lines = written(Update(events=(odd,), health=Health(connected=True)))
+        assert [line["type"] for line in lines] == ["descriptor", "estimate"]
+        assert lines[1]["value"] is None
+
+
+def test_an_event_that_has_no_json_is_told_as_a_failure_and_the_rest_goes_on() -> None:
+    hand = next(e for e in EVENTS if isinstance(e, HandCommand))
+    odd = changed(hand, by="\ud800")
+    lines = written(Update(events=(EVENTS[0], odd, EVENTS[4]), health=Health(connected=True)))
+    assert [line["type"] for line in lines[1:]] == ["closing_start", "failed", "no_estimate"]
+    assert lines[2]["subject"] == "hand_command"
 
 
 def test_what_failed_elsewhere_is_told_once() -> None:
     fine, bad = Health(connected=True), {"page": "RuntimeError: no"}
     more = bad | {"lsl": "OSError: gone"}
     lines = written(*(Update(health=fine, failed=f) for f in ({}, bad, bad, more, more)))
-    assert [(line["type"], line.get("of")) for line in lines[1:]] == [
+    assert [(line["type"], line.get("subject")) for line in lines[1:]] == [
         ("failed", "page"),
         ("failed", "lsl"),
     ]
@@ -159,7 +133,7 @@ def test_lines_come_through_a_pipe_at_once() -> None:
         sink.open(DESCRIPTOR)
         assert json.loads(reader.readline())["type"] == "descriptor"
         sink.take(Update(events=EVENTS[:1], health=Health(connected=True)))
-        assert json.loads(reader.readline())["type"] == "armed"
+        assert json.loads(reader.readline())["type"] == "closing_start"
 
 
 def test_a_listener_that_goes_away_ends_the_sink_alone() -> None:

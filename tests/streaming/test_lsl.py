@@ -19,7 +19,7 @@ from told_events import DESCRIPTOR, EVENTS, everything, numbered
 from firstcontact.core import InputError, VibrationSensor
 from firstcontact.device import Arrival
 from firstcontact.streaming import LslSink
-from firstcontact.streaming import _event_json as event_json
+from firstcontact.streaming._json_lines import FailedLine, line_of, marker_line
 from firstcontact.streaming._sink import Update
 
 pytest.importorskip("pylsl")
@@ -141,10 +141,10 @@ def test_a_listener_gets_every_sample_and_event(loopback: None) -> None:
     assert times[0] == pytest.approx(now + shift, abs=1e-3)
 
     texts = [
-        event_json.text(event_json.of_marker(marker)),
-        *(event_json.text(event_json.of_event(e)) for e in EVENTS),
+        marker_line(marker),
+        *(line_of(e) for e in EVENTS),
     ]
-    assert got["texts"] == [*texts, event_json.text(event_json.of_failure("page", "OSError: no"))]
+    assert got["texts"] == [*texts, line_of(FailedLine("page", "OSError: no"))]
     stamps = np.array(got["told"])
     assert (np.diff(stamps) >= 0).all()
     # The pinch is known with its last sample; nothing before the marker goes back behind it.

@@ -91,7 +91,7 @@ def test_what_happens_is_seen(fed: Fed, chromium: Any) -> None:
     assert "simulated" in text(chromium, "source")
     assert "Nothing lost" in text(chromium, "link")
     assert " to " in text(chromium, "interval")
-    assert text(chromium, "sure") == "90 % on things like those learned"
+    assert text(chromium, "sure") == "90 % on objects like those of the training"
     until(chromium, lambda d: "second finger" in text(d, "verdict"))
     assert text(chromium, "total").endswith(" ms")
     for name in LANDMARKS:

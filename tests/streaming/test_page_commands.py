@@ -16,8 +16,7 @@ from websockets.sync.client import ClientConnection, connect
 
 from firstcontact.streaming import PageSink
 from firstcontact.streaming.page import _server
-from firstcontact.streaming.page._allowance import Allowance
-from firstcontact.streaming.page._commands import ALL, EACH, HERE
+from firstcontact.streaming.page._commands import ALL, EACH, HERE, Allowance
 from page_browser import PATIENCE
 from processes import until
 
@@ -84,7 +83,7 @@ def test_a_viewer_that_asks_too_much_is_told_and_reaches_nothing(
 
 
 @pytest.mark.parametrize(
-    ("text", "words"), [("flat", "next: flat."), ("", "not known"), ("a ball", "cannot be told")]
+    ("text", "words"), [("flat", "objects: flat."), ("", "unknown"), ("a ball", "cannot be told")]
 )
 def test_a_shape_is_told_and_answered(page: PageSink, text: str, words: str) -> None:
     with view(page) as viewer:

@@ -8,14 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from msgspec.structs import replace as changed
 from page_feed import DESCRIPTOR, LANDMARKS, RATE, Feed
 
 from firstcontact.core import Block, Channel, ChannelKind, Layout
 from firstcontact.device import Arrival, Descriptor, Health
-from firstcontact.streaming import Estimated, PageSink, PinchDone
-from firstcontact.streaming._events import Event
+from firstcontact.streaming import Estimate, Event, PageSink, PinchDone
 from firstcontact.streaming._sink import Update
-from firstcontact.streaming.page._pinches import timing
 from page_browser import browsing, needs_browser, text, until
 
 pytestmark = needs_browser
@@ -66,8 +65,13 @@ def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
 def _slow(event: Event, compute: float) -> Event:
     """The same, had computing taken so long."""
     if isinstance(event, PinchDone):
-        return replace(event, estimates=tuple(replace(e, compute=compute) for e in event.estimates))
-    return replace(event, compute=compute) if isinstance(event, Estimated) else event
+        slow = tuple(_slow_estimate(e, compute) for e in event.estimates)
+        return changed(event, estimates=slow)
+    return _slow_estimate(event, compute) if isinstance(event, Estimate) else event
+
+
+def _slow_estimate(e: Estimate, compute: float) -> Estimate:
+    return changed(e, compute=compute, available=e.available - e.compute + compute)
 
 
 def next_pinch(feed: Feed, sink: PageSink, compute: float) -> str:
@@ -78,8 +82,8 @@ def next_pinch(feed: Feed, sink: PageSink, compute: float) -> str:
         events = [_slow(e, compute) for e in update.events]
         sink.take(replace(update, events=tuple(events)))
         for event in events:
-            if isinstance(event, Estimated):
-                told = f"{timing(event, RATE)['total']:.2f}"
+            if isinstance(event, Estimate):
+                told = f"{1e3 * event.available:.2f}"
             if isinstance(event, PinchDone) and told:
                 return told
 

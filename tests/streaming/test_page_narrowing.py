@@ -4,36 +4,46 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 from page_feed import Asked
-from told_events import ANSWER, DESCRIPTOR, ESTIMATE, FIRST, SECOND, numbered
+from told_events import (
+    ANSWER,
+    DESCRIPTOR,
+    FIRST,
+    FIRST_EVENT,
+    RATE,
+    SECOND,
+    SECOND_EVENT,
+    numbered,
+    pinch,
+    timed,
+)
 
 from firstcontact.device import Health
-from firstcontact.streaming import PageSink, PinchDone, Settled, Touched
-from firstcontact.streaming._events import Case, Event, SameObject
+from firstcontact.streaming import Event, NoEstimate, ObjectEstimate, PageSink
 from firstcontact.streaming._sink import Update
 from firstcontact.streaming.page._state import State
 from page_browser import browsing, needs_browser, text, until
 
-TOUCHED = Touched(FIRST, first=True, epoch=0, host=0.0)
-#: An answer each millisecond from 2 to 15, narrower each time; the last but one stands.
-ANSWERS = tuple(
-    replace(
+#: An estimate each millisecond from 2 to 15, narrower each time; the last but one is final.
+ESTIMATES = tuple(
+    timed(
         ANSWER,
         low=30.5 - 30 / ms,
         high=30.5 + 30 / ms,
-        samples=round(4.936 * ms),
-        duration=round(4.936 * ms) / 4936,
+        elapsed=round(4.936 * ms) / RATE,
         complete=FIRST.sample + round(4.936 * ms) - 1,
     )
     for ms in range(2, 16)
 )
-SETTLED = Settled(FIRST, ANSWERS[-2], 1, SECOND.decided, 0)
-DONE = PinchDone(1, 400, 1600, 0, (FIRST, SECOND), (), (), 4936.0, "", ANSWERS[:-1])
-SAME = SameObject(1, 30.5, 22.0, 39.0, 0.9, 3, end=1600, epoch=0)
+FINAL = replace(ESTIMATES[-2], final=True)
+DONE = pinch(*ESTIMATES[:-1])
+COMBINED = ObjectEstimate(
+    number=1, value=30.5, low=22.0, high=39.0, level=0.9, pinches=3, end=1600, epoch=0
+)
 
 
 def shown(*events: Event) -> dict[str, Any]:
@@ -45,43 +55,33 @@ def shown(*events: Event) -> dict[str, Any]:
     return {name: json.loads(parts[name]) for name in ("now", "pinches") if name in parts}
 
 
-def test_answers_come_one_by_one_and_end_where_they_stand() -> None:
-    going = shown(TOUCHED, *ANSWERS[:5])["now"]
-    assert [round(a["ms"]) for a in going["answers"]] == [2, 3, 4, 5, 6]
-    assert going["judged"] is False
-    now = shown(TOUCHED, *ANSWERS, Touched(SECOND, False, 0, 0.0), SETTLED, DONE, SAME)["now"]
-    assert [round(a["ms"]) for a in now["answers"]] == list(range(2, 15))
-    assert now["estimate"]["low"] == round(ANSWERS[-2].low, 2)  # of 14 ms, there after 14.1
-    assert (now["judged"], now["case"], now["second"]) == (True, "IN_TIME", 14.182)
-    assert now["same"] == {"value": 30.5, "low": 22.0, "high": 39.0, "pinches": 3, "told": True}
+def milliseconds(now: dict[str, Any]) -> list[int]:
+    return [round(1e3 * e["elapsed"]) for e in now["estimates"]]
 
 
-def test_a_model_of_a_window_stands_beside_it() -> None:
-    now = shown(TOUCHED, *ANSWERS, SETTLED, ESTIMATE, DONE)["now"]
-    assert now["estimate"]["value"] == ANSWER.value
-    assert (now["window"]["value"], now["window_ms"]) == (ESTIMATE.value, 15.0)
+def test_estimates_come_one_by_one_and_end_with_the_final_one() -> None:
+    going = shown(FIRST_EVENT, *ESTIMATES[:5])["now"]
+    assert milliseconds(going) == [2, 3, 4, 5, 6]
+    assert going["pinch"] is None
+    now = shown(FIRST_EVENT, *ESTIMATES, SECOND_EVENT, FINAL, DONE, COMBINED)["now"]
+    assert milliseconds(now) == list(range(2, 15))
+    assert [e["final"] for e in now["estimates"]] == [False] * 12 + [True]
+    (in_force,) = now["pinch"]["estimates"]
+    assert in_force["low"] == ESTIMATES[-2].low  # of 14 ms, available after 14.1
+    assert (now["pinch"]["verdict"], round(1e3 * now["second"], 3)) == ("in_time", 14.182)
+    assert (now["object"]["value"], now["object"]["pinches"]) == (30.5, 3)
 
 
-def test_the_table_holds_what_stands() -> None:
-    odd, late = replace(ANSWERS[-2], strange=True), replace(ANSWERS[-2], compute=0.05)
-    each = ((late,), (odd,), ())
-    rows = shown(DONE, *(replace(DONE, answers=its) for its in each))["pinches"]
-    assert [row["case"] for row in rows] == [
-        Case.IN_TIME.name,
-        Case.TOO_LATE.name,
-        Case.IN_TIME.name,
-        Case.NONE.name,
-    ]
-    assert [row["strange"] for row in rows] == [False, False, True, False]
-    assert rows[0]["estimate"]["value"] == ANSWER.value
-    assert rows[3]["estimate"] is None
+def test_the_next_contact_clears_the_previous_object() -> None:
+    now = shown(FIRST_EVENT, FINAL, DONE, COMBINED, FIRST_EVENT, ESTIMATES[0])["now"]
+    assert (now["object"], now["pinch"], milliseconds(now)) == (None, None, [2])
 
 
-def test_what_was_withdrawn_altogether_is_told() -> None:
-    none = Settled(FIRST, None, 2, SECOND.decided, 0, "touched before there was an answer")
-    now = shown(TOUCHED, *ANSWERS[:2], none)["now"]
-    assert "before there was an answer" in now["refused"]
-    assert "answers" not in now
+def test_a_closing_whose_estimates_were_all_withdrawn_shows_the_reason() -> None:
+    none = NoEstimate(FIRST, "touched before there was an estimate", SECOND.decided, 0)
+    now = shown(FIRST_EVENT, *ESTIMATES[:2], none)["now"]
+    assert now["missing"]["reason"] == none.reason
+    assert now["estimates"] == []
 
 
 @pytest.fixture(scope="module")
@@ -97,22 +97,23 @@ def test_it_is_drawn_and_a_new_object_is_asked_for(chromium: Any) -> None:
     page.open(DESCRIPTOR)
     try:
         chromium.get(page.url)
-        odd = tuple(replace(a, strange=True) for a in ANSWERS)
-        settled = replace(SETTLED, answer=odd[-2])
-        events = (TOUCHED, *odd, Touched(SECOND, False, 0, 0.0), settled, SAME)
+        odd = tuple(replace(e, out_of_range=True) for e in ESTIMATES)
+        events = (FIRST_EVENT, *odd, SECOND_EVENT, replace(odd[-2], final=True), COMBINED)
         page.take(Update((numbered(0, 1600),), events, Health(connected=True)))
         until(chromium, lambda d: text(d, "value") == "31")
         # It is drawn slower than it came: in the end each answer and the last are circles.
         circles = "return document.querySelectorAll('#scale circle').length"
-        until(chromium, lambda d: d.execute_script(circles) == len(ANSWERS))
+        until(chromium, lambda d: d.execute_script(circles) == len(ESTIMATES))
         until(chromium, lambda d: "2nd: 14.2 ms" in text(d, "scale"))
         assert chromium.find_element("id", "strange").is_displayed()
         assert text(chromium, "same-word") == "Same object, 3 pinches"
-        alone = replace(SAME, pinches=1, told=False)
+        alone = replace(COMBINED, pinches=1, is_named=False)
         page.take(Update((), (alone,), Health(connected=True)))
         until(chromium, lambda d: text(d, "same-word").startswith("This pinch alone"))
         chromium.find_element("id", "new-object").click()
         until(chromium, lambda d: asked.calls == ["new"])
+        # Nothing of the previous object stays beside the new one.
+        until(chromium, lambda d: text(d, "same-value") == "–")
         chromium.find_element("tag name", "body").send_keys("n")
         until(chromium, lambda d: asked.calls == ["new", "new"])
         chromium.find_element("id", "shape").send_keys("Flat")
@@ -123,12 +124,25 @@ def test_it_is_drawn_and_a_new_object_is_asked_for(chromium: Any) -> None:
         page.close()
 
 
-def test_what_a_window_said_stays_where_the_other_model_has_no_answer() -> None:
-    none = Settled(FIRST, None, 0, SECOND.decided, 0, "samples were lost")
-    assert shown(TOUCHED, ESTIMATE, none)["now"]["estimate"]["value"] == ESTIMATE.value
-
-
-def test_what_was_told_of_the_shape_stands_beside_the_answer() -> None:
-    assert shown(TOUCHED, *ANSWERS)["now"]["told"] == ""
-    told = [replace(a, radius=0.037) for a in ANSWERS]
-    assert shown(TOUCHED, *told)["now"]["told"] == "radius 37 mm"
+@needs_browser
+def test_card_and_row_show_the_estimate_in_force_and_a_later_one_as_a_detail(
+    chromium: Any,
+) -> None:
+    page = PageSink(port=0)
+    page.open(DESCRIPTOR)
+    early = timed(ESTIMATES[3], value=20.0, low=15.0, high=25.0)
+    late = timed(ESTIMATES[-2], value=44.0, waited=0.02)
+    try:
+        chromium.get(page.url)
+        events = (FIRST_EVENT, early, late, replace(late, final=True), pinch(early, late))
+        page.take(Update((numbered(0, 1600),), events, Health(connected=True)))
+        until(chromium, lambda d: text(d, "value") == "20")
+        assert "in time: available after 5.2 ms" in text(chromium, "verdict")
+        assert "44" in text(chromium, "later")
+        (row,) = chromium.find_elements("css selector", "#rows tr")
+        cells = [cell.text for cell in row.find_elements("tag name", "td")]
+        assert cells[3].startswith("20")
+        assert cells[4] == "5.2"
+        assert "later 44, after 34.1 ms" in cells[6]
+    finally:
+        page.close()

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
-from told_events import ANSWER, DESCRIPTOR, EVENTS, FIRST, SECOND, numbered
+from msgspec.structs import replace
+from told_events import ANSWER, DESCRIPTOR, EVENTS, FIRST_EVENT, OF_HAND, numbered, pinch
 
 from firstcontact.device import Health
-from firstcontact.streaming import PageSink, PinchDone, Touched
-from firstcontact.streaming._events import Event, HandPinch
+from firstcontact.streaming import Event, HandPinch, PageSink
 from firstcontact.streaming._sink import Update
 from firstcontact.streaming.page._state import State
 from page_browser import browsing, needs_browser, text, until
 
-TOUCHED = Touched(FIRST, first=True, epoch=0, host=0.0)
-DONE = PinchDone(1, 400, 1600, 0, (FIRST, SECOND), (), (), 4936.0, "", (ANSWER,))
+DONE = pinch(ANSWER)
 (HAND,) = (event for event in EVENTS if isinstance(event, HandPinch))
 
 
@@ -31,20 +29,19 @@ def on_hand(*events: Event) -> object:
     return json.loads(state.changed({}).get("on_hand", '"nothing"'))
 
 
-def test_its_time_is_the_signal_and_the_arithmetic() -> None:
-    stands = HAND.standing
-    assert stands is not None
-    time = on_hand(TOUCHED, DONE, HAND)
-    assert isinstance(time, dict)
-    assert time["signal"] == round(1e3 * (568 - 510) / DESCRIPTOR.layout.rate, 3)
-    assert time["compute"] == 0.441
-    assert abs(time["total"] - time["signal"] - time["compute"]) < 0.0011
+def test_the_page_gets_the_devices_own_estimate() -> None:
+    pinch = on_hand(FIRST_EVENT, DONE, HAND)
+    assert isinstance(pinch, dict)
+    assert pinch["final"]["available"] == OF_HAND.available
+    assert pinch["final"]["compute"] == 441e-6
 
 
-def test_it_is_gone_with_the_next_contact_and_absent_without_an_answer() -> None:
-    assert on_hand(TOUCHED, DONE, HAND, TOUCHED) is None
-    assert on_hand(TOUCHED, DONE, replace(HAND, standing=None)) is None
-    assert on_hand(TOUCHED, DONE) == "nothing"
+def test_it_is_gone_with_the_next_contact_and_absent_without_a_device() -> None:
+    assert on_hand(FIRST_EVENT, DONE, HAND, FIRST_EVENT) is None
+    without = on_hand(FIRST_EVENT, DONE, replace(HAND, final=None))
+    assert isinstance(without, dict)
+    assert without["final"] is None
+    assert on_hand(FIRST_EVENT, DONE) == "nothing"
 
 
 @needs_browser
@@ -56,7 +53,7 @@ def test_its_row_leaves_the_table_as_wide_as_it_was(tmp_path: Path) -> None:
     try:
         with browsing(tmp_path / "profile") as driver:
             driver.get(page.url)
-            page.take(told(TOUCHED, ANSWER, DONE))
+            page.take(told(FIRST_EVENT, ANSWER, DONE))
             until(driver, lambda d: "30" in text(d, "rows") or "31" in text(d, "rows"))
             page.take(told(HAND))
             until(driver, lambda d: "on the hand" in text(d, "rows"))

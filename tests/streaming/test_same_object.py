@@ -2,44 +2,43 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
+from msgspec.structs import replace
 from told_events import ANSWER, FIRST
+from told_events import pinch as pinch_of
 
 from firstcontact.core import Label
 from firstcontact.models import combine
 from firstcontact.recording import Marker, PinchMark
-from firstcontact.streaming import PinchDone
-from firstcontact.streaming._events import SameObject
-from firstcontact.streaming._same_object import Pinched
+from firstcontact.streaming import ObjectEstimate, PinchDone
+from firstcontact.streaming._objects import ObjectCombiner
 
 ANSWERS = [replace(ANSWER, value=v, half_width=h) for v, h in ((30.0, 8.0), (34.0, 4.0), (32, 6))]
 
 
 def pinch(n: int, **answer: object) -> PinchDone:
     its = replace(ANSWERS[n % 3], **answer)  # type: ignore[arg-type]
-    return PinchDone(n, 1000 * n, 1000 * n + 900, 0, (FIRST,), (), (), 4936.0, "", (its,))
+    return pinch_of(its, contacts=(FIRST,), number=n, start=1000 * n, end=1000 * n + 900)
 
 
 def test_pinches_of_one_object_are_combined() -> None:
-    pinched = Pinched()
-    pinched.anew()
+    pinched = ObjectCombiner()
+    pinched.new_object()
     told = [pinched.done(pinch(n)) for n in range(3)]
     expected = combine([30.0, 34.0, 32.0], [8.0, 4.0, 6.0])
     assert [t.pinches for t in told if t] == [1, 2, 3]
     last = told[-1]
-    assert isinstance(last, SameObject)
+    assert isinstance(last, ObjectEstimate)
     assert (last.value, last.low, last.high) == (expected.value, expected.low, expected.high)
     assert (last.number, last.level, last.end) == (2, ANSWER.level, 2900)
 
 
 def test_answers_out_of_range_and_none_do_not_count() -> None:
-    pinched = Pinched()
-    pinched.anew()
+    pinched = ObjectCombiner()
+    pinched.new_object()
     pinched.done(pinch(0))
-    assert pinched.done(pinch(1, strange=True)) is None
-    assert pinched.done(replace(pinch(2), answers=())) is None
+    assert pinched.done(pinch(1, out_of_range=True)) is None
+    assert pinched.done(replace(pinch(2), estimates=())) is None
     again = pinched.done(pinch(3))
     assert again is not None
     assert (again.pinches, again.value) == (2, 30.0)
@@ -47,27 +46,27 @@ def test_answers_out_of_range_and_none_do_not_count() -> None:
 
 @pytest.mark.parametrize("how", ["asked", "marker", "label"])
 def test_another_object_begins_where_somebody_says_so(how: str) -> None:
-    pinched = Pinched()
-    pinched.words([Marker(5, "apple"), Marker(6, "twin: peak 3.0 N")])
+    pinched = ObjectCombiner()
+    pinched.add_markers([Marker(5, "apple"), Marker(6, "twin: peak 3.0 N")])
     for n in (0, 1):
         pinched.done(pinch(n))
     if how == "asked":
-        pinched.anew()
+        pinched.new_object()
     elif how == "marker":
-        pinched.words([Marker(2005, "pear")])
+        pinched.add_markers([Marker(2005, "pear")])
     found = pinched.done(pinch(2))
     if how == "label":  # of a replayed recording, which comes after its pinch
-        assert pinched.labels([PinchMark(0, 2000, 2900, 0, Label("apple", 60.0))]) is None
-        found = pinched.labels([PinchMark(0, 2000, 2900, 0, Label("pear", 60.0))])
+        assert pinched.add_labels([PinchMark(0, 2000, 2900, 0, Label("apple", 60.0))]) is None
+        found = pinched.add_labels([PinchMark(0, 2000, 2900, 0, Label("pear", 60.0))])
     assert found is not None
     assert (found.pinches, found.value) == (1, 32.0)
 
 
 def test_a_marker_of_the_next_pinch_does_not_name_this_one() -> None:
-    pinched = Pinched()
-    pinched.words([Marker(5, "apple")])
+    pinched = ObjectCombiner()
+    pinched.add_markers([Marker(5, "apple")])
     pinched.done(pinch(0))
-    pinched.words([Marker(1950, "pear")])
+    pinched.add_markers([Marker(1950, "pear")])
     same, other = pinched.done(pinch(1)), pinched.done(pinch(2))
     assert same is not None
     assert other is not None
@@ -75,13 +74,13 @@ def test_a_marker_of_the_next_pinch_does_not_name_this_one() -> None:
 
 
 def test_where_pinches_have_labels_one_without_stands_by_itself() -> None:
-    pinched = Pinched()
+    pinched = ObjectCombiner()
     told = []
     for n, name in enumerate(["apple", "apple", "", "", "apple"]):
         found = pinched.done(pinch(n))
         start = 1000 * n
         label = Label(name, 60.0) if name else Label()
-        corrected = pinched.labels([PinchMark(n, start, start + 900, 0, label)])
+        corrected = pinched.add_labels([PinchMark(n, start, start + 900, 0, label)])
         last = corrected or found
         assert last is not None
         told.append(last.pinches)
@@ -90,12 +89,12 @@ def test_where_pinches_have_labels_one_without_stands_by_itself() -> None:
 
 def test_where_nobody_says_what_is_pinched_each_pinch_stands_by_itself() -> None:
     """Blocks of 29 and 50 Shore A, one after the other, are not one of 40."""
-    pinched = Pinched()
+    pinched = ObjectCombiner()
     for n in range(3):
         found = pinched.done(pinch(n))
-        assert pinched.labels([PinchMark(n, 1000 * n, 1000 * n + 900, 0, Label())]) is None
+        assert pinched.add_labels([PinchMark(n, 1000 * n, 1000 * n + 900, 0, Label())]) is None
         assert found is not None
-        assert (found.pinches, found.value, found.told) == (1, ANSWERS[n].value, False)
-    pinched.anew()  # from here on somebody says it
+        assert (found.pinches, found.value, found.is_named) == (1, ANSWERS[n].value, False)
+    pinched.new_object()  # from here on somebody says it
     told = [pinched.done(pinch(n)) for n in (3, 4)]
-    assert [(t.pinches, t.told) for t in told if t] == [(1, True), (2, True)]
+    assert [(t.pinches, t.is_named) for t in told if t] == [(1, True), (2, True)]

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from io import StringIO
 
-from told_events import ANSWER, EVENTS
+from told_events import ANSWER, pinch
 
 from firstcontact.core import Block, Channel, ChannelKind, Contact, Layout, VibrationSensor
 from firstcontact.device import Arrival, Descriptor, Health
-from firstcontact.streaming import JsonLinesSink, PinchDone, TextSink, Touched, ledger_lines
+from firstcontact.streaming import ContactEvent, JsonLinesSink, TextSink, ledger_lines
 from firstcontact.streaming._ledger import Ledger
 from firstcontact.streaming._sink import Update
 from firstcontact.streaming._text import pinch_line
@@ -22,8 +21,8 @@ MICROPHONE = Channel(
 )
 LAYOUT = Layout((MICROPHONE,), 4936.0)
 CONTACT = Contact(None, 100, 110)
-TOUCHED = Touched(CONTACT, True, 0, 0.0)
-DONE = PinchDone(0, 0, 400, 0, (CONTACT,), (), (), LAYOUT.rate)
+TOUCHED = ContactEvent(CONTACT, True, 0, 0.0)
+DONE = pinch(contacts=(CONTACT,), number=0, start=0, end=400)
 
 
 def test_in_json_and_in_words() -> None:
@@ -33,17 +32,16 @@ def test_in_json_and_in_words() -> None:
     sink.take(Update(events=(TOUCHED,)))
     lines = [json.loads(line) for line in stream.getvalue().splitlines()]
     descriptor, touched = (
-        next(x for x in lines if x["type"] == t) for t in ("descriptor", "touched")
+        next(x for x in lines if x["type"] == t) for t in ("descriptor", "contact")
     )
     (channel,) = descriptor["channels"]
     assert channel == {"name": "microphone", "kind": "microphone", "finger": None, "unit": "Pa"}
-    assert touched["finger"] is None
+    assert touched["contact"]["finger"] is None
     assert pinch_line(DONE) == "pinch 0: sensor first"
 
 
 def test_nothing_is_said_of_a_second_contact_that_cannot_come() -> None:
-    (done,) = (event for event in EVENTS if isinstance(event, PinchDone))
-    done = replace(done, contacts=(CONTACT,), strips=())
+    done = pinch(ANSWER, contacts=(CONTACT,))
     stream = StringIO()
     sink = TextSink(stream)
     sink.open(Descriptor(LAYOUT))
@@ -51,7 +49,7 @@ def test_nothing_is_said_of_a_second_contact_that_cannot_come() -> None:
     line = stream.getvalue().splitlines()[-1]
     assert line.startswith("pinch 1: sensor first, 30.5 Shore A (22 to 39) from 12 ms at ")
     ledger = Ledger(LAYOUT.rate)
-    ledger.tell(ANSWER)
+    ledger.add(ANSWER)
     ledger.close(done)
     said = [line, *ledger_lines(ledger.summary(), 1.0, 0.1, alone=True)]
     assert "1 of 1 pinches had an estimate" in said
@@ -64,4 +62,4 @@ def test_on_the_page() -> None:
     assert json.loads(state.hello)["fingers"] == [2]  # the third of its names and colours
     block = Block(closing(1).data[:400, :1], 0)
     state.take(Update((Arrival(block, 0.0),), (TOUCHED, DONE), health=Health()))
-    assert json.loads(state.changed({})["pinches"])[0]["finger"] == 2
+    assert json.loads(state.changed({})["pinches"])[0]["pinch"]["contacts"][0]["finger"] is None

@@ -22,10 +22,16 @@ from firstcontact.core import (
     fingertip_layout,
 )
 from firstcontact.device import Descriptor, ReplaySource
-from firstcontact.models import InContextModel
+from firstcontact.models import InContextModel, WindowPredictor
 from firstcontact.recording import Header, RecordingWriter, load_dataset, read_recording
-from firstcontact.streaming import LiveSession, ModelWithInterval, PinchDone, Pipeline
-from firstcontact.streaming._events import Event
+from firstcontact.streaming import (
+    Event,
+    LiveSession,
+    NetworkPredictor,
+    PinchDone,
+    Pipeline,
+    WindowLadder,
+)
 from firstcontact.streaming._sink import Update
 from firstcontact.twin import DeviceFilter, TwinStream
 
@@ -81,26 +87,28 @@ def recorded(stream: np.ndarray, calibration: Calibration, tmp_path: Path) -> Pa
 
 
 def run(
-    path: Path, detector: Detector, models: list[ModelWithInterval], **more: object
+    path: Path, detector: Detector, models: list[WindowPredictor], **more: object
 ) -> tuple[LiveSession, Keeper]:
     source = ReplaySource(path, float("inf"))
     keeper = Keeper()
     with source:
-        pipeline = Pipeline(LAYOUT, detector, models, source.calibration)
+        pipeline = Pipeline(
+            LAYOUT, detector, WindowLadder(models) if models else None, source.calibration
+        )
         session = LiveSession(source, pipeline, **more)  # type: ignore[arg-type]
         session.run([keeper])
     return session, keeper
 
 
 def test_a_replay_gives_exactly_what_offline_gives(
-    recorded: Path, stream: np.ndarray, detector: Detector, models: list[ModelWithInterval]
+    recorded: Path, stream: np.ndarray, detector: Detector, models: list[WindowPredictor]
 ) -> None:
     _, keeper = run(recorded, detector, models)
     assert len(keeper.done) >= 4
     for done in keeper.done:
-        cut = stream[done.armed - 12_345 : done.end - 12_345]
-        pinch = Pinch(cut, LAYOUT, first_sample=done.armed)
-        for estimate, entry in zip(done.estimates, models, strict=True):
+        cut = stream[done.start - 12_345 : done.end - 12_345]
+        pinch = Pinch(cut, LAYOUT, first_sample=done.start)
+        for estimate, entry in zip(done.estimates, models, strict=False):
             first, value = offline(detector, entry, pinch)
             assert (done.contacts[0], estimate.value) == (first, value)
 
@@ -121,13 +129,15 @@ def test_a_recording_of_a_session_is_a_dataset_that_replays_the_same(
     stream: np.ndarray,
     calibration: Calibration,
     detector: Detector,
-    models: list[ModelWithInterval],
+    models: list[WindowPredictor],
     tmp_path: Path,
 ) -> None:
     source = ReplaySource(recorded, float("inf"))
     keeper = Keeper()
     with source:
-        pipeline = Pipeline(LAYOUT, detector, models, source.calibration)
+        pipeline = Pipeline(
+            LAYOUT, detector, WindowLadder(models) if models else None, source.calibration
+        )
         session = LiveSession(source, pipeline, (), tmp_path / "made", calibration)
         path = session.start_recording()
         session.run([keeper])
@@ -136,11 +146,11 @@ def test_a_recording_of_a_session_is_a_dataset_that_replays_the_same(
     assert again.skipped == ()
     assert again.header.calibration == calibration
     assert [(m.first_sample, m.end) for m in again.pinches] == [
-        (d.armed, d.end) for d in keeper.done
+        (d.start, d.end) for d in keeper.done
     ]
     pinches = load_dataset(path).pinches
     assert [[c.sample for c in p.truth] for p in pinches] == [
-        [s for _, s in d.strips] for d in keeper.done
+        [c.sample for c in d.strips] for d in keeper.done
     ]
     _, repeated = run(path, detector, models)
     assert [[e.value for e in d.estimates] for d in repeated.done] == [
@@ -154,13 +164,13 @@ def test_an_actor_that_raises_ends_the_session_and_closes_everything(
     order: list[str] = []
 
     class Failing:
-        def happened(self, event: Event) -> None:
+        def on_event(self, event: Event) -> None:
             raise RuntimeError(f"an actor's fault at {type(event).__name__}")
 
-        def arrived(self, block: Block, host: float) -> None:
+        def on_samples(self, block: Block, host: float) -> None:
             """Do nothing."""
 
-        def came(self, block: Block) -> Sequence[Event]:
+        def after_block(self, block: Block) -> Sequence[Event]:
             return ()
 
         def ended(self) -> None:
@@ -171,7 +181,7 @@ def test_an_actor_that_raises_ends_the_session_and_closes_everything(
     with source:
         session = LiveSession(source, Pipeline(LAYOUT, detector), [Failing()], tmp_path)
         path = session.start_recording()
-        with pytest.raises(RuntimeError, match="at Armed"):
+        with pytest.raises(RuntimeError, match="at ClosingStart"):
             session.run([keeper])
     assert order == ["actor ended"]
     assert keeper.closed.is_set()
@@ -188,23 +198,23 @@ def test_a_second_start_disturbs_nothing_of_the_recording_that_runs(
     refused: list[str] = []
 
     class Again:
-        def happened(self, event: Event) -> None:
+        def on_event(self, event: Event) -> None:
             if isinstance(event, PinchDone):
                 with pytest.raises(InputError, match=r"\.mcap") as error:
                     session.start_recording()
                 refused.append(str(error.value))
 
-        def arrived(self, block: Block, host: float) -> None:
+        def on_samples(self, block: Block, host: float) -> None:
             """Do nothing."""
 
-        def came(self, block: Block) -> Sequence[Event]:
+        def after_block(self, block: Block) -> Sequence[Event]:
             return ()
 
         def ended(self) -> None:
             """Do nothing."""
 
     with ReplaySource(recorded, float("inf")) as source:
-        pipeline = Pipeline(LAYOUT, detector, (), calibration)
+        pipeline = Pipeline(LAYOUT, detector, None, calibration)
         session = LiveSession(source, pipeline, [Again()], tmp_path)
         path = session.start_recording()
         session.run()
@@ -248,7 +258,7 @@ def test_it_ends_after_so_many_pinches_or_when_it_is_told(
     for bound in ({"pinches": 2}, {"seconds": 0.0}, {"stopped": lambda: True}):
         source = ReplaySource(recorded, float("inf"))
         with source:
-            session = LiveSession(source, Pipeline(LAYOUT, detector, (), source.calibration))
+            session = LiveSession(source, Pipeline(LAYOUT, detector, None, source.calibration))
             session.run([], **bound)  # type: ignore[arg-type]
             assert source.health.samples < len(stream)
             assert session.pinches == bound.get("pinches", 0)
@@ -272,15 +282,15 @@ def test_a_shape_that_a_viewer_tells_holds_for_one_object(
     recorded: Path, detector: Detector, anytime: InContextModel
 ) -> None:
     with ReplaySource(recorded, float("inf")) as source:
-        pipeline = Pipeline(LAYOUT, detector, anytime=anytime)
+        pipeline = Pipeline(LAYOUT, detector, NetworkPredictor(anytime))
         session = LiveSession(source, pipeline, shape="flat")
         assert pipeline.radius == np.inf
-        assert session.tell_shape("40") == "radius 40 mm"
+        assert session.set_shape("40") == "radius 40 mm"
         assert pipeline.radius == pytest.approx(0.04)
         session.new_object()
         assert pipeline.radius == np.inf
         with pytest.raises(InputError, match="cannot be told"):
-            session.tell_shape("egg")
+            session.set_shape("egg")
         assert pipeline.radius == np.inf
-        with pytest.raises(InputError, match="no any-time model"):
+        with pytest.raises(InputError, match="only the network"):
             LiveSession(source, Pipeline(LAYOUT, detector), shape="flat")

@@ -6,7 +6,8 @@ import io
 from dataclasses import replace
 
 from page_feed import Feed
-from told_events import DESCRIPTOR, EVENTS, everything
+from told_events import ANSWER, DESCRIPTOR, EVENTS, everything, timed
+from told_events import pinch as pinch_of
 
 from firstcontact.core import Label
 from firstcontact.device import Health
@@ -14,6 +15,7 @@ from firstcontact.device._twin_words import lost_text, peak_text
 from firstcontact.recording import Marker, PinchMark
 from firstcontact.streaming import PinchDone, TextSink, ledger_lines
 from firstcontact.streaming._sink import Update
+from firstcontact.streaming._text import pinch_line
 
 
 def test_pinches_losses_and_failures_are_a_line_each() -> None:
@@ -26,17 +28,26 @@ def test_pinches_losses_and_failures_are_a_line_each() -> None:
     head, lost, failed, pinch, same, hand, own = stream.getvalue().splitlines()
     assert own == (
         "  on the hand (model 0123456789abcdef): 30.5 Shore A (22 to 39) from 12 ms at 12.2 ms, "
-        "the same here (1 answers)"
+        "the same here (1 estimates)"
     )
     assert head == "twin: fw 1, piezo, 4936 Hz"
     assert lost == "link: 7 samples lost, 7 in all"
     assert failed == "page: failed (OSError: no)"
-    assert pinch.startswith(
-        "pinch 1: thumb first, 30.5 Shore A (22 to 39) from 12 ms at 12.1 ms, in time, model of "
-        "15 ms: 29.2 Shore A (25 to 34) at 15.6 ms, too late, second after 14.2 ms"
+    assert pinch == (
+        "pinch 1: thumb first, 30.5 Shore A (22 to 39) from 12 ms at 12.1 ms, in time, second "
+        'after 14.2 ms, marked "Apfel ä"'
     )
     assert same == "the same object, 2 pinches: 30.5 Shore A (22 to 39)"
-    assert hand == "hand told to close, by keyboard"
+    assert hand == "hand: close, by keyboard"
+
+
+def test_an_estimate_that_came_after_the_second_contact_is_a_detail() -> None:
+    late = timed(ANSWER, value=40.0, waited=0.01)
+    line = pinch_line(pinch_of(ANSWER, late))
+    assert "30.5 Shore A (22 to 39) from 12 ms at 12.1 ms, in time" in line
+    assert "40.0 Shore A (22 to 39) from 12 ms at 22.1 ms, too late" in line
+    assert line.index("30.5") < line.index("40.0")
+    assert "no estimate in time" in pinch_line(pinch_of(late))
 
 
 def test_what_the_twin_drops_or_breaks_is_told() -> None:
@@ -56,7 +67,7 @@ def test_at_another_speed_no_times_are_told_and_nothing_is_late() -> None:
     assert "16.000" in real
     assert "3 pinches: 1 with an estimate in time, 1 too late, 1 without an estimate" in real
     faster = [*ledger_lines(figures, 1.0, 0.1, speed=4.0)]
-    assert faster[0].startswith("times are left out, and what was in time: at --speed 4 ")
+    assert faster[0].startswith("times and verdicts are left out: at --speed 4 ")
     assert "2 of 3 pinches had an estimate" in faster
     assert not any(w in line for line in faster for w in ("16.000", "late", "second contact"))
 

@@ -1,96 +1,122 @@
-"""One of each thing that the live part tells, for the tests of the sinks."""
+"""One event of each kind, and makers of estimates and pinches, for the tests of the outputs."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+from msgspec.structs import replace
 
 from firstcontact.core import Block, Contact, Finger, fingertip_layout
-from firstcontact.device import Arrival, Descriptor, DeviceContact, DeviceEstimate, Health
+from firstcontact.device import Arrival, Descriptor, Health, DeviceContact, DeviceEstimate
 from firstcontact.recording import Marker
 from firstcontact.streaming import (
-    Armed,
     Ask,
-    Estimated,
-    PinchDone,
-    Refused,
-    Running,
-    Settled,
-    Touched,
-)
-from firstcontact.streaming._events import (
+    ClosingStart,
+    ContactEvent,
+    Estimate,
     Event,
-    FromHand,
-    HandAsked,
-    HandCheck,
+    HandCommand,
     HandPinch,
-    SameObject,
+    HandPrediction,
+    NoEstimate,
+    ObjectEstimate,
+    PinchDone,
 )
+from firstcontact.streaming._events import HandCheck
 from firstcontact.streaming._sink import Update
 
 DESCRIPTOR = Descriptor(fingertip_layout(), "fw 1", "piezo", "linke Händ", "twin")
+RATE = DESCRIPTOR.layout.rate
 FIRST = Contact(Finger.THUMB, 510, 522)
 SECOND = Contact(Finger.INDEX, 580, 590)
-ESTIMATE = Estimated(
-    contact=FIRST,
-    value=29.25,
-    low=25.0,
-    high=33.5,
-    level=0.9,
-    duration=0.015,
-    complete=586,
-    epoch=0,
-    used=True,
-    host=1000.125,
-    compute=0.0002,
+START = ClosingStart(400, 0)
+FIRST_EVENT = ContactEvent(FIRST, True, 0, 1000.1)
+SECOND_EVENT = ContactEvent(SECOND, False, 0, 1000.12)
+
+
+def timed(estimate: Estimate, **fields: Any) -> Estimate:
+    """Return the estimate with other fields, and the time that follows from them."""
+    e = replace(estimate, **fields)
+    ready = (e.complete - e.contact.sample) / RATE
+    return replace(e, available=ready + e.waited + e.transport + e.compute)
+
+
+def pinch(
+    *estimates: Estimate, contacts: tuple[Contact, ...] = (FIRST, SECOND), **fields: Any
+) -> PinchDone:
+    """Return a pinch with these estimates, the last one final."""
+    if estimates:
+        estimates = (*estimates[:-1], replace(estimates[-1], final=True))
+    offset = (contacts[1].sample - contacts[0].sample) / RATE if len(contacts) > 1 else None
+    places = {"number": 1, "start": 400, "end": 1600, "epoch": 0} | fields
+    return PinchDone(contacts=contacts, offset=offset, estimates=estimates, **places)
+
+
+#: An estimate of a window model, with an interval.
+ESTIMATE = timed(
+    Estimate(
+        value=29.25,
+        low=25.0,
+        high=33.5,
+        level=0.9,
+        elapsed=0.015,
+        available=0.0,
+        model="svm",
+        contact=FIRST,
+        complete=586,
+        epoch=0,
+        host=1000.125,
+        compute=0.0002,
+    )
 )
-ANSWER = Running(
-    contact=FIRST,
-    value=30.5,
-    low=22.0,
-    high=39.0,
-    level=0.9,
-    half_width=8.5,
-    strange=False,
-    samples=59,
-    duration=59 / 4936,
-    complete=568,
-    epoch=0,
-    host=1000.12,
-    compute=0.0003,
+#: An estimate of the network.
+ANSWER = timed(
+    Estimate(
+        value=30.5,
+        low=22.0,
+        high=39.0,
+        level=0.9,
+        half_width=8.5,
+        elapsed=59 / RATE,
+        available=0.0,
+        model="in_context",
+        contact=FIRST,
+        complete=568,
+        epoch=0,
+        host=1000.12,
+        compute=0.0003,
+    )
 )
-TOLD = (
+FINAL = replace(ANSWER, final=True, in_time=True)
+MESSAGES = (
     DeviceContact(Finger.THUMB, 510, 522, True, 0),
     DeviceEstimate(Finger.THUMB, 510, 59, 568, 30.5, 22.0, 39.0, False, False, 441e-6, 0),
 )
+MODEL = "0123456789abcdef"
+OF_HAND = timed(
+    replace(ANSWER, model=MODEL, level=0.0, half_width=None, compute=441e-6, host=1000.12)
+)
+DONE = pinch(ANSWER, strips=(Contact(Finger.THUMB, 509, 509), Contact(Finger.INDEX, 578, 578)))
 EVENTS: tuple[Event, ...] = (
-    Armed(400, 0),
-    Touched(FIRST, first=True, epoch=0, host=1000.1),
+    START,
+    FIRST_EVENT,
     ANSWER,
-    Settled(FIRST, ANSWER, withdrawn=1, complete=590, epoch=0),
-    ESTIMATE,
-    Refused(FIRST, "the window is not whole", 0),
-    PinchDone(
-        number=1,
-        armed=400,
-        end=1600,
-        epoch=0,
-        contacts=(FIRST, SECOND),
-        strips=((Finger.THUMB, 509), (Finger.INDEX, 578)),
-        estimates=(ESTIMATE,),
-        rate=DESCRIPTOR.layout.rate,
-        answers=(ANSWER,),
+    FINAL,
+    NoEstimate(FIRST, "the window is not whole", 586, 0),
+    DONE,
+    ObjectEstimate(
+        number=1, value=30.5, low=22.0, high=39.0, level=0.9, pinches=2, end=1600, epoch=0
     ),
-    SameObject(1, 30.5, 22.0, 39.0, 0.9, 2, end=1600, epoch=0),
-    HandAsked(Ask.CLOSE, "keyboard", 390, 0),
-    FromHand(TOLD[0], 1000.1),
-    FromHand(TOLD[1], 1000.12),
+    HandCommand(Ask.CLOSE, "keyboard", 390, 0),
+    HandPrediction(FIRST_EVENT),
+    HandPrediction(OF_HAND),
     HandPinch(
         number=1,
-        model="0123456789abcdef",
-        first=TOLD[0],
-        second=None,
-        standing=TOLD[1],
-        answers=1,
+        model=MODEL,
+        contacts=(FIRST,),
+        final=OF_HAND,
+        estimates=1,
         check=HandCheck(contacts=True, compared=1, largest=0.002, flags=True, missing=0),
         sample=510,
         epoch=0,

@@ -122,10 +122,12 @@ class ClosingEstimates:
         """Return estimates known before the second contact, and the final one if no more come."""
         now = self._clock() if predictions else 0.0
         events: list[tuple[int, Event]] = []
+        is_complete = True
         for p in predictions:
             known = max(p.complete, first.decided)
             if second is not None and known >= second.decided and not _stands(p.complete, second):
-                continue  # smaller blocks would not have asked for it
+                is_complete = False  # smaller blocks would not have asked for it
+                continue
             waited = (block.end - 1 - known) / self._rate + self._delay
             estimate = Estimate(
                 value=p.value,
@@ -148,7 +150,7 @@ class ClosingEstimates:
             )
             self._made.append((p.complete, estimate))
             events.append((known, estimate))
-        if self._stream.ended:
+        if self._stream.ended and is_complete:
             known = self._made[-1][1].complete if self._made else block.end - 1
             if second is None or known < second.decided:
                 events.append((known, self._settle(first, known, block.epoch)))

@@ -81,8 +81,8 @@ def played(job: RealJob, own: Mapping[tuple[int, float], OwnHand]) -> Played:
         block = Block(plant.advance(BLOCK if listening else LOOK), start)
         if listening:
             for event in pipeline.update(block, 0.0):
-                grasping.happened(event)
-        grasping.came(block)
+                grasping.on_event(event)
+        grasping.after_block(block)
         if watch is not None and watch.slips(plant):
             grasping.loop.slipped(plant.now)
     outcome = plant.outcome

@@ -33,8 +33,9 @@ export function textWidth(svg, text) {
   return width;
 }
 
-// A number for people: a proper minus sign, thin spaces between thousands.
+// A number for people: a proper minus sign, thin spaces between thousands; a dash for none.
 export function number(value, digits = 0) {
+  if (value === null) return "–";
   const [whole, part] = Math.abs(value).toFixed(digits).split(".");
   const grouped = whole.replace(/\B(?=(\d{3})+$)/g, "\u202f");
   return (value < 0 ? "\u2212" : "") + grouped + (part ? "." + part : "");

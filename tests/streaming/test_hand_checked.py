@@ -13,7 +13,7 @@ from told_events import ANSWER, DESCRIPTOR, FIRST, OF_HAND, SECOND
 from told_events import pinch as pinch_of
 
 from firstcontact.core import Block, Finger
-from firstcontact.device import DevicePrediction, DeviceContact, DeviceEstimate
+from firstcontact.device import DeviceContact, DeviceEstimate, DevicePrediction
 from firstcontact.streaming import Estimate, HandPinch, HandPrediction, PinchDone, TextSink
 from firstcontact.streaming._hand_predictions import HandPredictions
 from firstcontact.streaming._json_lines import line_of

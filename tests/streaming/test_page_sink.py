@@ -82,7 +82,9 @@ def test_who_comes_late_has_the_last_seconds_and_pinches_at_once(page: PageSink)
     assert got["hello"]["source"] == "twin"
     assert got["hello"]["landmarks"] == LANDMARKS
     assert got["columns"] * got["hello"]["column_samples"] >= 2.0 * got["hello"]["rate"]
-    assert [p["pinch"]["number"] for p in got["pinches"]] == list(range(feed.pinches - 11, feed.pinches + 1))
+    assert [p["pinch"]["number"] for p in got["pinches"]] == list(
+        range(feed.pinches - 11, feed.pinches + 1)
+    )
     assert got["health"]["samples"] == feed.sample
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from firstcontact.core import Block, Contact, Finger, fingertip_layout
-from firstcontact.device import Arrival, Descriptor, Health, DeviceContact, DeviceEstimate
+from firstcontact.device import Arrival, Descriptor, DeviceContact, DeviceEstimate, Health
 from firstcontact.recording import Marker
 from firstcontact.streaming import (
     Ask,

@@ -51,7 +51,9 @@ class HandPredictions:
         self._heard: Place | None = None  # up to here, and gaps before it: from, to
         self._gaps: list[tuple[Place, Place]] = []
 
-    def update(self, messages: Sequence[DevicePrediction], block: Block, host: float) -> list[Event]:
+    def update(
+        self, messages: Sequence[DevicePrediction], block: Block, host: float
+    ) -> list[Event]:
         """Take messages of the device and the newest samples; return what is known from them."""
         begin = (block.epoch, block.first_sample)
         if self._heard is not None and self._heard < begin:
@@ -71,7 +73,9 @@ class HandPredictions:
             events.append(event)
         return events + self._pinches(block.epoch, block.end - self._over)
 
-    def _event(self, message: DevicePrediction, host: float) -> ContactEvent | Estimate | NoEstimate:
+    def _event(
+        self, message: DevicePrediction, host: float
+    ) -> ContactEvent | Estimate | NoEstimate:
         """Return the live event of a message."""
         if isinstance(message, DeviceContact):
             contact = Contact(message.finger, message.sample, message.decided)

@@ -1,0 +1,76 @@
+"""Write the tables of JSON lines in docs/reference/live-output.md from the structs themselves.
+
+python docs/write_live.py
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+from pathlib import Path
+from typing import get_args
+
+import msgspec
+
+from firstcontact.streaming import Event
+from firstcontact.streaming._events import HandCheck
+from firstcontact.streaming._json_lines import (
+    ChannelLine,
+    DescriptorLine,
+    FailedLine,
+    LinkLine,
+    MarkerLine,
+)
+
+PAGE = Path(__file__).parent / "reference" / "live-output.md"
+TABLES = re.compile(r"(?P<open><!-- json lines -->\n).*(?P<close><!-- /json lines -->)", re.DOTALL)
+#: Types of lines, in the order of the page, and the records inside them.
+LINES = (DescriptorLine, *get_args(Event), MarkerLine, LinkLine, FailedLine)
+PARTS = {"channels of the descriptor": ChannelLine, "check of a hand_pinch": HandCheck}
+
+
+def section(kind: type, heading: str = "") -> str:
+    """Return heading, sentence and table of one record."""
+    text = inspect.cleandoc(kind.__doc__ or "")
+    summary, _, rest = text.partition("\n\n")
+    config = getattr(kind, "__struct_config__", None)
+    tag = None if config is None else config.tag
+    rows = [f"| `type` | `{tag}` |"] if tag else []
+    documented = parameters(rest)
+    fields = [name for names in documented for name in names.split(", ")]
+    if config is not None:
+        assert fields == [field.name for field in msgspec.structs.fields(kind)], kind
+    for names, meaning in documented.items():
+        words = ", ".join(f"`{name}`" for name in names.split(", "))
+        rows.append(f"| {words} | {meaning} |")
+    table = "\n".join(["| field | meaning |", "|---|---|", *rows])
+    return f"### {heading or tag}\n\n{plain(summary)}.\n\n{table}\n"
+
+
+def parameters(text: str) -> dict[str, str]:
+    """Return the parameters of a docstring and their meanings."""
+    _, _, text = text.partition("Parameters\n----------\n")
+    found: dict[str, list[str]] = {}
+    for line in text.split("\n\n")[0].splitlines():
+        if not line.startswith(" "):
+            found[line] = []
+        else:
+            found[list(found)[-1]].append(line.strip())
+    return {names: plain(" ".join(words)) for names, words in found.items()}
+
+
+def plain(text: str) -> str:
+    """Return text of a docstring for a table."""
+    text = re.sub(r":\w+:`(?:[\w.]+\.)?(\w+)`", r"`\1`", " ".join(text.split()))
+    return text.replace("``", "`").rstrip(".")
+
+
+def page() -> str:
+    """Return the page with new tables."""
+    parts = [section(kind, heading) for heading, kind in PARTS.items()]
+    tables = "\n".join([*map(section, LINES), *parts])
+    return TABLES.sub(rf"\g<open>\n{tables}\n\g<close>", PAGE.read_text(encoding="utf-8"))
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")

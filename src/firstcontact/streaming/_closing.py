@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from firstcontact.core import Block, ChannelKind, Contact, Finger, Layout, first_closed
+from firstcontact.core import Block, ChannelKind, Contact, Finger, Layout, first_closed_sample
 from firstcontact.streaming._estimates import ClosingEstimates
 
 
@@ -69,6 +69,6 @@ class Strips:
                     continue  # held since before this closing
                 self._open.add(finger)
                 is_closed = is_closed & (np.cumsum(~is_closed) > 0)
-            sample = first_closed(is_closed, block.first_sample)
+            sample = first_closed_sample(is_closed, block.first_sample)
             if sample is not None and (end is None or sample < end):
                 self._closed.append(Contact(finger, sample, sample))

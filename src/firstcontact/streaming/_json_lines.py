@@ -75,7 +75,7 @@ class DescriptorLine(msgspec.Struct, frozen=True, kw_only=True, tag="descriptor"
     def of(cls, descriptor: Descriptor) -> DescriptorLine:
         """Return the line of a source."""
         layout = descriptor.layout
-        pairs = zip(layout.column_names, layout.of_columns, strict=True)
+        pairs = zip(layout.column_names, layout.column_channels, strict=True)
         return cls(
             firmware=descriptor.firmware,
             sensor=descriptor.sensor,

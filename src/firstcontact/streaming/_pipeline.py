@@ -16,7 +16,7 @@ from firstcontact.contact import (
     ClosingSamples,
     Detector,
 )
-from firstcontact.core import Block, Calibration, Layout, joined
+from firstcontact.core import Block, Calibration, Layout, merge_blocks
 from firstcontact.device import TransportDelay
 from firstcontact.signal import samples_in
 from firstcontact.streaming._closing import OpenClosing, Strips
@@ -161,8 +161,8 @@ class Pipeline:
         noise = np.random.default_rng(0).standard_normal((len(t), self.layout.width))
         ring = np.where(t > 0, np.exp(-t.clip(0) / 0.01) * np.sin(900.0 * t), 0.0)
         volts = 0.005 * noise + 0.5 * ring[:, None]
-        scale = np.array([c.scale for c in self.layout.of_columns])
-        offset = np.array([c.offset for c in self.layout.of_columns])
+        scale = np.array([c.scale for c in self.layout.column_channels])
+        offset = np.array([c.offset for c in self.layout.column_channels])
         stream = None if self.predictor is None else self.predictor.start(self.layout)
         contact = None
         for stage in closings.update(Block(volts / scale + offset)):
@@ -173,7 +173,7 @@ class Pipeline:
 
     def _work(self, host: float) -> Iterator[Event]:
         start = self._clock()
-        (block,) = joined(self._waiting)
+        (block,) = merge_blocks(self._waiting)
         self._warn_of_long_epoch(block)
         self._waiting = []
         self._waiting_samples = 0

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from firstcontact.core import Block, Contact, InputError, Layout, same_rate
+from firstcontact.core import Block, Contact, InputError, Layout, is_same_rate
 from firstcontact.models import TouchStream
 from firstcontact.signal import ContactWindow, WindowStream
 
@@ -115,7 +115,7 @@ class NetworkPredictor:
 
     def check(self, layout: Layout) -> None:
         """Raise InputError for another sampling rate."""
-        if not same_rate(layout.rate, self.model.rate):
+        if not is_same_rate(layout.rate, self.model.rate):
             raise InputError(
                 f"the network takes samples at {self.model.rate:g} Hz but these come at "
                 f"{layout.rate:g} Hz: set the device to that rate, or name a folder with a "
@@ -300,4 +300,4 @@ def predictor_of(model: Model, estimator: str | None = None) -> Predictor | None
 
 
 def _fits(rate: float, wanted: float | None) -> bool:
-    return wanted is None or same_rate(rate, wanted)
+    return wanted is None or is_same_rate(rate, wanted)

@@ -10,7 +10,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Protocol
 
-from firstcontact.core import Block, Calibration, InputError, joined
+from firstcontact.core import Block, Calibration, InputError, merge_blocks
 from firstcontact.device import Arrival, Recorder, RecorderStatus, Source, drain
 from firstcontact.models import in_words, radius_of
 from firstcontact.recording import Header, PinchMark
@@ -373,7 +373,7 @@ class LiveSession:
 def _fewer(arrivals: list[Arrival]) -> tuple[Arrival, ...]:
     """Return the same samples in as few arrivals as possible, each as late as its last."""
     hosts = {(a.block.epoch, a.block.end): a.host for a in arrivals}
-    blocks = joined(a.block for a in arrivals)
+    blocks = merge_blocks(a.block for a in arrivals)
     markers = tuple(m for a in arrivals for m in a.markers)
     pinches = tuple(p for a in arrivals for p in a.pinches)
     told = tuple(t for a in arrivals for t in a.predictions)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from firstcontact.cli.choices import devices, one_of
 from firstcontact.contact import SLIP_DETECTORS
-from firstcontact.core import InputError, need, same_rate
+from firstcontact.core import InputError, is_same_rate, require_modules
 from firstcontact.device import SOURCES, open_source, source_kind
 from firstcontact.grasp import HANDS, POLICIES, Begins, live_policies, make_hand
 
@@ -89,9 +89,9 @@ class Live:
         """Run until Ctrl-C or one of the bounds."""
         self._check()
         if self.page:
-            need("live", "websockets")
+            require_modules("live", "websockets")
         if self.lsl:
-            need("live", "pylsl")
+            require_modules("live", "pylsl")
         from threadpoolctl import threadpool_limits
 
         from firstcontact.cli.live_models import (
@@ -104,7 +104,7 @@ class Live:
         )
         from firstcontact.cli.session_keys import session_keys
         from firstcontact.cli.stopping import stopping
-        from firstcontact.contact import load_detector, untrained
+        from firstcontact.contact import load_detector, untrained_detector
         from firstcontact.core import read_calibration
         from firstcontact.device import skipped_model
         from firstcontact.streaming import LiveSession, Pipeline, grasp_lines, predictor_of
@@ -140,7 +140,7 @@ class Live:
             calibration = given or device_noise(device) or self._measured(source)
             pipeline = Pipeline(
                 source.descriptor.layout,
-                detector or untrained(source.descriptor.layout),
+                detector or untrained_detector(source.descriptor.layout),
                 predictor,
                 calibration,
                 delay=source.descriptor.delay,
@@ -360,7 +360,7 @@ def _at_rate(source: Source, detector: Detector | None, predictor: Predictor | N
     if rate is None or stated == rate:
         return source
     # A detector that was trained takes its own rate alone, whatever the error of a clock.
-    if trained is None and same_rate(stated, rate):
+    if trained is None and is_same_rate(stated, rate):
         return source
     resampled = ResampledSource(source, rate)
     _say(

@@ -12,7 +12,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import ChannelKind, Finger, joined
+from firstcontact.core import ChannelKind, Finger, merge_blocks
 from firstcontact.device import Arrival, Descriptor, RecorderStatus
 from firstcontact.streaming._events import (
     ContactEvent,
@@ -118,7 +118,7 @@ class State:
             "rate": layout.rate,
             "fingers": [finger_place(f) for f in layout.vibration_fingers],
             "unit": layout.vibration[0].unit,
-            "force_unit": layout.of_columns[force[0]].unit if force else "",
+            "force_unit": layout.column_channels[force[0]].unit if force else "",
             "force_fingers": [int(f) for f, columns in self._taxels.items() if columns],
             "column_samples": self._columns.samples,
             "seconds": SECONDS,
@@ -184,7 +184,7 @@ class State:
             self._rows.add_label(mark)
         if markers or marks:
             self._put("pinches", self._rows.rows)
-        blocks = [block for block in joined(a.block for a in arrivals) if len(block.data)]
+        blocks = [block for block in merge_blocks(a.block for a in arrivals) if len(block.data)]
         is_closeup_new = False
         for block in blocks:
             self._columns.add(block)
@@ -198,7 +198,7 @@ class State:
 
     def _force(self, data: NDArray[Any], columns: tuple[int, ...]) -> list[float]:
         """Return the mean of each taxel in the order of their places, row by row."""
-        ordered = sorted(columns, key=lambda c: self._layout.of_columns[c].taxel or 0)
+        ordered = sorted(columns, key=lambda c: self._layout.column_channels[c].taxel or 0)
         mean = self._layout.physical(data, tuple(ordered)).mean(axis=0)
         return [round(float(v), 3) for v in mean] if np.isfinite(mean).all() else []
 

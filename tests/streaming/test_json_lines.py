@@ -59,7 +59,7 @@ def test_lines_say_what_happened_in_order() -> None:
     assert (hand["ask"], hand["by"]) == ("close", "keyboard")
     assert (estimate["value"], estimate["out_of_range"], estimate["final"]) == (30.5, False, False)
     assert estimate["contact"] == {"finger": 1, "sample": 510, "decided": 522}
-    assert (estimate["in_time"], estimate["model"]) == (None, "in_context")
+    assert (estimate["in_time"], estimate["model"]) == (None, "network")
     assert (final["value"], final["final"], final["in_time"]) == (30.5, True, True)
     assert [e["value"] for e in done["estimates"]] == [30.5]
     assert (done["estimates"][0]["in_time"], done["verdict"]) == (True, "in_time")

@@ -154,7 +154,7 @@ class _NetworkStream:
         if touches is None or self._contact is None:
             return
         if self._features is None:
-            self._features = self._model.known(touches.take(np.zeros(1, np.intp)))
+            self._features = self._model.rig_features(touches.take(np.zeros(1, np.intp)))
         features = np.repeat(self._features, len(touches), axis=0)
         rows = self._model.answers(touches, features)
         if not (np.isfinite(rows.values) & np.isfinite(rows.low) & np.isfinite(rows.high)).all():

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core import holding_force
 from firstcontact.twin import HOUSEHOLD
-from firstcontact_lab.grasping._front import SCALES, front, resampled, scale_at
+from firstcontact_lab.grasping._front import SCALES, find_scale, front, resampled
 from firstcontact_lab.grasping._household_numbers import less
 from firstcontact_lab.grasping._table import Outcomes
 
@@ -82,7 +82,7 @@ def drawn(
 
 def rescaled(ours: Outcomes, theirs: Outcomes, weights: Values | None) -> Values:
     """Return the difference in drops, with 10 % damage in each resample."""
-    return less(*(front(o, weights).drops_at() for o in (ours, theirs)))
+    return less(*(front(o, weights).drop_share() for o in (ours, theirs)))
 
 
 def fixed(ours: Outcomes, theirs: Outcomes, weights: Values) -> Values:
@@ -90,7 +90,7 @@ def fixed(ours: Outcomes, theirs: Outcomes, weights: Values) -> Values:
 
     Additional damage counts as drops.
     """
-    a, b = (int(np.argmin(np.abs(SCALES - scale_at(front(o))))) for o in (ours, theirs))
+    a, b = (int(np.argmin(np.abs(SCALES - find_scale(front(o))))) for o in (ours, theirs))
     apart = front(ours).damaged[a] - front(theirs).damaged[b]
     first, second = front(ours, weights), front(theirs, weights)
     dropped = first.dropped[a] + first.damaged[a] - second.damaged[b] - apart

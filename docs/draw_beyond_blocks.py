@@ -23,11 +23,11 @@ from firstcontact.twin import (
     object_named,
     simulate_pinch,
 )
-from firstcontact_lab.report.figures.anytime import anytime_figure
-from firstcontact_lab.report.figures.generalise import generalise_figure
-from firstcontact_lab.report.figures.style import canvas, shades, uri
-from firstcontact_lab.report.results.file import read_results
-from firstcontact_lab.report.results.study import StudyResults
+from firstcontact_lab.report.state import named_subjects
+from firstcontact_lab.report.style import canvas, shades, uri
+from firstcontact_lab.study.page import read_study
+from firstcontact_lab.study.parts.anytime import ANYTIME, anytime_figure
+from firstcontact_lab.study.parts.generalise import GENERALISE, generalise_figure
 
 ROOT = Path(__file__).parents[1]
 IMAGES = ROOT / "docs" / "images"
@@ -94,13 +94,14 @@ def main() -> None:
     """Draw all that can be drawn."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--results", type=Path, default=ROOT / "docs/results/study.json")
-    results = read_results(parser.parse_args().results, StudyResults)
+    results = named_subjects(read_study(parser.parse_args().results))
     write("waveforms", waveforms())
-    for name, its in (("paper-rig", results.about), *results.items()):
-        if its.anytime is not None:
-            write(f"time-{name}", anytime_figure(its.anytime).image)
-        if its.generalise is not None:
-            write(f"errors-{name}", generalise_figure(its.generalise).image)
+    for name, its in results.items():
+        anytime, generalised = its[ANYTIME], its[GENERALISE]
+        if anytime is not None:
+            write(f"time-{name}", anytime_figure(anytime).image)
+        if generalised is not None:
+            write(f"errors-{name}", generalise_figure(generalised).image)
 
 
 if __name__ == "__main__":

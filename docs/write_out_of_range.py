@@ -24,7 +24,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from table_rows import lined
 
 from firstcontact.contact import find_onsets
 from firstcontact.core import FINGERTIP_RATE
@@ -39,6 +38,7 @@ from firstcontact.models import (
     pretrained,
 )
 from firstcontact.signal import resample, samples_in
+from firstcontact_lab.report.tables import markdown_lines
 
 RESULTS = Path(__file__).parent / "results" / "out_of_range.json"
 PAGE = Path(__file__).parent / "how-to" / "adapt-to-your-rig.md"
@@ -244,7 +244,7 @@ def table(rows: dict[str, Any]) -> str:
         for name, row in rows[group].items():
             cells = [f"{100 * share:.1f} %" for share in (*row["rig"], *row["no_rig"])]
             lines.append([name, str(row["n"]), *cells])
-    return lined(lines)
+    return markdown_lines(lines)
 
 
 def filled(text: str) -> str:

@@ -14,22 +14,18 @@ import json
 import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
 
-from study_rows import HEADLINE, IMPACTS, MATERIALS, OFFSETS, SPEED, STIFFNESS, detection
-from table_rows import ABSENT, columns_of, lined, table
-
-from firstcontact.core import percent, to_tree
-from firstcontact.models import ESTIMATORS
+from firstcontact.core import to_tree
 from firstcontact_lab.grasping import chapters as grasp_chapters
 from firstcontact_lab.grasping import sentences as grasp_sentences
 from firstcontact_lab.grasping.results import GraspResults
-from firstcontact_lab.report.markdown import TABLES, markdown
-from firstcontact_lab.report.results.file import read_results
-from firstcontact_lab.report.results.real import RealSet
-from firstcontact_lab.report.results.sets import SetsResults
-from firstcontact_lab.report.results.study import StudyResults
-from firstcontact_lab.report.sets_page import noises, overview
+from firstcontact_lab.report.results import SubjectResults, read_results
+from firstcontact_lab.report.state import SECONDS, named_subjects
+from firstcontact_lab.report.tables import Row, Table, markdown, row_table
+from firstcontact_lab.study.noises import noise_tables
+from firstcontact_lab.study.page import read_study, rows
+from firstcontact_lab.study.parts import PARTS
+from firstcontact_lab.study.sets import overview
 
 ROOT = Path(__file__).parents[1]
 RESULTS = ROOT / "docs" / "results"
@@ -38,7 +34,7 @@ TABLE = re.compile(
 )
 
 #: Tables of the grasp study, as its report has them.
-GRASP: Mapping[str, Callable[[GraspResults], grasp_chapters.Table]] = {
+GRASP: Mapping[str, Callable[[GraspResults], Table]] = {
     "grasp": lambda found: grasp_chapters.policies_table(found.household),
     "grasp_reflex": lambda found: grasp_chapters.reflex_table(found.household),
     "grasp_controls": lambda found: grasp_chapters.controls_table(found.household),
@@ -47,80 +43,76 @@ GRASP: Mapping[str, Callable[[GraspResults], grasp_chapters.Table]] = {
     "grasp_sensitivity": lambda found: grasp_chapters.sensitivity_table(found.household),
     "grasp_payload": grasp_chapters.payload_table,
 }
+#: Part of a study whose rows depend on the computer.
+TIMED = "inference"
 
 
-def grasp_table(found: grasp_chapters.Table) -> str:
-    """One of them, with its caption."""
-    lines = [found.head, ["---"] * len(found.head), *found.rows]
-    return f"{found.caption}\n\n{lined(lines)}"
+def captioned(*tables: Table | None, title: str = "") -> str:
+    """Return tables with their captions as Markdown."""
+    heading = f"**{title.capitalize()}.** " if title else ""
+    return "\n".join(f"{heading}{t.caption}\n\n{markdown(t)}" for t in tables if t)
 
 
-def short_windows(found: RealSet) -> str:
-    """A row a reading: balanced accuracy of materials left out, by length of the window."""
-    lengths = list(found.material_held_out)
-    lines = [["material left out", *(f"{ms} ms" for ms in lengths)], ["---"] * (1 + len(lengths))]
-    for reading in found.readings:
-        title = ESTIMATORS[reading.estimator].title
-        signal = "published smoothing" if reading.conditioned else "signal as sent"
-        start = "labelled" if reading.known_contacts else "detected"
-        shares = [percent(reading.material_held_out[ms]) for ms in lengths]
-        lines.append([f"{title}, {signal}, {start} contacts", *shares])
-    for material, its in sorted(found.by_material.items(), key=lambda i: (i[1].rank, i[0])):
-        shares = [percent(its.accuracy[ms]) if ms in its.accuracy else ABSENT for ms in lengths]
-        name = material.replace("_", " ")
-        lines.append([f"– {name} (rank {its.rank:g}, n = {its.n})", *shares])
-    order = (
-        ""
-        if found.rho is None
-        else (
-            f"\nOrder of hardness by the spectral centroid, nothing fitted: ρ = {found.rho:.2f} "
-            f"(n = {found.materials} materials, p = {found.p:.3f}; a perfect order has "
-            f"{found.most_rho:.2f}).\n"
-        )
-    )
-    return lined(lines) + order
+def part_tables(name: str, subjects: Mapping[str, SubjectResults]) -> str:
+    """Return the tables of a study part for each subject as Markdown."""
+    made = [
+        captioned(make(results), title=title if len(subjects) > 1 else "")
+        for make in PARTS[name].tables
+        for title, results in subjects.items()
+    ]
+    return "\n".join(filter(None, made))
+
+
+def study_tables(path: Path) -> dict[str, str]:
+    """Return the tables of a study of the twin."""
+    subjects = {
+        name.replace("-", " "): its for name, its in named_subjects(read_study(path)).items()
+    }
+    chosen = [row for name in PARTS if name != TIMED for row in rows(subjects, [name])]
+    headline = [row for row in chosen if row.headline]
+    whole = Row[SubjectResults]("The whole study", lambda results: results[SECONDS], "s")
+    speed = [*rows(subjects, [TIMED]), whole]
+    return {
+        "headline": markdown(row_table(headline, subjects, intervals=False)),
+        "study": markdown(row_table(chosen, subjects, published=True)),
+        "speed": markdown(row_table(speed, subjects, published=True)),
+        **{name: made for name in PARTS if (made := part_tables(name, subjects))},
+    }
 
 
 def tables(results: Path) -> dict[str, str]:
-    """All tables by name, of the results that are there."""
+    """Return all tables by name, from the results that exist."""
     names = ("headline", "study", "speed", "real", "impacts", "strikes", "sets", "noises")
     names = (*names, "grasp_headline", "grasp_short")
-    made = dict.fromkeys((*names, *GRASP, *TABLES), "*Not run yet.*\n")
+    made = dict.fromkeys((*names, *GRASP, *PARTS), "*Not run yet.*\n")
     if (results / "study.json").is_file():
-        study = read_results(results / "study.json", StudyResults)
-        conditions = {"paper rig": study.about, **study}
-        rows = [*OFFSETS, *detection(list(conditions.values())), *STIFFNESS]
-        made["headline"] = table(HEADLINE, conditions, published=False, intervals=False)
-        made["study"] = table(rows, conditions, published=True)
-        for name in TABLES:
-            made[name] = markdown(name, conditions) or made[name]
-        made["speed"] = table(SPEED, conditions, published=True)
+        made |= study_tables(results / "study.json")
     if (results / "real.json").is_file():
-        real = read_results(results / "real.json", StudyResults).about
-        rows = [*IMPACTS, *detection([real]), *MATERIALS]
-        made["real"] = table(rows, {"here": real}, published=False)
+        subjects = {"here": read_study(results / "real.json").about}
+        chosen = [row for name in PARTS if name != TIMED for row in rows(subjects, [name])]
+        made["real"] = markdown(row_table(chosen, subjects))
     for name, file in (("impacts", "real.json"), ("strikes", "strikes.json")):
         if (results / file).is_file():
-            sets = read_results(results / file, StudyResults).about.real or {}
-            made[name] = "".join(map(short_windows, sets.values())) or made[name]
+            subjects = {"here": read_study(results / file).about}
+            made[name] = part_tables("short_windows", subjects) or made[name]
     if (results / "grasp.json").is_file():
         grasp = read_results(results / "grasp.json", GraspResults)
         made["grasp_short"] = grasp_sentences.shortly(grasp.household) + "\n"
         made["grasp_headline"] = "".join(f"- {said}\n" for said in grasp_sentences.sentences(grasp))
-        for name, of in GRASP.items():
-            made[name] = grasp_table(of(grasp))
+        for name, make in GRASP.items():
+            made[name] = captioned(make(grasp))
     if (results / "sets.json").is_file():
-        sets = read_results(results / "sets.json", SetsResults)
-        made["sets"] = columns_of(overview(sets))
-        made["noises"] = columns_of(noises(sets)) if sets.noises else made["noises"]
+        subjects = named_subjects(read_study(results / "sets.json"))
+        made["sets"] = markdown(overview(subjects))
+        made["noises"] = "\n".join(map(markdown, noise_tables(subjects))) or made["noises"]
     return made
 
 
 def copy(source: Path, name: str) -> None:
     """Copy results into the docs; where the data lay on the machine of the run is left out."""
-    kinds: dict[str, Any] = {"grasp": GraspResults, "sets": SetsResults}
-    tree = to_tree(read_results(source, kinds.get(name, StudyResults)))
-    run = tree if name == "sets" else tree["study"]
+    grasp = name == "grasp"
+    tree = to_tree(read_results(source, GraspResults) if grasp else read_study(source))
+    run = tree["study"]
     run.pop("asked", None)
     run["command"] = re.sub(r"(?<![^\s=])[^\s=]*/", "", run["command"])
     text = json.dumps(tree, indent=1, ensure_ascii=False) + "\n"

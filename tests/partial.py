@@ -9,12 +9,20 @@ import msgspec
 
 from firstcontact.core import ByName, Record
 from firstcontact.core._records_json import decode_by_name
-from firstcontact_lab.report.results.study import SubjectResults
+from firstcontact_lab.report.results import SubjectResults, subject_kind
+from firstcontact_lab.study.parts import PARTS
 
 
 def results(**fields: Any) -> SubjectResults:
     """A subject's results; what a record needs beside the fields given is zero or empty."""
-    return msgspec.convert(filled(SubjectResults, fields), SubjectResults, dec_hook=decode_by_name)
+    kind = study_subject()
+    return msgspec.convert(filled(kind, fields), kind, dec_hook=decode_by_name)
+
+
+def study_subject() -> type[SubjectResults]:
+    """The type of a subject's results, with the fields of all parts."""
+    list(PARTS.values())
+    return subject_kind()
 
 
 def filled(kind: Any, tree: Any) -> Any:

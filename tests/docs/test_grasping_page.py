@@ -13,9 +13,9 @@ from firstcontact.grasp import POLICIES
 from firstcontact_lab.grasping._estimates import FIRMEST, USED
 from firstcontact_lab.grasping._front import Front
 from firstcontact_lab.grasping._household_numbers import baseline, candidate
-from firstcontact_lab.grasping._words import percent
 from firstcontact_lab.grasping.results import GraspResults, Household
-from firstcontact_lab.report.results.file import read_results
+from firstcontact_lab.grasping.sentences import percent
+from firstcontact_lab.report.results import read_results
 
 WORDS = (
     "none", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten"
@@ -109,9 +109,9 @@ def test_a_cautious_hand_gains_nothing() -> None:
         Front(np.array(fronts[n].dropped), np.array(fronts[n].damaged)) for n in (OURS, BLIND)
     )
     for damage in (0.035, 0.045, 0.055):
-        assert blind.drops_at(damage) < ours.drops_at(damage)
+        assert blind.drop_share(damage) < ours.drop_share(damage)
     for damage in (0.06, 0.08, 0.1):
-        assert blind.drops_at(damage) > ours.drops_at(damage)
+        assert blind.drop_share(damage) > ours.drop_share(damage)
 
 
 def test_what_a_reflex_leaves() -> None:

@@ -32,7 +32,7 @@ from firstcontact.twin import CONDITIONS
 from firstcontact_lab.study._rig_sets import RigSet, Sizes, Use, rig_set
 from ringing import LONGEST, SHORTEST
 
-SIZES = Sizes(blocks=12, held=6, objects=6, other_blocks=1, kinds=1)
+SIZES = Sizes(blocks=12, held_out=6, objects=6, other_blocks=1, kinds=1)
 NAMES = list(CONDITIONS)
 TIMES = (10, 15, 25, 39, 74)
 
@@ -45,14 +45,14 @@ def made(name: str) -> RigSet:
 @cache
 def knowing(name: str) -> InContextModel:
     its = made(name)
-    blocks = its.where(Use.BLOCKS)
+    blocks = its.indices(Use.BLOCKS)
     rig = Rig.of(its.touches.take(blocks), its.windows.y[blocks])
     return pretrained().conditioned_on({ANY: rig})
 
 
 def objects(name: str, lasting: int = SHORTEST) -> tuple[Touches, Values]:
     its = made(name)
-    which = np.concatenate([its.where(Use.HELD), its.where(Use.OBJECTS)])
+    which = np.concatenate([its.indices(Use.HELD), its.indices(Use.OBJECTS)])
     which = which[its.touches.valid[which] >= lasting]
     return its.touches.take(which), its.windows.y[which]
 

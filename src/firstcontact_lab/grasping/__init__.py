@@ -1,1 +1,1 @@
-"""What stiffness is worth to a hand: policies on a household of things, on the twin's plant."""
+"""Grasp study: value of stiffness for policies that grip household objects on the twin's plant."""

@@ -61,7 +61,7 @@ class Answer:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Approached:
-    """Where both fingers touch, as the hand knows, and nothing has been ordered since.
+    """State in which both fingers touch, and no command has been given since.
 
     Parameters
     ----------
@@ -78,25 +78,25 @@ class Approached:
     """
 
     plant: GraspPlant
-    told: Stiffness | None
+    estimate: Stiffness | None
     answers: tuple[Answer, ...]
     heard: float | None
     offset: float | None
 
 
-def specimen_of(pick: Pick) -> TwinObject:
+def pick_specimen(pick: Pick) -> TwinObject:
     """The very thing: its own mass, friction and limit."""
-    thing = household_named(pick.kind)
-    return draw_household_specimen(pick.hand, condition(CONDITION), thing, pick.specimen)
+    specimen = household_named(pick.kind)
+    return draw_household_specimen(pick.hand, condition(CONDITION), specimen, pick.specimen)
 
 
-def plant_for(pick: Pick, breaks: bool = True, lift: Lift | None = None) -> GraspPlant:
+def make_plant(pick: Pick, breaks: bool = True, lift: Lift | None = None) -> GraspPlant:
     """The hand about to close on it."""
-    thing = specimen_of(pick)
+    specimen = pick_specimen(pick)
     rig = condition(CONDITION)
-    draw = draw_pinch(pick.hand, rig, f"household-{pick.specimen}", thing, pick.kind)
-    held = thing if breaks else replace(thing, fragility=None)
-    return GraspPlant(draw, Drive(), held, lift=lift, longest=LONGEST)
+    draw = draw_pinch(pick.hand, rig, f"household-{pick.specimen}", specimen, pick.kind)
+    object = specimen if breaks else replace(specimen, fragility=None)
+    return GraspPlant(draw, Drive(), object, lift=lift, longest=LONGEST)
 
 
 class _Waiting(PlantHand):
@@ -111,7 +111,7 @@ class _Waiting(PlantHand):
             super().send(command)
 
 
-def approached(pick: Pick, speed: float, own: OwnHand, breaks: bool = False) -> Approached:
+def approached(pick: Pick, speed: float, hands: OwnHand, breaks: bool = False) -> Approached:
     """Close on it as every policy of the household does, until it would press.
 
     Parameters
@@ -120,17 +120,17 @@ def approached(pick: Pick, speed: float, own: OwnHand, breaks: bool = False) -> 
         What.
     speed
         Of the approach, m/s.
-    own
+    hands
         What the hand knows of itself.
     breaks
         Whether it can be damaged.
     """
-    plant = plant_for(pick, breaks)
+    plant = make_plant(pick, breaks)
     policy = ByStiffness(Grip(), approach=speed)
     hand = _Waiting(plant, policy)
     grasping = Grasping(policy, hand, LAYOUT)
-    predictor = NetworkPredictor(own.model)
-    pipeline = Pipeline(LAYOUT, own.detector, predictor, clock=lambda: 0.0)
+    predictor = NetworkPredictor(hands.model)
+    pipeline = Pipeline(LAYOUT, hands.detector, predictor, clock=lambda: 0.0)
     answers: list[Answer] = []
     first: float | None = None
     heard: float | None = None

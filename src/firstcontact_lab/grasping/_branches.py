@@ -1,4 +1,4 @@
-"""One approach and what comes of every force: a row of the table that tuning looks things up in."""
+"""Outcome of every force for one approach: one row of the table for tuning."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from firstcontact.core import FINGERTIP_RATE, GRAVITY, Command
 from firstcontact.grasp import Grip, Stiffness
 from firstcontact.twin import LIFT, GraspPlant, Lift
-from firstcontact_lab.grasping._approach import Answer, Pick, approached, specimen_of
+from firstcontact_lab.grasping._approach import Answer, Pick, approached, pick_specimen
 from firstcontact_lab.grasping._own_hand import OwnHand
 from firstcontact_lab.grasping._slip import SlipWatch
 
@@ -27,7 +27,7 @@ LOT = 100
 
 @dataclass(frozen=True, slots=True)
 class Branching:
-    """What a table is made with.
+    """Settings of a table of closings.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ class Branches:
     mass: float
     friction: float
     limit: float
-    told: Stiffness | None
+    estimate: Stiffness | None
     answers: tuple[Answer, ...]
     heard: float | None
     peak: Values
@@ -82,12 +82,12 @@ class Branches:
 
 
 def branches(
-    job: tuple[Pick, float], own: dict[tuple[int, float], OwnHand], how: Branching
+    job: tuple[Pick, float], hands: dict[tuple[int, float], OwnHand], how: Branching
 ) -> Branches:
     """Approach once, then press with every force, and lift in every way."""
     pick, speed = job
-    thing = specimen_of(pick)
-    begun = approached(pick, speed, own[pick.hand, speed])
+    specimen = pick_specimen(pick)
+    begun = approached(pick, speed, hands[pick.hand, speed])
     shape = (len(LIFTS), len(DETECTION), len(how.boosts), len(how.forces))
     peak, hold = np.empty(len(how.forces)), np.empty(len(how.forces))
     slip_peak, slip_drop = np.full(shape, np.nan), np.full(shape, np.nan)
@@ -99,7 +99,7 @@ def branches(
         _until(lifted, np.inf)
         forces = lifted.forces
         peak[place], hold[place] = forces.max(), forces[-1].sum()
-        if thing.friction * hold[place] >= thing.mass * GRAVITY:
+        if specimen.friction * hold[place] >= specimen.mass * GRAVITY:
             continue
         for (a, lift), (b, wait), (c, boost) in product(
             enumerate(LIFTS.values()), enumerate(DETECTION), enumerate(how.boosts)
@@ -109,15 +109,15 @@ def branches(
                 again, force, wait, boost, speed
             )
     return Branches(
-        pick, speed, thing.mass, thing.friction,
-        np.inf if thing.fragility is None else thing.fragility.scale,
-        begun.told, begun.answers, begun.heard,
+        pick, speed, specimen.mass, specimen.friction,
+        np.inf if specimen.fragility is None else specimen.fragility.scale,
+        begun.estimate, begun.answers, begun.heard,
         peak, hold, slip_peak, slip_drop,
     )  # fmt: skip
 
 
 def _until(plant: GraspPlant, since: float) -> None:
-    """Let time pass until so long after the first contact, s, or the end."""
+    """Advance the plant until a time after the first contact, s, or the end."""
     contacts = plant.contacts
     end = contacts[0].sample + since * FINGERTIP_RATE if contacts else np.inf
     while not plant.ended and plant.sample < end:

@@ -52,12 +52,12 @@ class PlantHand(Hand):
         self.send(Command(-self.limits.speed, 0.0))
 
     def close(self) -> None:
-        """Nothing is left open."""
+        """Close all resources."""
 
 
 @dataclass(frozen=True, slots=True)
 class ClosingRecord:
-    """What the hand was told in a closing, and by what.
+    """Commands of a closing and their causes.
 
     ``estimates`` are those that the pipeline gave, whether or not they were used.
     """
@@ -122,6 +122,6 @@ def close(
 
 
 def _settled(grasping: Grasping) -> bool:
-    """Whether a first contact's deadline has been met or missed."""
+    """Return True if the deadline of a first contact has been met or missed."""
     counts = grasping.loop.counts
     return counts.contacts > 0 and counts.misses + counts.estimates > 0

@@ -1,4 +1,4 @@
-"""How good the live estimates were on judged picks, object by object, and when they came."""
+"""Errors and times of the live estimates on judged picks, by object."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ HALF = 1e-4
 
 
 def at_tuned_speed(tables: Tables, rows: Sequence[Branches], ours: Judged) -> list[Branches]:
-    """Of each pick the approach that was tuned for those that act on the estimate."""
+    """Return the approach of each pick that was tuned for policies with an estimate."""
     fold_of = folds(sorted(set(tables.judged.kinds)), tables.folds)
     speed = [chosen.settings["approach"] for chosen in ours.chosen]
     return [row for row in rows if row.speed == speed[fold_of[row.pick.kind]]]
@@ -32,18 +32,18 @@ def at_tuned_speed(tables: Tables, rows: Sequence[Branches], ours: Judged) -> li
 
 def _errors(rows: Sequence[Branches]) -> dict[str, list[float]]:
     """Estimate less label, by window in ms and as used."""
-    found: dict[str, list[float]] = {f"{1e3 * w:g}": [] for w in WINDOWS}
-    found[USED] = []
+    errors: dict[str, list[float]] = {f"{1e3 * w:g}": [] for w in WINDOWS}
+    errors[USED] = []
     for row in rows:
         label = household_named(row.pick.kind).numbers.shore_a.value
         for window in WINDOWS:
-            whole = [a for a in row.answers if abs(a.duration - window) < 5e-4 + HALF]
-            if whole:
-                nearest = min(whole, key=lambda a: abs(a.duration - window))
-                found[f"{1e3 * window:g}"].append(nearest.value - label)
-        if row.told is not None:
-            found[USED].append(row.told.value - label)
-    return found
+            complete = [a for a in row.answers if abs(a.duration - window) < 5e-4 + HALF]
+            if complete:
+                nearest = min(complete, key=lambda a: abs(a.duration - window))
+                errors[f"{1e3 * window:g}"].append(nearest.value - label)
+        if row.estimate is not None:
+            errors[USED].append(row.estimate.value - label)
+    return errors
 
 
 def _rmse(errors: Mapping[str, Sequence[float]]) -> dict[str, float]:
@@ -54,36 +54,38 @@ def estimates(
     tables: Tables,
     rows: Sequence[Branches],
     ours: Judged,
-    own: Mapping[tuple[int, float], OwnHand],
+    own_hands: Mapping[tuple[int, float], OwnHand],
 ) -> Estimates:
     """Over all judged picks."""
-    its = at_tuned_speed(tables, rows, ours)
-    within = [r for r in its if household_named(r.pick.kind).numbers.shore_a.value <= FIRMEST]
-    longest = [max((a.duration for a in r.answers), default=0.0) for r in its]
-    hands = {(r.pick.hand, r.speed) for r in its}
+    approaches = at_tuned_speed(tables, rows, ours)
+    within = [
+        r for r in approaches if household_named(r.pick.kind).numbers.shore_a.value <= FIRMEST
+    ]
+    longest = [max((a.duration for a in r.answers), default=0.0) for r in approaches]
+    hands = {(r.pick.hand, r.speed) for r in approaches}
     return Estimates(
-        rmse=_rmse(_errors(its)),
+        rmse=_rmse(_errors(approaches)),
         bearing=_rmse(_errors(within)),
         decided={f"{1e3 * w:g}": float(np.mean([d >= w - 5e-4 for d in longest])) for w in WINDOWS},
-        block_rmse=float(np.sqrt(np.mean([own[h].rmse ** 2 for h in sorted(hands)]))),
-        unanswered=float(np.mean([r.told is None for r in its])),
-        heard=float(np.mean([r.heard is not None for r in its])),
+        block_rmse=float(np.sqrt(np.mean([own_hands[h].rmse ** 2 for h in sorted(hands)]))),
+        unanswered=float(np.mean([r.estimate is None for r in approaches])),
+        heard=float(np.mean([r.heard is not None for r in approaches])),
     )
 
 
 def by_object(
     tables: Tables, rows: Sequence[Branches], policies: Mapping[str, Judged]
 ) -> dict[str, ObjectErrors]:
-    """Of each object: errors, and how often it was dropped and damaged by policies as tuned."""
+    """Return errors of each object, and its shares of drops and damage by the tuned policies."""
     ours = list(policies.values())[-1]
-    its = at_tuned_speed(tables, rows, ours)
-    found = {}
-    for kind in dict.fromkeys(row.pick.kind for row in its):
-        mine = [row for row in its if row.pick.kind == kind]
+    approaches = at_tuned_speed(tables, rows, ours)
+    errors_by_window = {}
+    for kind in dict.fromkeys(row.pick.kind for row in approaches):
+        mine = [row for row in approaches if row.pick.kind == kind]
         errors = _errors(mine)
-        which = tables.judged.kinds == kind
+        selected = tables.judged.kinds == kind
         numbers = household_named(kind).numbers
-        found[kind] = ObjectErrors(
+        errors_by_window[kind] = ObjectErrors(
             shore_a=numbers.shore_a.value,
             family=family(kind),
             fragile=numbers.limit is not None,
@@ -91,7 +93,11 @@ def by_object(
             answered=len(errors[USED]),
             rmse=_rmse(errors),
             bias=float(np.mean(errors[USED])) if errors[USED] else None,
-            drops={n: float(p.outcomes.dropped[TUNED, which].mean()) for n, p in policies.items()},
-            damage={n: float(p.outcomes.damaged[TUNED, which].mean()) for n, p in policies.items()},
+            drops={
+                n: float(p.outcomes.dropped[TUNED, selected].mean()) for n, p in policies.items()
+            },
+            damage={
+                n: float(p.outcomes.damaged[TUNED, selected].mean()) for n, p in policies.items()
+            },
         )
-    return found
+    return errors_by_window

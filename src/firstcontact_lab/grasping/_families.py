@@ -1,4 +1,4 @@
-"""Things that are alike: none is judged with settings that were tuned on another of its family."""
+"""Families of similar objects. No object is judged with settings tuned on its family."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ FAMILIES = (
 
 
 def family(kind: str) -> str:
-    """The family of a kind of thing."""
+    """Return the family that an object belongs to."""
     for words in FAMILIES:
         if any(word in kind for word in words):
             return " and ".join(words)

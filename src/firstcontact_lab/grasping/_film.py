@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 from firstcontact.core import FINGERTIP_RATE, GREY, INK, RED, holding_force
 from firstcontact.grasp import POLICIES
 from firstcontact.twin import LIFT
-from firstcontact_lab.grasping._approach import Pick, specimen_of
+from firstcontact_lab.grasping._approach import Pick, pick_specimen
 from firstcontact_lab.grasping._judgement import SettingsOf
 from firstcontact_lab.grasping._own_hand import OwnHand
 from firstcontact_lab.grasping._real import RealJob, played
 from firstcontact_lab.grasping.results import Filmed
-from firstcontact_lab.report.figures.style import STYLE
+from firstcontact_lab.report.style import STYLE
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -44,22 +44,22 @@ class Take:
 
 
 def take(
-    pick: Pick, policy: str, settings: SettingsOf, own: Mapping[tuple[int, float], OwnHand]
+    pick: Pick, policy: str, settings: SettingsOf, hands: Mapping[tuple[int, float], OwnHand]
 ) -> Take:
     """Close on it in full, as tuned without its family."""
-    found = played(RealJob(pick, policy, settings(pick.kind)), own)
-    outcome, row = found.plant.outcome, found.row
-    thing = specimen_of(pick)
+    played_closing = played(RealJob(pick, policy, settings(pick.kind)), hands)
+    outcome, row = played_closing.plant.outcome, played_closing.row
+    specimen = pick_specimen(pick)
     first = outcome.first_contact or 0.0
     second = outcome.second_contact
     return Take(
         policy,
         pick.kind,
-        np.arange(len(found.forces)) / FINGERTIP_RATE - first,
-        found.forces.min(axis=1),
+        np.arange(len(played_closing.forces)) / FINGERTIP_RATE - first,
+        played_closing.forces.min(axis=1),
         None if second is None else second - first,
-        holding_force(thing.mass, thing.friction),
-        np.inf if thing.fragility is None else thing.fragility.scale,
+        holding_force(specimen.mass, specimen.friction),
+        np.inf if specimen.fragility is None else specimen.fragility.scale,
         "crushed" if row.damaged else "dropped" if row.dropped else "held",
     )
 
@@ -70,7 +70,7 @@ def film(
     hand: int,
     specimen: int,
     settings: Mapping[str, SettingsOf],
-    own: Mapping[tuple[int, float], OwnHand],
+    hands: Mapping[tuple[int, float], OwnHand],
     pictures: int = PICTURES,
 ) -> Filmed:
     """Write an animated GIF: a row a thing, a column a policy.
@@ -83,7 +83,7 @@ def film(
         What is picked up, by whom.
     settings
         Two policies and what each is tuned to, by kind.
-    own
+    hands
         What hands know of themselves.
     pictures
         How many.
@@ -94,7 +94,10 @@ def film(
     from matplotlib.figure import Figure
 
     takes = [
-        [take(Pick(kind, hand, specimen), policy, its, own) for policy, its in settings.items()]
+        [
+            take(Pick(kind, hand, specimen), policy, policy_settings, hands)
+            for policy, policy_settings in settings.items()
+        ]
         for kind in kinds
     ]
     with rc_context(STYLE):
@@ -105,10 +108,10 @@ def film(
         times = np.linspace(-BEFORE, AFTER, pictures)
 
         def draw(picture: int) -> list[Any]:
-            for row, its in zip(axes, takes, strict=True):
-                for axis, shown in zip(row, its, strict=True):
+            for row, policy_settings in zip(axes, takes, strict=True):
+                for axis, shot in zip(row, policy_settings, strict=True):
                     axis.clear()
-                    _panel(axis, shown, times[picture], most)
+                    _panel(axis, shot, times[picture], most)
             for axis in axes[:, 0]:
                 axis.set_ylabel("Grip force (N)")
             for axis in axes[-1]:
@@ -124,19 +127,19 @@ def film(
     return Filmed(objects=list(kinds), hand=hand, specimen=specimen)
 
 
-def _panel(axis: Axes, shown: Take, now: float, most: float) -> None:
-    policy = POLICIES[shown.policy]
-    past = (shown.time <= now) & (shown.time >= -BEFORE)
-    axis.plot(1e3 * shown.time[past], shown.grip[past], color=policy.colour, linewidth=2)
-    axis.axhspan(0, shown.needed, color=GREY, alpha=0.22, linewidth=0)
+def _panel(axis: Axes, shot: Take, now: float, most: float) -> None:
+    policy = POLICIES[shot.policy]
+    past = (shot.time <= now) & (shot.time >= -BEFORE)
+    axis.plot(1e3 * shot.time[past], shot.grip[past], color=policy.colour, linewidth=2)
+    axis.axhspan(0, shot.needed, color=GREY, alpha=0.22, linewidth=0)
     axis.text(
-        640, shown.needed, "slips below", ha="right", va="bottom", fontsize=7.5, color="#52606D"
+        640, shot.needed, "slips below", ha="right", va="bottom", fontsize=7.5, color="#52606D"
     )
-    if shown.limit < most:
-        axis.axhspan(shown.limit, most, color=RED, alpha=0.14, linewidth=0)
+    if shot.limit < most:
+        axis.axhspan(shot.limit, most, color=RED, alpha=0.14, linewidth=0)
         axis.text(640, most * 0.97, "crushed above", ha="right", va="top", fontsize=7.5, color=RED)
-    if shown.second is not None and now >= shown.second:
-        axis.axvline(1e3 * shown.second, color=GREY, linewidth=0.9, linestyle=":")
+    if shot.second is not None and now >= shot.second:
+        axis.axvline(1e3 * shot.second, color=GREY, linewidth=0.9, linestyle=":")
     if now >= LIFT:
         axis.axvline(1e3 * LIFT, color=GREY, linewidth=0.9, linestyle="--")
         axis.text(
@@ -145,8 +148,8 @@ def _panel(axis: Axes, shown: Take, now: float, most: float) -> None:
         )  # fmt: skip
     axis.set_xlim(-1e3 * BEFORE, 1e3 * AFTER)
     axis.set_ylim(0, most)
-    name = shown.kind.split(",")[0].capitalize()
+    name = shot.kind.split(",")[0].capitalize()
     over = now >= 0.98 * AFTER
-    title = f"{name}: {policy.title}" + (f" – {shown.became}" if over else "")
-    colour = RED if over and shown.became != "held" else INK
+    title = f"{name}: {policy.title}" + (f" – {shot.became}" if over else "")
+    colour = RED if over and shot.became != "held" else INK
     axis.set_title(title, color=colour, fontweight="bold" if over else "normal")

@@ -1,4 +1,4 @@
-"""What is reported of the household, out of who was judged and how they closed in full."""
+"""Results of the household from the judged policies and their closings in full."""
 
 from __future__ import annotations
 
@@ -45,21 +45,21 @@ TARGET = 0.35
 def findings(
     tables: Tables,
     rows: Sequence[Branches],
-    own: Mapping[tuple[int, float], OwnHand],
-    found: Judgement,
+    hands: Mapping[tuple[int, float], OwnHand],
+    judgement: Judgement,
     full: FullClosings,
     weights: NDArray[np.float64],
     permutations: int,
 ) -> Household:
-    """All numbers.
+    """Return all results.
 
     Parameters
     ----------
     tables, rows
         Closings that were tuned and judged on; the judged ones once more, with their estimates.
-    own
+    hands
         What hands know of themselves.
-    found
+    judgement
         Who was judged.
     full
         How some of them closed in full.
@@ -68,9 +68,14 @@ def findings(
     permutations
         Of each control.
     """
-    table, blind, ours, everyone = tables.judged, found.blind, found.ours, found.everyone
+    table, blind, ours, everyone = (
+        tables.judged,
+        judgement.blind,
+        judgement.ours,
+        judgement.everyone,
+    )
     best = ceiling(table)
-    between_of = {name: drops(its, weights) for name, its in everyone.items()}
+    between_of = {name: drops(policy, weights) for name, policy in everyone.items()}
     return Household(
         objects=len(set(table.kinds)),
         hands=len(set(table.hands.tolist())),
@@ -78,26 +83,26 @@ def findings(
         damage=DAMAGE,
         success=_successes(everyone, full, best),
         drops_at_10_damage={
-            **{name: its.value for name, its in between_of.items()},
-            CEILING: float(best.drops_at()),
+            **{name: policy.value for name, policy in between_of.items()},
+            CEILING: float(best.drop_share()),
         },
         drops_between=between_of,
         fewer_drops_than_blind=fewer(ours, blind, weights),
         fewer_drops_as_bold=fewer_as_bold(ours, blind, weights),
         success_gain=full.gain,
-        fewer={n: fewer(f, blind, weights) for n, f in found.plain.items() if f is not blind},
+        fewer={n: fewer(f, blind, weights) for n, f in judgement.plain.items() if f is not blind},
         target=TARGET,
         controls=_controls(tables, permutations),
-        slip_reflex={n: _reflexes(b, s, weights) for n, (b, s) in found.reflexes.items()},
+        slip_reflex={n: _reflexes(b, s, weights) for n, (b, s) in judgement.reflexes.items()},
         sensitivity=sensitivity(tables),
         fronts={
-            **{name: _points(its.front) for name, its in everyone.items()},
+            **{name: _points(policy.front) for name, policy in everyone.items()},
             CEILING: _points(best),
         },
         closings=dict(full.by_policy),
-        estimates=estimates(tables, rows, ours, own),
+        estimates=estimates(tables, rows, ours, hands),
         by_object=by_object(tables, rows, {baseline().name: blind, candidate().name: ours}),
-        tuned={name: _chosen(its, found.fold_of) for name, its in everyone.items()},
+        tuned={name: _chosen(policy, judgement.fold_of) for name, policy in everyone.items()},
         tuned_on=_on(tables.tuning, tables),
         judged_on=_on(table, tables),
     )
@@ -112,17 +117,17 @@ def _controls(tables: Tables, count: int) -> dict[str, Between]:
 
 
 def _successes(everyone: Mapping[str, Judged], full: FullClosings, best: Front) -> dict[str, float]:
-    """As tuned; of closings in full where there are some."""
+    """Return the success of each policy as tuned, of closings in full where they exist."""
     return {
-        **{name: _success(its) for name, its in everyone.items()},
-        **{name: its.success for name, its in full.by_policy.items()},
+        **{name: _success(policy) for name, policy in everyone.items()},
+        **{name: policy.success for name, policy in full.by_policy.items()},
         CEILING: 1 - float((best.dropped + best.damaged).min()),
     }
 
 
-def _success(found: Judged) -> float:
-    its = found.outcomes
-    return float(1 - np.maximum(its.dropped[TUNED], its.damaged[TUNED]).mean())
+def _success(judgement: Judged) -> float:
+    policy = judgement.outcomes
+    return float(1 - np.maximum(policy.dropped[TUNED], policy.damaged[TUNED]).mean())
 
 
 def _points(front: Front) -> FrontPoints:
@@ -138,13 +143,13 @@ def _reflexes(blind: Judged, ours: Judged, weights: NDArray[np.float64]) -> Refl
     )
 
 
-def _chosen(found: Judged, fold_of: Mapping[str, int]) -> list[ChosenSettings]:
+def _chosen(judgement: Judged, fold_of: Mapping[str, int]) -> list[ChosenSettings]:
     return [
         ChosenSettings(
-            left_out=[kind for kind, its in fold_of.items() if its == fold],
+            left_out=[kind for kind, policy in fold_of.items() if policy == fold],
             settings=one.settings, tried=one.tried, drops=one.drops, damage=one.damage,
         )
-        for fold, one in enumerate(found.chosen)
+        for fold, one in enumerate(judgement.chosen)
     ]  # fmt: skip
 
 

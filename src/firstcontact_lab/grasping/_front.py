@@ -26,7 +26,7 @@ class Front:
     dropped: Values
     damaged: Values
 
-    def drops_at(self, damage: float | Values = DAMAGE) -> Values:
+    def drop_share(self, damage: float | Values = DAMAGE) -> Values:
         """Share of drops where so much is damaged, shape () or (resamples,).
 
         Where a policy damages less than that at any scale, the fewest drops; where more, those of
@@ -36,11 +36,11 @@ class Front:
         dropped, damaged = np.atleast_2d(self.dropped.T), np.atleast_2d(self.damaged.T)
         wanted = np.broadcast_to(damage, len(dropped))
         rows = zip(dropped, damaged, wanted.tolist(), strict=True)
-        out = np.array([_at(d, b, w) for d, b, w in rows])
+        out = np.array([_drop_share(d, b, w) for d, b, w in rows])
         return out if self.dropped.ndim > 1 else out[0]
 
 
-def _at(dropped: Values, damaged: Values, damage: float) -> float:
+def _drop_share(dropped: Values, damaged: Values, damage: float) -> float:
     rising = np.maximum.accumulate(damaged)
     if rising[0] > damage:
         floor = int(np.searchsorted(rising, rising[0], side="right")) - 1
@@ -52,7 +52,7 @@ def _at(dropped: Values, damaged: Values, damage: float) -> float:
     return float(dropped[last] + part * (dropped[last + 1] - dropped[last]))
 
 
-def scale_at(front: Front, damage: float = DAMAGE) -> float:
+def find_scale(front: Front, damage: float = DAMAGE) -> float:
     """The largest scale at which no more than that is damaged."""
     within = np.flatnonzero(np.maximum.accumulate(front.damaged) <= damage)
     return float(SCALES[within[-1]] if within.size else SCALES[0])
@@ -83,7 +83,7 @@ def resampled(
     count: int,
     seed: int,
 ) -> NDArray[np.float64]:
-    """How often each pick counts where kinds and hands are drawn with replacement.
+    """Return the weight of each pick when kinds and hands are drawn with replacement.
 
     Both are drawn: a rule that works on these things and hands might not on others. Kinds are
     drawn within their groups, as how many a household has of each was not found by chance.
@@ -105,9 +105,9 @@ def resampled(
     everywhere = np.full(len(kinds), "")
     for of, within in ((kinds, groups), (hands, everywhere)):
         for group in np.unique(within):
-            its = within == group
-            values, place = np.unique(of[its], return_inverse=True)
+            members = within == group
+            values, place = np.unique(of[members], return_inverse=True)
             drawn = rng.integers(len(values), size=(count, len(values)))
             times = np.stack([np.bincount(d, minlength=len(values)) for d in drawn], axis=1)
-            weights[its] *= times[place]
+            weights[members] *= times[place]
     return weights

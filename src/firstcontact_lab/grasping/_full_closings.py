@@ -21,42 +21,42 @@ from firstcontact_lab.grasping.results import Between, RealClosings
 
 @dataclass(frozen=True, slots=True)
 class FullClosings:
-    """By policy, and how many more end well with stiffness than blind."""
+    """Closings in full by policy, and the gain in success with stiffness."""
 
     by_policy: Mapping[str, RealClosings]
     gain: Between
 
 
 def full_closings(
-    found: Judgement,
+    judgement: Judgement,
     table: Table,
     weights: NDArray[np.float64],
-    own: Mapping[tuple[int, float], OwnHand],
+    hands: Mapping[tuple[int, float], OwnHand],
     runner: Runner,
 ) -> FullClosings:
     """Close on every judged pick: blind and with stiffness, each without a reflex and with one.
 
     Parameters
     ----------
-    found
+    judgement
         What they are tuned to, and how they end in the table.
     table
         The judged one.
     weights
         Of resamples, shape (picks, resamples).
-    own
+    hands
         What hands know of themselves.
     runner
         Does the closings.
     """
     kinds: list[type[Policy]] = [baseline(), candidate(), baseline(True), candidate(True)]
-    chosen, everyone = found.chosen(), found.everyone
+    chosen, everyone = judgement.chosen(), judgement.everyone
     jobs = [
         RealJob(p, k.name, chosen[k.name](p.kind), *(FULL if k.has_reflex() else ("abrupt", None)))
         for k in kinds
         for p in table.picks
     ]
-    rows = runner.map(real, jobs, own)
+    rows = runner.map(real, jobs, hands)
     by_policy = {
         k.name: _shares([r for r in rows if r.job.policy == k.name], everyone[k.name], weights)
         for k in kinds
@@ -65,7 +65,7 @@ def full_closings(
 
 
 def _gain(rows: Sequence[RealRow], weights: NDArray[np.float64]) -> Between:
-    """Of the same picks, in the table's order: how many more end well with stiffness."""
+    """Return the gain in success with stiffness over the same picks, in the table's order."""
     fine = [
         np.array([not (r.dropped or r.damaged) for r in rows if r.job.policy == kind.name], float)
         for kind in (candidate(), baseline())
@@ -74,15 +74,17 @@ def _gain(rows: Sequence[RealRow], weights: NDArray[np.float64]) -> Between:
     return between(float(apart.mean()), apart @ weights / weights.sum(axis=0))
 
 
-def _shares(rows: Sequence[RealRow], found: Judged, weights: NDArray[np.float64]) -> RealClosings:
-    """Of a policy as tuned; picks in the table's order."""
+def _shares(
+    rows: Sequence[RealRow], judgement: Judged, weights: NDArray[np.float64]
+) -> RealClosings:
+    """Return the closings of a tuned policy; picks in the table's order."""
     dropped = np.array([r.dropped for r in rows])
     damaged = np.array([r.damaged for r in rows])
     # What broke is not what was to be held: it counts once.
     dropped &= ~damaged
     fine = ~(dropped | damaged)
-    its = found.outcomes
-    alike = fine == (np.maximum(its.dropped[TUNED], its.damaged[TUNED]) < 1)
+    outcomes = judgement.outcomes
+    alike = fine == (np.maximum(outcomes.dropped[TUNED], outcomes.damaged[TUNED]) < 1)
     deadline = POLICIES[rows[0].job.policy].deadline
     times = [1e3 * r.steady for r in rows if r.steady is not None]
 

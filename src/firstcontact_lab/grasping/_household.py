@@ -10,7 +10,7 @@ from firstcontact_lab.grasping._approach import Pick
 from firstcontact_lab.grasping._branches import Branches, Branching, branches
 from firstcontact_lab.grasping._findings import findings
 from firstcontact_lab.grasping._full_closings import full_closings
-from firstcontact_lab.grasping._household_numbers import Tables, weights_of
+from firstcontact_lab.grasping._household_numbers import Tables, resample_weights
 from firstcontact_lab.grasping._judgement import SettingsOf, judgement
 from firstcontact_lab.grasping._own_hand import HandSeed, OwnHand, own_hand
 from firstcontact_lab.grasping._table import Table
@@ -22,10 +22,10 @@ OwnHands = dict[tuple[int, float], OwnHand]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HouseholdWork:
-    """What is found, and what a film needs beside it."""
+    """Results, and the settings that a film needs."""
 
     results: Household
-    own: OwnHands
+    hands: OwnHands
     chosen: Mapping[str, SettingsOf]
 
 
@@ -46,28 +46,36 @@ def household(
         Is told what comes next.
     """
     how = Branching(settings.speeds, settings.forces, settings.boosts)
-    tuning_hands, judged_hands = settings.hands_of(seed)
+    tuning_hands, judged_hands = settings.hand_seeds(seed)
     stage("own hands")
     hands = [HandSeed(h, v) for h in (*tuning_hands, *judged_hands) for v in how.speeds]
     made = runner.map(own_hand, hands, settings.blocks)
-    own: OwnHands = {(h.seed, h.speed): o for h, o in zip(hands, made, strict=True)}
+    hands_by_speed: OwnHands = {(h.seed, h.speed): o for h, o in zip(hands, made, strict=True)}
 
     def table(title: str, seeds: Sequence[int], specimens: Sequence[int]) -> list[Branches]:
         stage(title)
         picks = [Pick(k, h, s) for k in settings.kinds for h in seeds for s in specimens]
-        return runner.map(branches, [(p, v) for p in picks for v in how.speeds], own, how)
+        return runner.map(
+            branches, [(p, v) for p in picks for v in how.speeds], hands_by_speed, how
+        )
 
     tuning = table("closings to tune on", tuning_hands, settings.tuning_specimens)
     rows = table("closings to judge", judged_hands, settings.judged_specimens)
     stage("tuning")
     tables = Tables(
-        Table.of(tuning, how), Table.of(rows, how), settings.folds, settings.budget,
-        settings.few, seed,
-    )  # fmt: skip
-    weights = weights_of(tables.judged, seed)
-    found = judgement(tables)
+        Table.from_branches(tuning, how),
+        Table.from_branches(rows, how),
+        settings.folds,
+        settings.budget,
+        settings.few,
+        seed,
+    )
+    weights = resample_weights(tables.judged, seed)
+    judged_policies = judgement(tables)
     stage("closings in full")
-    full = full_closings(found, tables.judged, weights, own, runner)
+    full = full_closings(judged_policies, tables.judged, weights, hands_by_speed, runner)
     stage("controls")
-    results = findings(tables, rows, own, found, full, weights, settings.permutations)
-    return HouseholdWork(results, own, found.chosen())
+    results = findings(
+        tables, rows, hands_by_speed, judged_policies, full, weights, settings.permutations
+    )
+    return HouseholdWork(results, hands_by_speed, judged_policies.chosen())

@@ -1,4 +1,4 @@
-"""From tables to what is reported: fronts, drops at a tenth of damage, controls, what is left."""
+"""Numbers of the household from tables: fronts, drops at equal damage, and controls."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from firstcontact.grasp import POLICIES, Part, Policy, Stiffness, Task
 from firstcontact.twin import household_named
 from firstcontact_lab.grasping._branches import DETECTION, LIFTS
 from firstcontact_lab.grasping._families import folds
-from firstcontact_lab.grasping._front import SCALES, Front, front, resampled, scale_at
+from firstcontact_lab.grasping._front import SCALES, Front, find_scale, front, resampled
 from firstcontact_lab.grasping._table import Outcomes, Reflexed, Table
 from firstcontact_lab.grasping._tuning import (
     SCATTER,
@@ -24,8 +24,8 @@ from firstcontact_lab.grasping._tuning import (
     Told,
     candidates,
     choose,
-    forces_of,
-    settings_of,
+    policy_forces,
+    policy_settings,
     speed_place,
     swept,
 )
@@ -39,7 +39,7 @@ NORMAL = 1.645
 
 @dataclass(frozen=True, slots=True)
 class Tables:
-    """What is tuned on, and what is judged: other hands and specimens of the same kinds.
+    """Tables for tuning and for judging, with different hands and specimens of the same kinds.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def household_policies() -> dict[str, type[Policy]]:
 
 
 def baseline(reflex: bool = False) -> type[Policy]:
-    """Who knows nothing, with a reflex or without."""
+    """Return the policy without knowledge, with or without a reflex."""
     return next(
         p
         for p in household_policies().values()
@@ -99,7 +99,7 @@ def baseline(reflex: bool = False) -> type[Policy]:
 
 
 def candidate(reflex: bool = False) -> type[Policy]:
-    """Who acts on the estimate, with a reflex or without."""
+    """Return the policy that acts on the estimate, with or without a reflex."""
     return next(
         p
         for p in household_policies().values()
@@ -108,26 +108,29 @@ def candidate(reflex: bool = False) -> type[Policy]:
 
 
 def labelled(table: Table, rmse: float, seed: int) -> list[Told]:
-    """By speed: the label of each pick with that much noise, as an estimate."""
+    """Return the label of each pick with noise as an estimate, by speed."""
     rng = np.random.default_rng([seed, round(1e3 * rmse)])
     noisy = table.shore_a + rmse * rng.standard_normal(len(table.picks))
     half = NORMAL * rmse
-    told = [Stiffness(float(s), float(s) - half, float(s) + half, 0.015) for s in noisy]
-    return [told for _ in table.how.speeds]
+    estimates = [Stiffness(float(s), float(s) - half, float(s) + half, 0.015) for s in noisy]
+    return [estimates for _ in table.how.speeds]
 
 
 def tried_on(
-    tables: Tables, kind: type[Policy], told: Sequence[Told], reflex: tuple[int, int] | None = None
+    tables: Tables,
+    kind: type[Policy],
+    estimates: Sequence[Told],
+    reflex: tuple[int, int] | None = None,
 ) -> list[Candidate]:
-    """All settings of a policy on the tuning table."""
-    settings = settings_of(kind, tables.budget, tables.few, tables.seed)
-    return candidates(kind, settings, tables.tuning, told, reflex)
+    """Return the outcomes of each setting of a policy on the tuning table."""
+    settings = policy_settings(kind, tables.budget, tables.few, tables.seed)
+    return candidates(kind, settings, tables.tuning, estimates, reflex)
 
 
 def judged(
     tables: Tables,
     kind: type[Policy],
-    told: tuple[Sequence[Told], Sequence[Told]] | None = None,
+    estimates: tuple[Sequence[Told], Sequence[Told]] | None = None,
     reflex: tuple[int, int] | None = None,
 ) -> Judged:
     """Tune a policy without each fold's families, and judge it on those.
@@ -138,19 +141,21 @@ def judged(
         To tune and to judge on.
     kind
         The policy.
-    told
+    estimates
         What it is told on either table, by speed; the live estimates by default.
     reflex
         Places of lift and detection.
     """
-    tuning, judging = (tables.tuning.told, tables.judged.told) if told is None else told
+    tuning, judging = (
+        (tables.tuning.estimates, tables.judged.estimates) if estimates is None else estimates
+    )
     tried = tried_on(tables, kind, tuning, reflex)
 
     @cache
     def outcomes(settings: tuple[tuple[str, float], ...]) -> Outcomes:
-        its: Settings = dict(settings)
-        speed = tables.judged.how.speeds.index(its["approach"])
-        return swept(kind, its, tables.judged, judging[speed], reflex)
+        outcome: Settings = dict(settings)
+        speed = tables.judged.how.speeds.index(outcome["approach"])
+        return swept(kind, outcome, tables.judged, judging[speed], reflex)
 
     return _by_fold(tables, tried, lambda chosen: outcomes(tuple(chosen.settings.items())))
 
@@ -165,8 +170,11 @@ def _by_fold(
     chosen = []
     for fold in range(tables.folds):
         chosen.append(choose(tried, learn != fold))
-        its, which = outcomes(chosen[-1]), ask == fold
-        dropped[:, which], damaged[:, which] = its.dropped[:, which], its.damaged[:, which]
+        outcome, selected = outcomes(chosen[-1]), ask == fold
+        dropped[:, selected], damaged[:, selected] = (
+            outcome.dropped[:, selected],
+            outcome.damaged[:, selected],
+        )
     return Judged(Outcomes(dropped, damaged), tuple(chosen))
 
 
@@ -181,9 +189,11 @@ def ceiling(table: Table) -> Front:
     grid = np.repeat(forces[:, None], len(table.picks), axis=1)
     reflexes = product(range(len(LIFTS)), range(len(DETECTION)), range(len(table.how.boosts)))
     acting = [None, *(Reflexed(*places) for places in reflexes)]
-    found = [table.outcomes(v, grid, r) for v in range(len(table.how.speeds)) for r in acting]
-    dropped = np.concatenate([f.dropped for f in found])
-    damaged = np.concatenate([f.damaged for f in found])
+    outcome_list = [
+        table.outcomes(v, grid, r) for v in range(len(table.how.speeds)) for r in acting
+    ]
+    dropped = np.concatenate([f.dropped for f in outcome_list])
+    damaged = np.concatenate([f.damaged for f in outcome_list])
     picks = np.arange(len(table.picks))
     points = []
     for price in (100.0, 0.01):
@@ -193,7 +203,7 @@ def ceiling(table: Table) -> Front:
     return Front(both[:, 0], both[:, 1])
 
 
-def weights_of(table: Table, seed: int) -> NDArray[np.float64]:
+def resample_weights(table: Table, seed: int) -> NDArray[np.float64]:
     """Resamples of kinds and hands, the same for everybody: differences are paired."""
     groups = np.array([household_named(pick.kind).group for pick in table.picks])
     return resampled(table.kinds, table.hands, groups, RESAMPLES, seed)
@@ -205,22 +215,24 @@ def between(value: float, drawn: NDArray[np.float64]) -> Between:
     return Between(value=value, low=float(low), high=float(high))
 
 
-def drops(found: Judged, weights: NDArray[np.float64]) -> Between:
+def drops(outcome_list: Judged, weights: NDArray[np.float64]) -> Between:
     """Share of drops where a tenth is damaged, in resamples as over all picks."""
-    return between(float(found.front.drops_at()), front(found.outcomes, weights).drops_at())
+    return between(
+        float(outcome_list.front.drop_share()), front(outcome_list.outcomes, weights).drop_share()
+    )
 
 
-def less(dropped: NDArray[np.float64], others: NDArray[np.float64]) -> NDArray[np.float64]:
-    """By which share one drops less than another, -1 to 1: twice as much is -1, more too."""
+def less(dropped: NDArray[np.float64], theirs: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the share by which one policy drops less than another, clipped to -1 to 1."""
     ratio = np.where(
-        others > 0, dropped / np.maximum(others, 1e-9), np.where(dropped > 0, 2.0, 1.0)
+        theirs > 0, dropped / np.maximum(theirs, 1e-9), np.where(dropped > 0, 2.0, 1.0)
     )
     gain: NDArray[np.float64] = np.clip(1 - ratio, -1.0, 1.0)
     return gain
 
 
 def fewer(ours: Judged, theirs: Judged, weights: NDArray[np.float64] | None = None) -> Between:
-    """By which share ours drops less where both damage a tenth.
+    """Return the share by which ours drops less where both damage a tenth.
 
     In each resample both are as bold as damages a tenth there: nothing that one of them damages
     more is hidden, and what the choice of their boldness leaves to chance is in the interval.
@@ -233,11 +245,11 @@ def fewer(ours: Judged, theirs: Judged, weights: NDArray[np.float64] | None = No
     weights
         Of resamples; None for none.
     """
-    value = float(less(ours.front.drops_at(), theirs.front.drops_at()))
+    value = float(less(ours.front.drop_share(), theirs.front.drop_share()))
     if weights is None:
         return Between(value=value, low=value, high=value)
-    mine, others = (front(j.outcomes, weights).drops_at() for j in (ours, theirs))
-    return between(value, less(mine, others))
+    mine, baseline_drops = (front(j.outcomes, weights).drop_share() for j in (ours, theirs))
+    return between(value, less(mine, baseline_drops))
 
 
 def fewer_as_bold(ours: Judged, theirs: Judged, weights: NDArray[np.float64]) -> Between:
@@ -246,12 +258,12 @@ def fewer_as_bold(ours: Judged, theirs: Judged, weights: NDArray[np.float64]) ->
     What they damage then differs: each thing that ours damages more counts as one that it drops,
     and each that it damages less as one that it does not.
     """
-    a, b = (int(np.argmin(np.abs(SCALES - scale_at(j.front)))) for j in (ours, theirs))
-    mine, others = front(ours.outcomes, weights), front(theirs.outcomes, weights)
+    a, b = (int(np.argmin(np.abs(SCALES - find_scale(j.front)))) for j in (ours, theirs))
+    mine, baseline_drops = front(ours.outcomes, weights), front(theirs.outcomes, weights)
     # Over all picks both damage a tenth but for a step of the scale.
     apart = ours.front.damaged[a] - theirs.front.damaged[b]
-    dropped = mine.dropped[a] + mine.damaged[a] - others.damaged[b] - apart
-    return between(fewer(ours, theirs).value, less(dropped, others.dropped[b]))
+    dropped = mine.dropped[a] + mine.damaged[a] - baseline_drops.damaged[b] - apart
+    return between(fewer(ours, theirs).value, less(dropped, baseline_drops.dropped[b]))
 
 
 def conditions() -> dict[str, tuple[int, int]]:
@@ -264,14 +276,14 @@ def conditions() -> dict[str, tuple[int, int]]:
 
 
 def permuted(tables: Tables, count: int, mass: bool, damage: bool, seed: int) -> Between:
-    """What stiffness still gains where things are given the weight or the limit of others.
+    """Return the gain of stiffness where objects get the weight or limit of other objects.
 
     Everybody is tuned anew each time. The middle 95 % are over permutations.
     """
     names = sorted(set(tables.judged.kinds))
     rng = np.random.default_rng([seed, mass, damage])
     kinds = (baseline(), candidate())
-    tried = {k.name: tried_on(tables, k, tables.tuning.told) for k in kinds}
+    tried = {k.name: tried_on(tables, k, tables.tuning.estimates) for k in kinds}
     pressed = {k.name: _pressed(tables.tuning, k, tried[k.name]) for k in kinds}
     gains = []
     for _ in range(count):
@@ -281,14 +293,14 @@ def permuted(tables: Tables, count: int, mass: bool, damage: bool, seed: int) ->
             _given(tables.tuning, by_mass, by_limit), _given(tables.judged, by_mass, by_limit),
             tables.folds, tables.budget, tables.few, tables.seed,
         )  # fmt: skip
-        its = []
+        outcome = []
         for kind in kinds:
             again = [
                 Candidate(c.settings, other.tuning.judge(peak, hold, SCATTER))
                 for c, (peak, hold) in zip(tried[kind.name], pressed[kind.name], strict=True)
             ]
-            its.append(_by_fold(other, again, _judge(other, kind)))
-        theirs, ours = its
+            outcome.append(_by_fold(other, again, _judge(other, kind)))
+        theirs, ours = outcome
         gains.append(fewer(ours, theirs).value)
     return between(float(np.mean(gains)), np.array(gains))
 
@@ -296,7 +308,7 @@ def permuted(tables: Tables, count: int, mass: bool, damage: bool, seed: int) ->
 def _judge(tables: Tables, kind: type[Policy]) -> Callable[[Chosen], Outcomes]:
     def outcomes(chosen: Chosen) -> Outcomes:
         speed = tables.judged.how.speeds.index(chosen.settings["approach"])
-        return swept(kind, chosen.settings, tables.judged, tables.judged.told[speed], None)
+        return swept(kind, chosen.settings, tables.judged, tables.judged.estimates[speed], None)
 
     return outcomes
 
@@ -304,19 +316,19 @@ def _judge(tables: Tables, kind: type[Policy]) -> Callable[[Chosen], Outcomes]:
 def _pressed(
     table: Table, kind: type[Policy], tried: Sequence[Candidate]
 ) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
-    found = []
+    outcome_list = []
     for one in tried:
         speed = speed_place(table, one.settings)
-        forces = forces_of(kind, one.settings, table, table.told[speed])
-        found.append(table.pressed(speed, SCALES[:, None] * forces))
-    return found
+        forces = policy_forces(kind, one.settings, table, table.estimates[speed])
+        outcome_list.append(table.pressed(speed, SCALES[:, None] * forces))
+    return outcome_list
 
 
 def _given(table: Table, by_mass: Mapping[str, str], by_limit: Mapping[str, str]) -> Table:
     """The same picks with what other kinds weigh and bear, specimen by specimen."""
     place = {(p.kind, p.hand, p.specimen): i for i, p in enumerate(table.picks)}
 
-    def of(by: Mapping[str, str]) -> NDArray[np.intp]:
+    def indices(by: Mapping[str, str]) -> NDArray[np.intp]:
         return np.array([place[by.get(p.kind, p.kind), p.hand, p.specimen] for p in table.picks])
 
-    return table.otherwise(table.needed[of(by_mass)], table.limit[of(by_limit)])
+    return table.otherwise(table.needed[indices(by_mass)], table.limit[indices(by_limit)])

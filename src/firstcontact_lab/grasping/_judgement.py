@@ -1,4 +1,4 @@
-"""Who is judged on the household: policies, labels with noise, reflexes, each tuned apart."""
+"""Judged policies of the household, labels with noise and reflexes, each tuned separately."""
 
 from __future__ import annotations
 
@@ -47,37 +47,37 @@ class Judgement:
 
     @property
     def blind(self) -> Judged:
-        """Who knows nothing."""
+        """Policy without knowledge."""
         return self.plain[baseline().name]
 
     @property
     def ours(self) -> Judged:
-        """Who acts on the estimate."""
+        """Policy that acts on the estimate."""
         return self.plain[candidate().name]
 
     @property
     def everyone(self) -> dict[str, Judged]:
-        """By name, reflexes as in closings in full."""
+        """Judged policies by name, with reflexes as in closings in full."""
         names = (baseline(True).name, candidate(True).name)
         return {**self.plain, **dict(zip(names, self.reflexes[_full()], strict=True))}
 
     def chosen(self) -> dict[str, SettingsOf]:
-        """What everyone was tuned to."""
-        return {name: self._settings_of(found) for name, found in self.everyone.items()}
+        """Chosen settings of every policy."""
+        return {name: self._fold_settings(policy) for name, policy in self.everyone.items()}
 
-    def _settings_of(self, found: Judged) -> SettingsOf:
-        return lambda kind: found.chosen[self.fold_of[kind]].settings
+    def _fold_settings(self, policy: Judged) -> SettingsOf:
+        return lambda kind: policy.chosen[self.fold_of[kind]].settings
 
 
 def judgement(tables: Tables) -> Judgement:
     """Tune everybody and judge them."""
     plain = {n: judged(tables, k) for n, k in household_policies().items() if not k.has_reflex()}
     for noise in NOISES:
-        told = (
+        estimates = (
             labelled(tables.tuning, noise, tables.seed),
             labelled(tables.judged, noise, tables.seed + 1),
         )
-        plain[_noise(noise)] = judged(tables, candidate(), told)
+        plain[_noise(noise)] = judged(tables, candidate(), estimates)
     reflexes = {
         name: (judged(tables, baseline(True), None, at), judged(tables, candidate(True), None, at))
         for name, at in conditions().items()

@@ -23,7 +23,7 @@ LEVEL = 0.9
 
 @dataclass(frozen=True, slots=True)
 class Learned:
-    """Where the models are, and how far they were off on sessions held out."""
+    """Folder of the models, and their errors on held-out sessions."""
 
     folder: Path
     rmse: dict[str, float]
@@ -32,7 +32,7 @@ class Learned:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Models:
-    """What the study's hand hears and estimates with."""
+    """Detector and estimators of the simulated hand."""
 
     detector: Detector
     stiffness: tuple[WindowPredictor, ...]
@@ -77,7 +77,7 @@ def learn(settings: GraspStudySettings, out: Path, runner: Runner) -> Learned:
     model, seed = settings.model, settings.seed
     learned = runner.map(_learned, settings.windows, dataset, contacts, model, seed)
     rmse, width = {}, {}
-    for duration, (cut, kept) in zip(settings.windows, learned, strict=True):
+    for duration, (cut, saved) in zip(settings.windows, learned, strict=True):
         card = Provenance(
             data=LearnedFrom(
                 source=dataset.source,
@@ -86,16 +86,16 @@ def learn(settings: GraspStudySettings, out: Path, runner: Runner) -> Learned:
                 contacts=contacts.how,
                 seed=settings.seed,
             ),
-            split=kept.split,
-            scores=to_tree(kept.scores),
-            interval=kept.interval,
-            conformal=kept.conformal,
+            split=saved.split,
+            scores=to_tree(saved.scores),
+            interval=saved.interval,
+            conformal=saved.conformal,
             detector=card_digest(models),
         )
-        save_model(kept.model, models / f"{1e3 * duration:04.1f}ms", card)
-        held_out = kept.conformal.get("held_out") or {}
-        assert isinstance(kept.scores, RegressionScores)
-        rmse[f"{1e3 * duration:g}"] = kept.scores.rmse
+        save_model(saved.model, models / f"{1e3 * duration:04.1f}ms", card)
+        held_out = saved.conformal.get("held_out") or {}
+        assert isinstance(saved.scores, RegressionScores)
+        rmse[f"{1e3 * duration:g}"] = saved.scores.rmse
         width[f"{1e3 * duration:g}"] = float(held_out.get("mean_width", 0.0))
     return Learned(models, rmse, width)
 
@@ -111,7 +111,7 @@ def _learned(
 
 
 def loaded(folder: Path) -> Models:
-    """What was learned and saved."""
+    """Load the models that were trained and saved."""
     from firstcontact.models import load_model
 
     model = load_model(folder)

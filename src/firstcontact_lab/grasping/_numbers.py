@@ -1,4 +1,4 @@
-"""From rows to what is reported: means, shares, differences, each with its interval."""
+"""Means and shares over closings, with intervals."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ GROUPS: Mapping[str, Callable[[Row], bool]] = {
 
 
 def milliseconds(latency: float) -> str:
-    """Of a latency, as a key."""
+    """Return a latency as a key, ms."""
     return f"{1e3 * latency:g}"
 
 
@@ -55,9 +55,9 @@ def summary(rows: Sequence[Row], seed: int) -> Summary:
     }
     if steady.any():
         # A resample without a steady grasp has no time: it counts as the mean.
-        whole = columns[:, 3].sum() / steady.sum()
+        mean_time = columns[:, 3].sum() / steady.sum()
         means["time_ms"] = lambda s: np.where(
-            s[..., 4] > 0, s[..., 3] / np.maximum(s[..., 4], 1), whole
+            s[..., 4] > 0, s[..., 3] / np.maximum(s[..., 4], 1), mean_time
         )
     sessions = np.array([r.session for r in rows])
     total = columns.sum(axis=0)
@@ -71,11 +71,11 @@ def summary(rows: Sequence[Row], seed: int) -> Summary:
 
 def by_policy(rows: Sequence[Row], seed: int) -> Policies:
     """Variant to latency (ms) to group to :func:`summary`."""
-    found: Policies = {}
+    policies: Policies = {}
     for variant, latency in dict.fromkeys((r.variant, r.latency) for r in rows):
-        its = [r for r in rows if r.variant == variant and r.latency == latency]
-        groups = {name: [r for r in its if belongs(r)] for name, belongs in GROUPS.items()}
-        found.setdefault(variant, {})[milliseconds(latency)] = {
+        selected = [r for r in rows if r.variant == variant and r.latency == latency]
+        groups = {name: [r for r in selected if belongs(r)] for name, belongs in GROUPS.items()}
+        policies.setdefault(variant, {})[milliseconds(latency)] = {
             name: summary(group, seed) for name, group in groups.items() if group
         }
-    return found
+    return policies

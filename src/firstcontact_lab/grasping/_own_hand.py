@@ -1,4 +1,4 @@
-"""What a hand of the twin knows of itself: its own pinches of blocks, and what is made of them."""
+"""Self-knowledge of a simulated hand from its own pinches of blocks."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class HandSeed:
 
 
 def own_hand(hand: HandSeed, pinches: int) -> OwnHand:
-    """Close a hand on so many of each of the twin's five blocks, and make of it what can be made.
+    """Close a hand on each of the twin's five blocks, and fit its models.
 
     It approaches as it will approach things: the detector finds the contacts, as it will later.
     """
@@ -66,20 +66,22 @@ def own_hand(hand: HandSeed, pinches: int) -> OwnHand:
     dataset = Dataset(tuple(made), "twin")
     detector = fit_detector(dataset)
     contacts = found_as_live(dataset, detector, hand.seed, Serial())
-    touches, which = touches_of(dataset, contacts.contacts)
-    found = adapt_network(
-        pretrained(), touches, dataset.shore_a[which], dataset.sessions[which], hand.seed
+    touches, indices = touches_of(dataset, contacts.contacts)
+    adapted = adapt_network(
+        pretrained(), touches, dataset.shore_a[indices], dataset.sessions[indices], hand.seed
     )
-    return OwnHand(detector, found.model, len(which), found.scores.get(found.way, float("nan")))
+    return OwnHand(
+        detector, adapted.model, len(indices), adapted.scores.get(adapted.way, float("nan"))
+    )
 
 
 def _block(hand: HandSeed, place: int, number: int) -> Pinch:
     """One closing on a block at the hand's approach, until a little after the contact."""
     rig = condition(CONDITION)
-    thing = draw_specimen(hand.seed, rig, BLOCKS[place], 0)
+    specimen = draw_specimen(hand.seed, rig, BLOCKS[place], 0)
     session = f"blocks-{number % 3}"
-    draw = draw_pinch(hand.seed, rig, session, thing, (thing.name, number))
-    plant = GraspPlant(draw, Drive(), thing)
+    draw = draw_pinch(hand.seed, rig, session, specimen, (specimen.name, number))
+    plant = GraspPlant(draw, Drive(), specimen)
     plant.command(Command(hand.speed, Grip().searching))
     data: list[NDArray[np.int16]] = []
     end: int | None = None
@@ -87,5 +89,5 @@ def _block(hand: HandSeed, place: int, number: int) -> Pinch:
         data.append(plant.advance(50))
         if end is None and plant.contacts:
             end = plant.contacts[0].sample + round(AFTER * LAYOUT.rate)
-    label = Label(thing.name, thing.shore_a, specimen=thing.name, session=session)
+    label = Label(specimen.name, specimen.shore_a, specimen=specimen.name, session=session)
     return Pinch(np.concatenate(data), LAYOUT, label, 0, plant.contacts)

@@ -12,7 +12,7 @@ from firstcontact.core import Block
 from firstcontact.grasp import POLICIES, FinalForce, Grip, Truth, make_policy
 from firstcontact.streaming import Grasping, NetworkPredictor, Pipeline
 from firstcontact.twin import GraspPlant, household_named
-from firstcontact_lab.grasping._approach import Pick, plant_for
+from firstcontact_lab.grasping._approach import Pick, make_plant
 from firstcontact_lab.grasping._branches import LIFTS
 from firstcontact_lab.grasping._closing import BLOCK, LAYOUT, Order, PlantHand
 from firstcontact_lab.grasping._own_hand import OwnHand
@@ -38,7 +38,7 @@ class RealJob:
 
 @dataclass(frozen=True, slots=True)
 class RealRow:
-    """What became of it; times in s, forces in N."""
+    """Outcome of a closing; times in s, forces in N."""
 
     job: RealJob
     dropped: bool
@@ -49,7 +49,7 @@ class RealRow:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Played:
-    """A closing to look at: its plant at the end, and what the hand was told."""
+    """Recorded closing: its plant at the end, and the commands of the hand."""
 
     plant: GraspPlant
     orders: tuple[Order, ...]
@@ -57,15 +57,15 @@ class Played:
     row: RealRow
 
 
-def real(job: RealJob, own: Mapping[tuple[int, float], OwnHand]) -> RealRow:
+def real(job: RealJob, hands: Mapping[tuple[int, float], OwnHand]) -> RealRow:
     """Close, press, lift."""
-    return played(job, own).row
+    return played(job, hands).row
 
 
-def played(job: RealJob, own: Mapping[tuple[int, float], OwnHand]) -> Played:
+def played(job: RealJob, hands: Mapping[tuple[int, float], OwnHand]) -> Played:
     """The same, to look at."""
-    its = own[job.pick.hand, job.settings["approach"]]
-    plant = plant_for(job.pick, lift=LIFTS[job.lift])
+    own_hand = hands[job.pick.hand, job.settings["approach"]]
+    plant = make_plant(job.pick, lift=LIFTS[job.lift])
     numbers = household_named(job.pick.kind).numbers
     truth = Truth(numbers.shore_a.value, numbers.mass.value)
     policy = make_policy(POLICIES[job.policy], Grip(), truth, job.settings)
@@ -73,7 +73,8 @@ def played(job: RealJob, own: Mapping[tuple[int, float], OwnHand]) -> Played:
         raise TypeError(f"{job.policy} is no policy of the household")
     hand = PlantHand(plant)
     grasping = Grasping(policy, hand, LAYOUT)
-    pipeline = Pipeline(LAYOUT, its.detector, NetworkPredictor(its.model), clock=lambda: 0.0)
+    predictor = NetworkPredictor(own_hand.model)
+    pipeline = Pipeline(LAYOUT, own_hand.detector, predictor, clock=lambda: 0.0)
     watch = None if job.detection is None else SlipWatch(job.detection)
     while not plant.ended:
         start = plant.sample

@@ -1,4 +1,4 @@
-"""What can be tuned made as good as it can be, on pinches that are not reported."""
+"""Search for the best settings on pinches that are not reported."""
 
 from __future__ import annotations
 
@@ -50,25 +50,25 @@ def search(settings: GraspStudySettings, runner: Runner) -> dict[str, Tuning]:
             strict=True,
         )
     }
-    found = {}
+    tunings = {}
     rounds = {key: _candidates(v.policy, settings.coarse) for key, v in tuned.items()}
     counts = {key: len(tried) for key, tried in rounds.items()}
     for setups in (short, wide):
         jobs = [_Try(tuned[k], c, setups) for k, tried in rounds.items() for c in tried]
-        done = iter(runner.map(_run, jobs))
+        outcomes = iter(runner.map(_run, jobs))
         for key, tried in rounds.items():
-            scored = [(_worth(_summary(next(done)), limits[setups]), c) for c in tried]
+            scored = [(_worth(_summary(next(outcomes)), limits[setups]), c) for c in tried]
             scored.sort(key=lambda pair: pair[0])
             rounds[key] = [c for _, c in scored[:FINALISTS]]
             (_, peak, time, unsteady), best = scored[0]
-            found[key] = Tuning(
+            tunings[key] = Tuning(
                 settings=best, tried=counts[key], peak=peak, time=time, unsteady=unsteady
             )
-    return found
+    return tunings
 
 
 def _candidates(policy: type[Policy], coarse: bool) -> list[dict[str, float]]:
-    """What is tried: each value of each setting with each of the others."""
+    """Return every combination of the values of all settings."""
     values = (t.few if coarse else t.tried for t in policy.tunables.values())
     return [dict(zip(policy.tunables, chosen, strict=True)) for chosen in product(*values)]
 

@@ -1,4 +1,4 @@
-"""What the gain would be if numbers of the objects that are estimates were others."""
+"""Sensitivity of the gain to estimated numbers of the objects."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from firstcontact_lab.grasping._household_numbers import (
     candidate,
     fewer,
     judged,
-    weights_of,
+    resample_weights,
 )
 from firstcontact_lab.grasping._table import Table, Values
 from firstcontact_lab.grasping.results import Between
@@ -25,24 +25,24 @@ DRAWS, SPREAD = 8, 0.3
 
 
 def sensitivity(tables: Tables) -> dict[str, Between]:
-    """The gain of stiffness over blind, both tuned anew, with estimated numbers changed."""
-    found = {}
+    """Return the gain over blind with estimated numbers changed and both tuned again."""
+    gain_by_case = {}
     names = sorted(set(tables.judged.kinds) | set(tables.tuning.kinds))
     for title, of, factors in (
         ("limits", _limit, LIMITS), ("masses", _mass, MASSES), ("frictions", _friction, FRICTIONS)
     ):  # fmt: skip
         for factor in factors:
             same = dict.fromkeys(names, factor)
-            found[f"estimated {title} × {factor:g}"] = _gain(tables, of, same.__getitem__)
+            gain_by_case[f"estimated {title} × {factor:g}"] = _gain(tables, of, same.__getitem__)
     rng = np.random.default_rng([tables.seed, 7])
     gains = []
     for _ in range(DRAWS):
         by_kind = dict(zip(names, np.exp(SPREAD * rng.standard_normal(len(names))), strict=True))
         gains.append(_gain(tables, _limit, by_kind.__getitem__, False).value)
-    found[f"each estimated limit off by {100 * SPREAD:.0f} % by chance, {DRAWS} draws"] = Between(
-        value=float(np.mean(gains)), low=min(gains), high=max(gains)
+    gain_by_case[f"each estimated limit off by {100 * SPREAD:.0f} % by chance, {DRAWS} draws"] = (
+        Between(value=float(np.mean(gains)), low=min(gains), high=max(gains))
     )
-    return found
+    return gain_by_case
 
 
 def _gain(
@@ -56,7 +56,7 @@ def _gain(
         tuning=_changed(tables.tuning, of, factor),
         judged=_changed(tables.judged, of, factor),
     )
-    weights = weights_of(other.judged, other.seed) if intervals else None
+    weights = resample_weights(other.judged, other.seed) if intervals else None
     return fewer(judged(other, candidate()), judged(other, baseline()), weights)
 
 

@@ -6,7 +6,7 @@ from firstcontact.twin import GraspPlant
 
 
 class SlipWatch:
-    """Tells of a slip its latency after it began, and again each latency while it goes on.
+    """Slip detector that reports a slip one latency after it began, and after each further latency.
 
     Parameters
     ----------
@@ -19,7 +19,7 @@ class SlipWatch:
         self._told = -float("inf")
 
     def slips(self, plant: GraspPlant) -> bool:
-        """Whether it says now that the object slips."""
+        """Return True if the detector reports a slip now."""
         since = plant.slipping_since
         if since is None or plant.now - max(since, self._told) < self._latency:
             return False

@@ -19,7 +19,7 @@ Values = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reflexed:
-    """Which reflex acts: how it is lifted, how late a slip is known, what it does to the force.
+    """Reflex: way of lifting, latency of slip detection, and gain of the force.
 
     All are places in the table.
     """
@@ -31,7 +31,7 @@ class Reflexed:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Outcomes:
-    """What became of every pick at every force: both of the shape of the forces, (..., picks).
+    """Outcomes of every pick at every force; arrays have the shape of the forces, (..., picks).
 
     1 where it happened and 0 where not; between where the pick stands for specimens that differ.
     """
@@ -66,15 +66,15 @@ class Table:
     picks: tuple[Pick, ...]
     needed: Values
     limit: Values
-    told: tuple[tuple[Stiffness | None, ...], ...]
+    estimates: tuple[tuple[Stiffness | None, ...], ...]
     peak: Values
     hold: Values
     slip_peak: Values
     slip_drop: Values
 
     @classmethod
-    def of(cls, rows: Sequence[Branches], how: Branching) -> Table:
-        """From branches of every pick at every speed."""
+    def from_branches(cls, rows: Sequence[Branches], how: Branching) -> Table:
+        """Return a table from the branches of every pick at every speed."""
         by = {(row.speed, row.pick): row for row in rows}
         picks = tuple(sorted({row.pick for row in rows}))
         first = [by[how.speeds[0], pick] for pick in picks]
@@ -87,7 +87,7 @@ class Table:
             picks,
             np.array([2 * holding_force(row.mass, row.friction) for row in first]),
             np.array([row.limit for row in first]),
-            tuple(tuple(by[v, p].told for p in picks) for v in how.speeds),
+            tuple(tuple(by[v, p].estimate for p in picks) for v in how.speeds),
             stacked("peak"),
             stacked("hold"),
             stacked("slip_peak"),
@@ -142,7 +142,7 @@ class Table:
         return between(self.peak[speed]), between(self.hold[speed])
 
     def judge(self, peak: Values, hold: Values, scatter: float = 0.0) -> Outcomes:
-        """What becomes of picks with these largest forces and holds, N, without a reflex."""
+        """Return the outcomes of picks with these largest forces and holds, N, without a reflex."""
         return Outcomes(exceeds(self.needed, hold, scatter), exceeds(peak, self.limit, scatter))
 
     def _places(self, forces: Values) -> tuple[NDArray[np.intp], Values]:
@@ -154,7 +154,7 @@ class Table:
     def outcomes(
         self, speed: int, forces: Values, reflex: Reflexed | None = None, scatter: float = 0.0
     ) -> Outcomes:
-        """What becomes of every pick at these forces, shape (..., picks).
+        """Return the outcomes of every pick at these forces, shape (..., picks).
 
         Parameters
         ----------

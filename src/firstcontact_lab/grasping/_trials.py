@@ -41,7 +41,7 @@ class PinchSetup:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """What became of one closing. Times in s, forces in N."""
+    """Outcome of one closing. Times in s, forces in N."""
 
     kind: str
     shore_a: float
@@ -61,13 +61,13 @@ class Row:
     estimates: int
 
 
-def plant_of(setup: PinchSetup, variant: Variant, latency: float) -> GraspPlant:
-    """The hand about to close: same setup and latency, same chance, whatever the policy."""
+def trial_plant(setup: PinchSetup, variant: Variant, latency: float) -> GraspPlant:
+    """Return the hand before closing. Setup and latency determine all random draws."""
     rig = condition(CONDITION)
     # A specimen for each session, none of them learned from: those are the first ones.
-    thing = draw_specimen(setup.seed, rig, KINDS[setup.kind], 1 + _specimen(setup))
-    draw = draw_pinch(setup.seed, rig, f"{setup.group}-{setup.session}", thing, setup.kind)
-    return GraspPlant(draw, Drive(latency=latency), thing, variant.velostat)
+    specimen = draw_specimen(setup.seed, rig, KINDS[setup.kind], 1 + _specimen(setup))
+    draw = draw_pinch(setup.seed, rig, f"{setup.group}-{setup.session}", specimen, setup.kind)
+    return GraspPlant(draw, Drive(latency=latency), specimen, variant.velostat)
 
 
 def _specimen(setup: PinchSetup) -> int:
@@ -115,11 +115,11 @@ def run_trial(trial: Trial, models: Models | None = None) -> list[Row]:
 
 def _row(trial: Trial, models: Models | None, variant: Variant, latency: float) -> Row:
     setup = trial.setup
-    plant = plant_of(setup, variant, latency)
-    told = played(plant, setup, variant, trial.tuned, models)
+    plant = trial_plant(setup, variant, latency)
+    closing = played(plant, setup, variant, trial.tuned, models)
     outcome = plant.outcome
     both = outcome.first_contact is not None and outcome.second_contact is not None
-    last = told.estimates[-1].value if told.estimates else None
+    last = closing.estimates[-1].value if closing.estimates else None
     return Row(
         kind=setup.kind,
         shore_a=KINDS[setup.kind].shore_a,
@@ -135,6 +135,6 @@ def _row(trial: Trial, models: Models | None, variant: Variant, latency: float) 
         touched=outcome.first_contact,
         offset=(outcome.second_contact or 0.0) - (outcome.first_contact or 0.0) if both else None,
         estimate=last,
-        misses=told.counts.misses,
-        estimates=told.counts.estimates,
+        misses=closing.counts.misses,
+        estimates=closing.counts.estimates,
     )

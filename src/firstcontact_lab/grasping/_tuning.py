@@ -1,4 +1,4 @@
-"""Settings of every policy for a household, chosen by looking things up: so many for each."""
+"""Choice of the settings of every policy from the table, with an equal budget for each."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from firstcontact.grasp import FinalForce, Grip, Policy, Stiffness, Truth, make_policy
 from firstcontact.twin import household_named
-from firstcontact_lab.grasping._front import AROUND, SCALES, Front, front, scale_at
+from firstcontact_lab.grasping._front import AROUND, SCALES, Front, find_scale, front
 from firstcontact_lab.grasping._table import Outcomes, Reflexed, Table, Values
 
 #: Each pick that is tuned on stands for specimens whose needs and limits scatter so, as a share:
@@ -40,7 +40,7 @@ class Candidate:
 
 @dataclass(frozen=True, slots=True)
 class Chosen:
-    """What was chosen in a fold.
+    """Choice of one fold.
 
     Parameters
     ----------
@@ -58,8 +58,10 @@ class Chosen:
     damage: float
 
 
-def settings_of(kind: type[Policy], budget: int, few: bool, seed: int) -> list[dict[str, float]]:
-    """So many settings of a policy: all that there are, or some by chance."""
+def policy_settings(
+    kind: type[Policy], budget: int, few: bool, seed: int
+) -> list[dict[str, float]]:
+    """Return up to a number of settings of a policy: all of them, or a random sample."""
     names = list(kind.tunables)
     values = [t.few if few else t.tried for t in kind.tunables.values()]
     total = int(np.prod([len(v) for v in values]))
@@ -73,7 +75,7 @@ def settings_of(kind: type[Policy], budget: int, few: bool, seed: int) -> list[d
     ]
 
 
-def forces_of(kind: type[Policy], settings: Settings, table: Table, told: Told) -> Values:
+def policy_forces(kind: type[Policy], settings: Settings, table: Table, estimates: Told) -> Values:
     """Force that a policy would press every pick with, N, shape (picks,)."""
     forces = np.empty(len(table.picks))
     for place, pick in enumerate(table.picks):
@@ -85,7 +87,7 @@ def forces_of(kind: type[Policy], settings: Settings, table: Table, told: Told) 
                 f"{kind.name} is no policy of this household: derive it from FinalForce"
             )
         policy.begin()
-        estimate = told[place]
+        estimate = estimates[place]
         if estimate is not None:
             policy.estimated(estimate)
         forces[place] = policy.target_force()
@@ -101,12 +103,12 @@ def swept(
     kind: type[Policy],
     settings: Settings,
     table: Table,
-    told: Told,
+    estimates: Told,
     reflex: tuple[int, int] | None,
     scatter: float = 0.0,
 ) -> Outcomes:
     """Outcomes by scale and pick; ``reflex`` are the places of lift and detection."""
-    forces = forces_of(kind, settings, table, told) * settings.get("scale", 1.0)
+    forces = policy_forces(kind, settings, table, estimates) * settings.get("scale", 1.0)
     acting = None
     if reflex is not None and kind.has_reflex():
         acting = Reflexed(*reflex, table.how.boosts.index(settings["boost"]))
@@ -118,27 +120,27 @@ def candidates(
     kind: type[Policy],
     tried: Sequence[Settings],
     table: Table,
-    told: Sequence[Told],
+    estimates: Sequence[Told],
     reflex: tuple[int, int] | None = None,
 ) -> list[Candidate]:
-    """Every setting on every pick of a table; ``told`` by speed."""
+    """Every setting on every pick of a table; ``estimates`` by speed."""
     return [
-        Candidate(s, swept(kind, s, table, told[speed_place(table, s)], reflex, SCATTER))
+        Candidate(s, swept(kind, s, table, estimates[speed_place(table, s)], reflex, SCATTER))
         for s in tried
     ]
 
 
-def choose(tried: Sequence[Candidate], which: NDArray[np.bool_]) -> Chosen:
+def choose(tried: Sequence[Candidate], selected: NDArray[np.bool_]) -> Chosen:
     """The setting with the fewest drops at about a tenth of damage, of some of the picks."""
-    weights = which.astype(np.float64)
+    weights = selected.astype(np.float64)
     fronts = [front(c.outcomes, weights) for c in tried]
-    worth = [np.mean([f.drops_at(d) for d in AROUND]) for f in fronts]
+    worth = [np.mean([f.drop_share(d) for d in AROUND]) for f in fronts]
     best = int(np.argmin(worth))
     chosen = fronts[best]
-    scale = scale_at(chosen)
+    scale = find_scale(chosen)
     settings = {**tried[best].settings, "scale": scale}
-    return Chosen(settings, len(tried), float(chosen.drops_at()), _damage(chosen, scale))
+    return Chosen(settings, len(tried), float(chosen.drop_share()), _damage(chosen, scale))
 
 
-def _damage(found: Front, scale: float) -> float:
-    return float(found.damaged[int(np.argmin(np.abs(SCALES - scale)))])
+def _damage(points: Front, scale: float) -> float:
+    return float(points.damaged[int(np.argmin(np.abs(SCALES - scale)))])

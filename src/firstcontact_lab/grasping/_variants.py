@@ -1,4 +1,4 @@
-"""What is compared: a policy and the force array it feels with."""
+"""Compared variants: a policy and its force array."""
 
 from __future__ import annotations
 
@@ -55,26 +55,30 @@ class Variant:
 
 
 def variants() -> dict[str, Variant]:
-    """What is compared, by key: policies for a payload, with each sensor they are tried with."""
-    found: dict[str, Variant] = {}
+    """Return the compared variants by key: policies for a payload with each of their sensors."""
+    by_key: dict[str, Variant] = {}
     for policy in POLICIES.values():
         if policy.task is not Task.PAYLOAD:
             continue
         as_it_is = SensorVariant(policy.name, policy.title, policy.colour)
-        for its in policy.variants or (as_it_is,):
-            if its.key in found:
-                _log.warning("%s of %s left out: the name is taken", its.key, policy.name)
+        for sensor_variant in policy.variants or (as_it_is,):
+            if sensor_variant.key in by_key:
+                _log.warning(
+                    "%s of %s left out: the name is taken", sensor_variant.key, policy.name
+                )
                 continue
-            velostat = _VELOSTAT[its.force_array]
-            found[its.key] = Variant(its.key, its.title, its.colour, policy, velostat)
-    return found
+            velostat = _VELOSTAT[sensor_variant.force_array]
+            by_key[sensor_variant.key] = Variant(
+                sensor_variant.key, sensor_variant.title, sensor_variant.colour, policy, velostat
+            )
+    return by_key
 
 
 def playing(part: Part) -> list[Variant]:
-    """Those that play this part in the comparison."""
+    """Return the variants of one part in the comparison."""
     return [variant for variant in variants().values() if variant.policy.part is part]
 
 
 def unmodulated() -> Variant:
-    """What all others are shown beside."""
+    """Return the variant that the others are compared with."""
     return playing(Part.UNMODULATED)[0]

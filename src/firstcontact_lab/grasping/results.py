@@ -1,11 +1,11 @@
-"""What the grasp study finds, as records: ``results.json``."""
+"""Records of the grasp study in ``results.json``."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from firstcontact.core import Record
-from firstcontact.models import Ends
+from firstcontact.models import Bounded, Ends
 
 #: Among policies: the best that can be done to each specimen, which no policy can.
 CEILING = "ceiling"
@@ -40,7 +40,7 @@ class Summary(Record, frozen=True, kw_only=True):
 
 
 class Tuning(Record, frozen=True, kw_only=True):
-    """What was chosen of how many, and how it did on the pinches that it was chosen on."""
+    """Chosen settings, and their scores on the pinches for the choice."""
 
     settings: dict[str, float]
     tried: int
@@ -50,7 +50,7 @@ class Tuning(Record, frozen=True, kw_only=True):
 
 
 class GraspRun(Record, frozen=True, kw_only=True):
-    """How the study was asked for."""
+    """Command and settings of the study."""
 
     command: str
     started: str
@@ -63,7 +63,7 @@ class GraspRun(Record, frozen=True, kw_only=True):
 
 
 class GraspData(Record, frozen=True, kw_only=True):
-    """What was closed on, and how many pinches the models learned from."""
+    """Objects of the closings, and number of pinches for training."""
 
     source: str
     objects: list[str]
@@ -82,7 +82,7 @@ class ModelErrors(Record, frozen=True, kw_only=True):
 
 
 class Filmed(Record, frozen=True, kw_only=True):
-    """What the film shows: two things, by a hand of that seed."""
+    """Content of the film: two objects and the seed of the hand."""
 
     objects: list[str]
     hand: int
@@ -100,6 +100,11 @@ class Between(Record, frozen=True, kw_only=True):
     low: float
     high: float
 
+    @property
+    def bounded(self) -> Bounded:
+        """The number with its interval as the reports show it."""
+        return Bounded(self.value, (self.low, self.high))
+
 
 class FrontPoints(Record, frozen=True, kw_only=True):
     """Shares of dropped and damaged picks, from the most cautious on."""
@@ -109,7 +114,7 @@ class FrontPoints(Record, frozen=True, kw_only=True):
 
 
 class ChosenSettings(Record, frozen=True, kw_only=True):
-    """What was chosen in one fold, and its shares on the picks that it was chosen on."""
+    """Choice of one fold, and its shares on the picks for the choice."""
 
     left_out: list[str]
     settings: dict[str, float]
@@ -119,7 +124,7 @@ class ChosenSettings(Record, frozen=True, kw_only=True):
 
 
 class TunedOn(Record, frozen=True, kw_only=True):
-    """What everything was tuned on: hands by seed, specimens by number, picks in all."""
+    """Data for tuning: hands by seed, specimens by number, and number of picks."""
 
     hands: list[int]
     specimens: list[int]
@@ -183,7 +188,7 @@ class ObjectErrors(Record, frozen=True, kw_only=True):
 
 
 class Estimates(Record, frozen=True, kw_only=True):
-    """How good the live estimates were on judged picks, and when they came.
+    """Errors and times of the live estimates on judged picks.
 
     ``rmse`` over all by window, ms, and "used"; ``bearing`` over things up to 70 Shore A;
     ``decided`` is the share of pinches in which a window is whole before the second contact.
@@ -259,7 +264,7 @@ class Household(Record, frozen=True, kw_only=True):
 
     @property
     def met(self) -> bool:
-        """Whether the target is met: the gain is large enough and is not chance."""
+        """True if the gain reaches the target and its interval excludes zero."""
         gain = self.fewer_drops_than_blind
         return gain.value >= self.target and gain.low > 0
 
@@ -274,7 +279,7 @@ class Payload(Record, frozen=True, kw_only=True):
 
 
 class GraspResults(Record, frozen=True, kw_only=True):
-    """Everything."""
+    """Results of the grasp study."""
 
     study: GraspRun
     household: Household

@@ -15,10 +15,10 @@ from firstcontact_lab.grasping._household import HouseholdWork, household
 from firstcontact_lab.grasping._household_numbers import baseline, candidate
 from firstcontact_lab.grasping._learning import Models, learn, loaded
 from firstcontact_lab.grasping._numbers import by_policy
-from firstcontact_lab.grasping._report import render
 from firstcontact_lab.grasping._search import search
 from firstcontact_lab.grasping._trials import PinchSetup, Row, Trial, run_trial
 from firstcontact_lab.grasping._variants import variants
+from firstcontact_lab.grasping.chapters import render
 from firstcontact_lab.grasping.results import (
     Filmed,
     GraspData,
@@ -30,7 +30,7 @@ from firstcontact_lab.grasping.results import (
 )
 from firstcontact_lab.grasping.settings import GraspStudySettings
 from firstcontact_lab.report.folder import sole_use
-from firstcontact_lab.report.results.file import write_results
+from firstcontact_lab.report.results import write_results
 
 
 def run_grasp_study(settings: GraspStudySettings, out: Path, quick: bool, command: str) -> Path:
@@ -58,13 +58,13 @@ def run_grasp_study(settings: GraspStudySettings, out: Path, quick: bool, comman
         ``out`` cannot be written to, is another running study's, or holds the results of
         another one, or recordings or models that no study made.
     """
-    asked = _asked(settings)
-    with sole_use(out, asked):
-        return _run(settings, out, quick, command, asked)
+    options = _options(settings)
+    with sole_use(out, options):
+        return _run(settings, out, quick, command, options)
 
 
 def _run(
-    settings: GraspStudySettings, out: Path, quick: bool, command: str, asked: dict[str, Any]
+    settings: GraspStudySettings, out: Path, quick: bool, command: str, options: dict[str, Any]
 ) -> Path:
     from tqdm import tqdm
 
@@ -77,14 +77,14 @@ def _run(
             bar.reset()
             bar.set_description(title)
 
-        def within(done: int, total: int) -> None:
-            bar.total, bar.n = total, done
+        def within(count: int, total: int) -> None:
+            bar.total, bar.n = total, count
             bar.update(0)
 
         with parallel(settings.workers, within) as runner:
-            found = household(settings.household, settings.seed, runner, stage)
+            work = household(settings.household, settings.seed, runner, stage)
             stage("film")
-            shown = _filmed(out / "film.gif", found, settings, PICTURES // 3 if quick else PICTURES)
+            filmed = _filmed(out / "film.gif", work, settings, PICTURES // 3 if quick else PICTURES)
             stage("payload")
             payload = _payload(settings, out, runner)
     results = GraspResults(
@@ -95,15 +95,15 @@ def _run(
             quick=quick,
             seed=settings.seed,
             workers=settings.workers,
-            asked=asked,
+            asked=options,
             versions=installed_versions(),
         ),
-        household=found.results,
+        household=work.results,
         payload=payload,
-        film=shown,
+        film=filmed,
     )
     write_results(out / "results.json", results)
-    from firstcontact_lab.grasping.figures.fronts import fronts_picture
+    from firstcontact_lab.grasping.figures import fronts_picture
 
     fronts_picture(results.household, out / "grasp.png")
     report = out / "report.html"
@@ -111,14 +111,12 @@ def _run(
     return report
 
 
-def _filmed(
-    path: Path, found: HouseholdWork, settings: GraspStudySettings, pictures: int
-) -> Filmed:
-    its = settings.household
-    kinds = [k for k in KINDS if k in its.kinds] or [its.kinds[0], its.kinds[-1]]
-    hand, specimen = its.hands_of(settings.seed)[1][0], its.judged_specimens[0]
-    shown = {p.name: found.chosen[p.name] for p in (baseline(), candidate())}
-    return film(path, kinds, hand, specimen, shown, found.own, pictures)
+def _filmed(path: Path, work: HouseholdWork, settings: GraspStudySettings, pictures: int) -> Filmed:
+    sizes = settings.household
+    kinds = [k for k in KINDS if k in sizes.kinds] or [sizes.kinds[0], sizes.kinds[-1]]
+    hand, specimen = sizes.hand_seeds(settings.seed)[1][0], sizes.judged_specimens[0]
+    filmed = {p.name: work.chosen[p.name] for p in (baseline(), candidate())}
+    return film(path, kinds, hand, specimen, filmed, work.hands, pictures)
 
 
 def _payload(settings: GraspStudySettings, out: Path, runner: Runner) -> Payload:
@@ -143,10 +141,10 @@ def _payload(settings: GraspStudySettings, out: Path, runner: Runner) -> Payload
 
 
 def close_all(
-    settings: GraspStudySettings, found: dict[str, Tuning], models: Models, runner: Runner
+    settings: GraspStudySettings, work: dict[str, Tuning], models: Models, runner: Runner
 ) -> list[Row]:
     """Every policy on every pinch at every latency: same pinch, same chance."""
-    tuned = {key: f.settings for key, f in found.items()}
+    tuned = {key: f.settings for key, f in work.items()}
     compared = tuple(variants().values())
     trials = [
         Trial(PinchSetup(k, s, seed=settings.seed), compared, settings.latencies, tuned)
@@ -156,8 +154,8 @@ def close_all(
     return [row for rows in runner.map(run_trial, trials, models) for row in rows]
 
 
-def _asked(settings: GraspStudySettings) -> dict[str, Any]:
-    """What the results depend on: settings, but not how many processes."""
+def _options(settings: GraspStudySettings) -> dict[str, Any]:
+    """Return the settings that the results depend on, without the number of processes."""
     sizes = {name: value for name, value in asdict(settings).items() if name != "workers"}
     return {"verb": "grasp-study", **sizes}
 

@@ -1,75 +1,105 @@
-"""What the results come to, in sentences."""
+"""Results of the grasp study in words, with titles, shares and intervals for readers."""
 
 from __future__ import annotations
 
+from firstcontact.core import percent as any_percent
+from firstcontact.grasp import POLICIES
 from firstcontact_lab.grasping._household_numbers import baseline, candidate
-from firstcontact_lab.grasping._words import ends, percent
-from firstcontact_lab.grasping.results import GraspResults, Household
+from firstcontact_lab.grasping.results import CEILING, Between, GraspResults, Household
+
+#: What is no policy, as it is called.
+REFERENCES = {
+    "label": "label told",
+    "label_rmse_3": "label with noise, RMSE 3",
+    "label_rmse_5": "label with noise, RMSE 5",
+    "label_rmse_10": "label with noise, RMSE 10",
+    CEILING: "ceiling (each specimen known)",
+}
 
 
-def headline(found: Household) -> str:
+def policy_title(name: str) -> str:
+    """Return the title of a policy or a reference."""
+    return POLICIES[name].title if name in POLICIES else REFERENCES.get(name, name)
+
+
+def percent(share: float) -> str:
+    """Return a share as a whole percentage."""
+    return any_percent(share, 0)
+
+
+def ends(number: Between, sign: bool = False) -> str:
+    """A share with its interval."""
+    form = "{:+.0f}" if sign else "{:.0f}"
+    value, low, high = (form.format(100 * x + 0.0) for x in (number.value, number.low, number.high))
+    return f"{value} % ({low} to {high})".replace("-", "−")
+
+
+def headline(household: Household) -> str:
     """The gain in a sentence, whether or not the target was met."""
-    gain = found.fewer_drops_than_blind
-    ours, blind = (found.drops_at_10_damage[k.name] for k in (candidate(), baseline()))
-    verdict = "met" if found.met else "not met"
+    gain = household.fewer_drops_than_blind
+    ours, blind = (household.drops_at_10_damage[k.name] for k in (candidate(), baseline()))
+    verdict = "met" if household.met else "not met"
     why = ": the interval includes zero" if gain.low <= 0 else ""
     return (
         "A hand that knows stiffness before its second finger touches drops "
-        f"{ends(gain)} fewer of {found.objects} household things than the best blind rule where "
-        f"both damage {percent(found.damage)}: {percent(ours)} instead of {percent(blind)} of "
-        f"closings, on kinds of things and {found.hands} hands that nothing was tuned on. The "
-        f"target of {percent(found.target)} with an interval without zero is {verdict}{why}."
+        f"{ends(gain)} fewer of {household.objects} household things than the best blind rule "
+        "where "
+        f"both damage {percent(household.damage)}: {percent(ours)} instead of {percent(blind)} of "
+        f"closings, on kinds of things and {household.hands} hands that nothing was tuned on. The "
+        f"target of {percent(household.target)} with an interval without zero is {verdict}{why}."
     )
 
 
-def reflex_sentence(found: Household) -> str:
-    """What is left of it with a slip reflex."""
-    said = [
-        f"{percent(its.blind.value)} to {percent(its.stiffness.value)} ({name})"
-        for name, its in found.slip_reflex.items()
+def reflex_sentence(household: Household) -> str:
+    """Return the gain that is left with a slip reflex, in a sentence."""
+    parts = [
+        f"{percent(reflex.blind.value)} to {percent(reflex.stiffness.value)} ({name})"
+        for name, reflex in household.slip_reflex.items()
     ]
     return (
         "Where the hand has a slip reflex anyway, knowing stiffness takes its drops from "
-        f"{', '.join(said)}; in brackets how it is lifted, and how long after it began a slip is "
+        f"{', '.join(parts)}; in brackets how it is lifted, and how long after it began a slip is "
         "known."
     )
 
 
-def shortly(found: Household) -> str:
-    """What it is worth, and what a slip reflex leaves of it, in few numbers."""
-    gain = found.fewer_drops_than_blind
+def shortly(household: Household) -> str:
+    """Return the gain, and the gain with a slip reflex, in few numbers."""
+    gain = household.fewer_drops_than_blind
     proof = "" if gain.low > 0 else ", an interval that includes zero"
-    by = found.slip_reflex
-    none = [name for name, its in by.items() if its.fewer.value <= 0]
-    some = [its.fewer for name, its in by.items() if name not in none]
-    said = [
+    by = household.slip_reflex
+    none = [name for name, reflex in by.items() if reflex.fewer.value <= 0]
+    useful = [reflex.fewer for name, reflex in by.items() if name not in none]
+    parts = [
         f"On the twin, a hand that knows stiffness before its second finger touches drops "
-        f"{ends(gain)} fewer of {found.objects} household things than the best blind rule at equal "
+        f"{ends(gain)} fewer of {household.objects} household things than the best blind rule at "
+        "equal "
         f"damage{proof}."
     ]
     if none:
-        where = "; ".join(none)
-        said.append(f"With a slip reflex that is quick enough ({where}) nothing is left of it.")
-    if some:
-        least, most = (round(100 * of(f.value for f in some)) for of in (min, max))
+        cases = "; ".join(none)
+        parts.append(f"With a slip reflex that is quick enough ({cases}) nothing is left of it.")
+    if useful:
+        least, most = (round(100 * of(f.value for f in useful)) for of in (min, max))
         late = "Where the reflex comes too late" if none else "With a slip reflex"
-        sure = "" if all(f.low > 0 for f in some) else ", with such intervals"
-        said.append(f"{late}, stiffness saves {least} to {most} % of its drops{sure}.")
-    return " ".join(said)
+        sure = "" if all(f.low > 0 for f in useful) else ", with such intervals"
+        parts.append(f"{late}, stiffness saves {least} to {most} % of its drops{sure}.")
+    return " ".join(parts)
 
 
 def sentences(results: GraspResults) -> list[str]:
     """The headline, what a reflex leaves of it, and how far it can be trusted."""
-    found = results.household
+    household = results.household
     return [
-        headline(found),
-        reflex_sentence(found),
+        headline(household),
+        reflex_sentence(household),
         f"In brackets, 95 % intervals over things and hands: where others are drawn, both rules "
-        f"are again as bold as damages {percent(found.damage)} there. Kept as bold as before, with "
+        f"are again as bold as damages {percent(household.damage)} there. Kept as bold as before, "
+        "with "
         "what stiffness then damages more counted as dropped, it is "
-        f"{ends(found.fewer_drops_as_bold)}.",
-        f"In closings in full, as tuned, {ends(found.success_gain, True)} more end well with "
+        f"{ends(household.fewer_drops_as_bold)}.",
+        f"In closings in full, as tuned, {ends(household.success_gain, True)} more end well with "
         "stiffness, neither dropped nor damaged.",
         "A control: where every thing has the weight and the limit of another there is nothing to "
-        f"gain, and {ends(found.controls['both_permuted'], True)} is gained.",
+        f"gain, and {ends(household.controls['both_permuted'], True)} is gained.",
     ]

@@ -1,4 +1,4 @@
-"""How large a grasp study is, and what is compared in it."""
+"""Size and content of a grasp study."""
 
 from __future__ import annotations
 
@@ -57,9 +57,9 @@ class HouseholdSettings:
     budget: int = 512
     few: bool = False
     permutations: int = 40
-    kinds: tuple[str, ...] = tuple(thing.name for thing in HOUSEHOLD)
+    kinds: tuple[str, ...] = tuple(item.name for item in HOUSEHOLD)
 
-    def hands_of(self, seed: int) -> tuple[list[int], list[int]]:
+    def hand_seeds(self, seed: int) -> tuple[list[int], list[int]]:
         """Seeds of the hands that are tuned on, and of those that are judged."""
         first = 1000 * (seed + 1)
         tuning = [first + 100 + n for n in range(self.tuning_hands)]
@@ -140,5 +140,5 @@ class GraspStudySettings:
 
     @property
     def objects(self) -> tuple[TwinObject, ...]:
-        """What is pinched."""
+        """Objects of the pinches."""
         return tuple(KINDS[name] for name in self.kinds)

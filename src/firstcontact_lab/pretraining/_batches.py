@@ -1,4 +1,4 @@
-"""What the network is shown of a set of examples, drawn anew each time."""
+"""Training batches of the network, drawn at random from a set of examples."""
 
 from __future__ import annotations
 
@@ -51,13 +51,13 @@ class Batch:
     x: NDArray[np.float32]
     general: NDArray[np.float32]
     row: NDArray[np.intp]
-    known: NDArray[np.bool_]
+    is_known: NDArray[np.bool_]
     shore_a: NDArray[np.float64]
 
 
 def draw_batch(
     examples: Examples,
-    which: NDArray[np.intp],
+    indices: NDArray[np.intp],
     rng: Rng,
     samples: int | None = None,
     context: int | None = None,
@@ -68,7 +68,7 @@ def draw_batch(
     ----------
     examples
         The set.
-    which
+    indices
         Positions in it, shape (n,).
     rng
         Of all that is drawn.
@@ -77,43 +77,43 @@ def draw_batch(
     context
         Which of the contexts, with nothing told; None draws one, and what is told.
     """
-    n = len(which)
+    n = len(indices)
     shortest, longest = lengths(_RATE)
     valid = rng.integers(shortest, longest + 1, n) if samples is None else np.full(n, samples)
     place = rng.integers(0, CONTEXTS, n) if context is None else np.full(n, context)
-    rig = examples.rigs[which]
+    rig = examples.rigs[indices]
     level, sign = examples.scale[rig, place].T
     general = examples.general[rig, place].copy()
-    heard = examples.heard[which, place]
-    known = np.ones(n, np.bool_)
+    heard = examples.heard[indices, place]
+    has_context = np.ones(n, np.bool_)
     speed, alike = heard[:, 0] / 4, heard[:, 2].astype(np.float64)
     radii = np.full(n, np.nan)
     if context is None:
-        known = rng.random(n) >= NO_CONTEXT
-        told = rng.random(n) < TOLD_SPEED
-        speed = np.where(told, examples.speeds[which], speed)
-        alike = np.where(told, 1.0, alike)
-        general[:, GENERAL - 1] = told
+        has_context = rng.random(n) >= NO_CONTEXT
+        has_speed = rng.random(n) < TOLD_SPEED
+        speed = np.where(has_speed, examples.speeds[indices], speed)
+        alike = np.where(has_speed, 1.0, alike)
+        general[:, GENERAL - 1] = has_speed
         radii[rng.random(n) < TOLD_RADIUS] = 1.0
-        radii *= examples.radii[which]
+        radii *= examples.radii[indices]
         # Nothing is known of the rig: nor its usual speed, nor its level, nor its wiring.
-        speed, alike = np.where(known, speed, 0.0), np.where(known, alike, 0.0)
-        level, sign = np.where(known, level, USUAL_LEVEL), np.where(known, sign, 1.0)
-        general[~known] = 0.0
-    after = cut(volts(examples.signals[which]), placing(rng, n))
-    x = relative_inputs(after, valid, level, sign, facts(speed, alike, radii))
+        speed, alike = np.where(has_context, speed, 0.0), np.where(has_context, alike, 0.0)
+        level, sign = np.where(has_context, level, USUAL_LEVEL), np.where(has_context, sign, 1.0)
+        general[~has_context] = 0.0
+    signals_after = cut(volts(examples.signals[indices]), placing(rng, n))
+    x = relative_inputs(signals_after, valid, level, sign, facts(speed, alike, radii))
     row = (rig * CONTEXTS + place) * len(STAGES) + stage_of(valid, _RATE)
-    return Batch(x.astype(np.float32), general, row, known, examples.shore_a[which])
+    return Batch(x.astype(np.float32), general, row, has_context, examples.shore_a[indices])
 
 
 def cut(signals: NDArray[np.float32], late: NDArray[np.intp]) -> NDArray[np.float32]:
-    """Signals from so many samples after the contacts on, their baselines removed."""
+    """Return signals from a number of samples after the contacts, without their baselines."""
     start = _BEFORE + MARGIN + late
     rows = np.arange(len(signals))[:, None]
     end = start - samples_in(BASELINE_GUARD, _RATE)
     baseline = signals[rows, end[:, None] - 1 - np.arange(samples_in(BASELINE, _RATE))].mean(axis=1)
-    after = signals[rows, start[:, None] + np.arange(_AFTER)]
-    out: NDArray[np.float32] = after - baseline[:, None]
+    signals_after = signals[rows, start[:, None] + np.arange(_AFTER)]
+    out: NDArray[np.float32] = signals_after - baseline[:, None]
     return out
 
 
@@ -125,8 +125,8 @@ def token_rows(examples: Examples) -> tuple[NDArray[np.float32], NDArray[np.floa
     tokens, there : ndarray
         Shape (rows, LEVELS, TOKEN) and (rows, LEVELS).
     """
-    there = np.arange(LEVELS) < examples.levels.reshape(-1, 1)
+    present = np.arange(LEVELS) < examples.levels.reshape(-1, 1)
     return (
         examples.tokens.reshape(-1, LEVELS, TOKEN),
-        np.repeat(there, len(STAGES), axis=0).astype(np.float32),
+        np.repeat(present, len(STAGES), axis=0).astype(np.float32),
     )

@@ -93,7 +93,7 @@ class Examples:
     shore_a: Values
     radii: Values
     speeds: Values
-    things: NDArray[np.intp]
+    object_ids: NDArray[np.intp]
     heard: NDArray[np.float32]
     rigs: NDArray[np.intp]
     tokens: NDArray[np.float32]
@@ -107,9 +107,9 @@ class Examples:
 
 def joined(parts: Sequence[Examples]) -> Examples:
     """One set of several."""
-    before = np.cumsum([0, *(len(part.tokens) for part in parts)])
+    offsets = np.cumsum([0, *(len(part.tokens) for part in parts)])
     arrays = {f.name: [getattr(part, f.name) for part in parts] for f in fields(Examples)}
-    arrays["rigs"] = [rigs + offset for rigs, offset in zip(arrays["rigs"], before, strict=False)]
+    arrays["rigs"] = [rigs + offset for rigs, offset in zip(arrays["rigs"], offsets, strict=False)]
     return Examples(**{name: np.concatenate(several) for name, several in arrays.items()})
 
 
@@ -119,7 +119,7 @@ def volts(signals: NDArray[np.int16]) -> NDArray[np.float32]:
 
 
 def placing(rng: Rng, n: int) -> NDArray[np.intp]:
-    """How late contacts are placed, samples, shape (n,)."""
+    """Return the delay of each placed contact, samples, shape (n,)."""
     drawn = np.round(rng.normal(*PLACED, n)).astype(np.intp)
     return np.clip(drawn, -MARGIN, MARGIN)
 
@@ -133,27 +133,29 @@ def rig_examples(number: int, seed: int, family: Family | None = None, again: in
     rig = draw_rig(rng)
     if family is not None:
         rig = family.rig(rig, rng)
-    known = _blocks(rng)
+    blocks = _blocks(rng)
     days = [draw_day(rng) for _ in range(rng.integers(1, 4))]
-    context, levels = _context(rig, known, days, rng)
+    context, levels = _context(rig, blocks, days, rng)
     asked_days = [days[-1], draw_day(rng), draw_day(rng)]
-    signals, things, numbers, speeds = [], [], [], []
+    signals, objects, numbers, speeds = [], [], [], []
     wanted: list[tuple[int, RandomObject]] = []
-    for thing in range(THINGS):
-        held = draw_object(rng)
-        wanted.append((thing, held if family is None else family.change_object(held, rng)))
-    wanted += [(-1, draw_block(rng, s, rig.block_scatter)) for s in known]
-    for thing, held in wanted:
+    for object_number in range(THINGS):
+        specimen = draw_object(rng)
+        if family is not None:
+            specimen = family.change_object(specimen, rng)
+        wanted.append((object_number, specimen))
+    wanted += [(-1, draw_block(rng, s, rig.block_scatter)) for s in blocks]
+    for object_number, specimen in wanted:
         same = asked_days[rng.integers(3)] if again else None
         for _ in range(again or ASKED):
             day = asked_days[rng.integers(3)] if same is None else same
-            signal, speed = _touch(rig, day, held, rng)
+            signal, speed = _touch(rig, day, specimen, rng)
             signals.append(signal)
-            things.append(held)
-            numbers.append(thing)
+            objects.append(specimen)
+            numbers.append(object_number)
             speeds.append(speed)
     return _example_set(
-        np.array(signals), things, np.array(numbers), np.array(speeds), context, levels, rng
+        np.array(signals), objects, np.array(numbers), np.array(speeds), context, levels, rng
     )
 
 
@@ -164,20 +166,20 @@ def _blocks(rng: Rng) -> list[float]:
 
 
 def _touch(
-    rig: RandomRig, day: Day, held: RandomObject, rng: Rng
+    rig: RandomRig, day: Day, specimen: RandomObject, rng: Rng
 ) -> tuple[NDArray[np.int16], float]:
     more = MARGIN / _RATE
-    signal, speed = touch(rig, day, held, rng, BEFORE + more, LONGEST + more)
+    signal, speed = touch(rig, day, specimen, rng, BEFORE + more, LONGEST + more)
     return signal, speed
 
 
 def _context(
-    rig: RandomRig, known: list[float], days: list[Day], rng: Rng
+    rig: RandomRig, blocks: list[float], days: list[Day], rng: Rng
 ) -> tuple[tuple[NDArray[np.int16], Values], Values]:
     """Signals and speeds of the rig's block pinches, and their Shore A."""
     each = int(rng.integers(*CONTEXT))
     signals, speeds, levels = [], [], []
-    for shore_a in known:
+    for shore_a in blocks:
         specimens = [draw_block(rng, shore_a, rig.block_scatter) for _ in range(rng.integers(1, 4))]
         for _ in range(each):
             day = days[rng.integers(len(days))]
@@ -189,14 +191,14 @@ def _context(
 
 
 def _touches(signals: NDArray[np.int16], rng: Rng) -> Touches:
-    """As a detector would have cut them, ended by a second contact."""
+    """Return contacts as a detector would cut them, ended by a second contact."""
     cut, valid = [], []
     shortest, longest = lengths(_RATE)
     for signal, late in zip(volts(signals), placing(rng, len(signals)), strict=True):
-        found = cut_touch(signal, _BEFORE + MARGIN + int(late), _RATE)
-        if found is None:  # a sensor that does not move
-            found = np.zeros(_BEFORE + _AFTER, np.float32)
-        cut.append(found)
+        signal_cut = cut_touch(signal, _BEFORE + MARGIN + int(late), _RATE)
+        if signal_cut is None:  # a sensor that does not move
+            signal_cut = np.zeros(_BEFORE + _AFTER, np.float32)
+        cut.append(signal_cut)
         second = round(draw_offset(rng) * _RATE) - int(late)
         valid.append(min(max(second, shortest), longest))
     return Touches.untold(np.array(cut), np.array(valid), np.full(len(cut), -1), _RATE)
@@ -204,7 +206,7 @@ def _touches(signals: NDArray[np.int16], rng: Rng) -> Touches:
 
 def _example_set(
     signals: NDArray[np.int16],
-    things: list[RandomObject],
+    objects: list[RandomObject],
     numbers: NDArray[np.intp],
     speeds: Values,
     context: tuple[NDArray[np.int16], Values],
@@ -218,11 +220,11 @@ def _example_set(
     general = np.zeros((1, CONTEXTS, GENERAL), np.float32)
     scale = np.zeros((1, CONTEXTS, 2))
     heard = np.zeros((n, CONTEXTS, BESIDE), np.float32)
-    asked = _touches(signals, rng)
-    sounds = spectra(asked.signals, asked.before, _RATE)
+    queries = _touches(signals, rng)
+    sounds = spectra(queries.signals, queries.before, _RATE)
     for place in range(CONTEXTS):
-        which = _some(shore_a, 1.0 if place == 0 else float(rng.uniform(0.2, 0.8)), rng)
-        rig = Rig.of(_touches(blocks[which], rng), shore_a[which])
+        rows = _subset(shore_a, 1.0 if place == 0 else float(rng.uniform(0.2, 0.8)), rng)
+        rig = Rig.of(_touches(blocks[rows], rng), shore_a[rows])
         count = rig.tokens.shape[1]
         tokens[0, place, :, :count] = rig.tokens
         levels[0, place] = count
@@ -233,10 +235,10 @@ def _example_set(
         heard[:, place] = facts(speed, alike, np.full(n, np.nan))
     return Examples(
         signals=signals,
-        shore_a=np.array([thing.shore_a for thing in things]),
-        radii=np.array([thing.parameters.radius for thing in things]),
+        shore_a=np.array([number.shore_a for number in objects]),
+        radii=np.array([number.parameters.radius for number in objects]),
         speeds=np.log(speeds / np.median(block_speeds)),
-        things=numbers,
+        object_ids=numbers,
         heard=heard,
         rigs=np.zeros(n, np.intp),
         tokens=tokens,
@@ -246,10 +248,10 @@ def _example_set(
     )
 
 
-def _some(shore_a: Values, share: float, rng: Rng) -> NDArray[np.intp]:
+def _subset(shore_a: Values, share: float, rng: Rng) -> NDArray[np.intp]:
     """Positions of a share of the pinches of each level, two at least."""
     chosen = []
     for level in np.unique(shore_a):
-        its = rng.permutation(np.flatnonzero(shore_a == level))
-        chosen.append(its[: max(2, round(share * len(its)))])
+        members = rng.permutation(np.flatnonzero(shore_a == level))
+        chosen.append(members[: max(2, round(share * len(members)))])
     return np.sort(np.concatenate(chosen))

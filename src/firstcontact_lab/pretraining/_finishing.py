@@ -1,4 +1,4 @@
-"""What a trained network still needs: widths of its intervals, and what is familiar to it.
+"""Calibration of a trained network: widths of its intervals and limits of its range.
 
 Both come from rigs that it has not learned from.
 """
@@ -34,18 +34,18 @@ LEVEL = 0.9
 def answers(
     network: Network, examples: Examples, samples: int, seed: int = 0
 ) -> tuple[Values, Values]:
-    """Answers and spreads after so many samples, beside the fullest context, shape (n,)."""
+    """Return predictions and spreads at a number of samples with full context, shape (n,)."""
     rng = np.random.default_rng([seed, samples])
     everything = np.arange(len(examples))
     batch = draw_batch(examples, everything, rng, samples, context=0)
     values, spreads = np.empty(len(examples)), np.empty(len(examples))
     stage = int(batch.row[0] % len(STAGES))
     for rig in np.unique(examples.rigs):
-        which = np.flatnonzero(examples.rigs == rig)
+        indices = np.flatnonzero(examples.rigs == rig)
         count = int(examples.levels[rig, 0])
         context = network.context(examples.tokens[rig, 0, :, :count], examples.general[rig, 0])
-        mixture = network.outputs(batch.x[which], context, np.full(len(which), stage))
-        values[which], spreads[which] = mean_and_spread(mixture)
+        mixture = network.outputs(batch.x[indices], context, np.full(len(indices), stage))
+        values[indices], spreads[indices] = mean_and_spread(mixture)
     return values, spreads
 
 
@@ -72,9 +72,9 @@ def _factor(network: Network, examples: Examples, samples: int, seed: int) -> fl
     Split conformal (Papadopoulos et al. 2008), the error over the spread as its score.
     """
     values, spreads = answers(network, examples, samples, seed)
-    things = examples.things >= 0
+    is_object = examples.object_ids >= 0
     score = np.abs(values - examples.shore_a) / spreads
-    ordered = np.sort(score[things])
+    ordered = np.sort(score[is_object])
     rank = math.ceil((len(ordered) + 1) * LEVEL)
     return float(ordered[min(rank, len(ordered)) - 1])
 
@@ -84,8 +84,8 @@ def _traits(examples: Examples, samples: int, seed: int) -> NDArray[np.float64]:
     signals = volts(examples.signals)
     late = np.zeros(len(signals), np.intp)
     longest = samples_in(LONGEST, FINGERTIP_RATE)
-    before = signals.shape[1] - longest - 2 * MARGIN
-    after = cut(signals, late + rng.integers(0, 4, len(signals)))
-    whole = np.concatenate([signals[:, MARGIN : MARGIN + before], after], axis=1)
+    length_before = signals.shape[1] - longest - 2 * MARGIN
+    signals_after = cut(signals, late + rng.integers(0, 4, len(signals)))
+    full = np.concatenate([signals[:, MARGIN : MARGIN + length_before], signals_after], axis=1)
     level, sign = examples.scale[examples.rigs, rng.integers(0, CONTEXTS, len(signals))].T
-    return traits(whole, before, np.full(len(signals), samples), level, sign)
+    return traits(full, length_before, np.full(len(signals), samples), level, sign)

@@ -1,4 +1,4 @@
-"""What the errors of several pinches of one object have in common, and what that makes surer."""
+"""Shared error of several pinches of one object, and the interval of their mean."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from firstcontact_lab.pretraining._finishing import answers
 PINCHES = 5
 
 
-def of_things(
+def object_estimates(
     model: InContextModel, examples: Examples, samples: int, seed: int
 ) -> tuple[Values, Values, Values]:
     """Answers, half widths, shape (things, PINCHES), and Shore A of things, shape (things,)."""
     values, spreads = answers(model.network, examples, samples, seed)
     half = model.half_widths(spreads, samples)
-    things = examples.things >= 0
+    is_object = examples.object_ids >= 0
     value, width, truth = (
-        x[things].reshape(-1, PINCHES) for x in (np.clip(values, 0, 100), half, examples.shore_a)
+        x[is_object].reshape(-1, PINCHES) for x in (np.clip(values, 0, 100), half, examples.shore_a)
     )
     return value, width, truth[:, 0]
 
@@ -41,26 +41,28 @@ def shared_part(values: Values, half_widths: Values, truth: Values) -> float:
 
 
 def coverage(values: Values, half_widths: Values, truth: Values, pinches: int) -> float:
-    """Share of things whose Shore A lies in the interval of their first so many pinches."""
-    found = [combine(v[:pinches], h[:pinches]) for v, h in zip(values, half_widths, strict=True)]
-    held = [its.low <= y <= its.high for its, y in zip(found, truth, strict=True)]
-    return float(np.mean(held))
+    """Return the share of objects with a Shore A in the interval of their first pinches."""
+    combined = [combine(v[:pinches], h[:pinches]) for v, h in zip(values, half_widths, strict=True)]
+    covered = [
+        estimates.low <= y <= estimates.high for estimates, y in zip(combined, truth, strict=True)
+    ]
+    return float(np.mean(covered))
 
 
 def same_object(
     model: InContextModel,
-    known: Examples,
-    asked: Examples,
+    calibration: Examples,
+    test: Examples,
     samples: Mapping[str, int],
     seed: int,
 ) -> dict[str, Any]:
-    """What errors share on some rigs, and what combined intervals then hold on others.
+    """Return the shared error on some rigs, and the coverage of combined intervals on others.
 
     Parameters
     ----------
     model
         Knows no rig; the examples have their contexts.
-    known, asked
+    calibration, test
         Of different rigs, each thing pinched ``PINCHES`` times.
     samples
         After the contact, by the name of the time.
@@ -68,10 +70,10 @@ def same_object(
         Of what is drawn.
     """
     out = {}
-    for time, after in samples.items():
-        its = of_things(model, asked, after, seed)
+    for time, length in samples.items():
+        estimates = object_estimates(model, test, length, seed)
         out[time] = {
-            "shared": round(shared_part(*of_things(model, known, after, seed)), 3),
-            "coverage": {str(n): round(coverage(*its, n), 3) for n in range(1, PINCHES + 1)},
+            "shared": round(shared_part(*object_estimates(model, calibration, length, seed)), 3),
+            "coverage": {str(n): round(coverage(*estimates, n), 3) for n in range(1, PINCHES + 1)},
         }
     return {"pinches": PINCHES, "ms": out}

@@ -27,7 +27,7 @@ def example_set(
     runner: Runner,
     family: str = "",
     again: int = 0,
-    progress: Callable[[int], object] = lambda done: None,
+    progress: Callable[[int], object] = lambda count: None,
 ) -> Examples:
     """Examples of rigs number ``first`` and on.
 

@@ -53,7 +53,7 @@ class TorchNetwork(nn.Module):
         self,
         x: torch.Tensor,
         tokens: torch.Tensor,
-        there: torch.Tensor,
+        present: torch.Tensor,
         general: torch.Tensor,
     ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
         """Mixtures for contacts of several rigs.
@@ -62,7 +62,7 @@ class TorchNetwork(nn.Module):
         ----------
         x, tokens, general
             Scaled inputs (n, INPUTS), tokens (n, levels, TOKEN), general (n, GENERAL).
-        there
+        present
             Which levels there are, 1 or 0, shape (n, levels).
 
         Returns
@@ -73,18 +73,18 @@ class TorchNetwork(nn.Module):
         """
         silu, layers, n = nn.functional.silu, self.layers, len(x)
         e = silu(layers["token2"](silu(layers["token1"](tokens.clamp(-FARTHEST, FARTHEST)))))
-        count = there.sum(1, keepdim=True).clamp(min=1)
-        mean = (layers["mean"](e) * there[..., None]).sum(1) / count
+        count = present.sum(1, keepdim=True).clamp(min=1)
+        mean = (layers["mean"](e) * present[..., None]).sum(1) / count
         h = silu(layers["query1"](x.clamp(-FARTHEST, FARTHEST)))
         query = layers["query2"](h).view(n, HEADS, 1, -1)
         keys = layers["key"](e).view(n, -1, HEADS, query.shape[-1]).transpose(1, 2)
         values = layers["value"](e).view(n, keys.shape[2], HEADS, -1).transpose(1, 2)
         fit = (query * keys).sum(-1) / query.shape[-1] ** 0.5
-        share = torch.softmax(fit - 1e4 * (1 - there[:, None, :]), dim=-1) * there[:, None, :]
-        found = (share[..., None] * values).sum(2).reshape(n, -1)
+        share = torch.softmax(fit - 1e4 * (1 - present[:, None, :]), dim=-1) * present[:, None, :]
+        attended = (share[..., None] * values).sum(2).reshape(n, -1)
         # No mean where there is no level: the bias of the layer is not to show.
-        any_ = (there.sum(1, keepdim=True) > 0).float()
-        body = torch.cat([h, mean * any_, found, general.clamp(-FARTHEST, FARTHEST)], 1)
+        any_ = (present.sum(1, keepdim=True) > 0).float()
+        body = torch.cat([h, mean * any_, attended, general.clamp(-FARTHEST, FARTHEST)], 1)
         for name in ("body1", "body2", "body3"):
             body = silu(layers[name](body))
         weight, centre, spread = layers["answer"](body).chunk(3, dim=1)

@@ -51,9 +51,9 @@ class Training:
         self._optimizer = torch.optim.AdamW(self._network.parameters(), RATE, weight_decay=DECAY)
         self._done = 0  # epochs
         self._scales = _scales(examples, seed)
-        tokens, there = token_rows(examples)
-        scaled = self._scaled("token", tokens) * there[..., None]
-        self._tokens, self._there = torch.from_numpy(scaled), torch.from_numpy(there)
+        tokens, present = token_rows(examples)
+        scaled = self._scaled("token", tokens) * present[..., None]
+        self._tokens, self._there = torch.from_numpy(scaled), torch.from_numpy(present)
         if state.exists():
             self._go_on()
 
@@ -62,10 +62,10 @@ class Training:
         for epoch in range(self._done, self._epochs):
             losses = []
             lots = list(self._order(epoch))
-            for place, which in enumerate(lots):
+            for place, indices in enumerate(lots):
                 # Each lot draws from its own seed: what was stopped draws what it would have.
                 rng = np.random.default_rng([self._seed, epoch, place])
-                for part, lot in enumerate(self._lots(which, rng)):
+                for part, lot in enumerate(self._lots(indices, rng)):
                     gone = (epoch + (place + part * BATCH / PREPARED) / len(lots)) / self._epochs
                     losses.append(self._step(lot, gone))
             self._done = epoch + 1
@@ -78,22 +78,22 @@ class Training:
         for start in range(0, len(order), PREPARED):
             yield order[start : start + PREPARED]
 
-    def _lots(self, which: NDArray[np.intp], rng: np.random.Generator) -> Iterator[Lot]:
-        drawn = draw_batch(self._examples, which, rng)
+    def _lots(self, indices: NDArray[np.intp], rng: np.random.Generator) -> Iterator[Lot]:
+        drawn = draw_batch(self._examples, indices, rng)
         x = torch.from_numpy(self._scaled("inputs", drawn.x))
         general = torch.from_numpy(self._scaled("general", drawn.general))
-        row, known = torch.from_numpy(drawn.row), torch.from_numpy(drawn.known).float()
+        row, is_known = torch.from_numpy(drawn.row), torch.from_numpy(drawn.is_known).float()
         target = torch.from_numpy(((drawn.shore_a - CENTRE) / UNIT).astype(np.float32))
         for start in range(0, len(x), BATCH):
             part = slice(start, start + BATCH)
-            there = self._there[row[part]] * known[part, None]
-            yield x[part], self._tokens[row[part]], there, general[part], target[part]
+            present = self._there[row[part]] * is_known[part, None]
+            yield x[part], self._tokens[row[part]], present, general[part], target[part]
 
     def _step(self, lot: Lot, gone: float) -> float:
-        x, tokens, there, general, target = lot
+        x, tokens, present, general, target = lot
         for group in self._optimizer.param_groups:
             group["lr"] = RATE * _shape(gone)
-        weight, mean, spread = self._network(x, tokens, there, general)
+        weight, mean, spread = self._network(x, tokens, present, general)
         away = (target[:, None] - mean) / spread.exp()
         likelihood = torch.logsumexp(weight - spread - 0.5 * away * away, 1)
         error = (weight.exp() * mean).sum(1) - target
@@ -112,9 +112,9 @@ class Training:
         state = {f"network.{name}": t for name, t in self._network.state_dict().items()}
         for number, values in self._optimizer.state_dict()["state"].items():
             state |= {f"optimizer.{number}.{name}": t for name, t in values.items()}
-        whole = {name: t.contiguous() for name, t in state.items()}
+        tensors = {name: t.contiguous() for name, t in state.items()}
         with replacing(self._state) as temporary:
-            temporary.write_bytes(save(whole, {"epoch": str(self._done)}))
+            temporary.write_bytes(save(tensors, {"epoch": str(self._done)}))
 
     def _go_on(self) -> None:
         from safetensors import safe_open
@@ -144,10 +144,10 @@ def _shape(gone: float) -> float:
 def _scales(examples: Examples, seed: int) -> dict[str, NDArray[np.float32]]:
     """Mean and standard deviation of the inputs, over examples spread evenly."""
     rng = np.random.default_rng([seed, 0, 0, 1])
-    which = np.unique(np.linspace(0, len(examples) - 1, 20_000).round().astype(np.intp))
-    batch = draw_batch(examples, which, rng)
-    tokens, there = token_rows(examples)
-    parts = {"inputs": batch.x, "token": tokens[there > 0], "general": examples.general}
+    indices = np.unique(np.linspace(0, len(examples) - 1, 20_000).round().astype(np.intp))
+    batch = draw_batch(examples, indices, rng)
+    tokens, present = token_rows(examples)
+    parts = {"inputs": batch.x, "token": tokens[present > 0], "general": examples.general}
     out: dict[str, NDArray[np.float32]] = {}
     for name, part in parts.items():
         rows = part.reshape(-1, part.shape[-1])

@@ -1,4 +1,4 @@
-"""From nothing to the network that comes with the package: sets, training, intervals, judgement."""
+"""Pre-training of the network of the package: sets, training, intervals and scores."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ SAMPLES = {str(ms): samples_in(ms / 1000, FINGERTIP_RATE) for ms in TIMES[1:]}
 
 @dataclass(frozen=True, slots=True)
 class Size:
-    """How much is made.
+    """Size of a pre-training.
 
     Parameters
     ----------
@@ -48,8 +48,8 @@ class Size:
     held_out: int = 50
     epochs: int = 45
 
-    def of(self, rigs: int, epochs: int) -> Size:
-        """The same with another number of rigs to learn from, others in proportion if fewer."""
+    def resized(self, rigs: int, epochs: int) -> Size:
+        """Return a size with another number of rigs; fewer rigs scale the other numbers down."""
         share = min(1.0, rigs / self.rigs)
         return Size(
             rigs,
@@ -101,8 +101,8 @@ def pretrain(
     for name, family in FAMILIES.items():
         examples = made(HELD_OUT, size.held_out, name)
         scores[f"held out: {family.title}"] = judged(model, examples, seed)
-    known, asked = (made(at, size.judgement, again=PINCHES) for at in (AGAIN, AGAIN_JUDGED))
-    scores["same object"] = same_object(model, known, asked, SAMPLES, seed + 1)
+    calibration, test = (made(at, size.judgement, again=PINCHES) for at in (AGAIN, AGAIN_JUDGED))
+    scores["same object"] = same_object(model, calibration, test, SAMPLES, seed + 1)
     trained = f"{size.rigs} random simulated rigs, {size.epochs} epochs, seed {seed}"
     save_anytime(model, out, {"trained": trained, "scores": scores, "size": asdict(size)})
     return model
@@ -110,12 +110,12 @@ def pretrain(
 
 def judged(model: InContextModel, examples: Examples, seed: int) -> Mapping[str, Any]:
     """Error, coverage and mean width for things, beside each rig's fullest context."""
-    things = examples.things >= 0
+    is_object = examples.object_ids >= 0
     out: dict[str, Any] = {}
     for time, samples in SAMPLES.items():
         values, spreads = answers(model.network, examples, samples, seed + 1)
-        away = np.abs(np.clip(values, 0, 100) - examples.shore_a)[things]
-        half = model.half_widths(spreads, samples)[things]
+        away = np.abs(np.clip(values, 0, 100) - examples.shore_a)[is_object]
+        half = model.half_widths(spreads, samples)[is_object]
         out[time] = {
             "rmse": round(float(np.sqrt((away**2).mean())), 2),
             "coverage": round(float((away <= half).mean()), 3),

@@ -1,1 +1,1 @@
-"""What a study found, as people read it: records, tables, figures, pages."""
+"""Reports of studies: results, tables, figures and pages."""

@@ -1,27 +1,27 @@
-"""What the parts of a study have found: numbers, figures, and what could not be done."""
+"""Findings of a study: results, figures and reasons for what was left out."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from firstcontact_lab.report.results.study import NOTHING, SubjectResults, merged
+from firstcontact_lab.report.results import NOTHING, Entry, SubjectResults
 
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """A figure of the report.
+    """A figure of a report.
 
     Parameters
     ----------
     key
-        Same key, same subject: replaces the one before.
+        Name; a later figure of the same name replaces it.
     title
-        What it shows.
+        Subject of the figure.
     caption
         How to read it.
     image
-        A data URI.
+        Data URI.
     """
 
     key: str
@@ -31,52 +31,78 @@ class Figure:
 
 
 @dataclass(frozen=True, slots=True)
+class CardLine:
+    """A value on a headline card."""
+
+    name: str
+    value: str
+    note: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Card:
+    """A headline card: values with a title and a footnote."""
+
+    title: str
+    lines: Sequence[CardLine]
+    foot: str
+
+
+@dataclass(frozen=True, slots=True)
 class PartResult:
-    """What a part found.
+    """Result of one part of a study.
 
     Parameters
     ----------
-    results
-        Merged into ``results.json``.
+    entries
+        Values for ``results.json``: ``FIELD(value)``.
     figures
-        For the report.
+        Figures for the report.
     left_out
-        What the labels did not permit, one sentence each.
+        Reasons why something could not be measured, one sentence each.
     """
 
-    results: SubjectResults = NOTHING
+    entries: Sequence[Entry] = ()
     figures: Sequence[Figure] = ()
     left_out: Sequence[str] = ()
+
+    @property
+    def results(self) -> SubjectResults:
+        """Results that hold these entries only."""
+        return NOTHING.replace(self.entries) if self.entries else NOTHING
 
 
 @dataclass(slots=True)
 class Findings:
-    """What is known of one subject.
+    """Findings of one subject.
 
     Parameters
     ----------
     name
-        Of the subject.
+        Name of the subject.
     results
         Its part of ``results.json``.
     figures
-        By their key, in the order they came.
+        Figures by part and key, the newest last.
     left_out
-        What its labels did not permit.
+        Reasons why something could not be measured.
     """
 
     name: str
     results: SubjectResults = NOTHING
-    figures: dict[str, Figure] = field(default_factory=dict)
+    figures: dict[str, dict[str, Figure]] = field(default_factory=dict)
     left_out: list[str] = field(default_factory=list)
 
     @property
     def title(self) -> str:
-        """Its name as it is written."""
+        """Name of the subject for readers."""
         return self.name.replace("-", " ").capitalize()
 
-    def take(self, result: PartResult) -> None:
-        """Merge what a part found."""
-        self.results = merged(self.results, result.results)
-        self.figures.update({figure.key: figure for figure in result.figures})
+    def add(self, part: str, result: PartResult) -> None:
+        """Add the result of a part."""
+        self.results = self.results.replace(result.entries)
+        figures = self.figures.setdefault(part, {})
+        for figure in result.figures:
+            figures.pop(figure.key, None)
+            figures[figure.key] = figure
         self.left_out += [why for why in result.left_out if why not in self.left_out]

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from firstcontact.core import InputError, write_json
-from firstcontact_lab.report.results.file import read_asked
+from firstcontact_lab.report.results import read_options
 
 #: Says that a folder of recordings was made by a study and may be made again.
 MARK = "made-by-study.json"
@@ -21,14 +21,14 @@ _REMEDY = "choose another --out, or move it away"
 
 
 @contextmanager
-def sole_use(out: Path, asked: Mapping[str, Any]) -> Iterator[None]:
+def sole_use(out: Path, options: Mapping[str, Any]) -> Iterator[None]:
     """Make the folder of a study and hold it; what a dead process held is free.
 
     Parameters
     ----------
     out
         The folder.
-    asked
+    options
         What the results depend on; stands in them as ``study.asked``. The same study
         again replaces its own.
 
@@ -41,19 +41,19 @@ def sole_use(out: Path, asked: Mapping[str, Any]) -> Iterator[None]:
     made = not out.exists()
     try:
         out.mkdir(parents=True, exist_ok=True)
-        held = os.open(out, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+        handle = os.open(out, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
     except OSError as error:
         raise InputError(f"{out} cannot be made ({error.strerror}): choose another --out") from None
     try:
         try:
-            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise InputError(
                 f"{out}: another study is at work in it: wait for its end, or choose another --out"
             ) from None
         except OSError:
             pass  # a disk without locks
-        _claim(out, asked)
+        _claim(out, options)
         yield
     except InputError:
         if made:
@@ -61,10 +61,10 @@ def sole_use(out: Path, asked: Mapping[str, Any]) -> Iterator[None]:
                 out.rmdir()
         raise
     finally:
-        os.close(held)
+        os.close(handle)
 
 
-def _claim(out: Path, asked: Mapping[str, Any]) -> None:
+def _claim(out: Path, options: Mapping[str, Any]) -> None:
     """Refuse to write over results that something else was asked for."""
     results = out / RESULTS
     if not results.exists():
@@ -72,12 +72,12 @@ def _claim(out: Path, asked: Mapping[str, Any]) -> None:
             raise InputError(f"{out / REPORT} was not made by a study: {_REMEDY}")
         return
     try:
-        there = read_asked(results, _REMEDY)
+        existing = read_options(results, _REMEDY)
     except (InputError, OSError):
         raise InputError(f"{results} was not made by a study of this version: {_REMEDY}") from None
-    mine = json.loads(json.dumps(asked))
-    if there != mine:
-        differs = sorted(k for k in {*there, *mine} if there.get(k) != mine.get(k))
+    mine = json.loads(json.dumps(options))
+    if existing != mine:
+        differs = sorted(k for k in {*existing, *mine} if existing.get(k) != mine.get(k))
         raise InputError(
             f"{out} holds another study's results (other {', '.join(differs)}): choose another "
             "--out, or remove it"

@@ -1,8 +1,8 @@
-"""What results call estimators and detectors, as people read it: out of the registries."""
+"""Titles and colours of estimators and detectors from the registries."""
 
 from __future__ import annotations
 
-from collections.abc import Container
+from collections.abc import Container, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,36 +26,69 @@ class Look:
     colour: str
 
 
+#: Titles of the in-context network, which is in no registry of estimators.
+NETWORK_TITLES: Mapping[str, str] = {
+    "in_context": "In-context network",
+    "in_context_radius": "In-context network, radius told",
+}
+#: Titles of competitors that are in no registry of estimators.
+TITLES: Mapping[str, str] = {
+    **NETWORK_TITLES,
+    "masked": "Default estimator, masked",
+    "modulus": "told the modulus",
+    "contact_stiffness": "told the contact's stiffness",
+    "floor": "Floor",
+}
+
+
+def competitor_title(name: str) -> str:
+    """Return the title of a competitor."""
+    return TITLES.get(name) or estimator(name).title
+
+
 def estimator(name: str) -> Look:
-    """Of an estimator; its name where none of that name is installed (any more)."""
+    """Return title and colour of an estimator. The title is its name if it is not installed."""
     return _look(ESTIMATORS, name)
 
 
 def detector(name: str) -> Look:
-    """Of a detector, likewise."""
+    """Return title and colour of a detector. The title is its name if it is not installed."""
     return _look(DETECTORS, name)
+
+
+#: Titles of estimators of other packages that results hold, for where they are not installed.
+_ABSENT = {"minirocket": "MiniRocket"}
 
 
 def _look(registry: Registry[Any], name: str) -> Look:
     entry = registry.get(name)
-    return Look(name, SKY) if entry is None else Look(entry.title, entry.colour)
+    if entry is None:
+        return Look(_ABSENT.get(name, name.replace("_", " ").capitalize()), SKY)
+    return Look(entry.title, entry.colour)
 
 
-def estimators(found: Container[str], baselines: bool = False) -> list[str]:
-    """Names of those in some results, floors only if wanted, in the order of reports."""
-    return [n for n in ESTIMATORS.names if n in found and (baselines or not is_floor(n))]
+def estimators(scored: Iterable[str], baselines: bool = False) -> list[str]:
+    """Return the names of scored estimators in the order of reports, floors only if wanted.
+
+    Estimators of other packages come last, installed or not.
+    """
+    names = set(scored)
+    ours = [name for name in ESTIMATORS.own if name in names]
+    return [
+        name for name in (*ours, *sorted(names.difference(ours))) if baselines or not is_floor(name)
+    ]
 
 
 def is_floor(name: str) -> bool:
-    """Whether an estimator is a floor to stand on."""
+    """Return True if an estimator is a floor: a baseline that ignores the signal's shape."""
     return name in ESTIMATORS and ESTIMATORS[name].baseline
 
 
-def detectors(found: Container[str]) -> list[str]:
+def detectors(scored: Container[str]) -> list[str]:
     """Names of those in some results, in the order of reports."""
-    return [name for name in DETECTORS.names if name in found]
+    return [name for name in DETECTORS.names if name in scored]
 
 
 def learned(detector_name: str | None) -> bool:
-    """Whether what places windows is a detector that learns."""
+    """Return True if the detector of the windows learns from pinches."""
     return detector_name in DETECTORS and DETECTORS[str(detector_name)].learns

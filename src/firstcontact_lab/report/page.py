@@ -1,44 +1,101 @@
-"""The page: one file that needs nothing else."""
+"""Page of a report: one HTML file that needs no other file."""
 
 from __future__ import annotations
 
-from firstcontact.core import installed_versions
-from firstcontact_lab.report import _texts as texts
-from firstcontact_lab.report._chapters import chapters, subject_title
-from firstcontact_lab.report._headlines import headlines
-from firstcontact_lab.report.comparison import compare
-from firstcontact_lab.report.results.study import NOTHING
-from firstcontact_lab.report.state import State
-from firstcontact_lab.report.template import filled
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+
+from firstcontact.core import sanitize
+from firstcontact_lab.report.findings import Card, Figure
+from firstcontact_lab.report.tables import Table
+
+#: Largest number of columns of a table that stands beside another.
+_HALF = 8
 
 
-def render(state: State) -> str:
-    """Render the report as the study stands, HTML."""
-    shown = [f for f in state.findings if f.results is not NOTHING]
-    found = [f.results for f in shown]
-    names = [subject_title(f) for f in shown]
-    twin = any(results.twin for results in found)
-    return filled(
-        "firstcontact_lab.report",
-        "report.html",
-        state=state,
-        twin=twin,
-        shared=texts.shared(found),
-        briefly=texts.briefly(found) if state.quick else "",
-        kind=texts.kind(found),
-        subjects=names,
-        headlines=headlines(shown),
-        compared=compare(found, names, twin) if found else [],
-        sections=chapters(shown),
-        notes=[(subject_title(f), f.results.data.notes) for f in shown if f.results.data],
-        left_out=[(subject_title(f), f.left_out) for f in shown if f.left_out],
-        versions=installed_versions(),
-        elapsed=duration(state.seconds),
-        parts=[(title, duration(s)) for title, s in state.part_seconds.items()],
-    )
+@dataclass(frozen=True, slots=True)
+class Column:
+    """Tables and figures of one subject in a section."""
+
+    title: str
+    tables: Sequence[Table]
+    figures: Sequence[Figure]
 
 
-def duration(seconds: float) -> str:
-    """Seconds as they are read."""
-    whole = round(seconds)
-    return f"{whole} s" if whole < 90 else f"{whole // 60} min {whole % 60:02d} s"
+@dataclass(frozen=True, slots=True)
+class Section:
+    """Section of a report with a column for each subject that has content."""
+
+    anchor: str
+    title: str
+    text: str
+    columns: Sequence[Column]
+    sentences: Sequence[str] = ()
+
+    @property
+    def wide(self) -> bool:
+        """True if a table has more columns than half a page has room for."""
+        tables = (table for column in self.columns for table in column.tables)
+        return any(len(table.head) > _HALF for table in tables)
+
+
+@dataclass(frozen=True, slots=True)
+class Page:
+    """Content of a report.
+
+    Parameters
+    ----------
+    title, heading, intro
+        Title of the window, heading, and first sentences.
+    badges
+        Source of the data first, then facts about the run.
+    command, versions
+        Command line, and version of each package.
+    sections
+        Sections in order.
+    how
+        Terms and sentences about the method.
+    warning
+        Why the numbers are not to be quoted, if they are not.
+    notice
+        Progress of an unfinished study: state and details.
+    cards
+        Headline cards.
+    compared, compared_text
+        Published numbers beside those here, and a sentence about them.
+    left_out
+        Reasons for what was left out, by subject.
+    times
+        Time of each step.
+    several
+        Whether there are several subjects.
+    """
+
+    title: str
+    heading: str
+    intro: str
+    badges: Sequence[str]
+    command: str
+    versions: Mapping[str, str]
+    sections: Sequence[Section]
+    how: Sequence[tuple[str, Sequence[str]]]
+    warning: str = ""
+    notice: tuple[str, str] | None = None
+    cards: Sequence[Card] = ()
+    compared: Table | None = None
+    compared_text: str = ""
+    left_out: Sequence[tuple[str, Sequence[str]]] = ()
+    times: Sequence[tuple[str, str]] = ()
+    several: bool = False
+
+    def html(self) -> str:
+        r"""Return the page in HTML. Control characters come out as ``\u001b``."""
+        from jinja2 import Environment, StrictUndefined
+
+        environment = Environment(
+            autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+        )
+        text = files("firstcontact_lab.report").joinpath("report.html").read_text(encoding="utf-8")
+        # Names of files, recordings and plug-ins need be neither UTF-8 nor free of escapes.
+        return sanitize(environment.from_string(text).render(page=self))

@@ -1,4 +1,4 @@
-"""What a study has found so far, as ``results.json`` and the report show it."""
+"""Progress and findings of a study, as ``results.json`` and the report show them."""
 
 from __future__ import annotations
 
@@ -7,42 +7,61 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from msgspec.structs import asdict, replace
-
-from firstcontact.core import ByName, installed_versions
+from firstcontact.core import ByName, Record, installed_versions
 from firstcontact_lab.report.findings import Findings
-from firstcontact_lab.report.results.study import (
-    FirstSubject,
-    StudyResults,
-    StudyRun,
-    SubjectResults,
-)
+from firstcontact_lab.report.results import Field, SubjectResults
+
+
+class StudyRun(Record, frozen=True, kw_only=True):
+    """Command, settings and progress of a study."""
+
+    command: str
+    condition: str
+    quick: bool
+    started: str
+    complete: bool
+    stopped: str | None = None
+    asked: dict[str, Any] | None = None
+    settings: dict[str, Any]
+    seed: int
+
+
+LEFT_OUT = Field.optional("left_out", list[str])
+#: Fields of the first subject, about the whole study.
+SECONDS = Field.optional("seconds", float)
+PART_SECONDS = Field.optional("part_seconds", dict[str, float])
+STUDY = Field.optional("study", StudyRun)
+VERSIONS = Field.optional("versions", dict[str, str])
+PENDING = Field.optional("pending", list[str])
+
+#: ``results.json``: the first subject at the top, the others under their names.
+StudyResults = ByName[SubjectResults, SubjectResults]
 
 
 @dataclass(slots=True)
 class State:
-    """A study on its way.
+    """Progress and findings of a study.
 
     Parameters
     ----------
     command
-        What was typed.
+        Command line that started it.
     settings
         Sizes and seeds.
     quick
         Whether it is the small form, whose numbers are not to be quoted.
     findings
-        One a subject; the first is the top level of ``results.json``.
+        Findings of each subject; the first is the top level of ``results.json``.
     steps
-        Titles of all parts, in order.
-    done
-        How many of them are done.
+        Titles of all steps, in order.
+    completed
+        Number of steps that are done.
     interrupted
-        Whether it was ended from outside.
+        Whether the user ended it.
     stopped
-        The part that ended it and its error, else empty.
-    asked
-        What the results depend on: the folder of the study is kept from others by it.
+        Step that ended it and its error, else empty.
+    options
+        Settings that the results depend on. They protect the folder from other studies.
     """
 
     command: str
@@ -50,18 +69,18 @@ class State:
     quick: bool
     findings: list[Findings]
     steps: Sequence[str]
-    done: int = 0
+    completed: int = 0
     interrupted: bool = False
     stopped: str = ""
     began: float = field(default_factory=time.monotonic)
     started: str = field(default_factory=lambda: time.strftime("%Y-%m-%d %H:%M %Z"))
     part_seconds: dict[str, float] = field(default_factory=dict)
-    asked: Mapping[str, Any] = field(default_factory=dict)
+    options: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def pending(self) -> Sequence[str]:
-        """Titles of the parts that are not done."""
-        return self.steps[self.done :]
+        """Titles of the steps that are not done."""
+        return self.steps[self.completed :]
 
     @property
     def seconds(self) -> float:
@@ -69,8 +88,8 @@ class State:
         return time.monotonic() - self.began
 
     def results(self) -> StudyResults:
-        """``results.json``: the first subject at the top, others under their names."""
-        first, *others = self.findings
+        """Return the content of ``results.json``."""
+        first, *further = self.findings
         run = StudyRun(
             command=self.command,
             condition=first.name,
@@ -78,21 +97,33 @@ class State:
             started=self.started,
             complete=not self.pending,
             stopped=self.stopped or None,
-            asked=dict(self.asked),
+            asked=dict(self.options),
             settings=dict(self.settings),
             seed=self.settings["seed"],
         )
-        whole = FirstSubject(
-            **asdict(_told(first)),
-            seconds=round(self.seconds, 1),
-            part_seconds={k: round(v, 1) for k, v in self.part_seconds.items()},
-            study=run,
-            versions=installed_versions(),
-            pending=list(self.pending) or None,
+        complete = _complete(first).replace(
+            [
+                SECONDS(round(self.seconds, 1)),
+                PART_SECONDS({title: round(s, 1) for title, s in self.part_seconds.items()}),
+                STUDY(run),
+                VERSIONS(installed_versions()),
+                PENDING(list(self.pending) or None),
+            ]
         )
-        return ByName({other.name: _told(other) for other in others}, whole)
+        return ByName({other.name: _complete(other) for other in further}, complete)
 
 
-def _told(findings: Findings) -> SubjectResults:
-    """With what was left out."""
-    return replace(findings.results, left_out=findings.left_out or None)
+def duration(seconds: float) -> str:
+    """Format a time for readers."""
+    complete = round(seconds)
+    return f"{complete} s" if complete < 90 else f"{complete // 60} min {complete % 60:02d} s"
+
+
+def _complete(findings: Findings) -> SubjectResults:
+    return findings.results.replace([LEFT_OUT(findings.left_out or None)])
+
+
+def named_subjects(results: StudyResults) -> dict[str, SubjectResults]:
+    """Return the results of each subject by its name."""
+    run = results.about[STUDY]
+    return {run.condition if run else "": results.about, **results}

@@ -7,17 +7,16 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Runner
+from firstcontact.core import Record, Runner
 from firstcontact.models import ESTIMATORS
 from firstcontact.twin import Condition
-from firstcontact_lab.report.results.anytime import Generalised
-from firstcontact_lab.study._entrants import Asked, Entrant, answer
-from firstcontact_lab.study._off_blocks import Answered, off_blocks
+from firstcontact_lab.study._entrants import Entrant, Query, answer
+from firstcontact_lab.study._off_blocks import Answered, OffBlocks, off_blocks
 from firstcontact_lab.study._rig_sets import RigSet, Sizes, Use, rig_set
 
 #: Levels that are left out, one after the other, Shore A.
 LEVELS = (20.0, 29.0, 43.0)
-BRIEF = Sizes(blocks=16, held=4, objects=6, other_blocks=6, kinds=16)
+BRIEF = Sizes(blocks=16, held_out=4, objects=6, other_blocks=6, kinds=16)
 #: Questions besides the levels that are left out.
 HOME, OTHER, FLOOR = "home", "other hand", "floor"
 
@@ -34,6 +33,23 @@ NETWORK = (
     Entrant("in_context", "in context"),
     Entrant("in_context_radius", "in context", {"radii": True}),
 )
+
+
+class Generalised(Record, frozen=True, kw_only=True):
+    """Estimators on rigs and specimens of their own seeds; one single pinch unless said otherwise.
+
+    ``floor`` learned from the same kinds of object on the very rig. ``ceiling``: what an estimator
+    could do that is told the modulus, or the stiffness of the contact. ``pinches``: of each set by
+    its use; ``too_short``: share whose second contact left no answer, which nobody is asked about.
+    """
+
+    sets: int
+    seeds: list[int]
+    pinches: dict[str, int]
+    too_short: float
+    floor: OffBlocks
+    ceiling: dict[str, OffBlocks]
+    estimators: dict[str, OffBlocks]
 
 
 def rig_sets(
@@ -65,33 +81,39 @@ def compared(
     """
     places = [
         (entrant, place, question)
-        for place, its in enumerate(sets)
+        for place, rig_data in enumerate(sets)
         for entrant in (*entrants(place), *TOLD, AT_HOME)
         for question in _questions(entrant)
     ]
-    asked = [
-        Asked(entrant, place, *sides(sets[place], question)) for entrant, place, question in places
+    queries = [
+        Query(entrant, place, *sides(sets[place], question)) for entrant, place, question in places
     ]
     # What takes longest first, so that nobody waits for it at the end.
-    order = sorted(range(len(asked)), key=lambda i: not _slow(asked[i].entrant))
-    found = runner.map(answer, [asked[i] for i in order], sets, seed)
-    answers = dict(zip(order, found, strict=True))
+    order = sorted(range(len(queries)), key=lambda i: not _slow(queries[i].entrant))
+    predictions = runner.map(answer, [queries[i] for i in order], sets, seed)
+    answers = dict(zip(order, predictions, strict=True))
     rows: dict[str, list[Answered]] = {}
     options: dict[str, Mapping[str, object]] = {}
     for number, (entrant, place, question) in enumerate(places):
-        its, told = sets[place], asked[number].ask
+        rig_data, reference = sets[place], queries[number].ask
         rows.setdefault(entrant.name, []).append(
-            Answered(question, place, its.windows.take(told), its.uses[told], answers[number])
+            Answered(
+                question,
+                place,
+                rig_data.windows.take(reference),
+                rig_data.uses[reference],
+                answers[number],
+            )
         )
         options[entrant.name] = {k: v for k, v in entrant.options.items() if k not in _OWN}
     scores = {name: off_blocks(rows[name], options[name], seed) for name in rows}
     return Generalised(
         sets=len(sets),
         seeds=list(seeds),
-        pinches={use.value: int(np.mean([len(s.where(use)) for s in sets])) for use in Use},
-        too_short=float(np.mean([its.too_short for its in sets])),
+        pinches={use.value: int(np.mean([len(s.indices(use)) for s in sets])) for use in Use},
+        too_short=float(np.mean([rig_data.too_short for rig_data in sets])),
         floor=scores.pop(AT_HOME.name),
-        ceiling={told.name: scores.pop(told.name) for told in TOLD},
+        ceiling={reference.name: scores.pop(reference.name) for reference in TOLD},
         estimators=scores,
     )
 
@@ -100,16 +122,16 @@ def compared(
 _OWN = ("estimator", "radii", "regressor")
 
 
-def sides(its: RigSet, question: str) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """What is known, and what is asked about."""
-    home = its.where(Use.BLOCKS)
+def sides(rig_data: RigSet, question: str) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the pinches to fit, and the pinches to predict."""
+    home = rig_data.indices(Use.BLOCKS)
     if question == HOME:
-        return home, np.concatenate([its.where(Use.HELD), its.where(Use.OBJECTS)])
+        return home, np.concatenate([rig_data.indices(Use.HELD), rig_data.indices(Use.OBJECTS)])
     if question == OTHER:
-        return its.where(Use.OTHER_BLOCKS), its.where(Use.OTHER_OBJECTS)
+        return rig_data.indices(Use.OTHER_BLOCKS), rig_data.indices(Use.OTHER_OBJECTS)
     if question == FLOOR:
-        return its.where(Use.KINDS), its.where(Use.OBJECTS)
-    left = its.windows.y[home] == float(question)
+        return rig_data.indices(Use.KINDS), rig_data.indices(Use.OBJECTS)
+    left = rig_data.windows.y[home] == float(question)
     return home[~left], home[left]
 
 

@@ -1,4 +1,4 @@
-"""Who is asked off the blocks: every estimator, the in-context network, and those told more."""
+"""Competitors beyond the blocks: estimators, the network, and references."""
 
 from __future__ import annotations
 
@@ -30,25 +30,25 @@ Values = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Entrant:
-    """Somebody who answers.
+    """Competitor of a comparison.
 
     Parameters
     ----------
     name
         In results.
-    way
+    method
         Which of ``WAYS`` answers.
     options
         For that one.
     """
 
     name: str
-    way: str
+    method: str
     options: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Asked:
+class Query:
     """One question to one entrant: which pinches of which set to know, and which to tell."""
 
     entrant: Entrant
@@ -57,43 +57,43 @@ class Asked:
     ask: Index
 
 
-def answer(asked: Asked, sets: Sequence[RigSet], seed: int) -> Values:
+def answer(query: Query, sets: Sequence[RigSet], seed: int) -> Values:
     """Shore A of each pinch that is asked about, shape (n,)."""
-    entrant = asked.entrant
-    return WAYS[entrant.way](entrant, sets[asked.place], asked.learn, asked.ask, seed)
+    entrant = query.entrant
+    return WAYS[entrant.method](entrant, sets[query.place], query.learn, query.ask, seed)
 
 
-def _trained(entrant: Entrant, its: RigSet, learn: Index, ask: Index, seed: int) -> Values:
+def _trained(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int) -> Values:
     """A registered estimator, which learns from these pinches and nothing else."""
     options = dict(entrant.options)
     name = options.pop("estimator")
-    X = its.windows.X[ask]
-    fit = Fit(name, Task.REGRESSION, its.windows.take(learn), X, seed, options)
+    X = rigs.windows.X[ask]
+    fit = Fit(name, Task.REGRESSION, rigs.windows.take(learn), X, seed, options)
     return fit_model(fit).predict(X).astype(np.float64)
 
 
-def _in_context(entrant: Entrant, its: RigSet, learn: Index, ask: Index, seed: int) -> Values:
-    """The in-context network, which is told of these pinches; of radii where it is to be."""
-    asked = its.touches.take(ask)
+def _in_context(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int) -> Values:
+    """Predict by the network conditioned on these pinches, and on radii if asked for."""
+    query = rigs.touches.take(ask)
     if entrant.options.get("radii"):
-        asked = replace(asked, radii=its.radii[ask])
-    return fit_on_set(entrant, its, learn, seed).answers(asked).values
+        query = replace(query, radii=rigs.radii[ask])
+    return fit_on_set(entrant, rigs, learn, seed).answers(query).values
 
 
-def _anybody(entrant: Entrant, its: RigSet, learn: Index, ask: Index, seed: int) -> Values:
+def _anybody(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int) -> Values:
     """A regressor of a user's own: a model a length, answering by the longest that is filled."""
-    return fit_on_set(entrant, its, learn, seed).answers(its.touches.take(ask)).values
+    return fit_on_set(entrant, rigs, learn, seed).answers(rigs.touches.take(ask)).values
 
 
-def fit_on_set(entrant: Entrant, its: RigSet, learn: Index, seed: int) -> Answering:
-    """Fit an entrant to pinches of a set; see :func:`fit_answering`."""
-    windows = its.windows
-    return fit_answering(
-        entrant, its.touches.take(learn), windows.y[learn], windows.sessions[learn], seed
+def fit_on_set(entrant: Entrant, rigs: RigSet, learn: Index, seed: int) -> Answering:
+    """Fit an entrant to pinches of a set; see :func:`fit_predictor`."""
+    windows = rigs.windows
+    return fit_predictor(
+        entrant, rigs.touches.take(learn), windows.y[learn], windows.sessions[learn], seed
     )
 
 
-def fit_answering(
+def fit_predictor(
     entrant: Entrant, touches: Touches, shore_a: Values, groups: NDArray[np.str_], seed: int
 ) -> Answering:
     """Condition the in-context network on contacts, or train one model a window length.
@@ -109,27 +109,27 @@ def fit_answering(
     seed
         Random seed of trainings and folds.
     """
-    if entrant.way == "in context":
+    if entrant.method == "in context":
         return adapt_network(pretrained(), touches, shore_a, groups, seed).model
     options = dict(entrant.options)
-    own, name = options.pop("regressor", None), options.pop("estimator", None)
-    learner = registered(name if own is None else own, options)
+    regressor, name = options.pop("regressor", None), options.pop("estimator", None)
+    learner = registered(name if regressor is None else regressor, options)
     return fit_window_ladder(learner, touches, shore_a, groups, seed=seed)
 
 
-def _modulus(entrant: Entrant, its: RigSet, learn: Index, ask: Index, seed: int) -> Values:
+def _modulus(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int) -> Values:
     """Gent's reading of the modulus at that very pinch."""
-    return np.array([gent_shore_a(modulus) for modulus in its.moduli[ask]])
+    return np.array([gent_shore_a(modulus) for modulus in rigs.moduli[ask]])
 
 
-def _stiffness(entrant: Entrant, its: RigSet, learn: Index, ask: Index, seed: int) -> Values:
+def _stiffness(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int) -> Values:
     """A parabola in the logarithm of the contact's stiffness, through what was learned."""
-    known = np.log(its.stiffnesses)
-    shore_a = its.windows.y[learn]
+    logarithms = np.log(rigs.stiffnesses)
+    shore_a = rigs.windows.y[learn]
     degree = min(2, len(np.unique(shore_a)) - 1)
-    line = np.polynomial.Polynomial.fit(known[learn], shore_a, degree)
-    told: Values = np.clip(line(known[ask]), *SHORE_A)
-    return told
+    line = np.polynomial.Polynomial.fit(logarithms[learn], shore_a, degree)
+    estimates: Values = np.clip(line(logarithms[ask]), *SHORE_A)
+    return estimates
 
 
 WAYS = {

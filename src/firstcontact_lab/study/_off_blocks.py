@@ -1,4 +1,4 @@
-"""What an estimator's answers about rigs come to, with intervals over rigs."""
+"""Scores of an estimator's predictions over rigs, with intervals over rigs."""
 
 from __future__ import annotations
 
@@ -9,13 +9,38 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.models import Ends, LabelledWindows, cluster_intervals
-from firstcontact_lab.report.results.anytime import OffBlocks
+from firstcontact.core import Record
+from firstcontact.models import Bounded, Ends, LabelledWindows, cluster_intervals
 from firstcontact_lab.study._rig_sets import Use
 
 Values = NDArray[np.float64]
 #: Pinches of one object whose answers are averaged.
 TOGETHER = 3
+
+
+class OffBlocks(Record, frozen=True, kw_only=True):
+    """An estimator off its training blocks: RMSE and bias in Shore A over ``sets`` rigs.
+
+    ``accuracy``: share of blocks whose answer lies nearest to their own level. ``options``:
+    fields with which it learned, where they are not the usual ones.
+    """
+
+    sets: int
+    objects: float
+    three_pinches: float
+    bias_softest: float
+    bias_hardest: float
+    blocks: float | None = None
+    accuracy: float | None = None
+    other_hand: float | None = None
+    level_left_out: float | None = None
+    options: dict[str, Any] | None = None
+    intervals: dict[str, Ends]
+
+    def bounded(self, name: str) -> Bounded | None:
+        """A score with its interval; None where it was not asked for."""
+        value: float | None = getattr(self, name)
+        return None if value is None else Bounded(value, self.intervals.get(name))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,7 +49,7 @@ class Answered:
 
     question: str
     place: int
-    asked: LabelledWindows
+    queries: LabelledWindows
     uses: NDArray[np.str_]
     values: Values
 
@@ -32,60 +57,64 @@ class Answered:
 def off_blocks(answered: Sequence[Answered], options: Mapping[str, Any], seed: int) -> OffBlocks:
     """Scores of one entrant over all sets that it was asked about."""
     tally = _Tally(seed)
-    objects = [_part(its, Use.OBJECTS) for its in answered]
-    softest, hardest = _ends([its for its in objects if len(its.values)])
-    for its in objects:
-        tally.errors("objects", its.place, its.values - its.asked.y)
-        tally.errors("three_pinches", its.place, _together(its, seed))
+    objects = [_part(batch, Use.OBJECTS) for batch in answered]
+    softest, hardest = _ends([batch for batch in objects if len(batch.values)])
+    for batch in objects:
+        tally.errors("objects", batch.place, batch.values - batch.queries.y)
+        tally.errors("three_pinches", batch.place, _together(batch, seed))
         for name, level in (("bias_softest", softest), ("bias_hardest", hardest)):
-            which = its.asked.y == level
-            tally.errors(name, its.place, its.values[which] - level)
-    for its in answered:
-        held = _part(its, Use.HELD)
-        tally.errors("blocks", its.place, held.values - held.asked.y)
-        tally.errors("accuracy", its.place, _nearest(held))
-        other = _part(its, Use.OTHER_OBJECTS)
-        tally.errors("other_hand", its.place, other.values - other.asked.y)
-        left = _part(its, Use.BLOCKS)
-        tally.errors("level_left_out", its.place, left.values - left.asked.y, its.question)
+            indices = batch.queries.y == level
+            tally.errors(name, batch.place, batch.values[indices] - level)
+    for batch in answered:
+        held_out = _part(batch, Use.HELD)
+        tally.errors("blocks", batch.place, held_out.values - held_out.queries.y)
+        tally.errors("accuracy", batch.place, _nearest(held_out))
+        other = _part(batch, Use.OTHER_OBJECTS)
+        tally.errors("other_hand", batch.place, other.values - other.queries.y)
+        left = _part(batch, Use.BLOCKS)
+        tally.errors("level_left_out", batch.place, left.values - left.queries.y, batch.question)
     return OffBlocks(
-        sets=len({its.place for its in answered}),
+        sets=len({batch.place for batch in answered}),
         **tally.scores(),
         options=dict(options) or None,
         intervals=tally.intervals(),
     )
 
 
-def _part(its: Answered, use: Use) -> Answered:
-    which = np.flatnonzero(its.uses == use)
+def _part(answered: Answered, use: Use) -> Answered:
+    indices = np.flatnonzero(answered.uses == use)
     return Answered(
-        its.question, its.place, its.asked.take(which), its.uses[which], its.values[which]
+        answered.question,
+        answered.place,
+        answered.queries.take(indices),
+        answered.uses[indices],
+        answered.values[indices],
     )
 
 
 def _ends(parts: Sequence[Answered]) -> tuple[float, float]:
-    shore_a = np.concatenate([its.asked.y for its in parts])
+    shore_a = np.concatenate([answered.queries.y for answered in parts])
     return float(shore_a.min()), float(shore_a.max())
 
 
-def _together(its: Answered, seed: int) -> Values:
+def _together(answered: Answered, seed: int) -> Values:
     """Errors of means over pinches of one object, drawn in threes without replacement."""
-    rng = np.random.default_rng([seed, its.place])
+    rng = np.random.default_rng([seed, answered.place])
     errors = []
-    for specimen in np.unique(its.asked.specimens):
-        which = rng.permutation(np.flatnonzero(its.asked.specimens == specimen))
-        whole = which[: len(which) // TOGETHER * TOGETHER].reshape(-1, TOGETHER)
-        errors.append((its.values[whole] - its.asked.y[whole]).mean(axis=1))
+    for specimen in np.unique(answered.queries.specimens):
+        indices = rng.permutation(np.flatnonzero(answered.queries.specimens == specimen))
+        triples = indices[: len(indices) // TOGETHER * TOGETHER].reshape(-1, TOGETHER)
+        errors.append((answered.values[triples] - answered.queries.y[triples]).mean(axis=1))
     return np.concatenate(errors) if errors else np.empty(0)
 
 
-def _nearest(its: Answered) -> Values:
+def _nearest(answered: Answered) -> Values:
     """1 where the answer lies nearest to its own block's level, shape (n,)."""
-    levels = np.unique(its.asked.y)
+    levels = np.unique(answered.queries.y)
     if not len(levels):
         return np.empty(0)
-    nearest = levels[np.abs(its.values[:, None] - levels).argmin(axis=1)]
-    out: Values = (nearest == its.asked.y).astype(np.float64)
+    nearest = levels[np.abs(answered.values[:, None] - levels).argmin(axis=1)]
+    out: Values = (nearest == answered.queries.y).astype(np.float64)
     return out
 
 

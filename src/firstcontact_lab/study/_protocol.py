@@ -1,4 +1,4 @@
-"""The parts in their order, and the files that are written again after each."""
+"""Order of the parts of a study, and the files that are written after each."""
 
 from __future__ import annotations
 
@@ -8,47 +8,37 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
-from firstcontact.core import Dataset, ForeignCode, InputError, Runner, missing_modules, write_text
-from firstcontact.models import ESTIMATORS, window_estimators
+from firstcontact.core import Dataset, ForeignCode, InputError, Runner, write_text
 from firstcontact_lab.report.findings import Findings, PartResult
-from firstcontact_lab.report.results.file import write_results
+from firstcontact_lab.report.results import write_results
 from firstcontact_lab.report.state import State
 from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.parts.answer_time import answer_time
-from firstcontact_lab.study.parts.anytime import anytime
-from firstcontact_lab.study.parts.blocks import blocks
-from firstcontact_lab.study.parts.contacts import contacts
-from firstcontact_lab.study.parts.data import describe
-from firstcontact_lab.study.parts.generalise import generalise
-from firstcontact_lab.study.parts.hardness import hardness
-from firstcontact_lab.study.parts.inference import inference
-from firstcontact_lab.study.parts.objects import objects
-from firstcontact_lab.study.parts.second_contact import second_contact
-from firstcontact_lab.study.parts.short_windows import short_windows
-from firstcontact_lab.study.parts.waveforms import waveforms
-from firstcontact_lab.study.parts.window_length import window_length
+from firstcontact_lab.study.page import render
+from firstcontact_lab.study.part import Step
+from firstcontact_lab.study.parts import PARTS
 from firstcontact_lab.study.settings import StudySettings
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Step:
-    """One part for one subject.
+class Job:
+    """One step of a part for one subject.
 
     Parameters
     ----------
     subject
         Name of the subject.
+    part
+        Name of the part.
     title
-        For the progress bar and the report.
+        Title for the progress bar and the report.
     run
-        Does it.
+        Measures.
     vital
-        Whether the study ends where it cannot be done.
+        Whether the study ends where the job fails.
     """
 
     subject: str
+    part: str
     title: str
     run: Callable[[], PartResult]
     vital: bool = False
@@ -59,97 +49,61 @@ def plan(
     settings: StudySettings,
     runner: Runner,
     set_name: str = "recordings",
-) -> list[Step]:
-    """All steps: what is quick for every subject first, then what takes long.
+) -> list[Job]:
+    """Return all jobs: quick steps of every subject first, then those that take long.
 
     Parameters
     ----------
     sources
-        Name of each subject, and what loads it.
+        Name of each subject, and a function that loads it.
     settings
         Size of the study.
     runner
-        Where trainings run.
+        Runs trainings.
     set_name
-        What recordings are called in the results.
+        Name of recordings in the results.
     """
     subjects: dict[str, Subject] = {}
-    found = window_estimators().items()
-    able = [name for name, entry in found if not missing_modules(entry.modules)]
-    fast = [name for name in able if not ESTIMATORS[name].slow]
-    slow = [name for name in able if ESTIMATORS[name].slow]
-    titles = {True: _titles(slow), False: _titles(fast)}
 
-    def step(name: str, title: str, part: Callable[[Subject], PartResult]) -> Step:
-        return Step(name, title, lambda: part(subjects[name]))
+    def job(name: str, load: Callable[[], Dataset], part: str, step: Step) -> Job:
+        def measure() -> PartResult:
+            if name not in subjects:
+                subjects[name] = Subject(name, load(), set_name=set_name)
+            return step.run(subjects[name], settings, runner)
 
-    steps = []
-    for name, load in sources:
+        return Job(name, part, step.title, measure, step.vital)
 
-        def opened(name: str = name, load: Callable[[], Dataset] = load) -> PartResult:
-            subjects[name] = Subject(name, load(), set_name=set_name)
-            return describe(subjects[name])
-
-        steps += [
-            Step(name, "data", opened, vital=True),
-            step(name, "contact detection", lambda s: contacts(s, settings, runner)),
-            step(name, "time to an answer", lambda s: answer_time(s, settings)),
-            step(name, "waveforms", waveforms),
-            step(name, f"blocks: {titles[False]}", lambda s: blocks(s, settings, runner, fast)),
-            step(name, f"objects: {titles[False]}", lambda s: objects(s, settings, runner, fast)),
-            step(name, "answers at any time", lambda s: anytime(s, settings)),
-            step(name, "hardness order", lambda s: _ranked(hardness, s, settings, runner)),
-            step(name, "short windows", lambda s: _ranked(short_windows, s, settings, runner)),
-        ]
-    for name, _ in sources:
-        steps += [
-            step(name, "off the blocks", lambda s: generalise(s, settings, runner)),
-            step(name, "window length", lambda s: window_length(s, settings, runner)),
-            step(name, f"objects: {titles[True]}", lambda s: objects(s, settings, runner, slow)),
-            step(name, f"blocks: {titles[True]}", lambda s: blocks(s, settings, runner, slow)),
-            step(name, "second contact", lambda s: second_contact(s, settings)),
-            step(name, "inference time", lambda s: inference(s, settings)),
-        ]
-    return steps
-
-
-def _titles(estimators: Sequence[str]) -> str:
-    """Of what is used, and of floors only that there are some."""
-    kinds = [ESTIMATORS[name] for name in estimators]
-    floors = ["baselines"] if any(kind.baseline for kind in kinds) else []
-    return ", ".join([kind.title for kind in kinds if not kind.baseline] + floors)
-
-
-def _ranked(
-    part: Callable[[Subject, StudySettings, Runner], PartResult],
-    subject: Subject,
-    settings: StudySettings,
-    runner: Runner,
-) -> PartResult:
-    """A part that needs hardness ranks, where there are some."""
-    if not np.isfinite(subject.dataset.hardness_rank).any():
-        return PartResult()
-    return part(subject, settings, runner)
+    return [
+        job(name, load, part, step)
+        for late in (False, True)
+        for name, load in sources
+        for part, entry in PARTS.items()
+        for step in entry.steps
+        if step.late == late
+    ]
 
 
 def run(
-    steps: Sequence[Step],
+    steps: Sequence[Job],
     state: State,
     out: Path,
     tick: Callable[[str], object] = lambda title: None,
+    page: Callable[[State], str] = render,
 ) -> None:
-    """Do all steps; after each, ``report.html`` and ``results.json`` are whole and newer.
+    """Run all jobs; write ``report.html`` and ``results.json`` after each.
 
     Parameters
     ----------
     steps
         From :func:`plan`.
     state
-        Takes what is found.
+        Gets the findings.
     out
         Folder of the two files.
     tick
         Called with the title of each step before it begins.
+    page
+        Returns the report as HTML.
 
     Raises
     ------
@@ -166,25 +120,25 @@ def run(
             title = f"{step.subject}: {step.title}"
             tick(title)
             began = time.monotonic()
-            by_name[step.subject].take(_done(step))
+            by_name[step.subject].add(step.part, _measure(step))
             state.part_seconds[title] = time.monotonic() - began
-            state.done += 1
-            write(state, out)
+            state.completed += 1
+            write(state, out, page)
     except KeyboardInterrupt:
         state.interrupted = True
-        if state.done:
-            write(state, out)
+        if state.completed:
+            write(state, out, page)
         raise
     except Exception as error:
         state.stopped = f"{title}: {str(error) or type(error).__name__}"
-        if state.done:
+        if state.completed:
             # What ended the study is to be read, not what went wrong after it.
             with suppress(OSError):
-                write(state, out)
+                write(state, out, page)
         raise
 
 
-def _done(step: Step) -> PartResult:
+def _measure(step: Job) -> PartResult:
     try:
         with ForeignCode():
             return step.run()
@@ -194,9 +148,7 @@ def _done(step: Step) -> PartResult:
         return PartResult(left_out=[f"{step.title[:1].upper() + step.title[1:]}: {error}."])
 
 
-def write(state: State, out: Path) -> None:
-    """Write both files as the study stands."""
-    from firstcontact_lab.report.page import render
-
+def write(state: State, out: Path, page: Callable[[State], str] = render) -> None:
+    """Write both files of a study so far."""
     write_results(out / "results.json", state.results())
-    write_text(out / "report.html", render(state))
+    write_text(out / "report.html", page(state))

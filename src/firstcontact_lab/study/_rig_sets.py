@@ -39,7 +39,7 @@ FLAT = 1.0
 
 
 class Use(StrEnum):
-    """What pinches of a set are for."""
+    """Use of a pinch of a set."""
 
     #: Blocks that the rig is known by, and those of further sessions.
     BLOCKS = "blocks"
@@ -55,10 +55,10 @@ class Use(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Sizes:
-    """How many pinches: of each block, of each object, of each kind."""
+    """Number of pinches of each block, object and kind."""
 
     blocks: int = 40
-    held: int = 10
+    held_out: int = 10
     objects: int = 20
     other_blocks: int = 6
     kinds: int = 80
@@ -92,7 +92,7 @@ class RigSet:
     stiffnesses: Values
     too_short: float
 
-    def where(self, use: Use) -> NDArray[np.intp]:
+    def indices(self, use: Use) -> NDArray[np.intp]:
         """Positions of the pinches that are for this."""
         return np.flatnonzero(self.uses == use)
 
@@ -115,24 +115,24 @@ def rig_set(seed: int, condition: Condition, sizes: Sizes, late: Sequence[int]) 
     drawn = list(_planned(seed, condition, sizes))
     placed = generator(seed, condition.name, "placed")
     pinches, contacts = [], []
-    for its in drawn:
-        pinch = simulate_pinch(excerpt(its.draw, BEFORE), its.label, duration=LENGTH)
+    for planned in drawn:
+        pinch = simulate_pinch(excerpt(planned.draw, BEFORE), planned.label, duration=LENGTH)
         pinches.append(pinch)
         contacts.append(_moved(pinch, int(placed.choice(late))))
     dataset = Dataset(tuple(pinches))
     windows = labelled_windows(dataset, contacts, DURATION, dataset.shore_a)
-    touches, which = touches_of(dataset, contacts)
+    touches, indices = touches_of(dataset, contacts)
     lasting = touches.answerable
-    kept = np.intersect1d(which[lasting], windows.which)
-    chosen = [drawn[place] for place in kept]
-    radii = np.array([its.draw.held.radius for its in chosen])
+    common = np.intersect1d(indices[lasting], windows.which)
+    chosen = [drawn[place] for place in common]
+    radii = np.array([planned.draw.held.radius for planned in chosen])
     return RigSet(
-        windows.take(np.isin(windows.which, kept)),
-        touches.take(np.isin(which, kept)),
-        np.array([its.use.value for its in chosen]),
+        windows.take(np.isin(windows.which, common)),
+        touches.take(np.isin(indices, common)),
+        np.array([planned.use.value for planned in chosen]),
         np.where(radii > FLAT, np.inf, radii),
-        np.array([its.draw.held.modulus for its in chosen]),
-        np.array([its.stiffness for its in chosen]),
+        np.array([planned.draw.held.modulus for planned in chosen]),
+        np.array([planned.stiffness for planned in chosen]),
         1.0 - float(lasting.mean()),
     )
 
@@ -154,7 +154,7 @@ def _planned(seed: int, condition: Condition, sizes: Sizes) -> Iterator[_Drawn]:
     other = seed + OTHER_HAND
     for use, hand, kinds, each, sessions, first, specimens in (
         (Use.BLOCKS, seed, BLOCKS, sizes.blocks, 8, 0, copies),
-        (Use.HELD, seed, BLOCKS, sizes.held, 2, 0, copies),
+        (Use.HELD, seed, BLOCKS, sizes.held_out, 2, 0, copies),
         (Use.OBJECTS, seed, EVERYDAY_OBJECTS, sizes.objects, 2, 0, 1),
         (Use.OTHER_BLOCKS, other, BLOCKS, sizes.other_blocks, 2, 0, copies),
         (Use.OTHER_OBJECTS, other, EVERYDAY_OBJECTS, sizes.objects, 2, 0, 1),
@@ -165,16 +165,16 @@ def _planned(seed: int, condition: Condition, sizes: Sizes) -> Iterator[_Drawn]:
             for number in range(each):
                 session = f"{use.value}-{number % sessions + 1}"
                 copy = first + number // sessions % specimens
-                held = draw_specimen(seed, condition, kind, copy)
+                specimen = draw_specimen(seed, condition, kind, copy)
                 yield _Drawn(
                     use,
                     Label(
                         kind.name, kind.shore_a, None, f"{kind.name} #{copy}", session, kind.role
                     ),
-                    draw_pinch(hand, condition, session, held, f"{kind.name} {number}"),
+                    draw_pinch(hand, condition, session, specimen, f"{kind.name} {number}"),
                 )
 
 
 def _moved(pinch: Pinch, late: int) -> Contact | None:
-    """The first contact, placed so many samples late."""
+    """Return the first contact, placed a number of samples late."""
     return None if pinch.first is None else replace(pinch.first, sample=pinch.first.sample + late)

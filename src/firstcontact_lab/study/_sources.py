@@ -1,4 +1,4 @@
-"""Where the pinches come from: the twin, recordings, or what can be imported."""
+"""Sources of pinches: the twin, recordings, or data that can be imported."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def simulated(
     condition: str,
     settings: StudySettings,
     out: Path,
-    progress: Callable[[int], object] = lambda done: None,
+    progress: Callable[[int], object] = lambda count: None,
 ) -> Dataset:
     """Simulate a condition into ``out/recordings`` and load it as any recording.
 
@@ -70,13 +70,13 @@ def recorded(path: Path, out: Path) -> Dataset:
         behind, beside others or by themselves: those are studied again only
         when their own folder is given.
     """
-    own = _own(path)
-    dataset = load_dataset(own) if own else _imported(path, out)
+    recordings = _recordings(path)
+    dataset = load_dataset(recordings) if recordings else _imported(path, out)
     return resample_dataset(dataset, FINGERTIP_RATE)
 
 
 def check_sources(path: Path | None, out: Path) -> None:
-    """Refuse what can be refused without reading samples: ``path`` None is the twin.
+    """Check a source without reading samples; None as ``path`` means the twin.
 
     Raises
     ------
@@ -86,26 +86,26 @@ def check_sources(path: Path | None, out: Path) -> None:
     if path is None:
         for condition in CONDITIONS:
             check_fresh(out / _RECORDINGS / condition)
-    elif not _own(path):
+    elif not _recordings(path):
         find_importer(path)
         check_fresh(out / _RECORDINGS / _IMPORTED)
 
 
-def _own(path: Path) -> list[Path]:
+def _recordings(path: Path) -> list[Path]:
     """Recordings that are to be studied; none where the path is to be imported."""
     if not path.exists():
         raise InputError(f"{path} does not exist: give a folder of recordings, or data to import")
-    own, made = _found(path)
-    if made and (own or not (path / LABELS).is_file()):
-        only = "recordings of their own beside those" if own else "only recordings"
+    recordings, made = _search(path)
+    if made and (recordings or not (path / LABELS).is_file()):
+        only = "recordings of their own beside those" if recordings else "only recordings"
         raise InputError(
             f"{path} holds {only} that an earlier study left in {made[0]}: give the one folder "
             "that is to be studied"
         )
-    return own
+    return recordings
 
 
-def _found(path: Path) -> tuple[list[Path], list[Path]]:
+def _search(path: Path) -> tuple[list[Path], list[Path]]:
     """Recordings at or below a path, and folders below it that a study made."""
     if path.is_file():
         return [path] if path.suffix == ".mcap" else [], []

@@ -1,4 +1,4 @@
-"""What is studied, and what parts leave for later parts."""
+"""Subject of a study, with results of earlier parts for later parts."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Subject:
         Condition of the twin, or "recordings".
     dataset
         Its pinches, at the models' rate.
-    found
+    detections
         First contact of each pinch as the detector found it, out of fold;
         empty until contacts were looked for.
     predictions
@@ -35,7 +35,7 @@ class Subject:
 
     name: str
     dataset: Dataset
-    found: Contacts = ()
+    detections: Contacts = ()
     predictions: dict[tuple[str, str], tuple[LabelledWindows, Values]] = field(default_factory=dict)
     set_name: str = "recordings"
 
@@ -46,7 +46,7 @@ class Subject:
 
     @property
     def has_known_contacts(self) -> bool:
-        """Whether the strips or labels know a first contact of any pinch.
+        """True if the strips or labels know a first contact of any pinch.
 
         Otherwise nothing says that what a detector fires at is a contact.
         """
@@ -54,8 +54,8 @@ class Subject:
 
     @property
     def starts(self) -> Contacts:
-        """Where windows start: as in use where contacts were found, else at the truth."""
-        return self.found or self.truth
+        """Starts of windows: detected contacts where detection has run, else the truth."""
+        return self.detections or self.truth
 
     @property
     def levels(self) -> Values:
@@ -64,7 +64,7 @@ class Subject:
         return np.unique(shore[np.isfinite(shore)])
 
     def windows(self, duration: float, contacts: Contacts | None = None) -> LabelledWindows:
-        """Windows with a Shore A, from where contacts were found unless told otherwise."""
+        """Return windows with a Shore A, from the starts of the subject if ``contacts`` is None."""
         return self.labelled_windows(duration, self.dataset.shore_a, contacts)
 
     def labelled_windows(
@@ -75,7 +75,7 @@ class Subject:
         *,
         conditioned: bool = True,
     ) -> LabelledWindows:
-        """Windows with a target, shape (pinches,); specimens are told apart by name."""
+        """Return windows with a target, shape (pinches,); specimens differ by name."""
         starts = self.starts if contacts is None else contacts
         data = labelled_windows(self.dataset, starts, duration, target, conditioned=conditioned)
         return replace(data, specimens=distinct_specimens(self.dataset)[data.which])

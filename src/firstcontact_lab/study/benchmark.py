@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from firstcontact.core import Runner
+from firstcontact.core import Record, Runner
 from firstcontact.models import (
     ESTIMATORS,
     Answers,
@@ -17,14 +17,28 @@ from firstcontact.models import (
     joined_answers,
 )
 from firstcontact.twin import condition
-from firstcontact_lab.report.results.benchmark import Benchmarked
-from firstcontact_lab.study._comparison import BRIEF, HOME, NETWORK, compared, rig_sets, sides
+from firstcontact_lab.study._comparison import (
+    BRIEF,
+    HOME,
+    NETWORK,
+    Generalised,
+    compared,
+    rig_sets,
+    sides,
+)
 from firstcontact_lab.study._entrants import Entrant, fit_on_set
 from firstcontact_lab.study._rig_sets import RigSet, Sizes, Use
 from firstcontact_lab.study.settings import StudySettings
 
 #: Contacts are as late as one of these, samples: about what detectors do on the twin.
 LATE = (0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 4)
+
+
+class Benchmarked(Record, frozen=True, kw_only=True):
+    """Scores in one condition: beyond the blocks, and of unseen objects by time."""
+
+    generalise: Generalised
+    anytime: dict[str, AnytimeScores]
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +54,7 @@ QUICK = Size((StudySettings().rig_seeds[0],), BRIEF)
 
 
 def contender(name: str) -> Entrant:
-    """Who is named: a registered estimator, or a class or an instance as ``PACKAGE:NAME``.
+    """Return the competitor of a name: a registered estimator, or ``PACKAGE:NAME``.
 
     Raises
     ------
@@ -55,8 +69,8 @@ def contender(name: str) -> Entrant:
 
 def competitors(name: str) -> list[Entrant]:
     """Return the contender, the default estimator and the in-context network in both forms."""
-    asked, usual = contender(name), contender(ESTIMATORS.default)
-    return [asked, *([] if asked == usual else [usual]), *NETWORK]
+    query, usual = contender(name), contender(ESTIMATORS.default)
+    return [query, *([] if query == usual else [usual]), *NETWORK]
 
 
 def benchmark(
@@ -67,7 +81,7 @@ def benchmark(
     runner: Runner,
     say: Callable[[str], object] = lambda line: None,
 ) -> Mapping[str, Benchmarked]:
-    """Ask somebody, the default estimator and the in-context network the same.
+    """Compare an estimator with the default estimator and the network on the same data.
 
     Parameters
     ----------
@@ -91,15 +105,15 @@ def benchmark(
     """
     everybody = competitors(name)
     out = {}
-    for its in conditions:
-        sets = rig_sets(size.seeds, condition(its), size.sizes, LATE, runner)
+    for condition_name in conditions:
+        sets = rig_sets(size.seeds, condition(condition_name), size.sizes, LATE, runner)
         seeds = ", ".join(map(str, size.seeds))
-        say(f"{its}: sets of {len(sets[0].touches)} contacts are made, seeds {seeds}")
-        found = compared(lambda place: everybody, sets, size.seeds, seed, runner)
+        say(f"{condition_name}: sets of {len(sets[0].touches)} contacts are made, seeds {seeds}")
+        generalised = compared(lambda place: everybody, sets, size.seeds, seed, runner)
         timed = [e for e in everybody if e is not NETWORK[1]]
         answers = runner.map(_timed, [(e, p) for e in timed for p in range(len(sets))], sets, seed)
-        out[its] = Benchmarked(
-            generalise=found,
+        out[condition_name] = Benchmarked(
+            generalise=generalised,
             anytime={
                 e.name: _scores(answers[n * len(sets) : (n + 1) * len(sets)], sets, seed)
                 for n, e in enumerate(timed)
@@ -108,22 +122,25 @@ def benchmark(
     return out
 
 
-def _timed(asked: tuple[Entrant, int], sets: Sequence[RigSet], seed: int) -> dict[int, Answers]:
+def _timed(query: tuple[Entrant, int], sets: Sequence[RigSet], seed: int) -> dict[int, Answers]:
     """Answers about the unseen objects of a set, by the time after the contact."""
-    entrant, place = asked
-    its = sets[place]
-    learn, _ = sides(its, HOME)
-    model = fit_on_set(entrant, its, learn, seed)
-    return answers_by_time(model, its.touches.take(its.where(Use.OBJECTS)))
+    entrant, place = query
+    name = sets[place]
+    learn, _ = sides(name, HOME)
+    model = fit_on_set(entrant, name, learn, seed)
+    return answers_by_time(model, name.touches.take(name.indices(Use.OBJECTS)))
 
 
 def _scores(
     by_set: Sequence[Mapping[int, Answers]], sets: Sequence[RigSet], seed: int
 ) -> AnytimeScores:
-    objects = [its.windows.take(its.where(Use.OBJECTS)) for its in sets]
+    objects = [rig_data.windows.take(rig_data.indices(Use.OBJECTS)) for rig_data in sets]
     joined = {ms: joined_answers([answers[ms] for answers in by_set]) for ms in by_set[0]}
     truth = np.concatenate([windows.y for windows in objects])
     specimens = np.concatenate(
-        [[f"{place} {name}" for name in its.specimens] for place, its in enumerate(objects)]
+        [
+            [f"{place} {name}" for name in rig_data.specimens]
+            for place, rig_data in enumerate(objects)
+        ]
     )
     return anytime_scores(joined, truth, specimens, seed)

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.contact import DETECTORS, Detector, make_detector
-from firstcontact.core import Dataset, Serial
+from firstcontact.core import Dataset, Record, Serial
 from firstcontact.models import (
     DURATION,
     ESTIMATORS,
+    DetectionScores,
     Fit,
     Task,
     WindowModel,
@@ -21,10 +22,36 @@ from firstcontact.models import (
     labelled_windows,
     score_detector,
 )
-from firstcontact_lab.report.results.sets import NoiseFound
+from firstcontact_lab.report.results import Field, SubjectResults
+from firstcontact_lab.report.tables import Cell, Row, Table, matrix
+from firstcontact_lab.study.part import Part, Subjects
 
 #: How a header says what lies under its pinches (``simulate --noise``).
 SAID = "noise of "
+
+
+class NoiseScores(Record, frozen=True, kw_only=True):
+    """The twin's pinches over some noise, by what learned from others over the modelled one.
+
+    Parameters
+    ----------
+    noise
+        What lies under them, in words.
+    detectors
+        By detector.
+    estimator, estimated
+        What read 15 ms from the default detector's contacts, and of how many pinches.
+    rmse, rmse_unseen
+        Of those, of objects that it had learned from (on other rigs) and of others, Shore A; None
+        where there are none.
+    """
+
+    noise: str
+    detectors: dict[str, DetectionScores]
+    estimator: str
+    estimated: int
+    rmse: float | None = None
+    rmse_unseen: float | None = None
 
 
 class NoiseScorer:
@@ -59,7 +86,7 @@ class NoiseScorer:
     def _main(self) -> Detector:
         return self._detectors[DETECTORS.default]
 
-    def score(self, name: str, dataset: Dataset) -> NoiseFound:
+    def score(self, name: str, dataset: Dataset) -> NoiseScores:
         """Pinches that nothing was learned from.
 
         Parameters
@@ -70,23 +97,73 @@ class NoiseScorer:
             At the rate of what was learned from.
         """
         self._say(f"{name}: {len(dataset)} pinches of the twin")
-        asked = labelled_windows(
+        windows = labelled_windows(
             dataset, found(dataset, self._main).contacts, DURATION, dataset.shore_a
         )
-        squares = (self._model.predict(asked.X) - asked.y) ** 2
-        said = next((note for note in dataset.notes if note.startswith(SAID)), "as modelled")
-        return NoiseFound(
-            noise=said.partition(" in place of")[0],
+        squares = (self._model.predict(windows.X) - windows.y) ** 2
+        noise_note = next((note for note in dataset.notes if note.startswith(SAID)), "as modelled")
+        return NoiseScores(
+            noise=noise_note.partition(" in place of")[0],
             detectors={
                 kind: score_detector(detector, dataset)
                 for kind, detector in self._detectors.items()
             },
             estimator=ESTIMATORS.default,
-            estimated=len(asked),
-            rmse=_root(squares[~asked.test]),
-            rmse_unseen=_root(squares[asked.test]),
+            estimated=len(windows),
+            rmse=_root(squares[~windows.test]),
+            rmse_unseen=_root(squares[windows.test]),
         )
 
 
 def _root(squares: NDArray[np.float64]) -> float | None:
     return float(np.sqrt(squares.mean())) if len(squares) else None
+
+
+NOISE = Field.optional("noise", NoiseScores)
+_ROWS: Sequence[Row[DetectionScores]] = (
+    Row("pinches", lambda s: s.n),
+    Row("placed within 3 ms", lambda s: s.pinch_success, "share"),
+    Row("decided within 3 ms", lambda s: s.decided_within_3_ms, "share"),
+    Row("false alarms a minute", lambda s: s.false_alarms_per_minute, "rate"),
+    Row("delay, median", lambda s: s.delay_ms.median if s.delay_ms else None, "ms"),
+    Row("95th percentile", lambda s: s.delay_ms.p95 if s.delay_ms else None, "ms"),
+)
+_ERRORS: Sequence[Row[NoiseScores]] = (
+    Row("15 ms: RMSE, Shore A", lambda s: s.rmse, "shore"),
+    Row("unseen objects", lambda s: s.rmse_unseen, "shore"),
+)
+
+
+def noise_tables(subjects: Subjects) -> list[Table]:
+    """Return detection and errors of the twin's pinches over each noise."""
+    noises = {name.replace("_", " "): r[NOISE] for name, r in subjects.items() if r[NOISE]}
+    caption = (
+        "Twin results: the same simulated pinches over the modelled electronics and over a real "
+        "sensor's quiet, with the modelled motor on top. Detectors and the estimator learned from "
+        "other pinches, of other rigs, over the modelled noise."
+    )
+    detection = matrix(
+        caption,
+        _ROWS,
+        [
+            (Cell(f"{name}, {DETECTORS[kind].title if kind in DETECTORS else kind}"), scores, False)
+            for name, record in noises.items()
+            for kind, scores in (record.detectors if record else {}).items()
+        ],
+    )
+    caption = "Errors from the contacts of the default detector."
+    errors = matrix(
+        caption, _ERRORS, [(Cell(name), record, False) for name, record in noises.items()]
+    )
+    return [table for table in (detection, errors) if table]
+
+
+def _table(place: int) -> Callable[[SubjectResults], Table | None]:
+    def make(results: SubjectResults) -> Table | None:
+        tables = noise_tables({"here": results})
+        return tables[place] if place < len(tables) else None
+
+    return make
+
+
+NOISE_PART = Part("noise", "The twin over other noises", (), tables=[_table(0), _table(1)])

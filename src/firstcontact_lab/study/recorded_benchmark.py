@@ -9,9 +9,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Contact, Dataset, InputError, Runner, counted, is_same_rate
+from firstcontact.core import Contact, Dataset, InputError, Record, Runner, counted, is_same_rate
 from firstcontact.models import (
     Answers,
+    AnytimeScores,
     LabelledTouches,
     Split,
     answers_by_time,
@@ -26,14 +27,48 @@ from firstcontact.models import (
 )
 from firstcontact.recording import check_rate, load_dataset
 from firstcontact.signal import resample_dataset
-from firstcontact_lab.report.results.benchmark import RecordedData, RecordedScores
 from firstcontact_lab.study._comparison import NETWORK
-from firstcontact_lab.study._entrants import Entrant, fit_answering
+from firstcontact_lab.study._entrants import Entrant, fit_predictor
 from firstcontact_lab.study._subject import Subject
 from firstcontact_lab.study.benchmark import competitors
 from firstcontact_lab.study.parts.objects import why_not_unseen
 
 Names = NDArray[np.str_]
+
+
+class RecordedScores(Record, frozen=True, kw_only=True):
+    """Scores of one group of recorded pinches, by competitor.
+
+    ``learned``: pinches to learn from, on average over ``folds``. ``cluster`` is "session" or
+    "specimen": bootstrap intervals resample whole ones of the ``clusters`` that were scored.
+    """
+
+    learned: float
+    folds: int
+    cluster: str
+    clusters: int
+    scores: dict[str, AnytimeScores]
+
+
+class RecordedData(Record, frozen=True, kw_only=True):
+    """Recordings of a benchmark and the scores on them.
+
+    ``held_out``: pinches of role "train", in folds that hold out whole sessions or specimens.
+    ``objects``: pinches of role "test", by models that learned from all of role "train";
+    ``left_out`` says why there are none. ``unused``: pinches without contact or Shore A;
+    ``too_short``: pinches whose second contact came before any estimate.
+    """
+
+    path: str
+    source: str
+    pinches: int
+    unused: int
+    too_short: int
+    levels: list[float]
+    contacts: str
+    held_out: RecordedScores
+    objects: RecordedScores | None = None
+    left_out: str = ""
 
 
 def benchmark_recordings(
@@ -70,15 +105,15 @@ def benchmark_recordings(
     dataset = _load(path, say)
     contacts, how = _contacts(dataset, seed, runner)
     labelled = LabelledTouches.of(dataset, contacts)
-    known = labelled.take(labelled.touches.answerable)
-    test = dataset.test[known.which]
+    labelled_touches = labelled.take(labelled.touches.answerable)
+    test = dataset.test[labelled_touches.which]
     learn, ask = np.flatnonzero(~test), np.flatnonzero(test)
-    cluster, groups = _groups(dataset, known, learn, path)
+    cluster, groups = _groups(dataset, labelled_touches, learn, path)
     folds = [
         replace(fold, train=learn[fold.train], test=learn[fold.test])
-        for fold in by_session(groups[learn], known.shore_a[learn], seed)
+        for fold in by_session(groups[learn], labelled_touches.shore_a[learn], seed)
     ]
-    if learns_one_value(folds, known.shore_a):
+    if learns_one_value(folds, labelled_touches.shore_a):
         raise InputError(
             f"{path}: a fold without some {cluster}s leaves fewer than two Shore A levels to learn "
             f"from: record each level in several {cluster}s, or more levels"
@@ -89,11 +124,13 @@ def benchmark_recordings(
         reason = "Unseen objects: no contact was found in them."
     objects = None
     try:
-        held_out = _scores(entrants, known, folds, groups, groups, cluster, seed, runner)
+        held_out = _scores(entrants, labelled_touches, folds, groups, groups, cluster, seed, runner)
         if len(ask) and not reason:
             split = Split("unseen objects", learn, ask)
-            clusters = known.clusters
-            objects = _scores(entrants, known, [split], groups, clusters, "specimen", seed, runner)
+            clusters = labelled_touches.clusters
+            objects = _scores(
+                entrants, labelled_touches, [split], groups, clusters, "specimen", seed, runner
+            )
     except InputError as error:
         raise InputError(f"{path}: {error}") from error
     return RecordedData(
@@ -101,8 +138,8 @@ def benchmark_recordings(
         source=dataset.source,
         pinches=len(dataset),
         unused=len(dataset) - len(labelled),
-        too_short=len(labelled) - len(known),
-        levels=[float(level) for level in np.unique(known.shore_a[learn])],
+        too_short=len(labelled) - len(labelled_touches),
+        levels=[float(level) for level in np.unique(labelled_touches.shore_a[learn])],
         contacts=how,
         held_out=held_out,
         objects=objects,
@@ -145,23 +182,23 @@ def _contacts(dataset: Dataset, seed: int, runner: Runner) -> tuple[Sequence[Con
 
 
 def _groups(
-    dataset: Dataset, known: LabelledTouches, learn: NDArray[np.intp], path: Path
+    dataset: Dataset, labelled: LabelledTouches, learn: NDArray[np.intp], path: Path
 ) -> tuple[str, Names]:
     """Return what folds keep whole and its names: sessions, or specimens where there is one."""
-    if known.take(learn).named_sessions is not None:
-        return "session", known.sessions
-    specimens = [dataset.pinches[place].label.specimen for place in known.which[learn]]
+    if labelled.take(learn).named_sessions is not None:
+        return "session", labelled.sessions
+    specimens = [dataset.pinches[place].label.specimen for place in labelled.which[learn]]
     if len(set(specimens)) < 2 or "" in specimens:
         raise InputError(
             f"{path}: neither several named sessions nor several named specimens with contacts and "
             "a Shore A are here, so none can be held out: record two sessions or more"
         )
-    return "specimen", known.specimens
+    return "specimen", labelled.specimens
 
 
 def _scores(
     entrants: Sequence[Entrant],
-    known: LabelledTouches,
+    labelled: LabelledTouches,
     splits: Sequence[Split],
     groups: Names,
     clusters: Names,
@@ -171,13 +208,15 @@ def _scores(
 ) -> RecordedScores:
     """Score all entrants on the test sides of the same splits."""
     trainings = [(entrant, split) for entrant in entrants for split in splits]
-    answers = iter(runner.map(_predict, trainings, known, groups, seed))
+    answers = iter(runner.map(_predict, trainings, labelled, groups, seed))
     order = np.concatenate([split.test for split in splits])
     scores = {}
     for entrant in entrants:
         parts = [next(answers) for _ in splits]
         joined = {ms: joined_answers([part[ms] for part in parts]) for ms in parts[0]}
-        scores[entrant.name] = anytime_scores(joined, known.shore_a[order], clusters[order], seed)
+        scores[entrant.name] = anytime_scores(
+            joined, labelled.shore_a[order], clusters[order], seed
+        )
     return RecordedScores(
         learned=float(np.mean([len(split.train) for split in splits])),
         folds=len(splits),
@@ -188,10 +227,10 @@ def _scores(
 
 
 def _predict(
-    training: tuple[Entrant, Split], known: LabelledTouches, groups: Names, seed: int
+    training: tuple[Entrant, Split], labelled: LabelledTouches, groups: Names, seed: int
 ) -> dict[int, Answers]:
     """Fit an entrant to one side of a split and predict for the other, by time."""
     entrant, split = training
-    train, test = known.take(split.train), known.take(split.test)
-    model = fit_answering(entrant, train.touches, train.shore_a, groups[split.train], seed)
+    train, test = labelled.take(split.train), labelled.take(split.test)
+    model = fit_predictor(entrant, train.touches, train.shore_a, groups[split.train], seed)
     return answers_by_time(model, test.touches)

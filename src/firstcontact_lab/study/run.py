@@ -54,18 +54,18 @@ def run_study(
     """
     from tqdm import tqdm
 
-    asked = _asked(settings, recordings)
+    options = _options(settings, recordings)
     # A log is no terminal: there, a line every ten seconds is enough.
     often = 0.1 if sys.stderr.isatty() else 10.0
     with ExitStack() as opened:
-        opened.enter_context(sole_use(out, asked))
+        opened.enter_context(sole_use(out, options))
         check_sources(recordings, out)  # refused before a bar is drawn
         bar = opened.enter_context(
             tqdm(unit="part", bar_format=_BAR, miniters=0, mininterval=often)
         )
 
-        def within(done: int, total: int) -> None:
-            bar.set_postfix_str(f"{done} of {total}", refresh=False)
+        def within(count: int, total: int) -> None:
+            bar.set_postfix_str(f"{count} of {total}", refresh=False)
             bar.update(0)
 
         with parallel(settings.workers, within) as runner:
@@ -74,21 +74,21 @@ def run_study(
             bar.reset(total=len(steps))
             titles = [f"{step.subject}: {step.title}" for step in steps]
             findings = [Findings(name) for name, _ in sources]
-            state = State(command, asdict(settings), quick, findings, titles, asked=asked)
+            state = State(command, asdict(settings), quick, findings, titles, options=options)
 
             def tick(title: str) -> None:
-                bar.n = state.done
+                bar.n = state.completed
                 bar.set_postfix_str("", refresh=False)
                 bar.set_description(title)
 
             protocol.run(steps, state, out, tick)
-            bar.n = state.done
+            bar.n = state.completed
             bar.set_description("done")
     return out / "report.html"
 
 
-def _asked(settings: StudySettings, recordings: Path | None) -> dict[str, Any]:
-    """What the results depend on: data and settings, but not how many processes."""
+def _options(settings: StudySettings, recordings: Path | None) -> dict[str, Any]:
+    """Return the data and settings that the results depend on."""
     data = None if recordings is None else str(resolve_path(recordings))
     sizes = {name: value for name, value in asdict(settings).items() if name != "workers"}
     return {"verb": "study", "recordings": data, **sizes}
@@ -113,9 +113,9 @@ def _sources(
     def simulate(condition: str) -> Callable[[], Dataset]:
         made = 0
 
-        def progress(done: int) -> None:
+        def progress(count: int) -> None:
             nonlocal made
-            made += done
+            made += count
             within(made, total)
 
         return lambda: simulated(condition, settings, out, progress)

@@ -1,4 +1,4 @@
-"""What a set's folder holds: recordings, perhaps its noise, what a study of it found."""
+"""Folder of a recorded set: recordings, noise, and results of a study."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from pathlib import Path
 
 from firstcontact.core import Block, Dataset, InputError, Layout
 from firstcontact.recording import find_recordings, load_dataset, read_recording, read_rows
-from firstcontact_lab.report.results.file import read_results
-from firstcontact_lab.report.results.study import StudyResults, SubjectResults
+from firstcontact_lab.report.results import SubjectResults
+from firstcontact_lab.study.page import read_study
+from firstcontact_lab.study.parts.contacts import CONTACT
 
 RECORDINGS, NOISE, FRONT_ENDS, RESULTS = "recordings", "noise", "front_ends.csv", "results.json"
 
@@ -44,7 +45,7 @@ class RealSet:
 
     @property
     def layout(self) -> Layout:
-        """Of its pinches."""
+        """Layout of its pinches."""
         return self.dataset.layout
 
 
@@ -84,7 +85,7 @@ def _read(place: Path) -> RealSet:
         ends = {row["session"]: row["front_end"] for _, row in rows}
     study, early = None, 0.0
     if (place / RESULTS).exists():
-        results = read_results(place / RESULTS, StudyResults)
+        results = read_study(place / RESULTS)
         study = results.about
-        early = 1e-3 * (study.contact.about.early_ms or 0.0)
+        early = 1e-3 * (study[CONTACT].about.early_ms or 0.0)
     return RealSet(place.name, dataset, tuple(noise), ends, study, early)

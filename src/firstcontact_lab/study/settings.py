@@ -1,4 +1,4 @@
-"""How large a study is."""
+"""Size and seed of a study."""
 
 from __future__ import annotations
 

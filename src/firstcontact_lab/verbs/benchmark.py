@@ -48,11 +48,10 @@ class Benchmark:
             raise InputError("--condition and --quick are for the twin: omit them or --recordings")
         from firstcontact.core import installed_versions, write_text
         from firstcontact.twin import CONDITIONS, condition
-        from firstcontact_lab.report.benchmark_page import in_words, render
         from firstcontact_lab.report.folder import REPORT, RESULTS
-        from firstcontact_lab.report.results.benchmark import BenchmarkResults
-        from firstcontact_lab.report.results.file import read_results, write_results
+        from firstcontact_lab.report.results import read_results, write_results
         from firstcontact_lab.study.benchmark import QUICK, Size, benchmark
+        from firstcontact_lab.study.benchmark_page import BenchmarkResults, in_words, render
         from firstcontact_lab.study.recorded_benchmark import benchmark_recordings
 
         names = [condition(self.condition).name] if self.condition else list(CONDITIONS)

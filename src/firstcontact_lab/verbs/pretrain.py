@@ -1,4 +1,4 @@
-"""``firstcontact pretrain``: the network that comes with the package, made anew."""
+"""``firstcontact pretrain``: pre-train the network of the package."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from firstcontact.core import require_modules
 
 @dataclass(frozen=True)
 class Pretrain:
-    """Make the network of the any-time model anew, from simulated rigs.
+    """Pre-train the any-time network on simulated rigs.
 
     What is made on the way is kept: the same command goes on where it was stopped.
     """
@@ -38,7 +38,7 @@ class Pretrain:
         require_modules("cnn", "torch")
         from firstcontact_lab.pretraining.pretrain import Size, pretrain
 
-        size = Size().of(self.rigs, self.epochs)
+        size = Size().resized(self.rigs, self.epochs)
         with parallel(worker_count(self.workers)) as runner:
             model = pretrain(self.out, self.work, size, self.seed, runner, print)
         print(f"{model.kind}: {self.out}")

@@ -15,7 +15,7 @@ from firstcontact.core import InputError, require_modules
 
 @dataclass(frozen=True)
 class Study:
-    """Do every experiment that the data permit and write report.html and results.json."""
+    """Run every experiment that the data permit and write report.html and results.json."""
 
     recordings: Path | None = None
     """Recordings, or data that `firstcontact import` takes; without it the twin is simulated."""
@@ -43,7 +43,7 @@ class Study:
         """Run the study with its progress on stderr."""
         from firstcontact.core import worker_count
         from firstcontact.models import ESTIMATORS
-        from firstcontact_lab.report.results.board import read_board
+        from firstcontact_lab.study.parts.inference import read_board
         from firstcontact_lab.study.settings import StudySettings
 
         require_modules("study", "matplotlib", "jinja2")

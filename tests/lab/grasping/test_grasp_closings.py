@@ -8,7 +8,7 @@ import pytest
 from firstcontact.core import FINGERTIP_RATE, Serial, parallel
 from firstcontact_lab.grasping._learning import Models, learn, loaded
 from firstcontact_lab.grasping._search import search
-from firstcontact_lab.grasping._trials import PinchSetup, Row, Trial, plant_of, played, run_trial
+from firstcontact_lab.grasping._trials import PinchSetup, Row, Trial, played, run_trial, trial_plant
 from firstcontact_lab.grasping._variants import unmodulated, variants
 from firstcontact_lab.grasping.settings import KINDS, GraspStudySettings
 
@@ -41,20 +41,22 @@ def test_every_policy_closes_on_the_same_pinch() -> None:
     data = []
     for variant in VARIANTS:
         # Force arrays differ between variants; what piezos and strips say does not.
-        plant = plant_of(PinchSetup("block 5", 3), variant, 0.04)
+        plant = trial_plant(PinchSetup("block 5", 3), variant, 0.04)
         block = plant.advance(900)
         data.append(np.concatenate([block[:, :2], block[:, 14:]], axis=1).tobytes())
         assert plant.limit == np.inf
     assert len(set(data)) == 1
     eggs = {
-        plant_of(PinchSetup("egg shell", 1), v, lat).limit for v in VARIANTS for lat in (0.0, 0.08)
+        trial_plant(PinchSetup("egg shell", 1), v, lat).limit
+        for v in VARIANTS
+        for lat in (0.0, 0.08)
     }
     assert len(eggs) == 1
 
 
 def test_scenes_differ_in_chance_and_none_was_learned_from() -> None:
     setups = [PinchSetup("block 20", s, g) for s in range(4) for g in ("grasp", "search")]
-    plants = [plant_of(setup, VARIANTS[0], 0.02) for setup in setups]
+    plants = [trial_plant(setup, VARIANTS[0], 0.02) for setup in setups]
     assert len({plant.advance(500).tobytes() for plant in plants}) == len(setups)
 
 
@@ -66,7 +68,7 @@ def test_at_the_first_contact_they_still_share_their_past(models: Models) -> Non
 
 def test_the_estimate_comes_and_the_hand_is_told_after_the_contact(models: Models) -> None:
     setup = PinchSetup("block 60", 1)
-    plant = plant_of(setup, BY_KEY["early_exit"], 0.020)
+    plant = trial_plant(setup, BY_KEY["early_exit"], 0.020)
     told = played(plant, setup, BY_KEY["early_exit"], TUNED, models)
     first = plant.outcome.first_contact
     assert first is not None
@@ -104,7 +106,7 @@ def test_the_search_finds_what_holds_and_asks_other_pinches_than_the_report() ->
         assert one.tried == 4
         assert one.unsteady == 0
     reported, searched = (
-        plant_of(PinchSetup("block 5", 0, group), unmodulated(), 0.02).advance(400)
+        trial_plant(PinchSetup("block 5", 0, group), unmodulated(), 0.02).advance(400)
         for group in ("grasp", "search")
     )
     assert (reported != searched).any()

@@ -9,10 +9,8 @@ import msgspec
 import pytest
 from toy_results import results as toy_results
 
-from firstcontact_lab.grasping._report import render
-from firstcontact_lab.grasping.chapters import tables
-from firstcontact_lab.grasping.figures.fronts import fronts_figure, fronts_picture
-from firstcontact_lab.grasping.figures.objects import objects_figure
+from firstcontact_lab.grasping.chapters import render, tables
+from firstcontact_lab.grasping.figures import fronts_figure, fronts_picture, objects_figure
 from firstcontact_lab.grasping.results import Between, GraspResults
 from firstcontact_lab.grasping.sentences import headline, reflex_sentence, sentences, shortly
 
@@ -32,8 +30,8 @@ def test_the_page_holds_the_numbers_and_nothing_from_elsewhere(
     for sentence in sentences(results):
         assert sentence in page
     for table in tables(results):
-        assert table.rows
-        assert all(len(row) == len(table.head) for row in table.rows), table.caption
+        assert table.lines
+        assert all(len(line.cells) == len(table.head) for line in table.lines), table.caption
     assert not re.search(r"(src|href)=\"(?!data:|#)", page)
 
 

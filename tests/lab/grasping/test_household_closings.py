@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from firstcontact_lab.grasping._approach import Pick, approached, plant_for, specimen_of
+from firstcontact_lab.grasping._approach import Pick, approached, make_plant, pick_specimen
 from firstcontact_lab.grasping._branches import Branching, branches
 from firstcontact_lab.grasping._own_hand import HandSeed, OwnHand, own_hand
 from firstcontact_lab.grasping._real import RealJob, played
@@ -51,15 +51,15 @@ def test_the_estimate_is_one_from_before_the_second_contact(
     assert begun.heard is not None
     assert begun.heard >= begun.offset - 0.002
     assert all(a.duration <= begun.offset + 0.002 for a in begun.answers)
-    if begun.told is not None:
-        assert begun.told.value == begun.answers[-1].value
+    if begun.estimate is not None:
+        assert begun.estimate.value == begun.answers[-1].value
 
 
 def test_a_specimen_is_the_same_for_all_and_another_for_others() -> None:
     pick = Pick("apple", 1, 2)
-    one, again = (plant_for(pick).advance(300) for _ in range(2))
+    one, again = (make_plant(pick).advance(300) for _ in range(2))
     assert (one == again).all()
-    others = {specimen_of(Pick("apple", hand, n)).mass for hand in (1, 2) for n in (1, 2)}
+    others = {pick_specimen(Pick("apple", hand, n)).mass for hand in (1, 2) for n in (1, 2)}
     assert len(others) == 4
 
 
@@ -80,5 +80,5 @@ def test_a_declared_slip_is_told_its_latency_late_and_again(
 
 def test_tuned_and_judged_hands_differ() -> None:
     for seed in range(3):
-        tuning, judged = HouseholdSettings().hands_of(seed)
+        tuning, judged = HouseholdSettings().hand_seeds(seed)
         assert len({*tuning, *judged}) == 7

@@ -13,7 +13,7 @@ from toy_table import HOW, THINGS, branch, table
 from firstcontact.grasp import POLICIES
 from firstcontact.twin import HOUSEHOLD
 from firstcontact_lab.grasping._families import FAMILIES, family, folds
-from firstcontact_lab.grasping._front import SCALES, Front, front, resampled, scale_at
+from firstcontact_lab.grasping._front import SCALES, Front, find_scale, front, resampled
 from firstcontact_lab.grasping._household_numbers import (
     Tables,
     baseline,
@@ -26,10 +26,10 @@ from firstcontact_lab.grasping._household_numbers import (
     labelled,
     less,
     permuted,
-    weights_of,
+    resample_weights,
 )
 from firstcontact_lab.grasping._table import Outcomes, Reflexed, Table, exceeds
-from firstcontact_lab.grasping._tuning import settings_of
+from firstcontact_lab.grasping._tuning import policy_settings
 
 TABLES = Tables(table((1, 2)), table((11, 12, 13)), 4, 64, True, 3)
 
@@ -48,7 +48,7 @@ def test_between_the_forces_of_the_table_it_is_a_straight_line(force: float) -> 
 
 
 def test_a_reflex_saves_what_slips_and_presses_harder_on_what_it_saves() -> None:
-    toy = Table.of([branch(kind, 1) for kind in THINGS], HOW)
+    toy = Table.from_branches([branch(kind, 1) for kind in THINGS], HOW)
     heavy = toy.otherwise(limit=np.full(len(THINGS), 8.5))
     forces = np.full(len(THINGS), 2.0)
     plain, reflex = heavy.outcomes(0, forces), heavy.outcomes(0, forces, Reflexed(1, 0, 0))
@@ -69,11 +69,11 @@ def test_where_specimens_scatter_a_ratio_is_a_share() -> None:
 
 def test_drops_are_read_off_the_front_where_a_tenth_is_damaged() -> None:
     some = Front(np.linspace(0.4, 0.0, len(SCALES)), np.linspace(0.0, 0.2, len(SCALES)))
-    assert some.drops_at(0.1) == pytest.approx(0.2)
-    assert some.drops_at(0.5) == 0.0
-    assert scale_at(some) == pytest.approx(1.0)
+    assert some.drop_share(0.1) == pytest.approx(0.2)
+    assert some.drop_share(0.5) == 0.0
+    assert find_scale(some) == pytest.approx(1.0)
     floor = Front(np.linspace(0.4, 0.0, len(SCALES)), np.full(len(SCALES), 0.3))
-    assert floor.drops_at(0.1) == pytest.approx(0.2)
+    assert floor.drop_share(0.1) == pytest.approx(0.2)
 
 
 def test_a_front_is_of_shares_and_of_weighted_ones() -> None:
@@ -116,15 +116,15 @@ def test_every_policy_gets_the_same_number_of_settings_or_all(name: str) -> None
     kind = POLICIES[name]
     every = np.prod([len(t.tried) for t in kind.tunables.values()])
     for budget in (8, 10**6):
-        found = settings_of(kind, budget, False, 1)
+        found = policy_settings(kind, budget, False, 1)
         assert len({tuple(one.items()) for one in found}) == len(found) == min(budget, every)
-        assert found == settings_of(kind, budget, False, 1)
+        assert found == policy_settings(kind, budget, False, 1)
 
 
 def test_stiffness_gains_where_what_is_firm_is_heavy_and_nothing_where_both_are_dealt_anew() -> (
     None
 ):
-    weights = weights_of(TABLES.judged, 0)
+    weights = resample_weights(TABLES.judged, 0)
     blind, ours = judged(TABLES, baseline()), judged(TABLES, candidate())
     assert drops(blind, weights).value == pytest.approx(0.5)
     assert drops(ours, weights).value == 0.0
@@ -133,7 +133,7 @@ def test_stiffness_gains_where_what_is_firm_is_heavy_and_nothing_where_both_are_
     assert 0.0 < gain.low <= gain.high == 1.0
     told = labelled(TABLES.tuning, 0.0, 0), labelled(TABLES.judged, 0.0, 0)
     assert drops(judged(TABLES, candidate(), told), weights).value == 0.0
-    assert ceiling(TABLES.judged).drops_at() == 0.0
+    assert ceiling(TABLES.judged).drop_share() == 0.0
     assert permuted(TABLES, 12, True, True, 0).value < 0.5
 
 
@@ -143,10 +143,10 @@ def test_a_gain_is_a_share_of_what_the_other_drops_and_none_may_be_bought_for_no
 
 
 def test_in_resamples_drops_are_read_off_where_a_tenth_is_damaged_there() -> None:
-    weights = weights_of(TABLES.judged, 0)[:, :50]
+    weights = resample_weights(TABLES.judged, 0)[:, :50]
     blind, ours = judged(TABLES, baseline()), judged(TABLES, candidate())
     drawn = [
-        float(less(*(front(j.outcomes, w).drops_at() for j in (ours, blind)))) for w in weights.T
+        float(less(*(front(j.outcomes, w).drop_share() for j in (ours, blind)))) for w in weights.T
     ]
     found = fewer(ours, blind, weights)
     assert (found.low, found.high) == pytest.approx(tuple(np.percentile(drawn, [2.5, 97.5])))

@@ -38,4 +38,4 @@ def branch(kind: str, hand: int, specimen: int = 1) -> Branches:
 
 def table(hands: tuple[int, ...]) -> Table:
     """All things, by each of these hands."""
-    return Table.of([branch(kind, hand) for kind in THINGS for hand in hands], HOW)
+    return Table.from_branches([branch(kind, hand) for kind in THINGS for hand in hands], HOW)

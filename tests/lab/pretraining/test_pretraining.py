@@ -59,7 +59,7 @@ def test_shapes_fit_and_numbers_are_finite() -> None:
     n = len(examples)
     assert set(np.unique(examples.rigs)) == {0, 1, 2, 3}
     for rig in range(4):
-        its = examples.things[examples.rigs == rig]
+        its = examples.object_ids[examples.rigs == rig]
         assert sorted(set(its)) == list(range(-1, THINGS))
         assert (its >= 0).sum() == THINGS * ASKED
     assert examples.tokens.shape == (4, CONTEXTS, len(STAGES), LEVELS, TOKEN)
@@ -146,7 +146,7 @@ def test_a_batch_is_what_the_network_takes(tmp_path: Path) -> None:
     batch = draw_batch(examples, which, np.random.default_rng(0))
     assert batch.x.shape == (len(examples), INPUTS)
     assert np.isfinite(batch.x).all()
-    assert 0 < batch.known.mean() <= 1
+    assert 0 < batch.is_known.mean() <= 1
     tokens, there = token_rows(examples)
     assert batch.row.max() < len(tokens) == len(there)
     assert (there.sum(axis=1) >= 2).all()
@@ -164,7 +164,7 @@ def test_a_batch_is_what_the_network_takes(tmp_path: Path) -> None:
 def test_intervals_hold_their_share_of_what_they_were_made_from(tmp_path: Path) -> None:
     examples = few()
     model = finished(Training(examples, 2, SEED, tmp_path / "t").run(), examples, SEED)
-    things = examples.things >= 0
+    things = examples.object_ids >= 0
     for samples in (STAGES[0], STAGES[5], STAGES[-1]):
         values, spreads = answers(model.network, examples, samples, SEED)
         held = np.abs(values - examples.shore_a) <= model.half_widths(spreads, samples)

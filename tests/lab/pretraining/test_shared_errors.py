@@ -39,7 +39,7 @@ def test_the_share_that_is_taken_is_the_one_that_was_measured() -> None:
 
 def test_each_thing_is_pinched_again_in_one_session() -> None:
     once, again = rig_examples(1, 5), rig_examples(1, 5, again=PINCHES)
-    assert (once.things >= 0).sum() == THINGS * ASKED
-    assert (again.things >= 0).sum() == THINGS * PINCHES
-    things = again.things[: THINGS * PINCHES].reshape(THINGS, PINCHES)
+    assert (once.object_ids >= 0).sum() == THINGS * ASKED
+    assert (again.object_ids >= 0).sum() == THINGS * PINCHES
+    things = again.object_ids[: THINGS * PINCHES].reshape(THINGS, PINCHES)
     assert (things == np.arange(THINGS)[:, None]).all()

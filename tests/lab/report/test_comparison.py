@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import pytest
 
-from firstcontact_lab.report.comparison import compare
-from firstcontact_lab.report.results.study import SubjectResults
+from firstcontact_lab.report.results import SubjectResults
+from firstcontact_lab.report.tables import Cell
+from firstcontact_lab.study.page import comparison
 from partial import results
 
 
-def remark(found: SubjectResults, label: str, twin: bool = True) -> str:
-    (row,) = [r for r in compare([found], ["A"], twin) if r.label == label]
-    return row.remark
+def remarks(*found: SubjectResults) -> dict[str, str]:
+    """The remark of each row, for subjects A, B, ..."""
+    subjects = dict(zip("AB", found, strict=False))
+    return {line.cells[0].text: line.cells[-1].text for line in comparison(subjects).lines}
+
+
+def remark(found: SubjectResults, label: str) -> str:
+    return remarks(found)[label]
 
 
 @pytest.mark.parametrize(
@@ -33,7 +39,7 @@ def test_the_published_accuracy_is_placed_against_the_interval(
 ) -> None:
     scores = {"accuracy": 0.97, "n": 250, "intervals": {"accuracy": ends}}
     found = results(blocks={"svm": {"random_90_10": scores}})
-    assert f"lies {verdict}" in remark(found, "Blocks, SVM: accuracy, random 90/10")
+    assert f"A: {verdict}" in remark(found, "Blocks, SVM, random 90/10: accuracy")
 
 
 def test_each_subject_is_judged_by_name() -> None:
@@ -42,11 +48,10 @@ def test_each_subject_is_judged_by_name() -> None:
         errors = {"rmse": rmse, "mae": rmse, "mse": rmse**2}
         return results(blocks={"svm": {"random_90_10": scores}}, objects={"svm": errors})
 
-    rows = compare([found([0.96, 0.98], 9.0), found([0.5, 0.9], 3.0)], ["A", "B"], True)
-    remarks = {row.label: row.remark for row in rows}
-    interval = remarks["Blocks, SVM: accuracy, random 90/10"]
-    assert "inside that of A (250 test pinches) and above that of B" in interval
-    assert "A: above both; B: between." in remarks["Unseen objects, SVM: RMSE"]
+    both = remarks(found([0.96, 0.98], 9.0), found([0.5, 0.9], 3.0))
+    interval = both["Blocks, SVM, random 90/10: accuracy"]
+    assert "A: inside (250 test pinches); B: above" in interval
+    assert "A: above both; B: between." in both["Unseen objects, SVM: RMSE"]
 
 
 def test_the_accuracy_over_windows_says_what_silence_would_score() -> None:
@@ -54,26 +59,22 @@ def test_the_accuracy_over_windows_says_what_silence_would_score() -> None:
         scores = {"window_accuracy": 0.98, "windows": windows, "quiet_windows": quiet, "n": 10}
         return results(contact={"svm": scores})
 
-    label = "Contact, SVM: 20 ms windows judged right"
-    rows = compare([found(410, 400), found(30, 20)], ["A", "B"], True)
-    said = next(row.remark for row in rows if row.label == label)
-    assert "never fires has right: 97.6 % (A), 66.7 % (B)." in said
-    assert "early all" not in said
+    label = "Contact, SVM: windows right"
+    assert "A: 97.6 %, B: 66.7 %" in remarks(found(410, 400), found(30, 20))[label]
     assert "never fires" not in remark(judged(0.98, 1.0, 2.0), label)
 
 
 def test_with_late_labels_it_says_what_was_accepted() -> None:
     scores = {"window_accuracy": 0.98, "pinch_success": 1.0, "decided_within_3_ms": 0.5}
     found = results(contact={"svm": {**scores, "delay_ms": {"median": 2.0}}, "early_ms": 4.0})
-    rows = compare([found], ["A"], False)
-    assert not any("±3" in f"{row.label} {row.remark}" for row in rows)
-    remarks = {row.label: row.remark for row in rows}
-    placed = remarks["Contact, SVM: contact placed −7 to +3 ms from its label"]
+    texts = remarks(found)
+    assert not any("±3" in f"{label} {text}" for label, text in texts.items())
+    placed = texts["Contact, SVM: placed −7 to +3 ms from its label"]
     assert "from 7 ms before its label" in placed
-    decided = remarks["Contact, SVM: and decided −4 to +3 ms from its label"]
+    decided = texts["Contact, SVM: and decided −4 to +3 ms from its label"]
     assert "from 4 ms before its label to 3 ms after it" in decided
     # The target is a stricter one than what is counted here: nothing is said to be reached.
-    assert not any("arget" in row.remark for row in rows)
+    assert not any("arget" in text for text in texts.values())
 
 
 def judged(windows: float, pinches: float, delay: float) -> SubjectResults:
@@ -102,21 +103,21 @@ def test_the_target_is_judged_where_it_could_be_and_named() -> None:
         ([met, missed], "A: reached; B: not reached (pinches)."),
         ([met, results(data={})], ": A: reached."),
     ):
-        rows = compare(found, ["A", "B"], True)
-        assert verdict in next(r.remark for r in rows if r.label == DELAY)
+        assert verdict in remarks(*found)[DELAY]
 
 
 def test_agreement_of_an_input_is_not_called_a_result() -> None:
-    found = results(offset_ms={"mean": 16.6, "sd": 10.3, "share_below_15": 0.5})
-    assert "input of the twin" in remark(found, "First to second contact, mean")
-    assert "input" not in remark(found, "First to second contact, mean", twin=False)
+    offset = {"mean": 16.6, "sd": 10.3, "share_below_15": 0.5}
+    twin, real = (results(offset_ms=offset, data={"source": of}) for of in ("twin", "real"))
+    assert "input of the twin" in remark(twin, "First to second contact, mean")
+    assert "input" not in remark(real, "First to second contact, mean")
 
 
-def test_what_is_not_there_has_no_row() -> None:
-    assert compare([results(data={})], ["A"], True) == []
+def test_missing_results_have_no_row() -> None:
+    assert comparison({"A": results()}).lines == []
 
 
 def test_the_end_of_an_interval_is_not_rounded_up_to_all() -> None:
     scores = {"accuracy": 0.99, "n": 9, "intervals": {"accuracy": [0.9, 0.9997]}}
-    rows = compare([results(blocks={"svm": {"by_session": scores}})], ["A"], True)
-    assert rows[0].here == ["99.0 % [90.0, 99.97]"]
+    (line,) = comparison({"A": results(blocks={"svm": {"by_session": scores}})}).lines
+    assert line.cells[2] == Cell("99.0 %", "90.0 to 99.97")

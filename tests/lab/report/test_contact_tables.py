@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from firstcontact_lab.report._contact_tables import answer_table, contact_table
-from firstcontact_lab.report._tables import Table, inference_table
+from firstcontact_lab.report.tables import Table
+from firstcontact_lab.study.parts.answer_time import answer_table
+from firstcontact_lab.study.parts.contacts import contact_table
+from firstcontact_lab.study.parts.inference import inference_table
 from partial import results
 
 SCORES = {
@@ -19,26 +21,26 @@ SCORES = {
 
 def texts(table: Table | None) -> dict[str, list[str]]:
     assert table is not None
-    return {row.cells[0].text: [cell.text for cell in row.cells[1:]] for row in table.rows}
+    return {row.cells[0].text: [cell.text for cell in row.cells[1:]] for row in table.lines}
 
 
 def test_placing_and_deciding_are_two_rows() -> None:
     rows = texts(contact_table(results(contact={"svm": SCORES, "early_ms": 0.0})))
-    assert rows["Contact placed within ±3 ms"] == ["90.0 %"]
-    assert rows["... and decided within 3 ms"] == ["40.0 %"]
-    assert rows["Delay after contact, median"] == ["4.00 ms"]
+    assert rows["placed within ±3 ms"] == ["90.0 %"]
+    assert rows["and decided within 3 ms"] == ["40.0 %"]
+    assert rows["median delay of the decision"] == ["4.00 ms"]
 
 
 def test_late_labels_and_look_ahead_are_said() -> None:
     contact = {"svm": {**SCORES, "lookahead_ms": 2.03}, "early_ms": 4.0}
     table = contact_table(results(contact=contact))
-    assert "Delay after its label, median" in texts(table)
-    assert "Contact placed −7 to +3 ms from its label" in texts(table)
-    assert "... and decided −4 to +3 ms from its label" in texts(table)
+    assert "median delay of the decision after its label" in texts(table)
+    assert "placed −7 to +3 ms from its label" in texts(table)
+    assert "and decided −4 to +3 ms from its label" in texts(table)
     assert table is not None
-    assert "±3" not in " ".join(c.text + c.small for row in table.rows for c in row.cells)
+    assert "±3" not in " ".join(c.text + c.small for row in table.lines for c in row.cells)
     assert "up to 4 ms late" in table.caption
-    assert any("2.0 ms of it is the resampler" in row.cells[0].small for row in table.rows)
+    assert "2.0 ms of the resampler" in table.caption
 
 
 def test_where_steady_states_begin_is_said() -> None:
@@ -47,7 +49,7 @@ def test_where_steady_states_begin_is_said() -> None:
     assert table is not None
     said = "Steady states begin where the motor is heard above the rest before it (7), with the"
     assert f"{said} first sample (3)." in table.caption
-    assert texts(table)["Pinches: contact too soon to be seen"] == ["2"]
+    assert texts(table)["pinches: contact too soon to be seen"] == ["2"]
 
 
 def test_shared_specimens_are_said() -> None:
@@ -62,13 +64,11 @@ def answers(**entry: float) -> dict[str, Any]:
 
 
 def test_an_answer_is_shown_against_the_second_contact_where_it_is_known() -> None:
-    timed = {"p50": 50.0, "p99": 60.0}
     known = answers(median=16.0, p95=17.0, before_second=0.4)
-    found = results(answer_ms=known, data={"source": "twin"}, inference_us={"svm": timed})
+    found = results(answer_ms=known, data={"source": "twin"})
     table = answer_table(found)
     assert texts(table) == {"15 ms window": ["16.00 ms", "17.00 ms", "40.0 %", "9"]}
     assert table is not None
-    assert table.rows[0].cells[0].small == "plus the estimate (p50): SVM 0.05 ms"
     assert table.caption.endswith("Twin results.")
     alone = answer_table(results(answer_ms=answers(median=16.0, p95=17.0)))
     assert texts(alone) == {"15 ms window": ["16.00 ms", "17.00 ms", "9"]}
@@ -90,9 +90,8 @@ def test_every_timed_model_has_a_row() -> None:
     }
     tree = {"svm": {**entry, "support_vectors": 800, "classification": entry}, "cnn": entry}
     table = inference_table(results(inference_us=tree))
-    assert list(texts(table)) == ["SVM", "CNN", "SVM, classification"]
+    assert list(texts(table)) == ["SVM", "SVM, classification", "CNN"]
     assert table is not None
-    assert table.rows[0].cells[0].small == "800 support vectors; 3 calls preempted"
-    assert table.rows[0].cells[2].text == "9.0 µs"
-    assert table.rows[0].cells[2].small == "4200 µs with all"
+    assert table.lines[0].cells[0].small == "800 support vectors; 3 calls preempted; scikit-learn"
+    assert [cell.text for cell in table.lines[0].cells[2:4]] == ["9 µs", "4,200 µs"]
     assert "Load of the machine: 8.2 on 2 cores." in table.caption

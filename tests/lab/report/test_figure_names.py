@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from firstcontact.core import Dataset
-from firstcontact_lab.report.figures.boxes import boxes_figure
-from firstcontact_lab.report.figures.hardness import hardness_figure
-from firstcontact_lab.report.figures.timing import timing_figure
 from firstcontact_lab.study._subject import Subject
+from firstcontact_lab.study.parts.data import timing_figure
+from firstcontact_lab.study.parts.hardness import hardness_figure
+from firstcontact_lab.study.parts.objects import boxes_figure
 
 NAMES = [
     r"$\frac{$", "$x^2$", r"\alpha", "a\nb", "\x1b[31mred", "\x00", "x" * 5000, "苹果苹果苹果苹果",

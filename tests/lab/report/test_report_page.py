@@ -13,16 +13,15 @@ import numpy as np
 import pytest
 
 from firstcontact.models import RegressionScores
-from firstcontact_lab.report import sets_page
-from firstcontact_lab.report._chapters import Chapter, Column
-from firstcontact_lab.report._tables import Table
-from firstcontact_lab.report.figures.lengths import lengths_figure
-from firstcontact_lab.report.figures.offsets import offset_figure
 from firstcontact_lab.report.findings import Findings, PartResult
-from firstcontact_lab.report.page import render
-from firstcontact_lab.report.results.sets import SetResults, SetsResults
-from firstcontact_lab.report.results.stiffness import WindowErrors
+from firstcontact_lab.report.page import Column, Section
+from firstcontact_lab.report.results import NOTHING
 from firstcontact_lab.report.state import State
+from firstcontact_lab.report.tables import Table
+from firstcontact_lab.study.page import render
+from firstcontact_lab.study.parts.data import offset_figure
+from firstcontact_lab.study.parts.window_length import WindowErrors, lengths_figure
+from firstcontact_lab.study.sets import SET, SetResults, sets_page
 from firstcontact_lab.study.settings import StudySettings
 from partial import results
 
@@ -45,8 +44,8 @@ def page(subjects: int) -> str:
     for number in range(subjects):
         its = Findings(f"subject {number}", results(data={}))
         figures = [both] if number else [both, alone]
-        its.take(PartResult(results(contact={"early_ms": 0.0}), figures))
-        its.figures["timing"] = both
+        its.add("window_length", PartResult((), figures))
+        its.figures["data"] = {"timing": both}
         findings.append(its)
     state = State("firstcontact study", asdict(StudySettings()), False, findings, [])
     return render(state)
@@ -84,8 +83,8 @@ def test_a_command_that_is_not_utf8_is_shown_all_the_same() -> None:
 
 def test_a_table_of_many_columns_does_not_stand_beside_another() -> None:
     narrow, broad = (Table("", ["x"] * columns, []) for columns in (5, 12))
-    assert not Chapter("a", "A", "", [Column("one", [narrow], [])]).wide
-    assert Chapter("a", "A", "", [Column("one", [narrow, broad], [])]).wide
+    assert not Section("a", "A", "", [Column("one", [narrow], [])]).wide
+    assert Section("a", "A", "", [Column("one", [narrow, broad], [])]).wide
 
 
 def test_what_pages_share_is_in_each_of_them() -> None:
@@ -96,7 +95,7 @@ def test_what_pages_share_is_in_each_of_them() -> None:
 def test_no_page_holds_a_control_character() -> None:
     hostile = "\x1b[31m\x1b]0;owned\x07\x9b2J\u202ec\x7f"
     its = SetResults(n=1, sensor=hostile, rate_hz=5000.0, front_end=hostile, pinches=1, materials=1)
-    results = SetsResults(command=hostile, seconds=1.0, versions={}, sets={f"set {hostile}": its})
-    shown = sets_page.render(results)
+    findings = [Findings(f"set {hostile}", NOTHING.replace([SET(its)]))]
+    shown = sets_page(State(hostile, {"seed": 0}, False, findings, []))
     assert all(c in "\n\t" or c.isprintable() for c in shown)
     assert shown.count(r"\u001b[31m") == 4

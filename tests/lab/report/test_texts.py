@@ -1,4 +1,4 @@
-"""Prose follows the results: no sentence holds for some data only and stands there for all."""
+"""Text of the report follows the results: no sentence holds for some data only."""
 
 from __future__ import annotations
 
@@ -9,14 +9,27 @@ from typing import Any
 import pytest
 
 from firstcontact.core import Dataset
-from firstcontact_lab.report import _texts as texts
-from firstcontact_lab.report._chapters import chapters
-from firstcontact_lab.report._tables import block_table, data_table, hardness_table, length_table
 from firstcontact_lab.report.findings import Findings
-from firstcontact_lab.report.results.study import SubjectResults
+from firstcontact_lab.report.results import SubjectResults
 from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.parts.data import describe
+from firstcontact_lab.study.page import sections, shared
+from firstcontact_lab.study.parts import PARTS
+from firstcontact_lab.study.parts.blocks import block_table
+from firstcontact_lab.study.parts.data import DATA as DATA_FIELD
+from firstcontact_lab.study.parts.data import data_table, describe, kind
+from firstcontact_lab.study.parts.hardness import class_table
+from firstcontact_lab.study.parts.window_length import length_table
 from partial import results
+
+DATA = {
+    "source": "real", "pinches": 1, "train_pinches": 1, "test_pinches": 0, "specimens": 1,
+    "sessions": 1, "sample_rate_hz": 4936.0,
+}  # fmt: skip
+
+
+def text(part: str, found: SubjectResults) -> str:
+    """The text of a section for one subject."""
+    return PARTS[part].text({"A": found})
 
 
 def starting(way: str, **more: Any) -> SubjectResults:
@@ -24,106 +37,102 @@ def starting(way: str, **more: Any) -> SubjectResults:
 
 
 @pytest.mark.parametrize(
-    ("source", "kind", "row"),
+    ("source", "badge", "row"),
     [
         ("twin", "Twin results", "the twin"),
         ("real", "Real recordings", "real recordings"),
-        ("unknown", "Recordings of unknown origin", "not known"),
+        ("unknown", "Recordings of unknown origin", "unknown"),
     ],
 )
-def test_only_what_is_said_to_be_real_is_called_real(source: str, kind: str, row: str) -> None:
+def test_only_recordings_with_a_real_source_are_called_real(
+    source: str, badge: str, row: str
+) -> None:
     found = results(data={**DATA, "source": source})
-    assert texts.kind([found]) == kind
+    assert kind({"A": found}) == badge
     table = data_table(found)
     assert table is not None
-    assert table.rows[0].cells[1].text.startswith(row)
+    assert table.lines[0].cells[1].text.startswith(row)
 
 
-def test_what_could_not_be_read_is_told_with_what_was_left_out(
-    make_shore: Callable[..., Dataset],
-) -> None:
+def test_unreadable_files_are_left_out_with_the_reason(make_shore: Callable[..., Dataset]) -> None:
     dataset = make_shore(each=2)
     loss = "left out, since it cannot be read: session-1.mcap is empty"
     damaged = replace(dataset, notes=("assumed", loss), losses=(loss,))
     outcome = describe(Subject("recordings", damaged))
     assert outcome.left_out[0] == f"{loss}."
-    assert outcome.results.data is not None
-    assert outcome.results.data.notes == ["assumed"]
+    data = outcome.results[DATA_FIELD]
+    assert data is not None
+    assert data.notes == ["assumed"]
 
 
 def test_the_data_have_times_only_where_contacts_are_known() -> None:
-    assert "when each finger" in texts.data([results(offset_ms={})])
-    assert "when" not in texts.data([results(data={})])
+    assert "times" in text("data", results(offset_ms={}))
+    assert "times" not in text("data", results(data={}))
 
 
 @pytest.mark.parametrize(
-    ("way", "said", "never"),
+    ("way", "expected", "never"),
     [
-        ("svm", "did not learn from it", "threshold fires"),
-        ("three_sigma", "threshold fires", "did not learn from it"),
-        ("known", "at the known contacts", "did not learn from it"),
+        ("svm", "did not learn from", "threshold fires"),
+        ("three_sigma", "threshold fires", "did not learn from"),
+        ("known", "at the known contacts", "did not learn from"),
     ],
 )
-def test_where_windows_start(way: str, said: str, never: str) -> None:
-    text = texts.contact([starting(way)])
-    assert said in text
-    assert never not in text
-    assert "scored" not in text
-    assert "both are scored" in texts.contact([starting(way, three_sigma={"n": 3})])
+def test_the_start_of_windows_is_explained(way: str, expected: str, never: str) -> None:
+    section = text("contacts", starting(way))
+    assert expected in section
+    assert never not in section
+    assert "scored" not in section
+    assert "scored" in text("contacts", starting(way, three_sigma={"n": 3}))
 
 
 def test_objects_are_counted() -> None:
-    found = results(objects={"svm": {"over_objects": {"n": 34}}})
-    assert "34 here" in texts.objects([found])
-    assert "few" not in texts.objects([found])
+    assert "34 here" in text("objects", results(objects={"svm": {"over_objects": {"n": 34}}}))
 
 
-def test_ranks_beside_shore_values_are_not_said_to_stand_alone() -> None:
-    assert "No error in Shore A" in texts.hardness([results(hardness_order={})])
-    assert "No error" not in texts.hardness([results(hardness_order={}, blocks={"svm": {}})])
+def test_ranks_beside_shore_values_do_not_stand_alone() -> None:
+    assert "No error in Shore A" in text("hardness", results(hardness_order={}))
+    both = results(hardness_order={}, blocks={"svm": {}})
+    assert "No error" not in text("hardness", both)
 
 
 def test_an_answer_before_the_second_contact_needs_second_contacts() -> None:
-    assert "other finger" in texts.answer([results(answer_ms={"with_second": 3})])
-    assert "other finger" not in texts.answer([results(answer_ms={"n": 3})])
-    assert "label of the first" in texts.answer([starting("svm", early_ms=4.0)])
+    assert "other finger" in text("answer_time", results(answer_ms={"with_second": 3}))
+    assert "other finger" not in text("answer_time", results(answer_ms={"n": 3}))
+    assert "label of the first" in text("answer_time", starting("svm", early_ms=4.0))
 
 
-def test_what_the_detector_learned_from_is_said_where_it_learned() -> None:
+def test_the_training_data_of_the_detector_are_named_where_it_learned() -> None:
     scores = {"rmse": 3.0, "mae": 2.0, "mse": 9.0, "bias": 0.0, "n": 9}
     left_out = {"leave_one_shore_out": scores}
+    classes = {"svm": {"accuracy": 1.0, "n": 2, "classes": [0.0], "confusion": [[2]]}}
     order = {
         "score": "s",
         "spectral_centroid": {"n": 3},
-        "leave_one_material_out": {"rank_regression": {"n": 3}},
+        "leave_one_material_out": {"classification": classes},
     }
     for way, learned in (("svm", True), ("known", False), ("three_sigma", False)):
         found = results(
             contact={"windows_start_at": way}, blocks={"svm": left_out}, hardness_order=order
         )
-        table, ranks = block_table(found, "leave_one_shore_out"), hardness_table(found)
-        assert table is not None
-        assert ranks is not None
-        for text in (table.caption, ranks.caption, texts.shared([found])):
-            assert ("has learned from" in text) == learned
+        levels, classes_table = block_table(found, "leave_one_shore_out"), class_table(found)
+        assert levels is not None
+        assert classes_table is not None
+        for caption in (levels.caption, classes_table.caption, shared({"A": found})):
+            assert ("has learned from" in caption) == learned
 
 
-def test_the_searches_are_told_with_their_sizes() -> None:
+def test_the_size_of_the_search_is_in_the_caption() -> None:
     scores = {"rmse": 3.0, "mae": 2.0, "mse": 9.0}
     found = results(
         window_length_ms={"15": {"svm": {"blocks": scores}}}, window_length_search={"windows": 400}
     )
     table = length_table(found)
     assert table is not None
-    assert "up to 400 windows here, on more elsewhere" in table.caption
+    assert "400" in table.caption
+    assert "400" not in PARTS["window_length"].title
 
 
-def test_every_chapter_can_be_told_of_little() -> None:
-    (chapter,) = chapters([Findings("recordings", results(data=DATA))])
-    assert chapter.text == "What was touched."
-
-
-DATA = {
-    "source": "real", "pinches": 1, "train_pinches": 1, "test_pinches": 0, "specimens": 1,
-    "sessions": 1, "sample_rate_hz": 4936.0,
-}  # fmt: skip
+def test_a_section_needs_the_results_of_its_part_only() -> None:
+    (section,) = sections([Findings("recordings", results(data=DATA))])
+    assert section.anchor == "data"

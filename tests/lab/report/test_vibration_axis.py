@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from firstcontact.core import Channel, ChannelKind, Finger, Layout, fingertip_layout
-from firstcontact_lab.report.figures.style import vibration_axis
+from firstcontact_lab.report.style import vibration_axis
 
 
 def test_only_volts_become_millivolts() -> None:

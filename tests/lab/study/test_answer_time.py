@@ -9,9 +9,9 @@ import pytest
 
 from firstcontact.core import Contact, Dataset, Finger, Pinch, fingertip_layout
 from firstcontact.signal import lookahead
-from firstcontact_lab.report.results.study import NOTHING
+from firstcontact_lab.report.results import NOTHING
 from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.parts.answer_time import answer_time
+from firstcontact_lab.study.parts.answer_time import ANSWER, answer_time
 from firstcontact_lab.study.settings import StudySettings
 
 RATE = 4936.0
@@ -35,7 +35,7 @@ def found(sample: int, decided: int, finger: Finger = Finger.THUMB) -> Contact:
 def answer(*cases: tuple[int | None, Contact | None], rate: float | None = None, **settings):
     dataset = Dataset(tuple(pinch(offset) for offset, _ in cases), recorded_rate=rate)
     subject = Subject("any", dataset, tuple(contact for _, contact in cases))
-    return answer_time(subject, replace(StudySettings(), **settings)).results.answer_ms
+    return answer_time(subject, replace(StudySettings(), **settings)).results[ANSWER]
 
 
 def test_a_window_waits_for_its_end_and_the_filter():

@@ -16,10 +16,8 @@ from firstcontact.twin import (
     excerpt,
     simulate_pinch,
 )
-from firstcontact_lab.report._anytime_tables import anytime_table
-from firstcontact_lab.report.results.anytime import AnytimeResults
 from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.parts.anytime import anytime
+from firstcontact_lab.study.parts.anytime import ANYTIME, AnytimeResults, anytime, anytime_table
 from firstcontact_lab.study.settings import StudySettings
 
 BRIEF = StudySettings().quick()
@@ -53,8 +51,8 @@ def asked(pinches: list[Pinch], late: int = 2, decided: int = 8) -> AnytimeResul
         for p in pinches
     )
     outcome = anytime(Subject("any", Dataset(tuple(pinches)), found), BRIEF)
-    assert (outcome.results.anytime is None) == bool(outcome.left_out)
-    return outcome.results.anytime
+    assert (outcome.results[ANYTIME] is None) == bool(outcome.left_out)
+    return outcome.results[ANYTIME]
 
 
 def test_unseen_objects_are_asked_about_and_blocks_of_other_sessions(blocks, objects) -> None:
@@ -93,7 +91,7 @@ def test_another_finger_is_no_answer(blocks, objects) -> None:
     pinches = blocks + objects
     other = {Finger.THUMB: Finger.INDEX, Finger.INDEX: Finger.THUMB}
     found = tuple(Contact(other[p.first.finger], p.first.sample, p.first.sample) for p in pinches)
-    scores = anytime(Subject("any", Dataset(tuple(pinches)), found), BRIEF).results.anytime
+    scores = anytime(Subject("any", Dataset(tuple(pinches)), found), BRIEF).results[ANYTIME]
     assert scores is None or scores.before_second == 0.0
 
 
@@ -113,5 +111,5 @@ def test_the_table_has_a_column_a_time(blocks, objects) -> None:
     results = anytime(Subject("any", pinches), BRIEF).results
     table = anytime_table(results)
     assert results.anytime.before_second is None  # contacts were not found but known
-    assert all(len(row.cells) == len(table.head) == 6 for row in table.rows)
+    assert all(len(row.cells) == len(table.head) == 6 for row in table.lines)
     assert all(p.label.role is Role.TEST for p in objects)

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 from firstcontact.core import Dataset, Serial
 from firstcontact_lab.report.findings import PartResult
-from firstcontact_lab.report.results.study import NOTHING
+from firstcontact_lab.report.results import NOTHING
 from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.parts.hardness import hardness, spectral_centroid
+from firstcontact_lab.study.parts.hardness import HARDNESS, hardness, spectral_centroid
 from firstcontact_lab.study.parts.short_windows import short_windows
 from firstcontact_lab.study.settings import StudySettings
 
@@ -39,7 +39,7 @@ def test_centroid_of_a_tone_is_near_its_frequency_and_blind_to_gain(
 
 def test_rings_that_are_faster_when_harder_come_in_order(ranks: Dataset) -> None:
     outcome = hardness(Subject("recordings", ranks), StudySettings(), Serial())
-    order = outcome.results.hardness_order
+    order = outcome.results[HARDNESS]
     assert order is not None
     correlation = order.spectral_centroid
     assert correlation.rho is not None
@@ -62,7 +62,7 @@ def test_holds_without_a_known_contact_get_no_score(
     unknown = dataclasses.replace(
         ranks, pinches=tuple(dataclasses.replace(p, truth=()) for p in ranks.pinches)
     )
-    subject = Subject("recordings", unknown, found=tuple(p.first for p in ranks.pinches))
+    subject = Subject("recordings", unknown, detections=tuple(p.first for p in ranks.pinches))
     outcome = part(subject, StudySettings(), Serial())
     assert outcome.results is NOTHING
     assert not outcome.figures

@@ -10,16 +10,20 @@ import pytest
 from firstcontact.core import Dataset, Serial, gent_modulus, gent_shore_a
 from firstcontact.models import ESTIMATORS, LabelledWindows
 from firstcontact.twin import PAPER_RIG
-from firstcontact_lab.report._anytime_tables import objects_off_blocks, others_off_blocks
 from firstcontact_lab.study._comparison import MASKED, NETWORK
-from firstcontact_lab.study._entrants import Asked, Entrant, answer
+from firstcontact_lab.study._entrants import Entrant, Query, answer
 from firstcontact_lab.study._off_blocks import Answered, off_blocks
 from firstcontact_lab.study._rig_sets import RigSet, Sizes, Use, rig_set
 from firstcontact_lab.study._subject import Subject
 from firstcontact_lab.study.parts import generalise as part
+from firstcontact_lab.study.parts.generalise import (
+    GENERALISE,
+    objects_off_blocks,
+    others_off_blocks,
+)
 from firstcontact_lab.study.settings import StudySettings
 
-SIZES = Sizes(blocks=4, held=2, objects=3, other_blocks=2, kinds=4)
+SIZES = Sizes(blocks=4, held_out=2, objects=3, other_blocks=2, kinds=4)
 
 
 @pytest.fixture(scope="module")
@@ -30,18 +34,18 @@ def small() -> RigSet:
 def test_a_set_has_every_use_and_shares_no_specimen_with_the_floor(small: RigSet) -> None:
     n = len(small.windows)
     assert len(small.touches) == len(small.uses) == len(small.radii) == n
-    counts = {use: len(small.where(use)) for use in Use}
+    counts = {use: len(small.indices(use)) for use in Use}
     assert min(counts.values()) > 0
     assert sum(counts.values()) == n
     specimens = small.windows.specimens
-    floor = set(specimens[small.where(Use.KINDS)])
-    assert not floor & set(specimens[small.where(Use.OBJECTS)])
-    assert set(specimens[small.where(Use.OBJECTS)]) == set(
-        specimens[small.where(Use.OTHER_OBJECTS)]
+    floor = set(specimens[small.indices(Use.KINDS)])
+    assert not floor & set(specimens[small.indices(Use.OBJECTS)])
+    assert set(specimens[small.indices(Use.OBJECTS)]) == set(
+        specimens[small.indices(Use.OTHER_OBJECTS)]
     )
     sessions = small.windows.sessions
     for use, other in ((Use.BLOCKS, Use.HELD), (Use.OBJECTS, Use.KINDS)):
-        assert not set(sessions[small.where(use)]) & set(sessions[small.where(other)])
+        assert not set(sessions[small.indices(use)]) & set(sessions[small.where(other)])
 
 
 def test_a_set_is_its_seeds(small: RigSet) -> None:
@@ -51,8 +55,8 @@ def test_a_set_is_its_seeds(small: RigSet) -> None:
 
 
 def test_blocks_are_flat_and_objects_round(small: RigSet) -> None:
-    assert np.isinf(small.radii[small.where(Use.BLOCKS)]).all()
-    assert (small.radii[small.where(Use.OBJECTS)] < 0.05).all()
+    assert np.isinf(small.radii[small.indices(Use.BLOCKS)]).all()
+    assert (small.radii[small.indices(Use.OBJECTS)] < 0.05).all()
 
 
 @pytest.mark.parametrize("shore_a", [5.0, 28.0, 67.0, 90.0])
@@ -61,8 +65,8 @@ def test_a_modulus_is_a_reading_and_back(shore_a: float) -> None:
 
 
 def test_who_is_told_the_modulus_errs_by_the_label_alone(small: RigSet) -> None:
-    ask = small.where(Use.BLOCKS)
-    told = Asked(Entrant("modulus", "told the modulus"), 0, ask[:0], ask)
+    ask = small.indices(Use.BLOCKS)
+    told = Query(Entrant("modulus", "told the modulus"), 0, ask[:0], ask)
     values = answer(told, [small], 0)
     assert np.abs(values - small.windows.y[ask]).max() < 12.0
     exact = replace(small, moduli=np.array([gent_modulus(s) for s in small.windows.y]))
@@ -70,9 +74,9 @@ def test_who_is_told_the_modulus_errs_by_the_label_alone(small: RigSet) -> None:
 
 
 def test_who_is_told_the_stiffness_learns_it_on_these_blocks(small: RigSet) -> None:
-    learn, ask = small.where(Use.BLOCKS), small.where(Use.HELD)
+    learn, ask = small.indices(Use.BLOCKS), small.indices(Use.HELD)
     known = np.exp(small.windows.y / 20)
-    told = Asked(Entrant("contact_stiffness", "told the stiffness"), 0, learn, ask)
+    told = Query(Entrant("contact_stiffness", "told the stiffness"), 0, learn, ask)
     values = answer(told, [replace(small, stiffnesses=known)], 0)
     assert values == pytest.approx(small.windows.y[ask])
 
@@ -125,7 +129,7 @@ def test_everybody_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(part, "BRIEF", SIZES)
     subject = Subject(PAPER_RIG.name, Dataset(()))
     outcome = part.generalise(subject, StudySettings().quick(), Serial())
-    found = outcome.results.generalise
+    found = outcome.results[GENERALISE]
     assert (found.sets, found.floor.sets) == (1, 1)
     fast = {n for n, e in ESTIMATORS.items() if not e.baseline and not e.slow}
     assert fast | {its.name for its in (MASKED, *NETWORK)} == set(found.estimators)
@@ -134,11 +138,11 @@ def test_everybody_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     objects, others = (make(outcome.results) for make in (objects_off_blocks, others_off_blocks))
     assert len(objects.rows) == len(others.rows) + 1  # the floor knows objects alone
     for table in (objects, others):
-        assert all(len(row.cells) == len(table.head) for row in table.rows)
+        assert all(len(row.cells) == len(table.head) for row in table.lines)
     assert [figure.key for figure in outcome.figures] == ["generalise"]
 
 
 def test_recordings_have_no_rigs_to_draw() -> None:
     outcome = part.generalise(Subject("recordings", Dataset(())), StudySettings(), Serial())
-    assert outcome.results.generalise is None
+    assert outcome.results[GENERALISE] is None
     assert not outcome.left_out

@@ -38,11 +38,11 @@ def done(shore: Dataset, tmp_path_factory: pytest.TempPathFactory) -> Path:
     seen: list[int] = []
 
     def tick(title: str) -> None:
-        if state.done:
+        if state.completed:
             tree = results(out)
-            assert len(tree["pending"]) == len(steps) - state.done
+            assert len(tree["pending"]) == len(steps) - state.completed
             assert "Still running" in (out / "report.html").read_text(encoding="utf-8")
-            seen.append(state.done)
+            seen.append(state.completed)
 
     protocol.run(steps, state, out, tick)
     assert seen == list(range(1, len(steps)))

@@ -8,10 +8,14 @@ from dataclasses import replace
 import numpy as np
 
 from firstcontact.core import Contact, Dataset
-from firstcontact_lab.report._tables import second_table
 from firstcontact_lab.study._subject import Subject
 from firstcontact_lab.study.parts.objects import UNSEEN
-from firstcontact_lab.study.parts.second_contact import misplaced, second_contact
+from firstcontact_lab.study.parts.second_contact import (
+    SECOND_CONTACT,
+    misplaced,
+    second_contact,
+    second_table,
+)
 from firstcontact_lab.study.settings import StudySettings
 
 MS = 4.936
@@ -20,7 +24,7 @@ MS = 4.936
 def subject(dataset: Dataset, shifts: dict[int, Contact]) -> Subject:
     """Windows start at the truth, but for these."""
     made = Subject("a", dataset)
-    made.found = tuple(shifts.get(i, p.first) for i, p in enumerate(dataset.pinches))
+    made.detections = tuple(shifts.get(i, p.first) for i, p in enumerate(dataset.pinches))
     return made
 
 
@@ -48,7 +52,7 @@ def test_windows_of_false_triggers_have_a_row_of_their_own(
     predicted[~data.test] = np.nan
     its.predictions["svm", UNSEEN] = (data, predicted)
     outcome = second_contact(its, StudySettings())
-    found = outcome.results.second_contact_in_window
+    found = outcome.results[SECOND_CONTACT]
     assert found is not None
     sides = found["svm"].objects
     assert sides is not None
@@ -58,7 +62,7 @@ def test_windows_of_false_triggers_have_a_row_of_their_own(
     assert sum(side.n for side in sides.values()) == int(data.test.sum())
     table = second_table(outcome.results)
     assert table is not None
-    assert any("does not begin at the first contact" in r.cells[0].small for r in table.rows)
+    assert any("does not begin at the first contact" in r.cells[0].small for r in table.lines)
 
 
 def test_late_labels_let_windows_begin_earlier(make_shore: Callable[..., Dataset]) -> None:

@@ -12,8 +12,9 @@ from firstcontact.cli.main import main
 from firstcontact.contact import DETECTORS
 from firstcontact.core import Block, Dataset
 from firstcontact.recording import Header, RecordingWriter, write_dataset
-from firstcontact_lab.report.results.file import read_results
-from firstcontact_lab.report.results.sets import SetsResults
+from firstcontact_lab.study.noises import NOISE
+from firstcontact_lab.study.page import read_study
+from firstcontact_lab.study.sets import SET
 
 
 @pytest.fixture
@@ -35,7 +36,8 @@ def folder(tmp_path: Path, shore: Dataset) -> Path:
 
 def test_every_detector_is_scored_and_the_page_written(folder: Path) -> None:
     assert main(["sets", str(folder), "--twin", str(folder.parent / "twin")]) == 0
-    results = read_results(folder / "results.json", SetsResults).sets["toys"]
+    results = read_study(folder / "results.json").about[SET]
+    assert results is not None
     assert results.n > 0
     assert results.front_end == "a test"
     assert results.training == "others"
@@ -46,7 +48,7 @@ def test_every_detector_is_scored_and_the_page_written(folder: Path) -> None:
     ways = {name: set(found) for name, found in (results.detectors or {}).items()}
     learned = {"twin", "others"}
     assert ways == {n: learned if d.learns else {"nothing"} for n, d in DETECTORS.items()}
-    tree = json.loads((folder / "results.json").read_text())["sets"]["toys"]
+    tree = json.loads((folder / "results.json").read_text())["set"]
     assert set(tree["delay_ms"]) == {"median", "p95"}
     page = (folder / "report.html").read_text()
     assert "a test" in page
@@ -60,7 +62,8 @@ def test_the_twin_over_another_noise_has_a_row(folder: Path) -> None:
         (other / file.name).write_bytes(file.read_bytes())
     words = ["sets", str(folder), "--twin", str(twin), "--noises", str(other)]
     assert main(words) == 0
-    found = (read_results(folder / "results.json", SetsResults).noises or {})["other_noise"]
+    found = read_study(folder / "results.json")["other_noise"][NOISE]
+    assert found is not None
     assert set(found.detectors) == set(DETECTORS)
     assert found.noise == "as modelled"
     assert found.estimated > 0

@@ -6,11 +6,15 @@ import pytest
 
 from firstcontact.core import Contact, Dataset, Serial
 from firstcontact.models import ESTIMATORS
-from firstcontact_lab.report._short_tables import materials_table, short_table
-from firstcontact_lab.report.results.real import RealSet
-from firstcontact_lab.report.results.study import NOTHING
+from firstcontact_lab.report.results import NOTHING
 from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.parts.short_windows import short_windows
+from firstcontact_lab.study.parts.short_windows import (
+    REAL,
+    RealSet,
+    materials_table,
+    short_table,
+    short_windows,
+)
 from firstcontact_lab.study.settings import StudySettings
 
 BRIEF = StudySettings().quick()
@@ -26,13 +30,13 @@ def found(ranks: Dataset) -> RealSet:
     )
     subject = Subject("recordings", dataset, late, set_name="rings")
     outcome = short_windows(subject, BRIEF, Serial())
-    assert outcome.results.real is not None
+    assert outcome.results[REAL] is not None
     assert short_table(outcome.results) is not None
     table = materials_table(outcome.results)
     assert table is not None
-    assert len(table.rows) == 4
+    assert len(table.lines) == 4
     assert len(outcome.figures) == 3
-    return outcome.results.real["rings"]
+    return outcome.results[REAL]["rings"]
 
 
 def test_every_reading_leaves_whole_materials_out(found: RealSet) -> None:

@@ -12,8 +12,8 @@ import pytest
 from firstcontact.core import Dataset, Label, Role
 from firstcontact.models import ESTIMATORS
 from firstcontact.recording import Header, write_dataset
-from firstcontact_lab.report.results.benchmark import BenchmarkResults
-from firstcontact_lab.report.results.file import read_results
+from firstcontact_lab.report.results import read_results
+from firstcontact_lab.study.benchmark_page import BenchmarkResults
 from trainings import LAYOUT, recordings, run, touch
 
 MINE = """

@@ -1,4 +1,4 @@
-"""When a stiffness could be told, and whether the other finger had touched by then."""
+"""Time from the contact to a complete window."""
 
 from __future__ import annotations
 
@@ -7,14 +7,49 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 from msgspec.structs import asdict
 
-from firstcontact.core import Contact, Dataset, Pinch
-from firstcontact.models import DURATION, quantiles, resampler_lookahead, right_and_not_early
+from firstcontact.core import Contact, Dataset, Pinch, Record
+from firstcontact.models import (
+    DURATION,
+    quantiles,
+    resampler_lookahead,
+    right_and_not_early,
+)
 from firstcontact.signal import Conditioner, contact_windows, samples_in
-from firstcontact_lab.report.findings import PartResult
-from firstcontact_lab.report.results.contact import Answers, AnswerTimes
-from firstcontact_lab.report.results.study import SubjectResults
+from firstcontact_lab.report.findings import Card, PartResult
+from firstcontact_lab.report.results import Field, SubjectResults
+from firstcontact_lab.report.tables import (
+    ABSENT,
+    Cell,
+    Row,
+    Table,
+    matrix,
+    optional,
+)
 from firstcontact_lab.study._subject import Subject
+from firstcontact_lab.study.part import Part, Step, Subjects, card_lines
+from firstcontact_lab.study.parts.contacts import Accepted
+from firstcontact_lab.study.parts.data import is_twin
 from firstcontact_lab.study.settings import StudySettings
+
+
+class Answers(Record, frozen=True, kw_only=True):
+    """Times from the contact to a complete window of one length, ms: ``n`` of ``of`` pinches.
+
+    ``before_second``: share that this was before the second contact, of ``with_second`` pinches.
+    """
+
+    n: int
+    of: int
+    median: float | None = None
+    p95: float | None = None
+    before_second: float | None = None
+    with_second: int | None = None
+
+
+class AnswerTimes(Answers, frozen=True, kw_only=True):
+    """Times of the usual window, and of every window length by its name, ms."""
+
+    window_length_ms: dict[str, Answers]
 
 
 def answer_time(subject: Subject, settings: StudySettings) -> PartResult:
@@ -27,20 +62,20 @@ def answer_time(subject: Subject, settings: StudySettings) -> PartResult:
     and followed by a whole window. Pinches without one count as not answered. So
     ``before_second`` is of samples, and not the "in time" of live output.
     """
-    known = [i for i, p in enumerate(subject.dataset.pinches) if p.first is not None]
-    if known and not subject.found:
+    answer_sample = [i for i, p in enumerate(subject.dataset.pinches) if p.first is not None]
+    if answer_sample and not subject.detections:
         return PartResult(
             left_out=["Time to an answer: windows start at the known contacts, not at found ones."]
         )
-    if not known:
+    if not answer_sample:
         return PartResult(left_out=["Time to an answer: no pinch has a known first contact."])
     by_length = {
-        duration: _at(subject, duration, settings.early)
+        duration: _times(subject, duration, settings.early)
         for duration in sorted({*settings.durations, DURATION})
     }
     lengths = {f"{1e3 * duration:g}": scores for duration, scores in by_length.items()}
     times = AnswerTimes(**asdict(by_length[DURATION]), window_length_ms=lengths)
-    return PartResult(SubjectResults(answer_ms=times))
+    return PartResult([ANSWER(times)])
 
 
 def answered(pinch: Pinch, contact: Contact, duration: float) -> int:
@@ -53,10 +88,10 @@ def answered(pinch: Pinch, contact: Contact, duration: float) -> int:
 def waits(
     dataset: Dataset,
     contacts: Sequence[Contact | None],
-    known: Callable[[Pinch, Contact], int],
+    answer_sample: Callable[[Pinch, Contact], int],
     early: float,
 ) -> Iterator[tuple[Pinch, float | None]]:
-    """How long after its true first contact each pinch that has one is answered for, s.
+    """Yield each pinch with a known first contact and its time to an answer, s.
 
     The resampler's look-ahead is added. A contact that is another finger's, or early, is no
     answer: None.
@@ -65,7 +100,7 @@ def waits(
     ----------
     dataset, contacts
         The pinches, and the contacts to answer about; None where there is nothing to answer.
-    known
+    answer_sample
         Number of the sample with which the answer about a contact is known.
     early
         So much before the true one a contact may be placed, s.
@@ -78,7 +113,7 @@ def waits(
         if contact is None or not right_and_not_early(contact, truth, rate, early):
             yield pinch, None
         else:
-            yield pinch, (known(pinch, contact) - truth.sample) / rate + waited
+            yield pinch, (answer_sample(pinch, contact) - truth.sample) / rate + waited
 
 
 def before_second(answers: Sequence[tuple[Pinch, float | None]]) -> tuple[float | None, int | None]:
@@ -91,19 +126,114 @@ def before_second(answers: Sequence[tuple[Pinch, float | None]]) -> tuple[float 
     return (early / len(both), len(both)) if both else (None, None)
 
 
-def _at(subject: Subject, duration: float, early: float) -> Answers:
+def _times(subject: Subject, duration: float, early: float) -> Answers:
     dataset = subject.dataset
-    whole = contact_windows(dataset, subject.found, duration)[1]
-    asked = [c if complete else None for c, complete in zip(subject.found, whole, strict=True)]
-    answers = list(waits(dataset, asked, lambda p, c: answered(p, c, duration), early))
-    after = [1e3 * seconds for _, seconds in answers if seconds is not None]
-    delays = quantiles(np.array(after)) if after else None
+    is_complete = contact_windows(dataset, subject.detections, duration)[1]
+    contacts = [
+        c if complete else None for c, complete in zip(subject.detections, is_complete, strict=True)
+    ]
+    answers = list(waits(dataset, contacts, lambda p, c: answered(p, c, duration), early))
+    delays_ms = [1e3 * seconds for _, seconds in answers if seconds is not None]
+    delays = quantiles(np.array(delays_ms)) if delays_ms else None
     share, with_second = before_second(answers)
     return Answers(
-        n=len(after),
+        n=len(delays_ms),
         of=len(answers),
         median=delays.median if delays else None,
         p95=delays.p95 if delays else None,
         before_second=share,
         with_second=with_second,
     )
+
+
+ANSWER = Field.optional("answer_ms", AnswerTimes)
+#: Rows of one window length.
+_TIMES: Sequence[Row[Answers]] = (
+    Row("Median", lambda answers: answers.median, "ms"),
+    Row("95th percentile", lambda answers: answers.p95, "ms"),
+    Row("Samples before second contact", lambda answers: answers.before_second, "share"),
+    Row("Answers", lambda answers: answers.n),
+)
+
+
+def _text(subjects: Subjects) -> str:
+    place = (
+        "label of the first contact" if Accepted.from_results(subjects).early else "first contact"
+    )
+    text = f"Time from the {place} to a complete window"
+    answers = (results[ANSWER] for results in subjects.values())
+    if any(times and times.with_second for times in answers):
+        return f"{text}, and the share of pinches in which the other finger touches later."
+    return f"{text}."
+
+
+def answer_table(results: SubjectResults) -> Table | None:
+    """Return the time to a complete window, and how often the other finger touches later."""
+    times = results[ANSWER]
+    if not times:
+        return None
+    lengths = sorted(times.window_length_ms.items(), key=lambda item: float(item[0]))
+    place = Accepted.from_results({"": results}).place
+    caption = (
+        f"From the {place} to a complete window: the wait for the decision and the look-ahead of "
+        "the filters counted. A pinch whose first trigger is "
+        "missed, early or on the "
+        "wrong finger has no answer. Computing and transport are left out."
+    )
+    if is_twin(results):
+        caption += " Twin results."
+    entries = (
+        (Cell(f"{ms} ms window", f"of {answers.of:,}"), answers, False) for ms, answers in lengths
+    )
+    return matrix(caption, _TIMES, entries)
+
+
+def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
+    label = (
+        "Label of the first contact" if Accepted.from_results(subjects).early else "First contact"
+    )
+    return [
+        Row(
+            f"{label} to a complete 15 ms window, median",
+            optional(lambda r: r[ANSWER], lambda a: a.median),
+            "ms",
+            remark="With the look-ahead of the filters and the wait for the decision, without the "
+            "estimate's arithmetic.",
+        ),
+        Row(
+            "15 ms window complete before the second contact",
+            optional(lambda r: r[ANSWER], lambda a: a.before_second),
+            "share",
+            remark="Of all pinches with a known second contact. A missed, early or wrong-finger "
+            "trigger counts as not answered. Computing and transport are left out.",
+        ),
+    ]
+
+
+def _cards(subjects: Subjects) -> list[Card]:
+    median, share = _rows(subjects)
+    twin = ", twin" if any(map(is_twin, subjects.values())) else ""
+
+    def note(name: str, results: SubjectResults) -> str:
+        time = median.cell(results).text
+        return "" if time == ABSENT else f"median {time} after the first"
+
+    return [
+        Card(
+            "15 ms window complete before the second contact",
+            card_lines(subjects, {"": share}, note),
+            "of pinches with a known second contact; waits and look-aheads counted, computing and "
+            f"transport left out, which live counts{twin}",
+        )
+    ]
+
+
+PART = Part(
+    "answer",
+    "Time to an answer",
+    [Step("time to an answer", lambda subject, settings, runner: answer_time(subject, settings))],
+    _text,
+    [answer_table],
+    _rows,
+    _cards,
+)

@@ -1,17 +1,18 @@
-"""Discrimination and regression on the pinches to learn from, in every split."""
+"""Classification and regression of the blocks in every split."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from msgspec.structs import asdict, replace
 
-from firstcontact.core import ByName, Runner
+from firstcontact.core import INK, ByName, Record, Runner, missing_modules, percent
 from firstcontact.models import (
     DURATION,
     ESTIMATORS,
+    Ends,
     LabelledWindows,
     Question,
     RegressionScores,
@@ -19,6 +20,7 @@ from firstcontact.models import (
     Task,
     TaskScores,
     Values,
+    bounded,
     by_session,
     classification_scores,
     held_out,
@@ -27,23 +29,75 @@ from firstcontact.models import (
     never_learned,
     random_90_10,
     regression_scores,
+    window_estimators,
 )
 from firstcontact_lab.report import names
-from firstcontact_lab.report.figures.confusion import confusion_figure
-from firstcontact_lab.report.figures.levels import leave_one_out_figure
-from firstcontact_lab.report.findings import Figure, PartResult
-from firstcontact_lab.report.results.stiffness import (
-    BlockConditions,
-    BlockScores,
-    SplitScores,
-    WindowCounts,
-)
-from firstcontact_lab.report.results.study import SubjectResults
+from firstcontact_lab.report.findings import Card, Figure, PartResult
+from firstcontact_lab.report.results import Field, SubjectResults
+from firstcontact_lab.report.style import boxes, canvas, uri
+from firstcontact_lab.report.tables import ABSENT, Cell, Row, Table, lifted, matrix
 from firstcontact_lab.study._subject import Subject
+from firstcontact_lab.study.part import Part, Step, Subjects, card_lines, distinct, per_subject
+from firstcontact_lab.study.parts.contacts import is_learned
 from firstcontact_lab.study.settings import StudySettings
+
+
+class WindowCounts(Record, frozen=True, kw_only=True):
+    """Pinches with a label, and how many of them have a window."""
+
+    pinches: int
+    with_window: int
+
+
+class SplitScores(Record, frozen=True, kw_only=True):
+    """Regression and classification in one split, as far as they were asked for.
+
+    ``per_level`` has the errors of each Shore A level by itself.
+    """
+
+    rmse: float | None = None
+    mae: float | None = None
+    mse: float | None = None
+    bias: float | None = None
+    n: int
+    spearman: float | None = None
+    accuracy: float | None = None
+    classes: list[float] | None = None
+    confusion: list[list[int]] | None = None
+    intervals: dict[str, Ends]
+    per_level: dict[str, RegressionScores] | None = None
+
+
+class BlockScores(Record, frozen=True, kw_only=True):
+    """An estimator in the splits of the blocks.
+
+    ``strip_aligned`` has the same with windows that start at the known contact.
+    """
+
+    random_90_10: SplitScores | None = None
+    by_session: SplitScores | None = None
+    leave_one_shore_out: SplitScores | None = None
+    strip_aligned: BlockScores | None = None
+
+    def split(self, name: str) -> SplitScores | None:
+        """The scores of a split."""
+        scores_by_model: SplitScores | None = getattr(self, name)
+        return scores_by_model
+
+
+class BlockConditions(Record, frozen=True, kw_only=True):
+    """Conditions of all estimators on blocks."""
+
+    windows: WindowCounts | None = None
+
+
+#: Scores by the name of the estimator.
+BlockResults = ByName[BlockScores, BlockConditions]
+
 
 #: Splits in the order of the report.
 RANDOM, SESSION, LEVEL = "random_90_10", "by_session", "leave_one_shore_out"
+
 
 Splits = dict[tuple[str, Task], list[Split]]
 
@@ -67,7 +121,7 @@ def blocks(
     questions, places = _questions(data, splits, models, settings)
     aligned = _learnable(subject, subject.windows(DURATION, subject.truth))
     reference = ESTIMATORS.default
-    strip = bool(subject.found) and reference in models and len(aligned) > 0
+    strip = bool(subject.detections) and reference in models and len(aligned) > 0
     if strip:
         # Leaving a level out is about levels, not about alignment: the two pinch splits do.
         strip_splits = {
@@ -88,16 +142,20 @@ def blocks(
             subject.predictions[model, split] = (question.data, predicted)
             if split == LEVEL:
                 entry["per_level"] = _per_level(question.data, predicted, settings.seed)
-    found = {}
-    for model, its in by_split.items():
-        splits_of: dict[str, Any] = {split: SplitScores(**entry) for split, entry in its.items()}
-        found[model] = BlockScores(**splits_of)
-    if "strip" in found:
-        found[reference] = replace(found[reference], strip_aligned=found.pop("strip"))
+    scores_by_model = {}
+    for model, split_scores in by_split.items():
+        splits_of: dict[str, Any] = {
+            split: SplitScores(**entry) for split, entry in split_scores.items()
+        }
+        scores_by_model[model] = BlockScores(**splits_of)
+    if "strip" in scores_by_model:
+        scores_by_model[reference] = replace(
+            scores_by_model[reference], strip_aligned=scores_by_model.pop("strip")
+        )
     total = int((~subject.dataset.test & np.isfinite(subject.dataset.shore_a)).sum())
     about = BlockConditions(windows=WindowCounts(pinches=total, with_window=len(data)))
-    results = SubjectResults(blocks=ByName(found, about))
-    return PartResult(results, _figures(subject, found), left_out)
+    results = [BLOCKS(ByName(scores_by_model, about))]
+    return PartResult(results, _figures(subject, scores_by_model), left_out)
 
 
 def _learnable(subject: Subject, data: LabelledWindows) -> LabelledWindows:
@@ -105,7 +163,7 @@ def _learnable(subject: Subject, data: LabelledWindows) -> LabelledWindows:
 
 
 def _splits(data: LabelledWindows, settings: StudySettings) -> tuple[Splits, list[str]]:
-    """What these windows permit, and why not the rest."""
+    """Return the splits or questions that these windows permit, and reasons for the others."""
     counts = np.unique(data.y, return_counts=True)[1]
     out: Splits = {}
     left_out = []
@@ -139,9 +197,10 @@ def _splits(data: LabelledWindows, settings: StudySettings) -> tuple[Splits, lis
 
 def _one_session(levels: Values, data: LabelledWindows) -> str:
     alone = all(len(np.unique(data.sessions[data.y == level])) == 1 for level in levels)
-    where = "in one session each" if alone else "in sessions that are held out together"
+    interval_place = "in one session each" if alone else "in sessions that are held out together"
     return (
-        f"Discrimination by session: the levels {', '.join(f'{v:g}' for v in levels)} lie {where}, "
+        f"Discrimination by session: the levels {', '.join(f'{v:g}' for v in levels)} lie "
+        f"{interval_place}, "
         "so no model could have learned them before it is asked about them."
     )
 
@@ -159,12 +218,12 @@ def _questions(
 
 
 def _scores(data: LabelledWindows, predicted: Values, task: Task, seed: int) -> TaskScores:
-    asked = np.isfinite(predicted)
-    truth, clusters = data.y[asked], data.clusters[asked]
+    is_predicted = np.isfinite(predicted)
+    truth, clusters = data.y[is_predicted], data.clusters[is_predicted]
     score: Callable[..., TaskScores] = (
         classification_scores if task is Task.CLASSIFICATION else regression_scores
     )
-    return score(truth, predicted[asked], clusters, seed)
+    return score(truth, predicted[is_predicted], clusters, seed)
 
 
 def _per_level(data: LabelledWindows, predicted: Values, seed: int) -> dict[str, RegressionScores]:
@@ -179,13 +238,16 @@ def _per_level(data: LabelledWindows, predicted: Values, seed: int) -> dict[str,
     }
 
 
-def _figures(subject: Subject, found: Mapping[str, BlockScores]) -> list[Figure]:
-    told = any(its.by_session and its.by_session.confusion for its in found.values())
-    split = SESSION if told else RANDOM
+def _figures(subject: Subject, scores_by_model: Mapping[str, BlockScores]) -> list[Figure]:
+    has_classes = any(
+        split_scores.by_session and split_scores.by_session.confusion
+        for split_scores in scores_by_model.values()
+    )
+    split = SESSION if has_classes else RANDOM
     figures = [
         confusion_figure(model, split, scores)
-        for model in names.estimators(found)
-        if (scores := found[model].split(split)) and scores.confusion
+        for model in names.estimators(scores_by_model)
+        if (scores := scores_by_model[model].split(split)) and scores.confusion
     ]
     drawn = {
         model: subject.predictions[model, LEVEL]
@@ -195,3 +257,229 @@ def _figures(subject: Subject, found: Mapping[str, BlockScores]) -> list[Figure]
     if drawn:
         figures.append(leave_one_out_figure(drawn))
     return figures
+
+
+def confusion_figure(model: str, split: str, scores: SplitScores, unit: str = "Shore A") -> Figure:
+    """Confusion matrix of a classification, rows as shares of the true class."""
+    counts = np.array(scores.confusion)
+    share = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
+    ticks = [f"{c:g}" if isinstance(c, float) else str(c) for c in scores.classes or ()]
+    with canvas(size=(6.2, 4.2)) as (figure, axes):
+        ax = axes[0, 0]
+        image_ = ax.imshow(share, cmap="Blues", vmin=0, vmax=1, aspect="auto")
+        for (row, column), value in np.ndenumerate(share):
+            if counts[row, column]:
+                ax.text(
+                    column,
+                    row,
+                    percent(value) if value < 1 else "100 %",
+                    ha="center",
+                    va="center",
+                    fontsize=8.5,
+                    color="white" if value > 0.55 else INK,
+                )
+        ax.set_xticks(range(len(ticks)), ticks)
+        ax.set_yticks(range(len(ticks)), ticks)
+        ax.set(xlabel=f"Predicted ({unit})", ylabel=f"True ({unit})")
+        ax.grid(visible=False)
+        ax.spines[:].set_visible(False)
+        bar = figure.colorbar(image_, ax=ax, shrink=0.85)
+        bar.set_label("Share of the true class")
+        bar.ax.spines["outline"].set_visible(False)
+        image = uri(figure)
+    return Figure(
+        f"confusion-{model}",
+        f"Confusion, {names.estimator(model).title}, {names.SPLITS.get(split, split)}",
+        f"{scores.n:,} pinches, each predicted by a model that did not learn from "
+        + ("its session." if split == "by_session" else "it."),
+        image,
+    )
+
+
+def leave_one_out_figure(drawn: Mapping[str, tuple[LabelledWindows, Values]]) -> Figure:
+    """Predictions with the pinch's own Shore level left out of training."""
+    with canvas() as (figure, axes):
+        ax = axes[0, 0]
+        levels = np.unique(next(iter(drawn.values()))[0].y)
+        gap = float(np.diff(levels).min())
+        ax.plot(
+            [levels[0], levels[-1]],
+            [levels[0], levels[-1]],
+            color=INK,
+            lw=1,
+            ls="--",
+            label="true value",
+        )
+        for number, (model, (data, predicted)) in enumerate(drawn.items()):
+            look = names.estimator(model)
+            shift = (number - (len(drawn) - 1) / 2) * 0.32 * gap
+            groups = [predicted[data.y == level] for level in levels]
+            boxes(ax, groups, [level + shift for level in levels], 0.26 * gap, look.colour)
+            ax.plot(
+                [],
+                [],
+                color=look.colour,
+                lw=6,
+                alpha=0.45,
+                label=look.title,
+            )
+        ax.set_xticks(levels, [f"{level:g}" for level in levels])
+        ax.set(xlabel="True Shore A, left out of training", ylabel="Estimated Shore A")
+        ax.legend(loc="upper left")
+        image = uri(figure)
+    return Figure(
+        "levels",
+        "A Shore level left out",
+        "Each level is estimated by models that learned from the other levels only. The softest "
+        "and the stiffest lie outside of what was learned.",
+        image,
+    )
+
+
+BLOCKS: Field[BlockResults] = Field("blocks", BlockResults, ByName({}, BlockConditions()))
+#: Accuracy over the five blocks in the random split (section IV of the paper).
+PUBLISHED = {"svm": 0.972, "cnn": 0.986}
+
+_ACCURACY = Row[SplitScores]("accuracy", lambda s: bounded(s, "accuracy"), "share")
+_RMSE = Row[SplitScores]("RMSE", lambda s: bounded(s, "rmse"), "shore")
+_SCORES = (
+    _ACCURACY,
+    _RMSE,
+    Row[SplitScores]("MAE", lambda s: bounded(s, "mae"), "shore"),
+    Row[SplitScores]("MSE", lambda s: bounded(s, "mse"), "square"),
+    Row[SplitScores]("Bias", lambda s: bounded(s, "bias"), "bias"),
+)
+_CAPTIONS = {
+    RANDOM: "Random 90/10, as published. Sessions and specimens lie on both sides.",
+    SESSION: "By session: whole sessions held out. Specimens may lie on both sides.",
+    LEVEL: "One Shore A level left out, sessions on both sides (regression).",
+}
+
+
+def able(slow: bool) -> list[str]:
+    """Return the installed estimators that are slow, or the others."""
+    entries = window_estimators().items()
+    return [n for n, kind in entries if kind.slow == slow and not missing_modules(kind.modules)]
+
+
+def block_table(results: SubjectResults, split: str) -> Table | None:
+    """Return the scores of all estimators in one split of the blocks."""
+    entries = []
+    for name in names.estimators(results[BLOCKS], True):
+        scores, title = results[BLOCKS][name], names.estimator(name).title
+        entries.append((Cell(title), scores.split(split), names.is_floor(name)))
+        if scores.strip_aligned:
+            aligned = Cell(title, "window starts at the known contact")
+            entries.append((aligned, scores.strip_aligned.split(split), False))
+    caption = _CAPTIONS[split]
+    if split == LEVEL and is_learned(results):
+        caption += " The detector that places the windows has learned from that level too."
+    return matrix(caption, _SCORES, entries)
+
+
+def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
+    rows = []
+    scored = distinct(name for r in subjects.values() for name in r[BLOCKS])
+    for name in names.estimators(distinct([*ESTIMATORS.names, *scored]), True):
+
+        def split(
+            split_name: str, name: str = name
+        ) -> Callable[[SubjectResults], SplitScores | None]:
+            return lambda results: results[BLOCKS].get(name, BlockScores()).split(split_name)
+
+        prefix, published = f"Blocks, {names.estimator(name).title}, ", PUBLISHED.get(name)
+        is_published = published is not None
+        random = f"{prefix}random 90/10: "
+        session = f"{prefix}by session: "
+        rows += [
+            lifted(
+                _ACCURACY,
+                random,
+                split(RANDOM),
+                ABSENT if published is None else percent(published),
+                None if published is None else _interval_remark(name, subjects, published),
+            ),
+            lifted(
+                _ACCURACY,
+                session,
+                split(SESSION),
+                remark="Whole sessions held out, as a new session would be."
+                if is_published
+                else None,
+            ),
+            lifted(_RMSE, session, split(SESSION)),
+        ]
+    return rows
+
+
+def _interval_remark(name: str, subjects: Subjects, value: float) -> str:
+    """Return where the published value lies in the interval of each subject."""
+
+    def place(results: SubjectResults) -> str | None:
+        scores = results[BLOCKS].get(name, BlockScores()).random_90_10
+        ends = scores and scores.intervals.get("accuracy")
+        if not scores or not ends:
+            return None
+        interval_place = (
+            "inside" if ends[0] <= value <= ends[1] else "above" if value > ends[1] else "below"
+        )
+        return f"{interval_place} ({scores.n:,} test pinches)"
+
+    mixes = "The split ignores sessions and specimens: they lie on both sides."
+    places = per_subject(subjects, place)
+    if not places:
+        return mixes
+    return f"The published value and the 95 % interval: {'; '.join(places)}. {mixes}"
+
+
+def _cards(subjects: Subjects) -> list[Card]:
+    scores = [s.by_session for r in subjects.values() for s in r[BLOCKS].values()]
+    levels = next((len(s.classes) for s in scores if s and s.classes), 0)
+
+    def by_session_of(name: str) -> Callable[[SubjectResults], SplitScores | None]:
+        return lambda results: results[BLOCKS].get(name, BlockScores()).by_session
+
+    rows = {
+        names.estimator(name).title: lifted(_ACCURACY, "", by_session_of(name))
+        for name in published_or_all(PUBLISHED, [r[BLOCKS] for r in subjects.values()])
+    }
+    return [
+        Card(
+            f"Accuracy over {levels} levels of stiffness",
+            card_lines(subjects, rows),
+            "in sessions that were not learned from",
+        )
+    ]
+
+
+def published_or_all(
+    published: Container[str], scores: Sequence[Mapping[str, object]]
+) -> list[str]:
+    """Return the scored estimators that the paper has results of, or else all of them."""
+    scored = names.estimators(distinct(name for each in scores for name in each))
+    return [name for name in scored if name in published] or scored
+
+
+PART = Part(
+    "blocks",
+    "Discrimination and regression",
+    [
+        Step("blocks", lambda s, settings, runner: blocks(s, settings, runner, able(slow=False))),
+        Step(
+            "blocks, slow estimators",
+            lambda s, settings, runner: blocks(s, settings, runner, able(slow=True)),
+            late=True,
+        ),
+    ],
+    lambda subjects: (
+        "Pale lines are floors: the mean or most frequent class of the training data, and the peak "
+        "amplitude alone. Small numbers are 95 % bootstrap intervals."
+    ),
+    [
+        lambda results: block_table(results, RANDOM),
+        lambda results: block_table(results, SESSION),
+        lambda results: block_table(results, LEVEL),
+    ],
+    _rows,
+    _cards,
+)

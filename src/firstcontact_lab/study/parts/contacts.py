@@ -1,9 +1,10 @@
-"""Contact detection by detectors that never saw the session they are judged on."""
+"""Contact detection, scored on sessions that the detector did not learn from."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,33 +12,149 @@ from numpy.typing import NDArray
 from firstcontact.contact import (
     DETECTORS,
     WindowDecisions,
+    WindowDetector,
     closing_starts,
     count_starts,
     cut_closings,
+    describe_starts,
     latch,
     make_detector,
     untrained_name,
 )
-from firstcontact.core import ByName, ChannelKind, Contact, Dataset, InputError, Runner
+from firstcontact.core import (
+    GREY,
+    INK,
+    ORANGE,
+    RED,
+    ByName,
+    ChannelKind,
+    Contact,
+    Dataset,
+    InputError,
+    Pinch,
+    Record,
+    Runner,
+    percent,
+)
 from firstcontact.models import (
+    TOLERANCE,
     DetectionScores,
     Group,
     Split,
     by_session,
     judged,
     random_folds,
+    resampler_lookahead,
     score_decisions,
 )
-from firstcontact_lab.report.figures.delays import delay_figure
-from firstcontact_lab.report.figures.detectors import detectors_figure
-from firstcontact_lab.report.findings import Figure, PartResult
-from firstcontact_lab.report.results.contact import ContactConditions, DetectionFolds, NotFound
-from firstcontact_lab.report.results.study import SubjectResults
+from firstcontact_lab.report import names
+from firstcontact_lab.report.findings import Card, Figure, PartResult
+from firstcontact_lab.report.results import Field, SubjectResults
+from firstcontact_lab.report.style import canvas, uri, vibration_axis
+from firstcontact_lab.report.tables import ABSENT, Row, Table, lifted, row_table
 from firstcontact_lab.study._subject import Subject
+from firstcontact_lab.study.part import Part, Step, Subjects, card_lines, distinct, per_subject
+from firstcontact_lab.study.parts.data import DATA
 from firstcontact_lab.study.settings import StudySettings
+
+
+@dataclass(frozen=True, slots=True)
+class Accepted:
+    """Distances at which placements and triggers count, ms.
+
+    Parameters
+    ----------
+    early
+        How much earlier than its label a contact may be.
+    tolerance
+        How far from the contact it may be placed.
+    """
+
+    early: float = 0.0
+    tolerance: float = 1e3 * TOLERANCE
+
+    @classmethod
+    def from_results(cls, subjects: Subjects) -> Accepted:
+        """Return the distances of a study; all its subjects have the same."""
+        early = (results[CONTACT].about.early_ms or 0.0 for results in subjects.values())
+        return cls(max(early, default=0.0))
+
+    @property
+    def place(self) -> str:
+        """Zero of the times."""
+        return "label" if self.early else "known contact"
+
+    @property
+    def placed(self) -> str:
+        """Short, after "placed"."""
+        if not self.early:
+            return f"within ±{self.tolerance:g} ms"
+        return f"−{self.early + self.tolerance:g} to +{self.tolerance:g} ms from its label"
+
+    @property
+    def placed_fully(self) -> str:
+        """Accepted placements as part of a sentence, after "placing the contact"."""
+        if not self.early:
+            return f"within ±{self.tolerance:g} ms of the known contact"
+        return (
+            f"from {self.early + self.tolerance:g} ms before its label, which may come up to "
+            f"{self.early:g} ms late, to {self.tolerance:g} ms after it"
+        )
+
+    @property
+    def decided(self) -> str:
+        """Short, after "decided"."""
+        if not self.early:
+            return f"within {self.tolerance:g} ms"
+        return f"−{self.early:g} to +{self.tolerance:g} ms from its label"
+
+    @property
+    def decided_fully(self) -> str:
+        """Accepted decisions as part of a sentence, after "the trigger came"."""
+        if not self.early:
+            late = f"{self.tolerance:g} ms after it"
+            return f"no earlier than the known contact and no later than {late}"
+        return f"from {self.early:g} ms before its label to {self.tolerance:g} ms after it"
+
+
+class DetectionFolds(Record, frozen=True, kw_only=True):
+    """Number of folds, the held-out groups, and groups on both sides."""
+
+    n: int
+    held_out: str
+    shares: list[str]
+
+
+class MissingContacts(Record, frozen=True, kw_only=True):
+    """Pinches in which a detector found no contact, of how many."""
+
+    by: str
+    pinches: int
+    of: int
+
+
+class ContactConditions(Record, frozen=True, kw_only=True):
+    """Conditions of all detectors: start of windows ("known" for the labels) and of closings.
+
+    ``folds`` and ``early_ms`` (how late a label may be) are of scores; ``not_found`` is of the one
+    that places windows.
+    """
+
+    windows_start_at: str | None = None
+    steady_state: dict[str, int] | None = None
+    folds: DetectionFolds | None = None
+    early_ms: float | None = None
+    not_found: MissingContacts | None = None
+
+
+#: Scores by the name of the detector.
+ContactResults = ByName[DetectionScores, ContactConditions]
+
 
 #: Where windows start when the detector asked for cannot be trained but labels know the contacts.
 KNOWN = "known"
+
+
 #: Folds: a detector needs fewer than an estimator, and takes longer to train.
 FOLDS = 3
 
@@ -45,14 +162,14 @@ FOLDS = 3
 def contacts(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
     """Find all first contacts out of fold, and score every detector against the truth.
 
-    Sets ``subject.found``, by the detector of the settings. Detectors hear each pinch from
+    Sets ``subject.detections``, by the detector of the settings. Detectors hear each pinch from
     where its closing starts. Where that detector cannot be trained, windows start at the
     contacts that the labels know or, if it finds more than those, at those of one that
     needs no training.
     """
     starts = closing_starts(subject.dataset)
     dataset = cut_closings(subject.dataset, starts)
-    known = np.array([p.first is not None for p in dataset.pinches])
+    has_contact = np.array([p.first is not None for p in dataset.pinches])
     splits = detection_splits(dataset, settings.seed)
     verdicts, failed = _judge(dataset, splits, settings.early, runner)
     if not any(DETECTORS[name].learns for name in verdicts):
@@ -61,35 +178,35 @@ def contacts(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
         verdicts, _ = _judge(dataset, splits, settings.early, runner)
     fingers = dataset.layout.vibration_fingers
     start = settings.detector if settings.detector in verdicts else untrained_name()
-    found = tuple(next(iter(latch(v, fingers, set())), None) for v in verdicts[start])
-    missing = sum(contact is None for contact in found)
-    not_found = NotFound(by=start, pinches=missing, of=len(dataset))
+    detections = tuple(next(iter(latch(v, fingers, set())), None) for v in verdicts[start])
+    missing = sum(contact is None for contact in detections)
+    not_found = MissingContacts(by=start, pinches=missing, of=len(dataset))
     left_out = []
     if start == settings.detector:
-        subject.found = found
+        subject.detections = detections
     else:
         title = DETECTORS[start].title
-        where = f"where the {title} fires"
-        if known.sum() >= len(dataset) - missing:
-            start, where = KNOWN, "at the known contacts"
+        start_text = f"where the {title} fires"
+        if has_contact.sum() >= len(dataset) - missing:
+            start, start_text = KNOWN, "at the known contacts"
         else:
-            subject.found = found
-        failed[settings.detector] += f"; windows start {where}"
+            subject.detections = detections
+        failed[settings.detector] += f"; windows start {start_text}"
     left_out += [f"{DETECTORS[n].title} contact detector: {why}." for n, why in failed.items()]
     about = ContactConditions(
         windows_start_at=start,
         steady_state=count_starts(starts),
-        folds=_told(splits) if known.any() else None,
-        early_ms=1e3 * settings.early if known.any() else None,
+        folds=_describe_folds(splits) if has_contact.any() else None,
+        early_ms=1e3 * settings.early if has_contact.any() else None,
         not_found=not_found,
     )
     scores: dict[str, DetectionScores] = {}
     figures: list[Figure] = []
-    if known.any():
+    if has_contact.any():
         for name, given in verdicts.items():
             step = DETECTORS[name].step
             scores[name] = score_decisions(given, dataset, step, settings.early)
-        example = _example(dataset, found)
+        example = _example(dataset, detections)
         figures.append(
             detectors_figure(
                 subject.dataset.pinches[example],
@@ -101,7 +218,7 @@ def contacts(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
         figures.append(delay_figure(dataset, _firsts(dataset, verdicts), settings.early))
     else:
         left_out.append("Scores of contact detection: no pinch has a known first contact.")
-    return PartResult(SubjectResults(contact=ByName(scores, about)), figures, left_out)
+    return PartResult([CONTACT(ByName(scores, about))], figures, left_out)
 
 
 def detection_splits(dataset: Dataset, seed: int) -> list[Split]:
@@ -169,12 +286,16 @@ def _judge(
             failed.setdefault(name, answers)
         else:
             out[name].update(zip(splits[place].test.tolist(), answers, strict=True))
-    whole = {name: found for name, found in out.items() if splits and name not in failed}
-    return {n: [found[i] for i in range(len(dataset))] for n, found in whole.items()}, failed
+    complete = {
+        name: detections for name, detections in out.items() if splits and name not in failed
+    }
+    return {
+        n: [detections[i] for i in range(len(dataset))] for n, detections in complete.items()
+    }, failed
 
 
 def _vibration_only(dataset: Dataset) -> Dataset:
-    """What travels to the workers: no force, no strips."""
+    """Return the vibration channels only, for the workers."""
     columns = list(dataset.layout.columns(ChannelKind.VIBRATION))
     channels = tuple(replace(c, axes=1, axis=0) for c in dataset.layout.vibration)
     layout = replace(dataset.layout, channels=channels)
@@ -187,7 +308,7 @@ def _vibration_only(dataset: Dataset) -> Dataset:
     )
 
 
-def _told(splits: Sequence[Split]) -> DetectionFolds:
+def _describe_folds(splits: Sequence[Split]) -> DetectionFolds:
     shares = sorted(set().union(*(s.shares for s in splits)))
     held_out = "pinches" if Group.SESSION in shares else "sessions"
     return DetectionFolds(n=len(splits), held_out=held_out, shares=[str(s) for s in shares])
@@ -201,19 +322,416 @@ def _firsts(
     for name, given in verdicts.items():
         delays = np.full(len(dataset), np.nan)
         for i, (pinch, verdict) in enumerate(zip(dataset.pinches, given, strict=True)):
-            found = latch(verdict, pinch.layout.vibration_fingers, set())
-            if found and pinch.first is not None:
-                delays[i] = 1e3 * (found[0].decided - pinch.first.sample) / pinch.layout.rate
+            detections = latch(verdict, pinch.layout.vibration_fingers, set())
+            if detections and pinch.first is not None:
+                delays[i] = 1e3 * (detections[0].decided - pinch.first.sample) / pinch.layout.rate
         out[name] = delays
     return out
 
 
-def _example(dataset: Dataset, found: Sequence[Contact | None]) -> int:
+def _example(dataset: Dataset, detections: Sequence[Contact | None]) -> int:
     """A pinch whose contact was found, the middle one."""
     able = [
         i
-        for i, (p, c) in enumerate(zip(dataset.pinches, found, strict=True))
+        for i, (p, c) in enumerate(zip(dataset.pinches, detections, strict=True))
         if p.first is not None and c is not None
     ]
     able = able or [i for i, p in enumerate(dataset.pinches) if p.first is not None]
     return able[len(able) // 2]
+
+
+#: Triggers further from the contact than this, ms, are counted at the edges.
+EDGE = 15.0
+
+
+def delay_figure(
+    dataset: Dataset, delays: Mapping[str, NDArray[np.float64]], early: float
+) -> Figure:
+    """Histogram of the first decision after the known contact (ms), by detector.
+
+    ``early`` is how much earlier than its label a contact may be, s.
+    """
+    late = f" (labels may come up to {1e3 * early:g} ms late)" if early else ""
+    waited = 1e3 * resampler_lookahead(dataset)
+    counted = f" The resampler's look-ahead of {waited:.1f} ms is counted." if waited else ""
+    zero = "label" if early else "known contact"
+    rate = dataset.layout.rate
+    with canvas(len(delays), 1, (6.2, 1.2 + 1.4 * len(delays)), sharex=True) as (figure, axes):
+        for ax, (name, values) in zip(axes[:, 0], delays.items(), strict=True):
+            detections = values[np.isfinite(values)] + waited
+            # Whole samples to a bar, or bars would differ by what falls into them.
+            width = 1e3 * max(1, round(0.0005 * rate)) / rate
+            reach = np.ceil(EDGE / width - 0.5) + 0.5
+            bins = width * np.arange(-reach, reach + 1)
+            ax.hist(
+                np.clip(detections, bins[0], bins[-1]),
+                bins=bins,
+                color=names.detector(name).colour,
+            )
+            ax.axvline(0, color=INK, lw=1, ls="--")
+            n_early = int((detections < -EDGE).sum())
+            missed = int(sum(p.first is not None for p in dataset.pinches) - len(detections))
+            ax.set_title(names.detector(name).title)
+            ax.text(
+                0.05,
+                0.93,
+                f"{n_early:,} earlier than −{EDGE:g} ms\n{missed:,} never",
+                transform=ax.transAxes,
+                va="top",
+                fontsize=8,
+            )
+            ax.set_ylabel("Pinches")
+            ax.grid(axis="x", visible=False)
+        axes[-1, 0].set_xlabel(f"First trigger decided, after the {zero} (ms)")
+        axes[-1, 0].set_xlim(-EDGE - 1, EDGE + 1)
+        image = uri(figure)
+    return Figure(
+        "delays",
+        "When the first trigger comes",
+        f"Right of the dashed line: how long after the {zero} the detector had decided, "
+        "whichever "
+        f"finger. Left of it: a trigger before the {zero}{late}. The outermost bars hold "
+        "all "
+        f"beyond.{counted}",
+        image,
+    )
+
+
+def detectors_figure(
+    pinch: Pinch,
+    verdicts: Mapping[str, WindowDecisions],
+    start: int,
+    early: float = 0.0,
+    n_early: float = 0.090,
+    suffix: float = 0.030,
+) -> Figure:
+    """Vibration of the finger that touched first, the 3σ band, and the windows that fired.
+
+    ``start`` is the sample at which the closing starts, and with it the steady state;
+    ``early`` how much earlier than its label a contact may be, s.
+    """
+    assert pinch.first is not None
+    rate, fingers = pinch.layout.rate, pinch.layout.vibration_fingers
+    column = fingers.index(pinch.first.finger) if pinch.first.finger in fingers else 0
+    label, factor = vibration_axis(pinch.layout, milli=True)
+    values = factor * pinch.vibration()[:, column]
+    numbers = pinch.first_sample + np.arange(len(values))
+    time = 1e3 * (numbers - pinch.first.sample) / rate
+    visible = (time >= -1e3 * n_early) & (time <= 1e3 * suffix)
+    steady = values[start - pinch.first_sample :][: WindowDetector.sizes(rate).steady]
+    if not len(steady) or np.ptp(steady) == 0.0:
+        steady = values  # nothing to measure: the picture is drawn all the same
+    mean, sigma = float(steady.mean()), float(steady.std()) or 1.0
+    with canvas(2, 1, (6.2, 4.2), sharex=True, gridspec_kw={"height_ratios": [3, 1]}) as (
+        figure,
+        axes,
+    ):
+        top, low = axes[:, 0]
+        top.axhspan(
+            mean - 3 * sigma,
+            mean + 3 * sigma,
+            color=ORANGE,
+            alpha=0.15,
+            lw=0,
+            label="±3σ of the steady state",
+        )
+        top.plot(
+            time[visible],
+            values[visible],
+            color=INK,
+            lw=1.0,
+            label=pinch.layout.vibration[column].sensor,
+        )
+        # Zoomed to where detectors decide: the contact itself runs out of the picture.
+        top.set_ylim(mean - 12 * sigma, mean + 20 * sigma)
+        top.set_ylabel(label)
+        top.legend(loc="upper left", ncols=2)
+        for row, (name, verdict) in enumerate(verdicts.items()):
+            ends = 1e3 * (verdict.ends - pinch.first.sample) / rate
+            fired = verdict.fired[:, column]
+            inside = (ends >= -1e3 * n_early) & (ends <= 1e3 * suffix)
+            low.scatter(
+                ends[inside & ~fired],
+                np.full((inside & ~fired).sum(), row),
+                s=12,
+                facecolors="none",
+                edgecolors=GREY,
+                lw=0.7,
+            )
+            low.scatter(
+                ends[inside & fired],
+                np.full((inside & fired).sum(), row),
+                s=22,
+                color=names.detector(name).colour,
+            )
+        low.set_yticks(range(len(verdicts)), [names.detector(n).title for n in verdicts])
+        low.set_ylim(len(verdicts) - 0.4, -0.6)
+        low.grid(axis="y", visible=False)
+        low.set_xlabel(f"Time after the {'label' if early else 'known contact'} (ms)")
+        for ax in (top, low):
+            ax.axvline(0, color=RED, lw=1.2, ls="--")
+        image = uri(figure)
+    return Figure(
+        "detectors",
+        "What the detectors say",
+        "One pinch, zoomed to its noise. Below, each circle is a 20 ms window, drawn at its end; "
+        "filled: the detector says contact. "
+        + (
+            f"The dashed line is the label, up to {1e3 * early:g} ms after the contact; a filled "
+            "circle further left than that is a false alarm."
+            if early
+            else "The dashed line is the known contact; a filled circle left of it is a false "
+            "alarm."
+        ),
+        image,
+    )
+
+
+CONTACT: Field[ContactResults] = Field("contact", ContactResults, ByName({}, ContactConditions()))
+#: Accuracy of detection (section IV of the paper). The paper does not define what is counted.
+PUBLISHED = {"three_sigma": 0.906, "svm": 1.0}
+
+
+class Target(NamedTuple):
+    """Least share of windows and of pinches, and longest median delay, ms."""
+
+    windows: float
+    pinches: float
+    delay: float
+
+
+#: The project's own target for the detector that is perfect in the paper.
+TARGET = {"svm": Target(windows=0.999, pinches=0.995, delay=3.0)}
+
+
+def window_starts(subjects: Subjects) -> list[str]:
+    """Return the different starting points of windows: names of detectors, or "known"."""
+    starts = (results[CONTACT].about.windows_start_at for results in subjects.values())
+    return distinct(start for start in starts if start is not None)
+
+
+def is_learned(results: SubjectResults) -> bool:
+    """Return True if a detector that learned from pinches places the windows."""
+    return names.learned(results[CONTACT].about.windows_start_at)
+
+
+def _start_text(start: str) -> str:
+    windows = "the windows for stiffness start"
+    title = names.detector(start).title
+    if names.learned(start):
+        return (
+            f"A detector ({title}) that did not learn from a pinch judges it, and {windows} there."
+        )
+    if start in DETECTORS:
+        return f"{windows.capitalize()} where the {title} fires, which learns nothing."
+    return f"No detector that learns could be trained: {windows} at the known contacts."
+
+
+def _text(subjects: Subjects) -> str:
+    sentences = ["20 ms windows, 3 ms of them new.", *map(_start_text, window_starts(subjects))]
+    if any(names.detectors(results[CONTACT]) for results in subjects.values()):
+        sentences.append(
+            "A detector looks back from its trigger, so it decides later than the contact that it "
+            "places: both times are scored."
+        )
+    return " ".join(sentences)
+
+
+def detector_rows(accepted: Accepted) -> list[Row[DetectionScores]]:
+    """Return the rows of one detector; remarks explain how each number was counted."""
+    suffix = " after its label" if accepted.early else ""
+    return [
+        Row("windows right", lambda s: s.window_accuracy, "share", remark="of all 20 ms windows"),
+        Row(
+            "contact windows found",
+            lambda s: s.contact_windows_found,
+            "share",
+            remark="The first window with 1 ms of the contact, at most one per pinch. A missed "
+            "window costs time; the next one may find the contact.",
+        ),
+        Row(
+            f"placed {accepted.placed}",
+            lambda s: s.pinch_success,
+            "share",
+            remark="Share of pinches. First trigger on the right finger, placing the contact "
+            f"{accepted.placed_fully}, nothing before it.",
+        ),
+        Row(
+            f"and decided {accepted.decided}",
+            lambda s: s.decided_within_3_ms,
+            "share",
+            remark=f"The stricter count: the trigger itself comes {accepted.decided_fully}.",
+        ),
+        Row(
+            "false alarms a minute",
+            lambda s: s.false_alarms_per_minute,
+            "rate",
+            remark="of closing without contact",
+        ),
+        Row(
+            f"median delay of the decision{suffix}",
+            lambda s: s.median_delay,
+            "ms",
+            remark="All first triggers on the right finger that are not early.",
+        ),
+    ]
+
+
+#: Further rows of one detector, for the report's table.
+_DETAILS: Sequence[Row[DetectionScores]] = (
+    Row("95th percentile of the delay", lambda s: s.delay_ms.p95 if s.delay_ms else None, "ms"),
+    Row("quiet windows silent", lambda s: s.quiet_windows_silent, "share"),
+    Row(
+        "pinches: contact too soon to be seen",
+        lambda s: s.too_soon,
+        remark="before the motor had settled and its steady state was known; counted below, too",
+    ),
+    Row("pinches: placed too early", lambda s: s.false_alarms),
+    Row("pinches: wrong finger", lambda s: s.wrong_finger),
+    Row("pinches: placed too late", lambda s: s.late),
+    Row("pinches: never", lambda s: s.misses),
+)
+
+
+def contact_table(results: SubjectResults) -> Table | None:
+    """Return the scores of all detectors, per window and per pinch."""
+    detectors = {
+        names.detector(name).title: results[CONTACT][name]
+        for name in names.detectors(results[CONTACT])
+    }
+    if not detectors:
+        return None
+    rows = [*detector_rows(Accepted.from_results({"": results})), *_DETAILS]
+    return row_table(rows, detectors, _caption(results, next(iter(detectors.values()))), notes=True)
+
+
+def _caption(results: SubjectResults, scores: DetectionScores) -> str:
+    about = results[CONTACT].about
+    folds = about.folds or DetectionFolds(n=1, held_out="sessions", shares=[])
+    text = f"Out of fold: {folds.n} folds, whole {folds.held_out} held out; {scores.n:,} pinches."
+    if "specimen" in folds.shares:
+        data = results[DATA]
+        unseen = data and data.test_pinches
+        text += " Specimens lie on both sides" + (", but for unseen objects." if unseen else ".")
+    if ways := about.steady_state:
+        words = describe_starts(ways)
+        text += f" {words[0].upper()}{words[1:]}."
+    if scores.lookahead_ms:
+        text += f" Delays contain {scores.lookahead_ms:.1f} ms of the resampler's look-ahead."
+    if early := about.early_ms:
+        text += (
+            f" Labels may come up to {early:g} ms late: triggers and quiet windows are judged "
+            "accordingly, and the delay after a label is shorter than after the contact."
+        )
+    missing = about.not_found
+    if missing and missing.pinches and about.windows_start_at != KNOWN:
+        text += (
+            f" {missing.pinches:,} of {missing.of:,} pinches have no detected contact, so no "
+            "window and no estimate."
+        )
+    return text
+
+
+def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
+    accepted = Accepted.from_results(subjects)
+    rows = []
+    for name in DETECTORS.names:
+        prefix, published = f"Contact, {names.detector(name).title}: ", PUBLISHED.get(name)
+        for place, row in enumerate(detector_rows(accepted)):
+
+            def find(results: SubjectResults, name: str = name) -> DetectionScores | None:
+                return results[CONTACT].get(name)
+
+            if published is None:
+                rows.append(lifted(row, prefix, find))
+            elif place == 0:
+                remark = (
+                    "The paper does not define its accuracy; windows are the closest reading. "
+                    f"{_silence(name, subjects)}".strip()
+                )
+                rows.append(lifted(row, prefix, find, percent(published), remark))
+            else:
+                target = _target_remark(name, subjects, accepted) if row.unit == "ms" else ""
+                rows.append(lifted(row, prefix, find, remark=f"{row.remark} {target}".strip()))
+    return rows
+
+
+def _silence(name: str, subjects: Subjects) -> str:
+    """Return the accuracy over windows of a detector that never fires."""
+
+    def quiet(results: SubjectResults) -> str | None:
+        scores = results[CONTACT].get(name)
+        return percent(scores.quiet_windows / scores.windows) if scores and scores.windows else None
+
+    shares = per_subject(subjects, quiet)
+    return f"Scores of a detector that never fires: {', '.join(shares)}." if shares else ""
+
+
+def _missed(scores: DetectionScores, target: Target) -> list[str]:
+    """Return the parts of a target that are not reached."""
+    windows, delay = scores.window_accuracy, scores.median_delay
+    reached = {
+        "windows": windows is not None and windows >= target.windows,
+        "pinches": scores.pinch_success >= target.pinches,
+        "delay": delay is not None and delay <= target.delay,
+    }
+    return [part for part, is_reached in reached.items() if not is_reached]
+
+
+def _target_remark(name: str, subjects: Subjects, accepted: Accepted) -> str:
+    """Return whether each subject reaches the target of a detector, in a sentence."""
+    target = TARGET.get(name)
+    if accepted.early or target is None:
+        return ""  # the count is less strict than the target
+
+    def verdict(results: SubjectResults) -> str | None:
+        scores = results[CONTACT].get(name)
+        if scores is None:
+            return None
+        missed = _missed(scores, target)
+        return f"not reached ({', '.join(missed)})" if missed else "reached"
+
+    verdicts = per_subject(subjects, verdict)
+    if not verdicts:
+        return ""
+    return (
+        f"Target of at least {percent(target.windows)} of windows, "
+        f"{percent(target.pinches)} of pinches placed within ±3 ms, and a median delay of at "
+        f"most {target.delay:g} ms: {'; '.join(verdicts)}."
+    )
+
+
+def _cards(subjects: Subjects) -> list[Card]:
+    accepted = Accepted.from_results(subjects)
+    placed = (results[CONTACT].about.not_found for results in subjects.values())
+    by = next((missing.by for missing in placed if missing), DETECTORS.default)
+
+    def find(results: SubjectResults) -> DetectionScores | None:
+        return results[CONTACT].get(by)
+
+    _, _, success, decided, _, delay = (lifted(row, "", find) for row in detector_rows(accepted))
+
+    def note(name: str, results: SubjectResults) -> str:
+        text = f"{decided.label.removeprefix('and ')} in {decided.cell(results).text}"
+        median = delay.cell(results).text
+        suffix = " after its label" if accepted.early else ""
+        return text if median == ABSENT else f"{text}, median delay{suffix} {median}"
+
+    return [
+        Card(
+            f"First contacts placed, {names.detector(by).title}",
+            card_lines(subjects, {"": success}, note),
+            f"of pinches: right finger, contact placed {accepted.placed_fully}, nothing before it",
+        )
+    ]
+
+
+PART = Part(
+    "contact",
+    "Contact detection",
+    [Step("contact detection", contacts)],
+    _text,
+    [contact_table],
+    _rows,
+    _cards,
+)

@@ -1,18 +1,61 @@
-"""What was recorded, and how far the two contacts lie apart."""
+"""Data of a study and the times between its contacts."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
+from firstcontact.core import (
+    BLUE,
+    GREY,
+    INK,
+    ORANGE,
+    RED,
+    ChannelKind,
+    Finger,
+    Pinch,
+    Record,
+    finger_name,
+    percent,
+)
 from firstcontact.models import DURATION, distinct_specimens
-from firstcontact_lab.report.figures.offsets import offset_figure
-from firstcontact_lab.report.figures.timing import timing_figure
 from firstcontact_lab.report.findings import Figure, PartResult
-from firstcontact_lab.report.results.data import DataSummary, Offsets
-from firstcontact_lab.report.results.study import SubjectResults
+from firstcontact_lab.report.results import Field, SubjectResults
+from firstcontact_lab.report.style import canvas, uri, vibration_axis
+from firstcontact_lab.report.tables import Cell, Line, Row, Table, Value, optional
 from firstcontact_lab.study._subject import Subject
+from firstcontact_lab.study.part import Part, Step, Subjects
+
+
+class DataSummary(Record, frozen=True, kw_only=True):
+    """Counts of a dataset, where it comes from, and what its import assumed.
+
+    ``model_rate_hz`` is there where the models' rate is another than the recordings'.
+    """
+
+    source: str
+    pinches: int
+    specimens: int
+    sample_rate_hz: float
+    model_rate_hz: float | None = None
+    sessions: int
+    train_pinches: int
+    test_pinches: int
+    objects: list[str]
+    notes: list[str]
+
+
+class Offsets(Record, frozen=True, kw_only=True):
+    """Times from the first to the second contact, ms; ``sd`` of two pinches or more."""
+
+    mean: float
+    sd: float | None = None
+    share_below_15: float
+    share_below_8: float
+    median: float
+    n: int
 
 
 def describe(subject: Subject) -> PartResult:
@@ -56,7 +99,7 @@ def describe(subject: Subject) -> PartResult:
         left_out.append(
             "Offset between the contacts: no pinch has a known first and second contact."
         )
-    return PartResult(SubjectResults(data=summary, offset_ms=spread), figures, left_out)
+    return PartResult([DATA(summary), OFFSET(spread)], figures, left_out)
 
 
 def _merged(notes: Sequence[str], most: int = 12) -> list[str]:
@@ -65,3 +108,216 @@ def _merged(notes: Sequence[str], most: int = 12) -> list[str]:
     if len(unique) <= most:
         return unique
     return [*unique[:most], f"... and {len(unique) - most} notes more of this kind."]
+
+
+COLOURS = {Finger.INDEX: BLUE, Finger.THUMB: ORANGE, None: BLUE}
+
+
+def timing_figure(pinch: Pinch, before_s: float = 0.030, after_s: float = 0.110) -> Figure:
+    """Vibration and, where there, force of both fingers around the contacts of a pinch.
+
+    ``before_s`` and ``after_s`` are seconds around the first contact, which the
+    pinch must have.
+    """
+    rows = 2 if pinch.layout.has_force else 1
+    rate = pinch.layout.rate
+    assert pinch.first is not None
+    zero = pinch.first.sample - pinch.first_sample
+    time = 1e3 * (np.arange(len(pinch.data)) - zero) / rate
+    visible = (time >= -1e3 * before_s) & (time <= 1e3 * after_s)
+    with canvas(rows, 1, (6.2, 4.4 if rows == 2 else 3.2), sharex=True) as (figure, axes):
+        for column, finger in enumerate(pinch.layout.vibration_fingers):
+            volts = pinch.vibration()[:, column]
+            axes[0, 0].plot(
+                time[visible],
+                volts[visible],
+                color=COLOURS[finger],
+                lw=1.1,
+                label=finger_name(finger),
+            )
+        axes[0, 0].set_ylabel(vibration_axis(pinch.layout)[0])
+        axes[0, 0].legend(loc="lower right", ncols=2)
+        if rows == 2:
+            for finger in Finger:
+                if pinch.layout.columns(ChannelKind.FORCE, finger):
+                    total = pinch.force(finger).mean(axis=1)
+                    axes[1, 0].plot(time[visible], total[visible], color=COLOURS[finger])
+            axes[1, 0].set_ylabel("Force array,\nmean of taxels (V)")
+        axes[-1, 0].set_xlabel("Time after the first contact (ms)")
+        for number, contact in enumerate(pinch.truth[:2]):
+            at = 1e3 * (contact.sample - pinch.truth[0].sample) / rate
+            for ax in axes[:, 0]:
+                ax.axvline(at, color=COLOURS[contact.finger], lw=1, ls="--")
+            axes[0, 0].annotate(
+                ("first contact", "second contact")[number],
+                (at, 1.0),
+                xycoords=("data", "axes fraction"),
+                xytext=(2 if number == 0 else -2, 3),  # above the axes: no trace is there
+                textcoords="offset points",
+                ha="right" if number == 0 else "left",
+                fontsize=8,
+                color=INK,
+            )
+        image = uri(figure)
+    sensor = pinch.layout.vibration[0].sensor
+    content = f"{sensor} and force" if rows == 2 else sensor
+    name = pinch.label.specimen or pinch.label.object or "an object"
+    return Figure(
+        "timing",
+        "One pinch, both fingers",
+        f"A pinch of {name}, the one whose offset is the closest to the mean: {content} traces, "
+        "with "
+        "the known contacts as dashed lines in the colour of the finger.",
+        image,
+    )
+
+
+def offset_figure(offsets: NDArray[np.float64]) -> Figure:
+    """Histogram of offsets (ms) with mean and SD, here and published."""
+    mean, sd = float(offsets.mean()), float(offsets.std(ddof=min(1, len(offsets) - 1)))
+    window = 1e3 * DURATION
+    with canvas() as (figure, axes):
+        ax = axes[0, 0]
+        top = max(60.0, float(np.ceil(offsets.max() / 10) * 10))
+        bins = np.arange(0.0, top + 2.5, 2.5)
+        counts, _, bars = ax.hist(offsets, bins=bins, color=BLUE, edgecolor="white", linewidth=0.6)
+        for left, bar in zip(bins[:-1], bars, strict=False):
+            if left + 1.25 < window:
+                bar.set_alpha(0.55)
+        height = float(counts.max())
+        ax.axvline(window, color=INK, lw=1, ls=":")
+        ax.text(
+            window + 0.6, height * 1.42, "end of the 15 ms window", fontsize=8, va="top", color=INK
+        )
+        for level, m, s, colour, name in (
+            (1.12, mean, sd, BLUE, "here"),
+            (1.24, PUBLISHED_MEAN, PUBLISHED_SD, RED, "published"),
+        ):
+            ax.errorbar(
+                m,
+                height * level,
+                xerr=s,
+                fmt="o",
+                color=colour,
+                capsize=3,
+                ms=5,
+                label=f"{name}: {m:.2f} ± {s:.2f} ms",
+            )
+        ax.set(
+            xlabel="Offset from first to second contact (ms)",
+            ylabel="Pinches",
+            xlim=(0, top),
+            ylim=(0, height * 1.45),
+        )
+        ax.grid(axis="x", visible=False)
+        ax.legend(loc="upper right", title="mean ± SD", title_fontsize=8.5)
+        ax.spines["left"].set_color(GREY)
+        image = uri(figure)
+    share = (offsets < window).mean()
+    return Figure(
+        "offsets",
+        "Time between the two contacts",
+        f"{len(offsets):,} pinches. In {percent(share, 0)} of them (pale bars) the second contact "
+        "falls inside the 15 ms window that stiffness is read from.",
+        image,
+    )
+
+
+DATA = Field.optional("data", DataSummary)
+OFFSET = Field.optional("offset_ms", Offsets)
+#: Time from the first to the second contact, ms (section IV of the paper).
+PUBLISHED_MEAN, PUBLISHED_SD = 16.65, 10.35
+
+#: Badge and description of each source of data.
+_SOURCES = {
+    "twin": ("Twin results", "the twin"),
+    "real": ("Real recordings", "real recordings"),
+    "synthetic": ("Synthetic recordings", "synthetic"),
+    "unknown": ("Recordings of unknown origin", "unknown: state it with `import --source`"),
+}
+
+
+def is_twin(results: SubjectResults) -> bool:
+    """Return True if the pinches come from the twin."""
+    data = results[DATA]
+    return data is not None and data.source == "twin"
+
+
+def kind(subjects: Subjects) -> str:
+    """Return the kind of data for the badge of the report."""
+    data = next((results[DATA] for results in subjects.values()), None)
+    if data is None:
+        return "Just begun"
+    return _SOURCES.get(data.source, (f"Source: {data.source}", ""))[0]
+
+
+def _text(subjects: Subjects) -> str:
+    timed = any(results[OFFSET] for results in subjects.values())
+    return f"The touched objects{' and the times of both contacts' if timed else ''}."
+
+
+def data_table(results: SubjectResults) -> Table | None:
+    """Return the source, size and rate of the data."""
+    data = results[DATA]
+    if not data:
+        return None
+    rate = f"{data.sample_rate_hz:g} Hz"
+    if data.model_rate_hz is not None:
+        rate += f", resampled to {data.model_rate_hz:g} Hz"
+    pinches = (
+        f"{data.pinches:,} ({data.train_pinches:,} for training, "
+        f"{data.test_pinches:,} of unseen objects)"
+    )
+    texts = {
+        "Source": _SOURCES.get(data.source, ("", data.source))[1],
+        "Pinches": pinches,
+        "Specimens": f"{data.specimens:,}",
+        "Sessions": f"{data.sessions:,}",
+        "Rate": rate,
+    }
+    return Table("", ["", ""], [Line([Cell(name), Cell(text)]) for name, text in texts.items()])
+
+
+def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
+    source = (
+        "The published value is an input of the twin, so agreement proves nothing."
+        if any(map(is_twin, subjects.values()))
+        else "Another hand or closing speed gives another distribution."
+    )
+
+    def offset(value: Callable[[Offsets], Value]) -> Callable[[SubjectResults], Value]:
+        return optional(lambda results: results[OFFSET], value)
+
+    return [
+        Row("Pinches", optional(lambda r: r[DATA], lambda d: d.pinches), "count", "2500 + objects"),
+        Row(
+            "First to second contact, mean",
+            offset(lambda o: o.mean),
+            "ms",
+            f"{PUBLISHED_MEAN} ms",
+            source,
+        ),
+        Row(
+            "First to second contact, SD",
+            offset(lambda o: o.sd),
+            "ms",
+            f"{PUBLISHED_SD} ms",
+            source,
+        ),
+        Row(
+            "Second contact within 15 ms",
+            offset(lambda o: o.share_below_15),
+            "share",
+            remark="The paper gives mean and SD only.",
+        ),
+    ]
+
+
+PART = Part(
+    "data",
+    "The data",
+    [Step("data", lambda subject, settings, runner: describe(subject), vital=True)],
+    _text,
+    [data_table],
+    _rows,
+)

@@ -1,19 +1,32 @@
-"""Estimators off their blocks: unseen objects, another hand, a level left out, on many rigs."""
+"""Estimators beyond the blocks: unseen objects, other hands, a level left out."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 
-from firstcontact.core import Runner, missing_modules
-from firstcontact.models import TOLERANCE, Task, outcome, window_estimators
+from firstcontact.core import BLUE, INK, RED, Runner, missing_modules
+from firstcontact.models import ESTIMATORS, TOLERANCE, Task, outcome, window_estimators
 from firstcontact.twin import CONDITIONS
-from firstcontact_lab.report.figures.generalise import generalise_figure
-from firstcontact_lab.report.findings import PartResult
-from firstcontact_lab.report.results.study import SubjectResults
-from firstcontact_lab.study._comparison import BRIEF, MASKED, NETWORK, compared, rig_sets
+from firstcontact_lab.report import names
+from firstcontact_lab.report.findings import Figure, PartResult
+from firstcontact_lab.report.names import NETWORK_TITLES, competitor_title
+from firstcontact_lab.report.results import Field, SubjectResults
+from firstcontact_lab.report.style import canvas, uri
+from firstcontact_lab.report.tables import ABSENT, Cell, Line, Table, format_cell
+from firstcontact_lab.study._comparison import (
+    BRIEF,
+    MASKED,
+    NETWORK,
+    Generalised,
+    compared,
+    rig_sets,
+)
 from firstcontact_lab.study._entrants import Entrant
+from firstcontact_lab.study._off_blocks import OffBlocks
 from firstcontact_lab.study._rig_sets import Sizes
 from firstcontact_lab.study._subject import Subject
+from firstcontact_lab.study.part import Part, Step
 from firstcontact_lab.study.settings import StudySettings
 
 #: Slow estimators are asked on so many sets only, learning quickly.
@@ -33,7 +46,7 @@ def generalise(subject: Subject, settings: StudySettings, runner: Runner) -> Par
     seeds = settings.rig_seeds
     sets = rig_sets(seeds, CONDITIONS[subject.name], sizes, late, runner)
     results = compared(partial(_entrants, settings), sets, seeds, settings.seed, runner)
-    return PartResult(SubjectResults(generalise=results), [generalise_figure(results)])
+    return PartResult([GENERALISE(results)], [generalise_figure(results)])
 
 
 def _entrants(settings: StudySettings, place: int) -> list[Entrant]:
@@ -50,7 +63,7 @@ def _entrants(settings: StudySettings, place: int) -> list[Entrant]:
 
 
 def _late(subject: Subject, early: float) -> list[int]:
-    """How late the detector placed this subject's contacts, samples; where it was right."""
+    """Return the delay of this subject's correctly placed contacts, samples."""
     pairs = zip(subject.dataset.pinches, subject.starts, strict=True)
     late = [
         contact.sample - pinch.first.sample
@@ -60,3 +73,137 @@ def _late(subject: Subject, early: float) -> list[int]:
         and outcome(contact, pinch.first, pinch.layout.rate, early, TOLERANCE) == "success"
     ]
     return late or [0]
+
+
+_PANELS = {
+    "objects": "Unseen objects",
+    "three_pinches": "Three pinches",
+    "other_hand": "Another hand",
+    "level_left_out": "Level left out",
+}
+
+
+def generalise_figure(generalised: Generalised) -> Figure:
+    """RMSE with intervals over rigs; the floor and the ceilings as lines."""
+    rows = list(generalised.estimators)
+    rigs = "1 rig" if generalised.sets == 1 else f"{generalised.sets} rigs"
+    size = (6.2, 1.4 + 0.46 * len(rows))
+    with canvas(2, 2, size, sharex=True, sharey=True) as (figure, axes):
+        for ax, (key, title) in zip(axes.flat, _PANELS.items(), strict=True):
+            for at, name in enumerate(rows):
+                score = generalised.estimators[name].bounded(key)
+                if score is None:
+                    continue
+                colour = RED if name in NETWORK_TITLES else BLUE
+                if score.ends is not None:
+                    ax.plot(score.ends, (at, at), color=colour, lw=3, alpha=0.35)
+                ax.plot(score.value, at, "o", color=colour, ms=5)
+            floor = generalised.floor.bounded(key)
+            if floor is not None:
+                ax.axvline(floor.value, color=INK, ls="--", lw=1.0)
+            for reference in generalised.ceiling.values():
+                ceiling = reference.bounded(key)
+                if ceiling is not None:
+                    ax.axvline(ceiling.value, color=INK, ls=":", lw=1.0)
+            ax.set(title=title)
+        axes[0, 0].set_yticks(range(len(rows)), [competitor_title(name) for name in rows])
+        axes[0, 0].set(xlim=(0, None), ylim=(len(rows) - 0.5, -0.5))
+        for ax in axes[-1]:
+            ax.set_xlabel("RMSE (Shore A)")
+        image = uri(figure)
+    return Figure(
+        "generalise",
+        "Errors off the blocks",
+        f"{rigs} with hands and specimens of their own; bars are 95 % bootstrap intervals over "
+        "rigs. In another colour: the in-context network. Dashed: who learned from these kinds of "
+        "object on this rig. Dotted: who is told the modulus, or the contact's stiffness.",
+        image,
+    )
+
+
+GENERALISE = Field.optional("generalise", Generalised)
+#: Scores beyond the blocks as columns of two tables: title and unit.
+_OBJECTS = {
+    "objects": ("Unseen objects", "shore"),
+    "three_pinches": ("Three pinches", "shore"),
+    "bias_softest": ("Bias, softest", "bias"),
+    "bias_hardest": ("Bias, hardest", "bias"),
+}
+_OTHERS = {
+    "other_hand": ("Another hand", "shore"),
+    "level_left_out": ("Level left out", "shore"),
+    "blocks": ("Blocks", "shore"),
+    "accuracy": ("Nearest level", "share"),
+}
+
+
+def objects_off_blocks(results: SubjectResults) -> Table | None:
+    """Return the errors on unseen objects of every estimator, the floor and the ceilings."""
+    return _table(results[GENERALISE], _OBJECTS, "Unseen objects: RMSE and bias")
+
+
+def others_off_blocks(results: SubjectResults) -> Table | None:
+    """Return the errors with another hand, a level left out, and blocks of other sessions."""
+    return _table(results[GENERALISE], _OTHERS, "Other hands, levels and sessions: RMSE")
+
+
+def _table(
+    generalised: Generalised | None, columns: Mapping[str, tuple[str, str]], title: str
+) -> Table | None:
+    if generalised is None:
+        return None
+    rigs = "1 rig" if generalised.sets == 1 else f"{generalised.sets} rigs"
+    seeds = ", ".join(map(str, generalised.seeds))
+    default = names.estimator(ESTIMATORS.default).title
+    caption = (
+        f"{title} in Shore A over {rigs} (seeds {seeds}), one pinch. Small: 95 % bootstrap "
+        f"interval over rigs; share of the error of {default}."
+    )
+    usual = generalised.estimators.get(ESTIMATORS.default)
+    learned = "trained on these kinds of object on this rig"
+    entries = [
+        (Cell(competitor_title(n), _about(e, generalised.sets)), e, False)
+        for n, e in generalised.estimators.items()
+    ]
+    entries.append((Cell(competitor_title("floor"), learned), generalised.floor, False))
+    entries += [
+        (Cell(f"Ceiling: {competitor_title(n)}"), e, True) for n, e in generalised.ceiling.items()
+    ]
+    lines = []
+    for name, scores, quiet in entries:
+        base = None if quiet or scores is usual else usual
+        cells = [_cell(scores, key, unit, base) for key, (_, unit) in columns.items()]
+        if any(cell.text != ABSENT for cell in cells):
+            lines.append(Line([name, *cells], quiet))
+    return Table(caption, ["", *(head for head, _ in columns.values())], lines)
+
+
+def _about(scores: OffBlocks, sets: int) -> str:
+    """Return how an estimator was fitted, where that is unusual."""
+    options = [f"{key} {value}" for key, value in (scores.options or {}).items()]
+    return ", ".join([*options, f"{scores.sets} of {sets} rigs"] if scores.sets < sets else options)
+
+
+def _cell(scores: OffBlocks, key: str, unit: str, usual: OffBlocks | None) -> Cell:
+    score = scores.bounded(key)
+    cell = format_cell(score, unit)
+    base = usual.bounded(key) if usual is not None and scores.sets == usual.sets else None
+    if score is None or base is None or unit != "shore" or base.value <= 0:
+        return cell
+    ratio = f"× {score.value / base.value:.2f}"
+    return Cell(cell.text, f"{cell.small}; {ratio}" if cell.small else ratio)
+
+
+PART = Part(
+    "generalise",
+    "Beyond the blocks",
+    [Step("beyond the blocks", generalise, late=True)],
+    lambda subjects: (
+        "Hands, specimens and sessions of seeds that no choice was made on. Every estimator learns "
+        "from the same block pinches and predicts the same contacts, which are as late as the "
+        "detector placed those above. Another hand: 30 of its own block pinches alone. Three "
+        "pinches: the mean estimate. Level left out: mean over 20, 29 and 43 Shore A. Ceilings "
+        "know the modulus (the rest is the label's error), or the contact's stiffness."
+    ),
+    [objects_off_blocks, others_off_blocks],
+)

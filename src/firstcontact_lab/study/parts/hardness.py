@@ -1,14 +1,14 @@
-"""Order of hardness where no Shore A is known: ranks and materials only."""
+"""Order of hardness of materials without a Shore A."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 from msgspec.structs import asdict
 
-from firstcontact.core import Runner
+from firstcontact.core import BLUE, GREY, INK, RED, Record, Runner, percent
 from firstcontact.models import (
     DURATION,
     ESTIMATORS,
@@ -16,8 +16,10 @@ from firstcontact.models import (
     LabelledWindows,
     Question,
     RankCorrelation,
+    RegressionScores,
     Task,
     Values,
+    bounded,
     classification_scores,
     held_out,
     learns_one_value,
@@ -28,23 +30,91 @@ from firstcontact.models import (
     regression_scores,
     window_estimators,
 )
+from firstcontact.recording import figure_label
 from firstcontact_lab.report import names
-from firstcontact_lab.report.figures.hardness import hardness_figure, materials_figure
-from firstcontact_lab.report.findings import PartResult
-from firstcontact_lab.report.results.hardness import (
-    HardnessOrder,
-    Material,
-    MaterialLeftOut,
-    RankRegression,
+from firstcontact_lab.report.findings import Card, Figure, PartResult
+from firstcontact_lab.report.results import Field, SubjectResults
+from firstcontact_lab.report.style import canvas, shades, uri
+from firstcontact_lab.report.tables import (
+    Cell,
+    Row,
+    Table,
+    Value,
+    lifted,
+    matrix,
+    optional,
 )
-from firstcontact_lab.report.results.study import SubjectResults
 from firstcontact_lab.study._subject import Subject
+from firstcontact_lab.study.part import (
+    Part,
+    Step,
+    Subjects,
+    card_lines,
+    distinct,
+    with_ranks,
+)
+from firstcontact_lab.study.parts.blocks import BLOCKS
+from firstcontact_lab.study.parts.contacts import is_learned
+from firstcontact_lab.study.parts.objects import OBJECTS
 from firstcontact_lab.study.settings import StudySettings
+
+
+class Material(Record, frozen=True, kw_only=True):
+    """Means of one material's pinches."""
+
+    rank: float
+    n: int
+    centroid_hz: float
+    predicted: float | None = None
+
+
+class RankRegression(RankCorrelation, frozen=True, kw_only=True):
+    """Over materials, and errors over pinches in ranks."""
+
+    errors: RegressionScores
+
+
+class MaterialLeftOut(Record, frozen=True, kw_only=True):
+    """Each material answered by models that did not learn from it."""
+
+    rank_regression: RankRegression | None = None
+    classification: dict[str, ClassificationScores] | None = None
+
+
+class HardnessOrder(Record, frozen=True, kw_only=True):
+    """Rank correlations over materials, and classes, as far as these pinches permit.
+
+    ``n_pinches`` of ``pinches`` with a rank have a window; ``score`` says what orders materials
+    without training.
+    """
+
+    n_pinches: int
+    pinches: int
+    score: str
+    spectral_centroid: RankCorrelation
+    by_material: dict[str, Material]
+    leave_one_material_out: MaterialLeftOut | None = None
+    random_folds: dict[str, ClassificationScores] | None = None
+
+    @property
+    def rho_left_out(self) -> float | None:
+        """Spearman ρ of the rank regression, with each material left out."""
+        left_out = self.leave_one_material_out
+        regression = left_out.rank_regression if left_out else None
+        return regression.rho if regression else None
+
+    def classes_left_out(self) -> dict[str, ClassificationScores]:
+        """Return class scores by estimator; empty where these pinches do not permit them."""
+        left_out = self.leave_one_material_out
+        return (left_out.classification if left_out else None) or {}
+
 
 #: The score that orders materials without any training. Declared before any
 #: result was seen: a harder surface gives a shorter contact (Hertz), so more
 #: of the energy of the first 15 ms lies at high frequencies.
 SCORE = "spectral centroid of the first 15 ms after contact, Hz"
+
+
 #: A whole material left out, and random folds with every material on both sides.
 HELD, MIXED = "leave_one_material_out", "random_folds"
 
@@ -79,8 +149,8 @@ def hardness(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
         return PartResult(left_out=["Hardness order: no pinch has a known first contact."])
     dataset = subject.dataset
     rank = dataset.hardness_rank
-    known = np.isfinite(rank) & (dataset.objects != "")
-    data = subject.labelled_windows(DURATION, np.where(known, rank, np.nan))
+    is_known = np.isfinite(rank) & (dataset.objects != "")
+    data = subject.labelled_windows(DURATION, np.where(is_known, rank, np.nan))
     if len(np.unique(data.y)) < 2 or len(np.unique(data.objects)) < 3:
         return PartResult(
             left_out=[
@@ -100,7 +170,7 @@ def hardness(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
     )
     ranked = predicted.get((HELD, "rank"))
     by_material = _by_material(data, centroid, ranked)
-    order = np.array([its.rank for its in by_material.values()])
+    order = np.array([material.rank for material in by_material.values()])
 
     def correlation(of: Callable[[Material], float | None]) -> RankCorrelation:
         values = np.array(list(map(of, by_material.values())), dtype=np.float64)
@@ -116,54 +186,56 @@ def hardness(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
     regression = None
     if ranked is not None:
         errors = regression_scores(data.y, ranked, data.objects, seed)
-        rho = correlation(lambda its: its.predicted)
+        rho = correlation(lambda material: material.predicted)
         regression = RankRegression(**asdict(rho), errors=errors)
-    found, mixed = classes(HELD), classes(MIXED)
-    held = MaterialLeftOut(rank_regression=regression, classification=found or None)
+    left_out_classes, mixed = classes(HELD), classes(MIXED)
+    left_out_material = MaterialLeftOut(
+        rank_regression=regression, classification=left_out_classes or None
+    )
     order_found = HardnessOrder(
         n_pinches=len(data),
-        pinches=int(known.sum()),
+        pinches=int(is_known.sum()),
         score=SCORE,
-        spectral_centroid=correlation(lambda its: its.centroid_hz),
+        spectral_centroid=correlation(lambda material: material.centroid_hz),
         by_material=by_material,
-        leave_one_material_out=held if regression or found else None,
+        leave_one_material_out=left_out_material if regression or left_out_classes else None,
         random_folds=mixed or None,
     )
     figures = [hardness_figure(data, centroid)]
     for model in names.estimators(mixed):
-        if model in found:
-            figures.append(materials_figure(found[model], mixed[model]))
-    return PartResult(SubjectResults(hardness_order=order_found), figures, left_out)
+        if model in left_out_classes:
+            figures.append(materials_figure(left_out_classes[model], mixed[model]))
+    return PartResult([HARDNESS(order_found)], figures, left_out)
 
 
 def _questions(
     data: LabelledWindows, settings: StudySettings
 ) -> tuple[dict[tuple[str, str], Question], list[str]]:
-    """What these windows permit, and why not the rest."""
+    """Return the splits or questions that these windows permit, and reasons for the others."""
     out: dict[tuple[str, str], Question] = {}
     left_out = []
     reference = ESTIMATORS.default
-    held = leave_one_out(data.objects)
-    if learns_one_value(held, data.y):
+    left_out_material = leave_one_out(data.objects)
+    if learns_one_value(left_out_material, data.y):
         left_out.append(
             "Order of hardness by regression: without one of the materials, a single hardness rank "
             "is left to learn from."
         )
     else:
         out[HELD, "rank"] = Question(
-            reference, Task.REGRESSION, data, held, settings.options(reference)
+            reference, Task.REGRESSION, data, left_out_material, settings.options(reference)
         )
-    unknown = never_learned(held, data.y)
+    unknown = never_learned(left_out_material, data.y)
     if len(unknown):
         left_out.append(
             "Hardness class with a material left out: the ranks "
             f"{', '.join(f'{r:g}' for r in unknown)} have one material each, so no model could "
             "have learned them without it."
         )
-    elif not learns_one_value(held, data.y):
+    elif not learns_one_value(left_out_material, data.y):
         for model in _classifiers():
             out[HELD, model] = Question(
-                model, Task.CLASSIFICATION, data, held, settings.options(model)
+                model, Task.CLASSIFICATION, data, left_out_material, settings.options(model)
             )
     if np.unique(data.y, return_counts=True)[1].min() < 2:
         left_out.append("Hardness class in random folds: a rank has a single pinch.")
@@ -175,7 +247,7 @@ def _questions(
 
 
 def _classifiers() -> list[str]:
-    """What is asked for the class, floors last: all that learns it quickly."""
+    """Return the classifiers that train quickly, floors last."""
     able = [
         n for n, e in window_estimators().items() if Task.CLASSIFICATION in e.tasks and not e.slow
     ]
@@ -187,11 +259,237 @@ def _by_material(
 ) -> dict[str, Material]:
     out = {}
     for material in np.unique(data.objects):
-        its = data.objects == material
+        material_results = data.objects == material
         out[str(material)] = Material(
-            rank=float(data.y[its].mean()),
-            n=int(its.sum()),
-            centroid_hz=float(centroid[its].mean()),
-            predicted=None if predicted is None else float(predicted[its].mean()),
+            rank=float(data.y[material_results].mean()),
+            n=int(material_results.sum()),
+            centroid_hz=float(centroid[material_results].mean()),
+            predicted=None if predicted is None else float(predicted[material_results].mean()),
         )
     return out
+
+
+def hardness_figure(data: LabelledWindows, centroid: Values) -> Figure:
+    """Spectral centroid of every pinch, a row a material."""
+    materials = sorted(
+        set(data.objects.tolist()),
+        key=lambda m: (float(data.y[data.objects == m].mean()), m),
+    )
+    ranks = np.unique(data.y)
+    colours = dict(zip(ranks.tolist(), shades(len(ranks)), strict=True))
+    rng = np.random.default_rng(0)
+    with canvas(size=(6.2, 1.2 + 0.42 * len(materials))) as (figure, axes):
+        ax = axes[0, 0]
+        for row, material in enumerate(materials):
+            material_results = data.objects == material
+            colour = colours[float(data.y[material_results][0])]
+            values = centroid[material_results]
+            ax.scatter(
+                values,
+                row + rng.uniform(-0.18, 0.18, len(values)),
+                s=16,
+                color=colour,
+                alpha=0.7,
+                lw=0,
+            )
+            ax.plot([values.mean()] * 2, [row - 0.32, row + 0.32], color=INK, lw=2)
+        labels = [
+            f"{figure_label(m.replace('_', ' '))}  (rank {data.y[data.objects == m].mean():g})"
+            for m in materials
+        ]
+        ax.set_yticks(range(len(materials)), labels, fontsize=8.5)
+        ax.set(
+            xlabel="Spectral centroid of the first 15 ms (Hz)", ylim=(-0.6, len(materials) - 0.4)
+        )
+        ax.grid(axis="y", visible=False)
+        image = uri(figure)
+    return Figure(
+        "hardness",
+        "Order of hardness, nothing learned",
+        "One point a pinch; bars are the means that the rank correlation is taken over. The score "
+        "was declared beforehand: a harder surface is expected further to the right.",
+        image,
+    )
+
+
+def materials_figure(left_out: ClassificationScores, random: ClassificationScores) -> Figure:
+    """Accuracy with a material left out, beside random folds and the best constant prediction."""
+    chance = left_out.best_constant
+    with canvas(size=(6.2, 2.6)) as (figure, axes):
+        ax = axes[0, 0]
+        rows = [
+            ("material left out", left_out, BLUE),
+            ("random folds (not to be trusted)", random, GREY),
+        ]
+        for row, (_, scores, colour) in enumerate(rows):
+            ax.barh(row, 100 * scores.accuracy, color=colour, height=0.55)
+            ends = scores.intervals.get("accuracy")
+            if ends:
+                ax.plot([100 * e for e in ends], [row, row], color=INK, lw=1.2)
+            ax.text(
+                2,
+                row,
+                percent(scores.accuracy, 0),
+                va="center",
+                color="white",
+                fontweight="bold",
+                fontsize=9,
+            )
+        ax.axvline(100 * chance, color=RED, ls="--", lw=1.2)
+        ax.text(
+            100 * chance + 1,
+            1.62,
+            f"best constant {percent(chance, 0)}",
+            color=RED,
+            fontsize=8.5,
+            va="top",
+        )
+        ax.set_yticks(range(len(rows)), [name for name, _, _ in rows])
+        ax.set(xlabel="Accuracy of the hardness class (%)", xlim=(0, 100), ylim=(-0.5, 1.7))
+        ax.grid(axis="y", visible=False)
+        image = uri(figure)
+    return Figure(
+        "materials",
+        "A material left out",
+        "Random folds let a model recognise the material it learned from. With the whole "
+        "material left out, the question is about hardness. Lines are 95 % intervals (materials "
+        "drawn whole).",
+        image,
+    )
+
+
+HARDNESS = Field.optional("hardness_order", HardnessOrder)
+_CLASS: Sequence[Row[ClassificationScores]] = (
+    Row("Accuracy", lambda s: bounded(s, "accuracy"), "share"),
+    Row("Best constant prediction", lambda s: s.best_constant, "share"),
+    Row("Pinches", lambda s: s.n),
+)
+_ORDER: Sequence[Row[RankCorrelation]] = (
+    Row("Spearman ρ", lambda s: s.rho, "rho"),
+    Row("Permutation p", lambda s: s.p, "p"),
+    Row("Materials", lambda s: s.n),
+)
+
+
+def _text(subjects: Subjects) -> str:
+    order = "whether materials come in the right order of hardness"
+    if any(results[BLOCKS] or results[OBJECTS] for results in subjects.values()):
+        return f"By their ranks: {order}. Errors in Shore A stand above."
+    return f"No error in Shore A can be given from these labels: only {order}."
+
+
+def order_table(results: SubjectResults) -> Table | None:
+    """Return the rank correlations over materials."""
+    order = results[HARDNESS]
+    if not order:
+        return None
+    left_out = order.leave_one_material_out
+    ranks = left_out.rank_regression if left_out else None
+    regression = f"{names.estimator(ESTIMATORS.default).title} regression of the rank"
+    entries: list[tuple[Cell, RankCorrelation | None, bool]] = [
+        (Cell("Nothing learned", order.score), order.spectral_centroid, False),
+        (Cell(regression, "material left out"), ranks, False),
+    ]
+    return matrix("Hardness order from the first 15 ms.", _ORDER, entries)
+
+
+def class_table(results: SubjectResults) -> Table | None:
+    """Return the accuracy of the hardness class."""
+    order = results[HARDNESS]
+    if not order:
+        return None
+    entries = [
+        (Cell(names.estimator(name).title, "material left out"), scores, names.is_floor(name))
+        for name, scores in order.classes_left_out().items()
+    ]
+    random = "random folds: the same materials on both sides, so it says little"
+    entries += [
+        (Cell(names.estimator(name).title, random), scores, True)
+        for name, scores in (order.random_folds or {}).items()
+    ]
+    caption = "Class of hardness."
+    if is_learned(results):
+        caption += (
+            " For a material left out, the detector that places the windows has learned from that "
+            "material too."
+        )
+    return matrix(caption, _CLASS, entries)
+
+
+def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
+    def order(value: Callable[[HardnessOrder], Value]) -> Callable[[SubjectResults], Value]:
+        return optional(lambda results: results[HARDNESS], value)
+
+    regression = f"Hardness order, {names.estimator(ESTIMATORS.default).title} regression"
+    rows = [
+        Row("Materials", order(lambda h: h.spectral_centroid.n)),
+        Row(
+            "Hardness order, spectral centroid: ρ", order(lambda h: h.spectral_centroid.rho), "rho"
+        ),
+        Row("– its two-sided p", order(lambda h: h.spectral_centroid.p), "p"),
+        Row(f"{regression}, material left out: ρ", order(lambda h: h.rho_left_out), "rho"),
+    ]
+    for name in ESTIMATORS.names:
+        title = f"Hardness class, {names.estimator(name).title}"
+
+        def left_out(h: HardnessOrder, name: str = name) -> Value:
+            return bounded(h.classes_left_out().get(name), "accuracy")
+
+        def mixed(h: HardnessOrder, name: str = name) -> Value:
+            return bounded((h.random_folds or {}).get(name), "accuracy")
+
+        rows += [
+            Row(f"{title}, material left out: accuracy", order(left_out), "share"),
+            Row(f"{title}, random folds: accuracy", order(mixed), "share"),
+        ]
+    constant = order(lambda h: next((s.best_constant for s in h.classes_left_out().values()), None))
+    return [*rows, Row("Hardness class, best constant prediction", constant, "share")]
+
+
+def _cards(subjects: Subjects) -> list[Card]:
+    row = Row[SubjectResults](
+        "", optional(lambda r: r[HARDNESS], lambda h: h.spectral_centroid.rho), "rho"
+    )
+
+    def note(name: str, results: SubjectResults) -> str:
+        order = results[HARDNESS]
+        centroid = order and order.spectral_centroid
+        if not centroid:
+            return ""
+        return f"n = {centroid.n}" + ("" if centroid.p is None else f", p = {centroid.p:.3f}")
+
+    return [
+        Card(
+            "Order of hardness, nothing learned: ρ",
+            card_lines(subjects, {"": row}, note),
+            "Spearman over materials, first 15 ms",
+        )
+    ]
+
+
+def class_card(subjects: Subjects) -> Card:
+    """Return the card with the accuracy of the class of a material left out."""
+    name = ESTIMATORS.default
+
+    def scores(results: SubjectResults) -> ClassificationScores | None:
+        order = results[HARDNESS]
+        return order.classes_left_out().get(name) if order else None
+
+    is_known = [s for results in subjects.values() if (s := scores(results))]
+    constants = distinct(percent(s.best_constant) for s in is_known)
+    return Card(
+        "Class of a material never learned",
+        card_lines(subjects, {"": lifted(_CLASS[0], "", scores)}),
+        f"accuracy; the best constant prediction has {' and '.join(constants)}",
+    )
+
+
+PART = Part(
+    "hardness",
+    "Order of hardness",
+    [Step("hardness order", with_ranks(hardness))],
+    _text,
+    [order_table, class_table],
+    _rows,
+    _cards,
+)

@@ -1,15 +1,30 @@
-"""How long one window takes, as in use: one at a time, one thread."""
+"""Time of one estimate, here and on the microcontroller."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Annotated
 
+import msgspec
 import numpy as np
 from msgspec.structs import asdict
 
-from firstcontact.core import is_same_rate, one_thread
+from firstcontact.core import (
+    LONGEST,
+    InputError,
+    Name,
+    Record,
+    is_same_rate,
+    one_thread,
+    percent,
+    read_record,
+    read_regular,
+)
+from firstcontact.export import microseconds
 from firstcontact.models import (
     DURATION,
+    ESTIMATORS,
     Fit,
     InferenceTime,
     LabelledTouches,
@@ -22,20 +37,114 @@ from firstcontact.models import (
     time_inference,
     window_estimators,
 )
-from firstcontact_lab.report.findings import PartResult
-from firstcontact_lab.report.results.board import read_board
-from firstcontact_lab.report.results.stiffness import InferenceTimes
-from firstcontact_lab.report.results.study import SubjectResults
+from firstcontact_lab.report import names
+from firstcontact_lab.report.findings import Card, CardLine, PartResult
+from firstcontact_lab.report.names import NETWORK_TITLES
+from firstcontact_lab.report.results import Field, SubjectResults
+from firstcontact_lab.report.tables import (
+    ABSENT,
+    Cell,
+    Row,
+    Table,
+    Value,
+    lifted,
+    matrix,
+)
 from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.parts.anytime import conditioned_on, home_of
+from firstcontact_lab.study.part import (
+    Part,
+    Step,
+    Subjects,
+    card_lines,
+    distinct,
+)
+from firstcontact_lab.study.parts.anytime import conditioned_model, conditioning_contacts
+from firstcontact_lab.study.parts.blocks import published_or_all
 from firstcontact_lab.study.settings import StudySettings
+
+
+class InferenceTimes(InferenceTime, frozen=True, kw_only=True):
+    """Times of an estimator's regression and ``classification``."""
+
+    classification: InferenceTime | None = None
+
+
+_Rate = Annotated[float, msgspec.Meta(gt=0)]
+
+
+_Positive = Annotated[int, msgspec.Meta(gt=0)]
+
+
+class BoardTime(Record, frozen=True, kw_only=True):
+    """An answer of one form of a model on the board.
+
+    ``estimator`` and ``task`` say which model it was made from, ``samples`` how many from the
+    contact on it takes, at ``rate_hz``; ``instructions`` are those of its dearest answer, counted
+    by the emulator.
+    """
+
+    estimator: Name
+    task: Name
+    samples: _Positive
+    rate_hz: _Rate
+    instructions: _Positive
+
+    @property
+    def signal_ms(self) -> float:
+        """Duration of the samples, ms."""
+        return 1e3 * self.samples / self.rate_hz
+
+    @property
+    def microseconds(self) -> float:
+        """Time on the board at the assumed clock and cycles, us."""
+        return microseconds(self.instructions)
+
+
+class _Row(msgspec.Struct):
+    # Detectors have no estimator, whole models that no board takes no instructions.
+    estimator: Name | None = None
+    task: Name | None = None
+    samples: _Positive | None = None
+    rate_hz: _Rate | None = None
+    instructions: _Positive | None = None
+
+
+class _Board(msgspec.Struct):
+    models: dict[Name, _Row]
+
+
+def read_board(path: Path) -> dict[str, BoardTime]:
+    """Answers in an ``embedded.json``, by the names of their forms.
+
+    Raises
+    ------
+    InputError
+        It cannot be read, is none, or has no answers.
+    """
+    remedy = "give the embedded.json of `make embedded` of this version"
+    rows = read_record(read_regular(path, LONGEST), _Board, str(path), remedy).models
+    times_by_model = {
+        name: BoardTime(
+            estimator=row.estimator,
+            task=row.task,
+            samples=row.samples,
+            rate_hz=row.rate_hz,
+            instructions=row.instructions,
+        )
+        for name, row in rows.items()
+        if row.estimator and row.task and row.samples and row.rate_hz and row.instructions
+    }
+    if not times_by_model:
+        raise InputError(f"{path} has no models with instructions counted: {remedy}")
+    return times_by_model
+
 
 #: Contacts that the any-time network is asked about in turn.
 ASKED = 100
 
 
 def inference(subject: Subject, settings: StudySettings) -> PartResult:
-    """p50 and p99 of single-window inference, beside the training library's own predict.
+    """Measure p50 and p99 of single-window inference, and of the training library.
 
     Models learn from all blocks, as they would for use: a support vector
     machine takes the longer the more support vectors its data asked for.
@@ -48,7 +157,7 @@ def inference(subject: Subject, settings: StudySettings) -> PartResult:
                 "Inference time: windows of two Shore A levels or more are needed to train a model."
             ]
         )
-    found: dict[str, InferenceTimes] = {}
+    times_by_model: dict[str, InferenceTimes] = {}
     for model, entry in window_estimators().items():
         if entry.baseline:
             continue
@@ -64,30 +173,32 @@ def inference(subject: Subject, settings: StudySettings) -> PartResult:
                 times[task] = measure(fit, settings.calls)
         classification = times.get(Task.CLASSIFICATION)
         if regression := times.get(Task.REGRESSION):
-            found[model] = InferenceTimes(**asdict(regression), classification=classification)
+            times_by_model[model] = InferenceTimes(
+                **asdict(regression), classification=classification
+            )
         elif classification:
-            found[model] = InferenceTimes(**asdict(classification))
+            times_by_model[model] = InferenceTimes(**asdict(classification))
     board = read_board(Path(settings.board)) if settings.board else None
     running = _anytime(subject, settings)
-    return PartResult(SubjectResults(inference_us=found, anytime_us=running, board=board))
+    return PartResult([INFERENCE(times_by_model), ANYTIME_TIME(running), BOARD(board)])
 
 
 def _anytime(subject: Subject, settings: StudySettings) -> InferenceTime | None:
     """The any-time network's first answer to a contact; None where it cannot be asked."""
     model = pretrained()
-    if not subject.found or not is_same_rate(subject.dataset.layout.rate, model.rate):
+    if not subject.detections or not is_same_rate(subject.dataset.layout.rate, model.rate):
         return None
-    known = LabelledTouches.of(subject.dataset, subject.starts)
-    home = home_of(known, subject)
+    labelled = LabelledTouches.of(subject.dataset, subject.starts)
+    home = conditioning_contacts(labelled, subject)
     if home is None:
         return None
-    its = conditioned_on(model, home, settings.seed).model
+    adapted_model = conditioned_model(model, home, settings.seed).model
     # As live asks: how fast the hand closes is worked out once a contact, before any answer.
     first = moments(model.rate)[0]
-    asked = [home.touches.take(np.array([k])).until(first) for k in range(min(len(home), ASKED))]
-    inputs = [(touch, its.rig_features(touch)) for touch in asked]
+    queries = [home.touches.take(np.array([k])).until(first) for k in range(min(len(home), ASKED))]
+    inputs = [(touch, adapted_model.rig_features(touch)) for touch in queries]
     with one_thread():
-        return time_calls(lambda pair: its.answers(*pair), inputs, settings.calls)
+        return time_calls(lambda pair: adapted_model.answers(*pair), inputs, settings.calls)
 
 
 def measure(fit: Fit, calls: int) -> InferenceTime:
@@ -95,3 +206,228 @@ def measure(fit: Fit, calls: int) -> InferenceTime:
     model, learn = fit_model(fit), fit.learn
     estimator = make_estimator(fit.model, fit.task, learn.rate)
     return time_inference(model, learn.X, estimator.reference(model, learn.X, learn.y), calls)
+
+
+INFERENCE = Field.optional("inference_us", dict[str, InferenceTimes])
+ANYTIME_TIME = Field.optional("anytime_us", InferenceTime)
+BOARD = Field.optional("board", dict[str, BoardTime])
+#: Time of one window on a computer that the paper does not name (section IV).
+PUBLISHED = {"svm": "< 1 ms", "cnn": "1.4 ms"}
+#: Largest share of preempted calls, and largest load per core, at which times count. The
+#: study's own workers make a load of one per core in the minute before.
+MOST_PREEMPTED = 0.01
+MOST_LOAD = 2.0
+
+_P99 = Row[InferenceTime]("p99", lambda t: t.p99, "us")
+_SPEEDUP = Row[InferenceTime]("faster than its training library", lambda t: t.speedup, "ratio")
+_TIMES = (
+    Row[InferenceTime]("median", lambda t: t.p50, "us"),
+    _P99,
+    Row[InferenceTime]("p99 with preempted calls", lambda t: t.p99_with_preempted, "us"),
+    Row[InferenceTime](
+        "training library, median",
+        lambda t: None if t.reference is None else t.reference_p50,
+        "us",
+    ),
+    _SPEEDUP,
+)
+
+
+def inference_table(results: SubjectResults) -> Table | None:
+    """Return the times of one window, and of the training library."""
+    times = results[INFERENCE]
+    if not times:
+        return None
+    entries: list[tuple[Cell, InferenceTime | None, bool]] = []
+    for name, time in times.items():
+        title = names.estimator(name).title
+        entries.append((Cell(title, _remarks(time)), time, False))
+        classifier = time.classification
+        if classifier:
+            entries.append(
+                (Cell(f"{title}, classification", _remarks(classifier)), classifier, False)
+            )
+    timed = [time for _, time, _ in entries if time]
+    busiest = max(timed, key=lambda time: time.load)
+    caption = (
+        f"One window at a time, one thread, this machine; {min(t.calls for t in timed):,} calls or "
+        "more each. Calls during which another process took the core are apart. Load of the "
+        f"machine: {busiest.load:.1f} on {busiest.cores} cores."
+    )
+    return matrix(caption, _TIMES, entries)
+
+
+def _remarks(time: InferenceTime) -> str:
+    vectors = "" if time.support_vectors is None else f"{time.support_vectors:,} support vectors"
+    preempted = f"{time.preempted:,} calls preempted" if time.preempted else ""
+    return "; ".join(filter(None, (vectors, preempted, time.reference)))
+
+
+_CAPTION = (
+    "Contact to estimate: the samples that it takes and the arithmetic, on the emulated Cortex-M7 "
+    "(instructions counted by make embedded, 1.5 cycles each at 600 MHz assumed) and here (p99). "
+    "Neither has the time until the contact is decided; here the cable and waiting for packets "
+    "come on top, which firstcontact live measures. The network: its first estimate. Of "
+    "models with several forms the cheapest and the dearest."
+)
+
+
+def board_table(results: SubjectResults) -> Table | None:
+    """Return samples, instructions and time of each form on the board and on this machine."""
+    board = results[BOARD]
+    if not board:
+        return None
+
+    def local(form: str) -> Value:
+        us = _local_p99(results, board[form])
+        return None if us is None else board[form].signal_ms + 1e-3 * us
+
+    columns: Sequence[Row[str]] = (
+        Row("Samples", lambda form: board[form].samples),
+        Row("Signal", lambda form: board[form].signal_ms, "ms"),
+        Row("Instructions", lambda form: board[form].instructions),
+        Row("Arithmetic", lambda form: board[form].microseconds, "us"),
+        Row(
+            "On the board",
+            lambda form: board[form].signal_ms + 1e-3 * board[form].microseconds,
+            "ms",
+        ),
+        Row("This machine, no cable", local, "ms"),
+    )
+    entries = [(Cell(_form_title(board[form]), form), form, False) for form in _ends(board)]
+    return matrix(_CAPTION, columns, entries)
+
+
+def _form_title(time: BoardTime) -> str:
+    title = NETWORK_TITLES.get(time.estimator, names.estimator(time.estimator).title)
+    return f"{title}, classification" if time.task == Task.CLASSIFICATION else title
+
+
+def _ends(board: Mapping[str, BoardTime]) -> list[str]:
+    """Return the cheapest and the dearest form of each model, in the order of the file."""
+    models: dict[tuple[str, str], list[str]] = {}
+    for form, time in board.items():
+        models.setdefault((time.estimator, time.task), []).append(form)
+    ends = {
+        end(forms, key=lambda form: board[form].instructions)
+        for forms in models.values()
+        for end in (min, max)
+    }
+    return [form for form in board if form in ends]
+
+
+def _local_p99(results: SubjectResults, time: BoardTime) -> float | None:
+    """Return the time of the model of a form on this machine, us."""
+    network = results[ANYTIME_TIME]
+    if time.estimator in NETWORK_TITLES:
+        return None if network is None else network.p99
+    times = (results[INFERENCE] or {}).get(time.estimator)
+    if times is not None and time.task == Task.CLASSIFICATION:
+        return None if times.classification is None else times.classification.p99
+    return None if times is None else times.p99
+
+
+def _find_times(name: str) -> Callable[[SubjectResults], InferenceTimes | None]:
+    return lambda results: (results[INFERENCE] or {}).get(name)
+
+
+def _find_classifier(name: str) -> Callable[[SubjectResults], InferenceTime | None]:
+    find = _find_times(name)
+
+    def classifier(results: SubjectResults) -> InferenceTime | None:
+        times = find(results)
+        return times.classification if times else None
+
+    return classifier
+
+
+def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
+    def load(results: SubjectResults) -> Value:
+        times = next(iter((results[INFERENCE] or {}).values()), None)
+        return None if times is None else times.load
+
+    rows = [Row("Load of the machine meanwhile", load, "rate")]
+    scored = distinct(name for r in subjects.values() for name in r[INFERENCE] or {})
+    for name in names.estimators(distinct([*ESTIMATORS.names, *scored]), True):
+        title = names.estimator(name).title
+        rows += [
+            lifted(
+                row,
+                f"{title}, one window: ",
+                _find_times(name),
+                PUBLISHED.get(name, ABSENT) if row is _P99 else ABSENT,
+                "Other computers: not comparable. Without calls that another process interrupted."
+                if row is _P99 and name in PUBLISHED
+                else None,
+            )
+            for row in _TIMES
+        ]
+        rows += [
+            lifted(row, f"{title} classifier, one window: ", _find_classifier(name))
+            for row in (_P99, _SPEEDUP)
+        ]
+    return rows
+
+
+def _cards(subjects: Subjects) -> list[Card]:
+    title = "One estimate takes (p99)"
+    times = [t for results in subjects.values() for t in (results[INFERENCE] or {}).values()]
+    if busy := _busy(times):
+        remedy = "To measure again, run the study with another --out and nothing else beside it"
+        return [Card(title, [CardLine("Machine too busy", ABSENT, busy)], remedy)]
+    scored: list[Mapping[str, object]] = []
+    for results in subjects.values():
+        timed = results[INFERENCE]
+        scored.append(timed or {})
+    shown_names = published_or_all(PUBLISHED, scored)
+    rows = {names.estimator(n).title: lifted(_P99, "", _find_times(n)) for n in shown_names}
+    by_title = {names.estimator(n).title: n for n in shown_names}
+
+    def note(name: str, results: SubjectResults) -> str:
+        time = _find_times(by_title[name])(results)
+        if time is None or time.speedup is None:
+            return ""
+        return f"{time.speedup:.1f} × faster than {time.reference}"
+
+    foot = "regression, one window at a time, one thread, this machine"
+    return [Card(title, card_lines(subjects, rows, note), foot + _load(times))]
+
+
+def _busy(times: Sequence[InferenceTimes]) -> str:
+    """Return the reason why the machine was too busy for timing, "" if it was not."""
+    preempted, calls = sum(t.preempted for t in times), sum(t.calls for t in times)
+    if preempted > MOST_PREEMPTED * calls:
+        return (
+            f"{preempted:,} of {calls:,} calls were preempted: {percent(preempted / calls)}, and "
+            f"at most {percent(MOST_PREEMPTED, 0)} may be"
+        )
+    busiest = max(times, key=lambda time: time.load / time.cores, default=None)
+    if busiest is not None and busiest.load > MOST_LOAD * busiest.cores:
+        most = MOST_LOAD * busiest.cores
+        return f"load {busiest.load:.1f} on {busiest.cores} cores; at most {most:g} may be"
+    return ""
+
+
+def _load(times: Sequence[InferenceTimes]) -> str:
+    """Return the load of the machine and the number of preempted calls."""
+    if not times:
+        return ""
+    preempted, calls = sum(t.preempted for t in times), sum(t.calls for t in times)
+    apart = f"; {preempted:,} of {calls:,} calls were preempted and are apart" if preempted else ""
+    return f" (load {max(t.load for t in times):.1f} on {times[0].cores} cores){apart}"
+
+
+PART = Part(
+    "time",
+    "Time of one estimate",
+    [
+        Step(
+            "inference time",
+            lambda subject, settings, runner: inference(subject, settings),
+            late=True,
+        )
+    ],
+    tables=[inference_table, board_table],
+    rows=_rows,
+    cards=_cards,
+)

@@ -1,21 +1,52 @@
-"""Whether the second contact inside the window helps or hurts."""
+"""Error with and without the second contact in the window."""
 
 from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.models import DURATION, RegressionScores, Values, outcome, regression_scores
+from firstcontact.core import GREY, INK, Record
+from firstcontact.models import (
+    DURATION,
+    RegressionScores,
+    Values,
+    bounded,
+    outcome,
+    regression_scores,
+)
 from firstcontact.signal import Conditioner, samples_in
 from firstcontact_lab.report import names
-from firstcontact_lab.report.figures.second import second_figure
-from firstcontact_lab.report.findings import PartResult
-from firstcontact_lab.report.results.stiffness import SecondContact
-from firstcontact_lab.report.results.study import SubjectResults
+from firstcontact_lab.report.findings import Figure, PartResult
+from firstcontact_lab.report.results import Field, SubjectResults
+from firstcontact_lab.report.style import canvas, uri
+from firstcontact_lab.report.tables import Cell, Row, Table, matrix
 from firstcontact_lab.study._subject import Subject
+from firstcontact_lab.study.part import Part, Step
 from firstcontact_lab.study.parts.blocks import SESSION
 from firstcontact_lab.study.parts.objects import UNSEEN
 from firstcontact_lab.study.settings import StudySettings
+
+
+class SecondContact(Record, frozen=True, kw_only=True):
+    """Errors by where the second contact lies: "with", "without" or "misplaced"."""
+
+    blocks: dict[str, RegressionScores] | None = None
+    objects: dict[str, RegressionScores] | None = None
+
+
+def by_side(
+    scores_by_side: Mapping[str, SecondContact],
+) -> list[tuple[str, str, str, RegressionScores]]:
+    """Estimator, side, where and errors: first all of the blocks, then all of the objects."""
+    sides = [("blocks", model, side_scores.blocks) for model, side_scores in scores_by_side.items()]
+    sides += [("objects", model, scores.objects) for model, scores in scores_by_side.items()]
+    return [
+        (model, side, content, scores)
+        for side, model, side_scores in sides
+        for content, scores in (side_scores or {}).items()
+    ]
 
 
 def second_contact(subject: Subject, settings: StudySettings) -> PartResult:
@@ -28,31 +59,31 @@ def second_contact(subject: Subject, settings: StudySettings) -> PartResult:
     astray = misplaced(subject, settings.early)
     if not np.isfinite(room).any():
         return PartResult(left_out=["Second contact in the window: second contacts are not known."])
-    found: dict[str, dict[str, dict[str, RegressionScores]]] = {}
+    scores_by_side: dict[str, dict[str, dict[str, RegressionScores]]] = {}
     for (model, split), (data, predicted) in subject.predictions.items():
         side = {SESSION: "blocks", UNSEEN: "objects"}.get(split)
         if side is None or names.is_floor(model):
             continue
-        after = room[data.which]
-        asked = np.isfinite(predicted) & np.isfinite(after)
+        samples_left = room[data.which]
+        is_scored = np.isfinite(predicted) & np.isfinite(samples_left)
         clusters = data.clusters if side == "blocks" else data.specimens
         wrong = astray[data.which]
-        for name, its in (
-            ("with", asked & ~wrong & (after < 0)),
-            ("without", asked & ~wrong & (after >= 0)),
-            ("misplaced", asked & wrong),
+        for name, chosen in (
+            ("with", is_scored & ~wrong & (samples_left < 0)),
+            ("without", is_scored & ~wrong & (samples_left >= 0)),
+            ("misplaced", is_scored & wrong),
         ):
-            if its.any():
+            if chosen.any():
                 scores = regression_scores(
-                    data.y[its], predicted[its], clusters[its], settings.seed
+                    data.y[chosen], predicted[chosen], clusters[chosen], settings.seed
                 )
-                found.setdefault(model, {}).setdefault(side, {})[name] = scores
-    if not found:
+                scores_by_side.setdefault(model, {}).setdefault(side, {})[name] = scores
+    if not scores_by_side:
         return PartResult(
             left_out=["Second contact in the window: no split by session or of unseen objects."]
         )
-    sides = {model: SecondContact(**its) for model, its in found.items()}
-    return PartResult(SubjectResults(second_contact_in_window=sides), [second_figure(sides)])
+    sides = {model: SecondContact(**side_scores) for model, side_scores in scores_by_side.items()}
+    return PartResult([SECOND_CONTACT(sides)], [second_figure(sides)])
 
 
 def misplaced(subject: Subject, early: float) -> NDArray[np.bool_]:
@@ -83,3 +114,100 @@ def samples_to_spare(subject: Subject) -> Values:
             end = start.sample + samples_in(DURATION, pinch.layout.rate) + ahead
             out[i] = pinch.second.sample - end
     return out
+
+
+def second_figure(scores_by_side: Mapping[str, SecondContact]) -> Figure:
+    """Draw the RMSE with and without the second contact; groups of one pinch get no bar."""
+    bars = [bar for bar in by_side(scores_by_side) if bar[3].n > 1]
+    with canvas(size=(6.2, 0.9 + 0.42 * max(len(bars), 4))) as (figure, axes):
+        ax = axes[0, 0]
+        for row, (model, _, content, scores) in enumerate(bars):
+            ax.barh(
+                row,
+                scores.rmse,
+                color=names.estimator(model).colour,
+                alpha={"with": 0.85, "without": 0.4}.get(content, 0.12),
+                height=0.7,
+            )
+            ends = scores.intervals.get("rmse")
+            if ends:
+                ax.plot(ends, [row, row], color=INK, lw=1)
+            right = max(scores.rmse, ends[1] if ends else 0.0)
+            ax.text(
+                right,
+                row,
+                f"  {scores.rmse:.2f}  (n = {scores.n:,})",
+                va="center",
+                fontsize=8,
+                color=INK,
+            )
+        ax.set_yticks(
+            range(len(bars)),
+            [
+                f"{side}, {names.estimator(model).title}, {content}"
+                for model, side, content, _ in bars
+            ],
+            fontsize=8.5,
+        )
+        ax.invert_yaxis()
+        ax.set(xlabel="RMSE (Shore A)")
+        ax.margins(x=0.35)
+        ax.set_xlim(0, None)
+        ax.grid(axis="y", visible=False)
+        ax.spines["left"].set_color(GREY)
+        image = uri(figure)
+    return Figure(
+        "second",
+        "With and without the second contact in the window",
+        "The same predictions, divided by whether the other finger touched within the 15 ms; "
+        "misplaced windows do not begin at the first contact and stand by themselves. Lines are "
+        "95 % intervals. Blocks are split by session, objects are unseen."
+        if any(content == "misplaced" for _, _, content, _ in bars)
+        else "The same predictions, divided by whether the other finger touched within the 15 ms. "
+        "Lines are 95 % intervals. Blocks are split by session, objects are unseen.",
+        image,
+    )
+
+
+SECOND_CONTACT = Field.optional("second_contact_in_window", dict[str, SecondContact])
+#: Content of a window, by its key in the results.
+_WHERE = {
+    "with": "the second contact is in the window",
+    "without": "the second contact is not in the window",
+    "misplaced": "the window does not begin at the first contact: early, late or wrong finger",
+}
+_SCORES: Sequence[Row[RegressionScores]] = (
+    Row("RMSE", lambda s: bounded(s, "rmse"), "shore"),
+    Row("MAE", lambda s: bounded(s, "mae"), "shore"),
+    Row("MSE", lambda s: bounded(s, "mse"), "square"),
+    Row("Bias", lambda s: bounded(s, "bias"), "bias"),
+    Row("Pinches", lambda s: s.n),
+)
+
+
+def second_table(results: SubjectResults) -> Table | None:
+    """Return errors with and without the second contact in the window."""
+    divided = results[SECOND_CONTACT]
+    entries = [
+        (
+            Cell(f"{side.capitalize()}, {names.estimator(name).title}", _WHERE[content]),
+            scores,
+            False,
+        )
+        for name, side, content, scores in by_side(divided or {})
+    ]
+    return matrix("The same predictions, divided; Shore A.", _SCORES, entries)
+
+
+PART = Part(
+    "second",
+    "Second contact in the window",
+    [
+        Step(
+            "second contact",
+            lambda subject, settings, runner: second_contact(subject, settings),
+            late=True,
+        )
+    ],
+    tables=[second_table],
+)

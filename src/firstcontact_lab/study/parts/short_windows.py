@@ -1,9 +1,4 @@
-"""Hardness from the first milliseconds of materials left out, where no Shore A is known.
-
-Which signal, which contacts and which estimator is asked is told beside one another: the
-signal as the device sent it and behind the published conditioning, contacts as found and as
-labelled, what is made to move between sensors and what is used by default.
-"""
+"""Hardness class from the first milliseconds of materials left out."""
 
 from __future__ import annotations
 
@@ -11,7 +6,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from firstcontact.core import Runner
+from firstcontact.core import (
+    BLUE,
+    GREY,
+    INK,
+    ORANGE,
+    RED,
+    Record,
+    Runner,
+    counted,
+    percent,
+)
 from firstcontact.models import (
     DURATION,
     ESTIMATORS,
@@ -27,27 +32,105 @@ from firstcontact.models import (
     rank_correlation,
     window_estimators,
 )
-from firstcontact_lab.report.figures.short_windows import (
-    accuracy_figure,
-    by_material_figure,
-    order_figure,
-)
-from firstcontact_lab.report.findings import PartResult
-from firstcontact_lab.report.results.real import Reading, RealMaterial, RealSet
-from firstcontact_lab.report.results.study import SubjectResults
+from firstcontact.recording import figure_label
+from firstcontact_lab.report import names
+from firstcontact_lab.report.findings import Card, Figure, PartResult
+from firstcontact_lab.report.results import Field, SubjectResults
+from firstcontact_lab.report.style import canvas, shades, uri
+from firstcontact_lab.report.tables import ABSENT, Cell, Line, Row, Table, optional
 from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.parts.hardness import SCORE, spectral_centroid
+from firstcontact_lab.study.part import Part, Step, Subjects, card_lines, distinct, with_ranks
+from firstcontact_lab.study.parts.contacts import is_learned
+from firstcontact_lab.study.parts.hardness import SCORE, class_card, spectral_centroid
 from firstcontact_lab.study.settings import StudySettings
+
+#: Lengths of windows that headlines and overviews show, ms.
+SHOWN_MS = ("3", "15")
+
+
+class Reading(Record, frozen=True, kw_only=True):
+    """One way to read the windows.
+
+    Parameters
+    ----------
+    estimator
+        Name of it.
+    conditioned
+        Whether the signal was smoothed and filtered as published, or is as the device sent it.
+    known_contacts
+        Whether windows start at the contacts of the labels, or where the detector found them.
+    n
+        Pinches with a window of 15 ms.
+    material_held_out
+        Balanced accuracy by length in ms: the mean over materials, then over classes.
+    """
+
+    estimator: str
+    conditioned: bool
+    known_contacts: bool
+    n: int
+    material_held_out: dict[str, float]
+
+
+class RealMaterial(Record, frozen=True, kw_only=True):
+    """One material, left out: accuracy by length in ms, and its mean centroids, Hz."""
+
+    rank: float
+    n: int
+    accuracy: dict[str, float]
+    centroid_hz: float
+    conditioned_centroid_hz: float
+
+
+class RealSet(Record, frozen=True, kw_only=True):
+    """Order and classes of hardness in one set of recordings.
+
+    Parameters
+    ----------
+    n
+        Pinches with a window.
+    materials
+        How many there are.
+    material_held_out
+        Of the first reading.
+    chance
+        Balanced accuracy of any constant prediction: all score the same.
+    score
+        That orders materials and that nothing was fitted to, in words.
+    rho, p
+        Spearman over materials of that score on the signal as the device sent it.
+    most_rho
+        What a perfect order would give: materials of one rank are ties.
+    conditioned_order
+        The same score behind the published conditioning.
+    readings
+        The first is the one above; the others differ from it in what they say.
+    by_material
+        Of the first reading.
+    """
+
+    n: int
+    materials: int
+    material_held_out: dict[str, float]
+    chance: float
+    score: str
+    rho: float | None = None
+    p: float | None = None
+    most_rho: float
+    conditioned_order: RankCorrelation
+    readings: list[Reading]
+    by_material: dict[str, RealMaterial]
+
 
 #: Lengths of windows of a brief study, ms.
 BRIEF = (3, 15)
 
 
 @dataclass(frozen=True, slots=True)
-class _Way:
+class _Variant:
     estimator: str
     conditioned: bool
-    known: bool
+    labelled: bool
 
 
 def short_windows(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
@@ -57,69 +140,73 @@ def short_windows(subject: Subject, settings: StudySettings, runner: Runner) -> 
             left_out=["Short windows of materials left out: no pinch has a known first contact."]
         )
     ways = _ways(subject)
-    full = {way: _windows(subject, way, DURATION) for way in ways}
+    full = {reading: _windows(subject, reading, DURATION) for reading in ways}
     data = full[ways[0]]
     if lacking := _lacking(data):
         return PartResult(left_out=[f"Short windows of materials left out: {lacking}."])
     lengths = BRIEF if settings.brief else TIMES
-    asked = {
-        (way, ms): Question(
-            way.estimator,
+    questions = {
+        (reading, ms): Question(
+            reading.estimator,
             Task.CLASSIFICATION,
-            windows := _windows(subject, way, 1e-3 * ms),
+            windows := _windows(subject, reading, 1e-3 * ms),
             leave_one_out(windows.objects),
-            settings.options(way.estimator),
+            settings.options(reading.estimator),
         )
-        for way in ways
+        for reading in ways
         for ms in lengths
     }
-    answers = held_out(runner, list(asked.values()), settings.seed)
+    answers = held_out(runner, list(questions.values()), settings.seed)
     right = {
         key: _by_material(question.data, predicted)
-        for (key, question), predicted in zip(asked.items(), answers, strict=True)
+        for (key, question), predicted in zip(questions.items(), answers, strict=True)
     }
     ranks = {str(m): float(data.y[data.objects == m][0]) for m in np.unique(data.objects)}
     readings = [
         Reading(
-            estimator=way.estimator,
-            conditioned=way.conditioned,
-            known_contacts=way.known,
-            n=len(full[way]),
-            material_held_out={str(ms): _balanced(right[way, ms], ranks) for ms in lengths},
+            estimator=reading.estimator,
+            conditioned=reading.conditioned,
+            known_contacts=reading.labelled,
+            n=len(full[reading]),
+            material_held_out={str(ms): _balanced(right[reading, ms], ranks) for ms in lengths},
         )
-        for way in ways
+        for reading in ways
     ]
-    own = {str(ms): right[ways[0], ms] for ms in lengths}
-    found = _set(subject, data, readings, own, ranks, settings.seed)
-    figures = [accuracy_figure(found), by_material_figure(found), order_figure(found)]
-    return PartResult(SubjectResults(real={subject.set_name: found}), figures)
+    first_reading = {str(ms): right[ways[0], ms] for ms in lengths}
+    real = _set(subject, data, readings, first_reading, ranks, settings.seed)
+    figures = [accuracy_figure(real), by_material_figure(real), order_figure(real)]
+    return PartResult([REAL({subject.set_name: real})], figures)
 
 
-def _ways(subject: Subject) -> list[_Way]:
+def _ways(subject: Subject) -> list[_Variant]:
     """The one that the numbers are of first; then what differs from it."""
     moves = [
         n for n, e in window_estimators().items() if e.moves and Task.CLASSIFICATION in e.tasks
     ]
-    first, *others = moves or [ESTIMATORS.default]
-    known = not subject.found
-    ways = [_Way(first, False, known)]
-    if subject.found:
-        ways.append(_Way(first, False, True))
-    ways += [_Way(other, False, known) for other in others]
-    return [*ways, _Way(first, True, known), _Way(ESTIMATORS.default, True, known)]
+    first, *alternatives = moves or [ESTIMATORS.default]
+    known_contacts = not subject.detections
+    ways = [_Variant(first, False, known_contacts)]
+    if subject.detections:
+        ways.append(_Variant(first, False, True))
+    ways += [_Variant(other, False, known_contacts) for other in alternatives]
+    return [
+        *ways,
+        _Variant(first, True, known_contacts),
+        _Variant(ESTIMATORS.default, True, known_contacts),
+    ]
 
 
-def _windows(subject: Subject, way: _Way, duration: float) -> LabelledWindows:
+def _windows(subject: Subject, reading: _Variant, duration: float) -> LabelledWindows:
     """Windows of known materials; a material is one session, so that choices leave out whole."""
     dataset = subject.dataset
     rank = np.where(dataset.objects != "", dataset.hardness_rank, np.nan)
-    contacts = subject.truth if way.known else subject.starts
-    found = subject.labelled_windows(duration, rank, contacts, conditioned=way.conditioned)
-    return replace(found, sessions=found.objects, specimens=found.objects)
+    contacts = subject.truth if reading.labelled else subject.starts
+    real = subject.labelled_windows(duration, rank, contacts, conditioned=reading.conditioned)
+    return replace(real, sessions=real.objects, specimens=real.objects)
 
 
 def _lacking(data: LabelledWindows) -> str:
-    """Why these windows do not permit it, if they do not."""
+    """Return the reason why these windows do not permit the part, "" if they do."""
     materials, ranks = np.unique(data.objects), np.unique(data.y)
     if len(ranks) < 2 or len(materials) < 4:
         return "fewer than two hardness ranks or four materials have a window"
@@ -152,7 +239,7 @@ def _set(
     ranks: dict[str, float],
     seed: int,
 ) -> RealSet:
-    conditioned = _windows(subject, _Way("", True, readings[0].known_contacts), DURATION)
+    conditioned = _windows(subject, _Variant("", True, readings[0].known_contacts), DURATION)
     raw_hz, smooth_hz = _centroids(data), _centroids(conditioned)
     materials = [m for m in ranks if m in smooth_hz]
     order = np.array([ranks[m] for m in materials])
@@ -176,7 +263,7 @@ def _set(
             m: RealMaterial(
                 rank=ranks[m],
                 n=int((data.objects == m).sum()),
-                accuracy={ms: its[m] for ms, its in right.items() if m in its},
+                accuracy={ms: material[m] for ms, material in right.items() if m in material},
                 centroid_hz=raw_hz[m],
                 conditioned_centroid_hz=smooth_hz[m],
             )
@@ -195,3 +282,252 @@ def _most(order: Values) -> float:
     from scipy.stats import spearmanr
 
     return float(spearmanr(np.sort(order), np.arange(len(order))).statistic)
+
+
+def accuracy_figure(real: RealSet) -> Figure:
+    """A line for each reading against the length of the window."""
+    lengths = [float(ms) for ms in real.material_held_out]
+    with canvas(size=(6.2, 4.0)) as (figure, axes):
+        ax = axes[0, 0]
+        for number, reading in enumerate(real.readings):
+            first = number == 0
+            ax.plot(
+                lengths,
+                [100 * share for share in reading.material_held_out.values()],
+                color=_colour(reading, real.readings[0]),
+                ls="--" if reading.known_contacts and not first else "-",
+                marker="o",
+                ms=6 if first else 4,
+                lw=2.4 if first else 1.3,
+                label=_label(reading),
+                zorder=3 if first else 2,
+            )
+        ax.axhline(100 * real.chance, color=RED, ls=":", lw=1.2, label="constant prediction")
+        ax.set_xticks(lengths, [f"{ms:g}" for ms in lengths])
+        ax.set(xlabel="Length of the window (ms)", ylabel="Balanced accuracy (%)", ylim=(0, 103))
+        figure.legend(loc="outside lower center", ncols=1)
+        image = uri(figure)
+    return Figure(
+        "short",
+        "Hardness from the first milliseconds",
+        "Each material was left out of what its model learned from. Balanced: the mean over "
+        "materials, then over classes.",
+        image,
+    )
+
+
+def by_material_figure(real: RealSet) -> Figure:
+    """Accuracy of each material at each length, as a map with numbers."""
+    lengths = list(real.material_held_out)
+    order = _sorted(real)
+    shares = np.array(
+        [[100 * material.accuracy.get(ms, np.nan) for ms in lengths] for _, material in order]
+    )
+    with canvas(size=(6.2, 1.3 + 0.42 * len(order))) as (figure, axes):
+        ax = axes[0, 0]
+        ax.imshow(shares, cmap="cividis", vmin=0, vmax=100, aspect="auto")
+        for (row, column), share in np.ndenumerate(shares):
+            if np.isfinite(share):
+                dark = INK if share > 60 else "white"
+                ax.text(column, row, f"{share:.0f}", ha="center", va="center", color=dark)
+        ax.set_xticks(range(len(lengths)), [f"{ms} ms" for ms in lengths])
+        ax.set_yticks(
+            range(len(order)), [_named(m, material) for m, material in order], fontsize=8.5
+        )
+        ax.set(xlabel="Length of the window; numbers are % classed right")
+        ax.grid(visible=False)
+        image = uri(figure)
+    return Figure(
+        "short-materials",
+        "Which materials are told when they were never met",
+        f"{_label(real.readings[0])}. Softest above. A row near 0 % is a material that sounds "
+        "like those of another class.",
+        image,
+    )
+
+
+def order_figure(real: RealSet) -> Figure:
+    """Mean centroid of each material, as sent and behind the published conditioning."""
+    order = _sorted(real)[::-1]
+    ranks = sorted({material.rank for _, material in order})
+    colours = dict(zip(ranks, shades(len(ranks)), strict=True))
+    with canvas(size=(6.2, 1.6 + 0.42 * len(order))) as (figure, axes):
+        ax = axes[0, 0]
+        for row, (_, material) in enumerate(order):
+            ends = [material.conditioned_centroid_hz, material.centroid_hz]
+            ax.plot(ends, [row, row], color=GREY, lw=1.2, zorder=1)
+            ax.scatter(ends[1], row, s=60, color=[colours[material.rank]], zorder=2, lw=0)
+            ax.scatter(
+                ends[0], row, s=42, facecolor="white", edgecolor=[colours[material.rank]], lw=1.8,
+                zorder=2,
+            )  # fmt: skip
+        ax.scatter([], [], s=60, color=GREY, label="signal as sent")
+        ax.scatter([], [], s=42, facecolor="white", edgecolor=GREY, lw=1.8,
+                   label="behind the published smoothing")  # fmt: skip
+        ax.set_yticks(
+            range(len(order)), [_named(m, material) for m, material in order], fontsize=8.5
+        )
+        ax.set(xlabel="Spectral centroid of the first 15 ms (Hz)", ylim=(-0.6, len(order) - 0.4))
+        ax.set_xlim(left=0)
+        ax.grid(axis="y", visible=False)
+        figure.legend(loc="outside lower center", ncols=2)
+        image = uri(figure)
+    return Figure(
+        "short-order",
+        "What the smoothing leaves of the order",
+        "Means of the materials, softest above, coloured by rank. Nothing was fitted; a harder "
+        "material is expected further to the right.",
+        image,
+    )
+
+
+def _label(reading: Reading) -> str:
+    signal = "published smoothing" if reading.conditioned else "signal as sent"
+    start = "labelled" if reading.known_contacts else "detected"
+    return f"{names.estimator(reading.estimator).title}, {signal}, {start} contacts"
+
+
+def _colour(reading: Reading, first: Reading) -> str:
+    if reading.estimator != first.estimator:
+        return names.estimator(reading.estimator).colour if not reading.conditioned else GREY
+    return ORANGE if reading.conditioned else BLUE
+
+
+def _sorted(real: RealSet) -> list[tuple[str, RealMaterial]]:
+    return sorted(real.by_material.items(), key=lambda i: (i[1].rank, i[0]))
+
+
+def _named(material: str, entry: RealMaterial) -> str:
+    return f"{figure_label(material.replace('_', ' '))}  (rank {entry.rank:g})"
+
+
+REAL = Field.optional("real", dict[str, RealSet])
+
+
+def _text(subjects: Subjects) -> str:
+    text = (
+        "The class of hardness from the first milliseconds, by models that never met the material. "
+        "Accuracy is the mean over materials, then over classes: a material counts once, with few "
+        "pinches or many. One rule holds for all materials: kind of input and regularisation are "
+        "chosen on the other materials, each left out in turn."
+    )
+    if any(map(is_learned, subjects.values())):
+        text += (
+            " The detector that places windows never learned from the session, but may have met "
+            "the material in another."
+        )
+    return text
+
+
+def reading_title(reading: Reading) -> tuple[str, str]:
+    """Return the estimator of a reading, and a description of its windows."""
+    signal = "behind the published smoothing" if reading.conditioned else "signal as sent"
+    start = "labelled" if reading.known_contacts else "detected"
+    return names.estimator(reading.estimator).title, f"{signal}, {start} contacts"
+
+
+def real_set(results: SubjectResults) -> RealSet | None:
+    """Return the results of the recorded set, if there are any."""
+    return next(iter((results[REAL] or {}).values()), None)
+
+
+def short_table(results: SubjectResults) -> Table | None:
+    """Return the balanced accuracy of each reading by window length, and the hardness order."""
+    real = real_set(results)
+    if real is None:
+        return None
+    lengths = list(real.material_held_out)
+    lines = []
+    for place, reading in enumerate(real.readings):
+        cells = [Cell(percent(reading.material_held_out[ms])) for ms in lengths]
+        name = Cell(*reading_title(reading))
+        lines.append(Line([name, *cells, Cell(f"{reading.n:,}")], place > 0))
+    caption = (
+        f"Class of hardness, {real.materials} materials, each left out: balanced accuracy "
+        f"(a constant prediction: {percent(real.chance)}) by length of the window. {_order(real)}"
+    )
+    return Table(caption, ["", *(f"{ms} ms" for ms in lengths), "Pinches"], lines)
+
+
+def materials_table(results: SubjectResults) -> Table | None:
+    """Return accuracy and centroid of each material, softest first."""
+    real = real_set(results)
+    if real is None:
+        return None
+    lengths = list(real.material_held_out)
+    lines = [
+        Line(
+            [
+                Cell(
+                    material.replace("_", " "),
+                    f"rank {entry.rank:g}, {counted(entry.n, 'pinch')}",
+                ),
+                *(
+                    Cell(percent(entry.accuracy[m]) if m in entry.accuracy else ABSENT)
+                    for m in lengths
+                ),
+                Cell(f"{entry.centroid_hz:.0f} Hz"),
+                Cell(f"{entry.conditioned_centroid_hz:.0f} Hz"),
+            ]
+        )
+        for material, entry in sorted(real.by_material.items(), key=lambda i: (i[1].rank, i[0]))
+    ]
+    head = ["", *(f"{ms} ms" for ms in lengths), "Centroid as sent", "behind smoothing"]
+    title, windows = reading_title(real.readings[0])
+    return Table(f"Each material, left out: share classed right. {title}, {windows}.", head, lines)
+
+
+def _order(real: RealSet) -> str:
+    """Return the order of hardness as a sentence."""
+    smooth = real.conditioned_order
+    if real.rho is None or real.p is None or smooth.rho is None:
+        return ""
+    text = (
+        f"Order of hardness by the {real.score.split(',')[0]}, nothing fitted: ρ = {real.rho:.2f}"
+        f" (n = {real.materials}, p = {real.p:.3f}; a perfect order has {real.most_rho:.2f}, as "
+        f"materials of one rank are ties) on the signal as sent, {smooth.rho:.2f} behind the "
+        "published smoothing."
+    )
+    return text.replace("-", "−")
+
+
+#: Balanced accuracy of the class of a material left out, at ``SHOWN_MS``.
+BALANCED = Row[SubjectResults](
+    f"Hardness class, material left out: balanced accuracy, {' / '.join(SHOWN_MS)} ms",
+    optional(
+        real_set,
+        lambda real: " / ".join(
+            percent(real.material_held_out[ms]) for ms in SHOWN_MS if ms in real.material_held_out
+        ),
+    ),
+    "share",
+)
+CHANCE = Row[SubjectResults](
+    "– of a constant prediction", optional(real_set, lambda real: real.chance), "share"
+)
+
+
+def _cards(subjects: Subjects) -> list[Card]:
+    lines = card_lines(subjects, {"": BALANCED}, lambda name, r: f"after {' / '.join(SHOWN_MS)} ms")
+    chances = distinct(CHANCE.cell(results).text for results in subjects.values())
+    chances = [text for text in chances if text != ABSENT]
+    if not lines:
+        return [class_card(subjects)]
+    return [
+        Card(
+            "Class of a material never learned",
+            lines,
+            f"balanced accuracy; a constant prediction has {' and '.join(chances)}",
+        )
+    ]
+
+
+PART = Part(
+    "short",
+    "Short windows of materials left out",
+    [Step("short windows", with_ranks(short_windows))],
+    _text,
+    [short_table, materials_table],
+    lambda subjects: [BALANCED, CHANCE],
+    _cards,
+)

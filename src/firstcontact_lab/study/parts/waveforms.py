@@ -1,17 +1,28 @@
-"""What contact looks like on the vibration sensor, by stiffness."""
+"""Vibration after the contact by stiffness."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.models import DURATION
-from firstcontact_lab.report.figures.responses import peak_figure, response_figure
-from firstcontact_lab.report.figures.style import vibration_unit
-from firstcontact_lab.report.findings import PartResult
-from firstcontact_lab.report.results.data import PeakVoltage
-from firstcontact_lab.report.results.study import SubjectResults
+from firstcontact.core import INK, Record
+from firstcontact.models import DURATION, LabelledWindows
+from firstcontact_lab.report.findings import Figure, PartResult
+from firstcontact_lab.report.results import Field
+from firstcontact_lab.report.style import canvas, shades, uri, vibration_unit
 from firstcontact_lab.study._subject import Subject
+from firstcontact_lab.study.part import (
+    Part,
+    Step,
+)
+
+
+class PeakVoltage(Record, frozen=True, kw_only=True):
+    """Peaks of the windows of one Shore A level, V."""
+
+    mean: float
+    sd: float | None = None
+    n: int
 
 
 def waveforms(subject: Subject) -> PartResult:
@@ -28,7 +39,7 @@ def waveforms(subject: Subject) -> PartResult:
     peaks = np.abs(blocks.X[:, :, 0]).max(axis=1).astype(np.float64)
     by_level = {f"{level:g}": _peaks(peaks[blocks.y == level]) for level in np.unique(blocks.y)}
     return PartResult(
-        SubjectResults(peak_v=by_level),
+        [PEAK(by_level)],
         [response_figure(blocks, unit), peak_figure(blocks.y, peaks, unit)],
     )
 
@@ -36,3 +47,75 @@ def waveforms(subject: Subject) -> PartResult:
 def _peaks(values: NDArray[np.float64]) -> PeakVoltage:
     spread = float(values.std(ddof=1)) if len(values) > 1 else None
     return PeakVoltage(mean=float(values.mean()), sd=spread, n=len(values))
+
+
+def response_figure(blocks: LabelledWindows, unit: str) -> Figure:
+    """Median waveform of each level with its middle half, from contact on, in ``unit``."""
+    levels = np.unique(blocks.y)
+    time = 1e3 * np.arange(blocks.X.shape[1]) / blocks.rate
+    with canvas() as (figure, axes):
+        ax = axes[0, 0]
+        for level, colour in zip(levels, shades(len(levels)), strict=True):
+            waves = blocks.X[blocks.y == level, :, 0]
+            low, middle, high = np.percentile(waves, [25, 50, 75], axis=0)
+            ax.fill_between(time, low, high, color=colour, alpha=0.18, lw=0)
+            ax.plot(time, middle, color=colour, label=f"{level:g}")
+        ax.axhline(0, color=INK, lw=0.6)
+        ax.set(xlabel="Time after contact (ms)", ylabel=f"Vibration, finger that touched ({unit})")
+        ax.set_xlim(0, time[-1])
+        ax.legend(title="Shore A", title_fontsize=8.5, ncols=1, loc="upper right")
+        image = uri(figure)
+    return Figure(
+        "responses",
+        "Response by stiffness",
+        "Median over the pinches of each level (line) and the middle half of them (band), after "
+        "filtering, as the models see it.",
+        image,
+    )
+
+
+def peak_figure(shore_a: NDArray[np.float64], peaks: NDArray[np.float64], unit: str) -> Figure:
+    """Largest amplitude within the window (in ``unit``) against Shore A."""
+    levels = np.unique(shore_a)
+    rng = np.random.default_rng(0)
+    with canvas() as (figure, axes):
+        ax = axes[0, 0]
+        spread = 0.25 * float(np.diff(levels).min())
+        for level, colour in zip(levels, shades(len(levels)), strict=True):
+            level_peaks = peaks[shore_a == level]
+            ax.scatter(
+                level + rng.uniform(-spread, spread, len(level_peaks)),
+                level_peaks,
+                s=6,
+                color=colour,
+                alpha=0.35,
+                lw=0,
+                rasterized=True,
+            )
+        means = [peaks[shore_a == level].mean() for level in levels]
+        groups = (peaks[shore_a == level] for level in levels)
+        sds = [level_peaks.std(ddof=min(1, len(level_peaks) - 1)) for level_peaks in groups]
+        ax.errorbar(
+            levels, means, yerr=sds, fmt="o-", color=INK, capsize=3, ms=4.5, lw=1, label="mean ± SD"
+        )
+        ax.set(xlabel="Shore A", ylabel=f"Peak amplitude ({unit})", ylim=(0, None))
+        ax.set_xticks(levels)
+        ax.legend(loc="upper left")
+        image = uri(figure)
+    return Figure(
+        "peaks",
+        "Peak amplitude against stiffness",
+        "One point a pinch, spread sideways to be seen. Where levels overlap, the peak alone "
+        "cannot tell them apart.",
+        image,
+    )
+
+
+PEAK = Field.optional("peak_v", dict[str, PeakVoltage])
+
+PART = Part(
+    "waveforms",
+    "Signals after contact",
+    [Step("waveforms", lambda subject, settings, runner: waveforms(subject))],
+    lambda subjects: "The first 15 ms of vibration of the finger that touched.",
+)

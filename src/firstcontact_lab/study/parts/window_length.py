@@ -1,28 +1,46 @@
-"""How much of the window is needed."""
+"""Error by the length of the window."""
 
 from __future__ import annotations
+
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from msgspec.structs import replace
 
-from firstcontact.core import Runner
+from firstcontact.core import BLUE, RED, Record, Runner
 from firstcontact.models import (
     ESTIMATORS,
     Question,
     RegressionScores,
     Task,
+    bounded,
     by_session,
     held_out,
     learns_one_value,
     regression_scores,
 )
-from firstcontact_lab.report.figures.lengths import lengths_figure
-from firstcontact_lab.report.findings import PartResult
-from firstcontact_lab.report.results.stiffness import WindowErrors, WindowSearch
-from firstcontact_lab.report.results.study import SubjectResults
+from firstcontact_lab.report import names
+from firstcontact_lab.report.findings import Figure, PartResult
+from firstcontact_lab.report.results import Field, SubjectResults
+from firstcontact_lab.report.style import canvas, uri
+from firstcontact_lab.report.tables import Cell, Row, Table, Value, matrix
 from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.parts.objects import object_splits, things
+from firstcontact_lab.study.part import Part, Step
+from firstcontact_lab.study.parts.objects import object_splits, specimen_names
 from firstcontact_lab.study.settings import StudySettings
+
+
+class WindowErrors(Record, frozen=True, kw_only=True):
+    """Errors with one length of window."""
+
+    blocks: RegressionScores | None = None
+    objects: RegressionScores | None = None
+
+
+class WindowSearch(Record, frozen=True, kw_only=True):
+    """On how many windows hyper-parameters were searched."""
+
+    windows: int
 
 
 def window_length(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
@@ -47,29 +65,121 @@ def window_length(subject: Subject, settings: StudySettings, runner: Runner) -> 
         if split:
             questions.append(Question(model, Task.REGRESSION, data, split, options))
             places.append((duration, "objects"))
-    done = {duration for duration, _ in places}
-    missing = [f"{1e3 * d:g}" for d in settings.durations if d not in done]
+    scored = {duration for duration, _ in places}
+    missing = [f"{1e3 * d:g}" for d in settings.durations if d not in scored]
     left_out = []
     if missing:
-        which = f" ({', '.join(missing)} ms)" if done else ""
+        lengths_text = f" ({', '.join(missing)} ms)" if scored else ""
         left_out.append(
-            f"Error against window length{which}: it needs windows of two Shore A levels to learn "
+            f"Error against window length{lengths_text}: it needs windows of two Shore A levels "
+            "to learn "
             "from whichever sessions are held out."
         )
-    if not done:
+    if not scored:
         return PartResult(left_out=left_out)
     answers = held_out(runner, questions, settings.seed)
-    found: dict[str, dict[str, RegressionScores]] = {}
+    scores_by_length: dict[str, dict[str, RegressionScores]] = {}
     for (duration, side), question, predicted in zip(places, questions, answers, strict=True):
-        data, asked = question.data, np.isfinite(predicted)
-        its = data.take(asked)
-        clusters = things(its) if side == "objects" else its.clusters
-        scores = regression_scores(its.y, predicted[asked], clusters, settings.seed)
-        found.setdefault(f"{1e3 * duration:g}", {})[side] = replace(scores, spearman=None)
-    lengths = {ms: {model: WindowErrors(**its)} for ms, its in found.items()}
+        data, is_predicted = question.data, np.isfinite(predicted)
+        sides = data.take(is_predicted)
+        clusters = specimen_names(sides) if side == "objects" else sides.clusters
+        scores = regression_scores(sides.y, predicted[is_predicted], clusters, settings.seed)
+        scores_by_length.setdefault(f"{1e3 * duration:g}", {})[side] = replace(
+            scores, spearman=None
+        )
+    lengths = {ms: {model: WindowErrors(**sides)} for ms, sides in scores_by_length.items()}
     searched = options.get("search_windows")
-    results = SubjectResults(
-        window_length_ms=lengths,
-        window_length_search=None if searched is None else WindowSearch(windows=searched),
-    )
+    results = [
+        WINDOW_LENGTH(lengths),
+        WINDOW_SEARCH(None if searched is None else WindowSearch(windows=searched)),
+    ]
     return PartResult(results, [lengths_figure(model, lengths)], left_out)
+
+
+def lengths_figure(
+    model: str, scores_by_length: Mapping[str, Mapping[str, WindowErrors]]
+) -> Figure:
+    """RMSE of a model with intervals against window length (ms), blocks and objects."""
+    title = names.estimator(model).title
+    with canvas() as (figure, axes):
+        ax = axes[0, 0]
+        for side, colour, name in (
+            ("blocks", BLUE, "blocks, by session"),
+            ("objects", RED, "unseen objects"),
+        ):
+            points = [
+                (float(ms), scores)
+                for ms, sides in scores_by_length.items()
+                if model in sides and (scores := getattr(sides[model], side)) is not None
+            ]
+            if not points:
+                continue
+            points.sort(key=lambda point: point[0])
+            times = [ms for ms, _ in points]
+            values = [scores.rmse for _, scores in points]
+            ax.plot(times, values, "o-", color=colour, ms=5, label=name)
+            if all("rmse" in scores.intervals for _, scores in points):
+                ends = [scores.intervals["rmse"] for _, scores in points]
+                ax.fill_between(
+                    times,
+                    [e[0] for e in ends],
+                    [e[1] for e in ends],
+                    color=colour,
+                    alpha=0.15,
+                    lw=0,
+                )
+        ax.set_xticks([float(ms) for ms in scores_by_length])
+        ax.set(
+            xlabel="Window after contact (ms)", ylabel=f"RMSE (Shore A), {title}", ylim=(0, None)
+        )
+        ax.set_xlim(0, None)
+        ax.legend(loc="best")
+        image = uri(figure)
+    return Figure(
+        f"lengths-{model}",
+        f"Error against window length, {title}",
+        f"{title} regression; bands are 95 % bootstrap intervals (sessions or objects drawn "
+        "whole).",
+        image,
+    )
+
+
+WINDOW_LENGTH = Field.optional("window_length_ms", dict[str, dict[str, WindowErrors]])
+WINDOW_SEARCH = Field.optional("window_length_search", WindowSearch)
+
+
+def _errors(side: str) -> list[Row[WindowErrors]]:
+    def error(key: str) -> Callable[[WindowErrors], Value]:
+        return lambda errors: bounded(getattr(errors, side), key)
+
+    units = {"rmse": "shore", "mae": "shore", "mse": "square"}
+    return [
+        Row(f"{side.capitalize()} {key.upper()}", error(key), unit) for key, unit in units.items()
+    ]
+
+
+def length_table(results: SubjectResults) -> Table | None:
+    """Return RMSE, MAE and MSE by window length."""
+    lengths = results[WINDOW_LENGTH]
+    if not lengths:
+        return None
+    (model,) = names.estimators(next(iter(lengths.values())))
+    caption = (
+        f"{names.estimator(model).title} regression. Blocks by session, objects unseen; Shore A."
+    )
+    search = results[WINDOW_SEARCH]
+    if search:
+        caption += (
+            f" Hyper-parameters are searched on up to {search.windows} windows here, on more "
+            "elsewhere, so the row of 15 ms can differ from the number above."
+        )
+    entries = [(Cell(f"{ms} ms"), lengths[ms][model], False) for ms in sorted(lengths, key=float)]
+    return matrix(caption, [*_errors("blocks"), *_errors("objects")], entries)
+
+
+PART = Part(
+    "length",
+    "Window length",
+    [Step("window length", window_length, late=True)],
+    tables=[length_table],
+)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import io
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -74,6 +74,35 @@ def uri(figure: Canvas) -> str:
     figure.savefig(buffer, format="svg", dpi=192, metadata={"Date": None, "Creator": None})
     svg = re.sub(r"^.*?(?=<svg)", "", buffer.getvalue(), flags=re.DOTALL)
     return "data:image/svg+xml;base64," + base64.b64encode(svg.encode()).decode()
+
+
+def boxes(
+    ax: Any,
+    values: Sequence[NDArray[np.float64]],
+    positions: Sequence[float],
+    width: float,
+    colour: str,
+) -> None:
+    """Draw a box of each group of values at its position, or a point if it has one value."""
+    groups = list(zip(positions, values, strict=True))
+    several = {place: group for place, group in groups if len(group) > 1}
+    line = {"color": colour, "lw": 0.9}
+    if several:
+        ax.boxplot(
+            list(several.values()),
+            positions=list(several),
+            widths=width,
+            patch_artist=True,
+            manage_ticks=False,
+            boxprops={"facecolor": colour, "alpha": 0.45, "lw": 0.8},
+            medianprops={"color": colour, "lw": 1.8},
+            whiskerprops=line,
+            capprops=line,
+            flierprops={"marker": ".", "ms": 3, "mec": colour, "alpha": 0.5, "rasterized": True},
+        )
+    for place, group in groups:
+        if len(group) == 1:
+            ax.plot(place, group[0], "o", ms=5, color=colour)
 
 
 def vibration_unit(layout: Layout) -> str:

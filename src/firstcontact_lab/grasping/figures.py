@@ -1,0 +1,112 @@
+"""Figures of the grasp report; matplotlib is imported when one is drawn."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from firstcontact.core import BLUE, GREY, INK, ORANGE
+from firstcontact.grasp import POLICIES, Part, Task
+from firstcontact_lab.grasping.results import CEILING, FrontPoints, Household
+from firstcontact_lab.report.style import canvas, uri
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+#: As a picture of its own and in the report, inch.
+SIZE = (7.4, 4.6)
+#: Shown up to so much of either, %.
+MOST_DAMAGE, MOST_DROPS = 40.0, 60.0
+#: Points beside one another, %.
+APART = 0.35
+
+
+def fronts_figure(household: Household) -> str:
+    """Draw the fronts, as a data URI."""
+    with canvas(size=SIZE) as (figure, axes):
+        _draw(axes[0, 0], household)
+        return uri(figure)
+
+
+def fronts_picture(household: Household, image: Path) -> None:
+    """Write the same as a PNG."""
+    with canvas(size=SIZE) as (figure, axes):
+        _draw(axes[0, 0], household)
+        figure.savefig(image, format="png", dpi=150, metadata={"Software": None})
+
+
+def _draw(axis: Axes, household: Household) -> None:
+    percent = 100 * household.damage
+    axis.axvline(percent, color=GREY, linewidth=0.9, linestyle=":")
+    axis.text(percent + 1.0, MOST_DROPS, "a tenth damaged", va="top", fontsize=8, color="#52606D")
+    lines = {
+        name: policy
+        for name, policy in POLICIES.items()
+        if policy.task is Task.HOUSEHOLD and name in household.fronts
+    }
+    for place, (name, policy) in enumerate(lines.items()):
+        line = "--" if policy.has_reflex() else ":" if policy.part is Part.LIMIT else "-"
+        title = policy.title
+        _front(axis, household.fronts[name], policy.colour, line, title)
+        between = household.drops_between[name]
+        axis.errorbar(
+            percent + APART * (place - (len(lines) - 1) / 2), 100 * between.value,
+            yerr=[
+                [100 * max(between.value - between.low, 0)],
+                [100 * max(between.high - between.value, 0)],
+            ],
+            color=policy.colour, marker="o", markersize=5, capsize=3, linewidth=1.1, zorder=3,
+        )  # fmt: skip
+    if CEILING in household.fronts:
+        _front(axis, household.fronts[CEILING], INK, "*-.", "ceiling: each specimen known")
+    axis.set_xlim(0, MOST_DAMAGE)
+    axis.set_ylim(0, MOST_DROPS)
+    axis.set_xlabel("Damaged (% of closings)")
+    axis.set_ylabel("Dropped (% of closings)")
+    axis.text(0.6, 0.6, "better", va="bottom", fontsize=8, color="#52606D")
+    axis.legend(loc="upper right")
+
+
+def _front(axis: Axes, points: FrontPoints, colour: str, line: str, title: str) -> None:
+    damaged = np.maximum.accumulate(100 * np.array(points.damaged))
+    axis.plot(
+        damaged, 100 * np.array(points.dropped), line, color=colour, label=title, linewidth=1.8
+    )
+
+
+#: Width, height of a row, and of all else, inch.
+WIDTH, ROW, REST = 7.4, 0.2, 0.8
+
+
+def objects_figure(household: Household) -> str:
+    """A row a thing: the error of the estimate that was used, and its mean; a data URI."""
+    names = list(household.by_object)
+    with canvas(size=(WIDTH, REST + ROW * len(names))) as (figure, axes):
+        axis = axes[0, 0]
+        for place, name in enumerate(names):
+            errors = household.by_object[name]
+            used = errors.rmse.get("used")
+            if used is None:
+                axis.text(1, place, "no estimate in time", va="center", fontsize=7.5, color=GREY)
+                continue
+            axis.barh(place, used, color=ORANGE if errors.fragile else BLUE, height=0.66)
+            if errors.bias is not None:
+                axis.plot([abs(errors.bias)] * 2, [place - 0.33, place + 0.33], color="white")
+            axis.text(used + 0.5, place, f"{used:.0f}", va="center", fontsize=8)
+        axis.set_yticks(
+            range(len(names)),
+            [f"{n} ({household.by_object[n].shore_a:g})" for n in names],
+            fontsize=8,
+        )
+        axis.invert_yaxis()
+        axis.set_ylim(len(names) - 0.4, -0.6)
+        axis.set_xlim(left=0)
+        axis.margins(x=0.08)
+        axis.grid(axis="y", visible=False)
+        axis.set_xlabel("RMSE of the estimate that was used (Shore A)")
+        axis.plot([], [], color=ORANGE, linewidth=6, label="can be damaged")
+        axis.plot([], [], color=BLUE, linewidth=6, label="cannot")
+        axis.legend(loc="lower right")
+        return uri(figure)

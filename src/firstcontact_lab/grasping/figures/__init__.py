@@ -1,1 +1,0 @@
-"""Figures of the grasp report; matplotlib is imported when one is drawn."""

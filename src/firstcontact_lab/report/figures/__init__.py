@@ -1,1 +1,0 @@
-"""Figures of the report, one file each; matplotlib is imported when one is drawn."""

@@ -1,0 +1,123 @@
+"""Results of a study by subject, and their file ``results.json``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+import msgspec
+
+from firstcontact.core import ByName, Record, read_record, read_regular, to_tree, write_json
+
+T = TypeVar("T")
+K = TypeVar("K", covariant=True)
+S = TypeVar("S")
+
+#: Longest results file that is read, bytes.
+LONGEST = 1 << 28
+#: All fields that have been defined, by name.
+FIELDS: dict[str, Field[Any]] = {}
+
+
+class Field(Generic[K]):
+    """Key of ``results.json`` with the type of its value.
+
+    Parameters
+    ----------
+    name
+        Key in the file. Each name is defined once.
+    kind
+        Type of the value: a :class:`firstcontact.core.Record`, or a mapping of records.
+    default
+        Value before a part has measured it.
+    """
+
+    def __init__(self, name: str, kind: Any, default: K) -> None:
+        self.name, self.kind, self.default = name, kind, default
+        FIELDS[name] = self
+
+    @classmethod
+    def optional(cls, name: str, kind: type[S]) -> Field[S | None]:
+        """Return a field that is None until a part has measured it."""
+        return Field(name, kind | None, None)
+
+    def __call__(self, value: K) -> Entry:  # type: ignore[misc]
+        """Return an entry of the results with a value of this field."""
+        return self.name, value
+
+
+#: Name of a field and its value.
+Entry = tuple[str, Any]
+
+
+class SubjectResults(Record, frozen=True, kw_only=True):
+    """Results of one subject. ``results[FIELD]`` is the typed value of a field."""
+
+    def __getitem__(self, field: Field[T]) -> T:
+        value: T = getattr(self, field.name, field.default)
+        return value
+
+    def replace(self, entries: Iterable[Entry]) -> SubjectResults:
+        """Return results with these entries; mappings by name are joined."""
+        values = {name: getattr(self, name) for name in self.__struct_fields__}
+        for name, value in entries:
+            existing = values.get(name)
+            if isinstance(value, ByName) and isinstance(existing, ByName):
+                value = ByName({**existing, **value}, value.about)
+            values[name] = value
+        return subject_kind()(**values)
+
+
+NOTHING = SubjectResults()
+_kinds: dict[tuple[str, ...], type[SubjectResults]] = {}
+
+
+def subject_kind() -> type[SubjectResults]:
+    """Return the record type of one subject with all fields defined so far."""
+    names = tuple(FIELDS)
+    if names not in _kinds:
+        fields = [(f.name, f.kind, f.default) for f in FIELDS.values()]
+        kind: Any = msgspec.defstruct(
+            "SubjectResults", fields, bases=(SubjectResults,), frozen=True, kw_only=True
+        )
+        _kinds[names] = kind
+    return _kinds[names]
+
+
+class _Run(msgspec.Struct):
+    asked: dict[str, Any]
+
+
+class _Options(msgspec.Struct):
+    study: _Run
+
+
+def write_results(path: Path, results: object) -> None:
+    """Write results as a whole file, without the fields that are None."""
+    write_json(path, to_tree(results))
+
+
+def read_results(path: Path, kind: type[T]) -> T:
+    """Read results of a given type.
+
+    Raises
+    ------
+    InputError
+        A field is missing, unknown, or of another type.
+    """
+    remedy = "give the results.json of a study of this version"
+    return read_record(read_regular(path, LONGEST), kind, str(path), remedy, LONGEST)
+
+
+def read_options(path: Path, remedy: str) -> dict[str, Any]:
+    """Read the settings that the results of any study depend on.
+
+    Raises
+    ------
+    InputError
+        The file does not state them.
+    """
+    return read_record(
+        read_regular(path, LONGEST), _Options, str(path), remedy, LONGEST
+    ).study.asked

@@ -1,0 +1,228 @@
+"""Tables of reports and pages, and the rows that they are made from."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+from firstcontact.core import percent
+from firstcontact.models import Bounded
+
+R = TypeVar("R")
+S = TypeVar("S")
+#: A value with or without an interval, a text, or None where it is not known.
+Value = float | Bounded | str | None
+
+ABSENT = "–"
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """A value, and a detail in small letters below it."""
+
+    text: str
+    small: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A line of a table; quiet lines are drawn pale."""
+
+    cells: Sequence[Cell]
+    quiet: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table with its caption."""
+
+    caption: str
+    head: Sequence[str]
+    lines: Sequence[Line]
+
+
+@dataclass(frozen=True)
+class Row(Generic[R]):
+    """A number that reports, docs tables, the README and headline cards show.
+
+    Parameters
+    ----------
+    label
+        Name of the number.
+    value
+        Takes the number from the results of one subject.
+    unit
+        Key of ``UNITS``.
+    published
+        Value that the paper reports.
+    remark
+        Explanation in the report's comparison; None keeps the row out of it. A function gets the
+        results of all subjects by title.
+    headline
+        Whether the README shows the row.
+    """
+
+    label: str
+    value: Callable[[R], Value]
+    unit: str = "count"
+    published: str = ABSENT
+    remark: str | Callable[[Mapping[str, R]], str] | None = None
+    headline: bool = False
+
+    def cell(self, results: R) -> Cell:
+        """Return the value of one subject and its interval."""
+        return format_cell(self.value(results), self.unit)
+
+    def remark_on(self, subjects: Mapping[str, R]) -> str:
+        """Return the explanation of these subjects' values."""
+        return self.remark(subjects) if callable(self.remark) else self.remark or ""
+
+
+def number(value: float, digits: int, sign: str = "") -> str:
+    """Format a number with a minus sign, and without a sign where it is zero."""
+    text = f"{value:{sign}.{digits}f}"
+    if float(text) == 0.0:
+        text = text.lstrip("+-")
+    return text.replace("-", "−")
+
+
+#: Format of each unit.
+UNITS: Mapping[str, Callable[[float], str]] = {
+    "count": lambda value: f"{value:,.0f}",
+    "rate": lambda value: f"{value:,.1f}",
+    "ms": lambda value: f"{number(value, 2)} ms",
+    "us": lambda value: f"{value:,.0f} µs",
+    "s": lambda value: f"{value:.0f} s",
+    "hz": lambda value: f"{value:g} Hz",
+    "ratio": lambda value: f"{value:.1f} ×",
+    "shore": lambda value: number(value, 2),
+    "bias": lambda value: number(value, 2, "+"),
+    "square": lambda value: number(value, 1),
+    "rho": lambda value: number(value, 2),
+    "p": lambda value: f"{value:.3f}",
+    "share": percent,
+    "whole": lambda value: percent(value, 0).replace("-", "−"),
+    "gain": lambda value: f"{number(100 * value, 0, '+')} %",
+    "newton": lambda value: f"{value:.2f} N",
+    "whole ms": lambda value: f"{value:.0f} ms",
+    "one": lambda value: number(value, 1),
+}
+
+
+def format_cell(value: Value, unit: str) -> Cell:
+    """Format a value, with its interval as the detail."""
+    if value is None:
+        return Cell(ABSENT)
+    if isinstance(value, str):
+        return Cell(value)
+    bounded = value if isinstance(value, Bounded) else Bounded(value)
+    form = UNITS[unit]
+    ends = " to ".join(form(end).split(" ")[0] for end in bounded.ends or ())
+    return Cell(form(bounded.value), ends)
+
+
+def optional(find: Callable[[R], S | None], value: Callable[[S], Value]) -> Callable[[R], Value]:
+    """Return a function that takes a value from a record, or None where the record is missing."""
+
+    def from_results(results: R) -> Value:
+        record = find(results)
+        return None if record is None else value(record)
+
+    return from_results
+
+
+def row_table(
+    rows: Iterable[Row[R]],
+    subjects: Mapping[str, R],
+    caption: str = "",
+    *,
+    published: bool = False,
+    intervals: bool = True,
+    notes: bool = False,
+) -> Table:
+    """Return a table with a line for each row and a column for each subject.
+
+    Rows that no subject has a value for are left out. ``notes`` adds the remark to each label.
+    """
+    lines = []
+    for row in rows:
+        cells = [row.cell(results) for results in subjects.values()]
+        if all(cell.text == ABSENT for cell in cells):
+            continue
+        if not intervals:
+            cells = [Cell(cell.text) for cell in cells]
+        beside = [Cell(row.published)] if published else []
+        note = row.remark_on(subjects) if notes else ""
+        lines.append(Line([Cell(row.label, note), *beside, *cells]))
+    return Table(caption, ["", *(["published"] if published else []), *subjects], lines)
+
+
+def matrix(
+    caption: str, rows: Sequence[Row[R]], entries: Iterable[tuple[Cell, R | None, bool]]
+) -> Table | None:
+    """Return a table with a line for each record and a column for each row definition.
+
+    Parameters
+    ----------
+    caption
+        Caption of the table.
+    rows
+        Numbers of a record. A number that no record has gets no column.
+    entries
+        Name, record, and whether its line is quiet. Entries without a record are left out.
+    """
+    present = [(name, record, quiet) for name, record, quiet in entries if record is not None]
+    columns = [
+        row
+        for row in rows
+        if any(row.cell(row_record).text != ABSENT for _, row_record, _ in present)
+    ]
+    if not columns:
+        return None
+    lines = [
+        Line([name, *(row.cell(record) for row in columns)], quiet)
+        for name, record, quiet in present
+    ]
+    return Table(caption, ["", *(row.label for row in columns)], lines)
+
+
+def lifted(
+    row: Row[S],
+    prefix: str,
+    find: Callable[[R], S | None],
+    published: str = ABSENT,
+    remark: str | Callable[[Mapping[str, R]], str] | None = None,
+    headline: bool = False,
+) -> Row[R]:
+    """Return a row of a record as a row of the results that hold the record."""
+    return Row(prefix + row.label, optional(find, row.value), row.unit, published, remark, headline)
+
+
+def markdown(table: Table) -> str:
+    """Return a table as Markdown, without its caption."""
+    lines = [list(table.head), ["---"] * len(table.head)]
+    lines += [[_written(cell) for cell in line.cells] for line in table.lines]
+    return markdown_lines(lines)
+
+
+def markdown_lines(lines: Iterable[Sequence[str]]) -> str:
+    """Return lines of cells as Markdown. The second line is the rule below the head."""
+    return "".join("| " + " | ".join(cells) + " |\n" for cells in lines)
+
+
+def plain_lines(table: Table, *, small: bool = False) -> list[str]:
+    """Return a table as lines with aligned columns for a terminal, with details if ``small``."""
+    texts = [list(table.head)]
+    for line in table.lines:
+        texts.append([f"{c.text} {c.small}".rstrip() if small else c.text for c in line.cells])
+    widths = [max(map(len, column)) for column in zip(*texts, strict=True)]
+    lines = []
+    for row in texts:
+        first, *columns = (text.rjust(w) for text, w in zip(row, widths, strict=True))
+        lines.append("  ".join([first.strip().ljust(widths[0]), *columns]).rstrip())
+    return lines
+
+
+def _written(cell: Cell) -> str:
+    return f"{cell.text} ({cell.small})" if cell.small else cell.text

@@ -1,0 +1,145 @@
+"""Definition of a study part."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from firstcontact.core import Runner
+from firstcontact_lab.report.findings import Card, CardLine, PartResult
+from firstcontact_lab.report.results import SubjectResults
+from firstcontact_lab.report.tables import ABSENT, Row, Table
+from firstcontact_lab.study._subject import Subject
+from firstcontact_lab.study.settings import StudySettings
+
+#: Results of each subject by the title of the subject.
+Subjects = Mapping[str, SubjectResults]
+#: Measurement of a subject.
+Measure = Callable[[Subject, StudySettings, Runner], PartResult]
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One measurement of a part.
+
+    Parameters
+    ----------
+    title
+        Title for the progress bar and the report.
+    run
+        Measures a subject.
+    late
+        Whether the step takes long. Late steps run after the other steps of all subjects.
+    vital
+        Whether the study ends where the step fails.
+    """
+
+    title: str
+    run: Measure
+    late: bool = False
+    vital: bool = False
+
+
+def with_ranks(measure: Measure) -> Measure:
+    """Return a measurement that is empty where no pinch has a hardness rank."""
+
+    def measure_ranks(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
+        if not np.isfinite(subject.dataset.hardness_rank).any():
+            return PartResult()
+        return measure(subject, settings, runner)
+
+    return measure_ranks
+
+
+def no_text(subjects: Subjects) -> str:
+    """Return no text."""
+    return ""
+
+
+def no_rows(subjects: Subjects) -> Sequence[Row[SubjectResults]]:
+    """Return no rows."""
+    return ()
+
+
+def no_cards(subjects: Subjects) -> Sequence[Card]:
+    """Return no cards."""
+    return ()
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """One question of a study: measurement, figures, tables, rows and text.
+
+    The report, ``results.json`` and the tables in the docs iterate over the registered parts.
+
+    Parameters
+    ----------
+    name
+        Name in the registry and in links to the section.
+    title
+        Heading of the section in the report.
+    steps
+        Measurements, in order.
+    text
+        Introduction to the section, from the results so far.
+    tables
+        Make tables of one subject; None where the subject has no such results.
+    rows
+        Numbers for the comparison with the paper, the docs tables and the README.
+    cards
+        Headline cards.
+    """
+
+    name: str
+    title: str
+    steps: Sequence[Step]
+    text: Callable[[Subjects], str] = no_text
+    tables: Sequence[Callable[[SubjectResults], Table | None]] = ()
+    rows: Callable[[Subjects], Sequence[Row[SubjectResults]]] = no_rows
+    cards: Callable[[Subjects], Sequence[Card]] = no_cards
+
+
+def card_lines(
+    subjects: Subjects,
+    rows: Mapping[str, Row[SubjectResults]],
+    note: Callable[[str, SubjectResults], str] | None = None,
+) -> list[CardLine]:
+    """Return a line for each subject and row with a value.
+
+    Parameters
+    ----------
+    subjects
+        Results by title.
+    rows
+        Rows by the name on the card, "" for the title of the subject alone.
+    note
+        Returns the note on a value, from the name of its row; the interval if None.
+    """
+    lines = []
+    for title, results in subjects.items():
+        for name, row in rows.items():
+            cell = row.cell(results)
+            if cell.text == ABSENT:
+                continue
+            both = f"{name}, {title}" if name and len(subjects) > 1 else name or title
+            small = unbroken(f"95 %: {cell.small}") if cell.small else ""
+            lines.append(CardLine(both, cell.text, note(name, results) if note else small))
+    return lines
+
+
+def unbroken(text: str) -> str:
+    """Return a text with spaces that no line breaks at."""
+    return text.replace(" ", "\N{NO-BREAK SPACE}")
+
+
+def per_subject(subjects: Subjects, describe: Callable[[SubjectResults], str | None]) -> list[str]:
+    """Return a description of each subject that has one: "title: description"."""
+    texts = ((title, describe(results)) for title, results in subjects.items())
+    return [f"{title}: {text}" for title, text in texts if text]
+
+
+def distinct(values: Iterable[str]) -> list[str]:
+    """Return the different values in their order."""
+    return list(dict.fromkeys(values))

@@ -1,0 +1,90 @@
+"""A part of another package: one file, registered in one line, seen everywhere."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import re
+import sys
+from collections.abc import Iterator
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import pytest
+import write_tables
+
+from firstcontact.core import Dataset, Serial
+from firstcontact_lab.report.findings import Findings
+from firstcontact_lab.report.results import FIELDS
+from firstcontact_lab.report.state import State
+from firstcontact_lab.study import _protocol as protocol
+from firstcontact_lab.study.page import read_study
+from firstcontact_lab.study.parts import PARTS
+from firstcontact_lab.study.settings import StudySettings
+
+ROOT = Path(__file__).parents[3]
+
+
+def example() -> str:
+    """The part that CONTRIBUTING shows."""
+    text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    section = text.split("## A study part")[1]
+    found = re.search(r"```python\n(.*?)```", section, re.DOTALL)
+    assert found is not None
+    return found[1]
+
+
+@pytest.fixture
+def loudness(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Install a package with that part in one file and one line."""
+    site = tmp_path / "site"
+    info = site / "loudness-1.0.dist-info"
+    info.mkdir(parents=True)
+    (site / "loudness.py").write_text(example(), encoding="utf-8")
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: loudness\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text("[firstcontact_lab.parts]\nloudness = loudness:PART\n")
+    monkeypatch.syspath_prepend(site)
+    monkeypatch.setattr(PARTS, "_plugins", None)
+    monkeypatch.setattr(PARTS, "_loaded", {})
+    importlib.invalidate_caches()
+    yield
+    sys.modules.pop("loudness", None)
+    FIELDS.pop("loudness", None)
+
+
+def test_a_new_part_is_in_report_results_and_docs_table(
+    loudness: None, shore: Dataset, tmp_path: Path
+) -> None:
+    settings = replace(StudySettings(), brief=True, workers=1)
+    jobs = protocol.plan([("recordings", lambda: shore)], settings, Serial())
+    jobs = [job for job in jobs if job.part in ("data", "loudness")]
+    titles = [job.title for job in jobs]
+    assert titles == ["data", "loudness"]
+    state = State("study", asdict(settings), True, [Findings("recordings")], titles)
+    protocol.run(jobs, state, tmp_path)
+
+    found = json.loads((tmp_path / "results.json").read_text())["loudness"]
+    assert found["mean"] > 0
+    assert found["n"] > 0
+
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    section = page.split('<section id="loudness">')[1].split("</section>")[0]
+    assert "data:image/svg+xml" in section
+    number = f"{found['mean']:.3f}"
+    assert number in section.split("<figure")[0]
+    comparison = page.split('<section id="compare">')[1].split("</section>")[0]
+    assert number in comparison
+
+    results = tmp_path / "docs"
+    results.mkdir()
+    (results / "study.json").write_bytes((tmp_path / "results.json").read_bytes())
+    made = write_tables.tables(results)
+    assert any(number in line and "RMS" in line for line in made["study"].splitlines())
+    assert number in made["loudness"]
+
+
+def test_results_of_a_part_that_is_not_installed_are_refused(tmp_path: Path) -> None:
+    tree = json.loads((ROOT / "docs/results/real.json").read_text(encoding="utf-8"))
+    (tmp_path / "results.json").write_text(json.dumps({**tree, "loudness": {"mean": 1.0, "n": 2}}))
+    with pytest.raises(ValueError, match=r"results\.json"):
+        read_study(tmp_path / "results.json")

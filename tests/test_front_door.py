@@ -48,6 +48,18 @@ def test_progress_counts_every_pinch(tmp_path: Path) -> None:
     assert sum(steps) == len(made) == 5
 
 
+def test_progress_counts_every_step(data: fc.Dataset) -> None:
+    steps: list[int] = []
+    model = fc.train(data, "svm", progress=steps.append)
+    assert sum(steps) == 3 + len(model.windows)
+    steps.clear()
+    fc.adapt(data, progress=steps.append)
+    assert sum(steps) == 3
+    steps.clear()
+    fc.evaluate(model, data, progress=steps.append)
+    assert sum(steps) == 2  # the network and the window model
+
+
 def test_a_model_predicts_the_same_after_saving(
     data: fc.Dataset, model: fc.Model, tmp_path: Path
 ) -> None:

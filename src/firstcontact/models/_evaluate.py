@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.contact import Detector
-from firstcontact.core import Dataset, InputError, counted, is_same_rate
+from firstcontact.core import Dataset, InputError, Progress, counted, is_same_rate, progress_steps
 from firstcontact.models._alignment import Alignment, found, known
 from firstcontact.models._anytime_scores import answers_by_time, anytime_scores
 from firstcontact.models._bundle import (
@@ -140,6 +140,7 @@ def evaluate(
     *,
     contacts: str = "auto",
     detector: Detector | None = None,
+    progress: Progress = None,
 ) -> tuple[Evaluation, ...]:
     """Score every predictor of a model on labelled pinches.
 
@@ -154,6 +155,8 @@ def evaluate(
         there are any.
     detector
         Contact detector in place of the model's own.
+    progress
+        True shows a bar; a function is called with 1 for each predictor that is scored.
 
     Returns
     -------
@@ -191,9 +194,14 @@ def evaluate(
         return aligned[rate]
 
     out = []
-    if model.network is not None:
-        out.append(_of_network(model.network, data, *at(model.network.model.rate)))
-    out += [_of_window(window, data, *at(window.model.spec.rate)) for window in model.windows]
+    total = len(model.windows) + (model.network is not None)
+    with progress_steps(progress, total, "model", "scoring") as step:
+        if model.network is not None:
+            out.append(_of_network(model.network, data, *at(model.network.model.rate)))
+            step(1)
+        for window in model.windows:
+            out.append(_of_window(window, data, *at(window.model.spec.rate)))
+            step(1)
     return tuple(out)
 
 

@@ -12,10 +12,12 @@ from firstcontact.contact import DETECTORS, Detector, make_detector, pretrained_
 from firstcontact.core import (
     Dataset,
     InputError,
+    Progress,
     counted,
     is_same_rate,
     parallel,
     percent,
+    progress_steps,
     require_extra,
     to_tree,
     worker_count,
@@ -69,6 +71,7 @@ def train(
     rate: float | None = None,
     seed: int = 0,
     workers: int = 1,
+    progress: Progress = None,
 ) -> Model:
     """Train a contact detector and stiffness models from labelled pinches.
 
@@ -102,6 +105,9 @@ def train(
         Of folds, hyper-parameter search and training.
     workers
         Processes; 0 takes all cores.
+    progress
+        True shows a bar; a function is called with the number of steps just finished. The steps
+        are the detector, the contacts, each window model and the network.
 
     Returns
     -------
@@ -130,19 +136,24 @@ def train(
         raise InputError(f"{task!r} is none of {', '.join(Task)}", parameter="task")
     if not kind.takes_windows:
         _check_network(task, windows, level, rate)
-        return _train_network(data, detector, contacts, seed, workers)
+        return _train_network(data, detector, contacts, seed, workers, progress)
     dataset = _training_pinches(data)
     digests = pinch_digests(dataset.pinches)
     if rate is None and np.isfinite(dataset.shore_a).any():
         rate = pretrained().rate
     dataset, notes = _resampled(dataset, rate)
-    fitted = fit_detector(dataset, detector)
-    target, values = _target(dataset)
-    with parallel(worker_count(workers)) as runner:
+    with (
+        parallel(worker_count(workers)) as runner,
+        progress_steps(progress, 3 + len(windows), "step", "training") as step,
+    ):
+        fitted = fit_detector(dataset, detector)
+        target, values = _target(dataset)
+        step(1)
         if known_contacts(contacts, dataset):
             aligned = known(dataset)
         else:
             aligned = found_as_live(dataset, fitted, seed, runner)
+        step(1)
         cuts = {}
         for length in sorted(windows):
             cut = labelled_windows(dataset, aligned.contacts, length, values)
@@ -172,13 +183,15 @@ def train(
                 f"held out ({final.split}): {scores_in_words(final.scores, target)}",
                 _interval_in_words(final, target),
             ]
-    network = None
-    if target == "shore_a":
-        try:
-            network, sentences = _conditioned(dataset, digests, seed, aligned)
-            notes += [f"network: {line}" for line in sentences]
-        except UnknownRigError as error:
-            notes.append(f"no network: {error.message}")
+            step(1)
+        network = None
+        if target == "shore_a":
+            try:
+                network, sentences = _conditioned(dataset, digests, seed, aligned)
+                notes += [f"network: {line}" for line in sentences]
+            except UnknownRigError as error:
+                notes.append(f"no network: {error.message}")
+        step(1)
     return Model(fitted, tuple(models), network, tuple(notes), detector_data(fitted, dataset))
 
 
@@ -206,7 +219,13 @@ def train_detector(
     return Model(fitted, (), None, tuple(notes), detector_data(fitted, dataset))
 
 
-def adapt(data: Dataset | None = None, *, detector: str | None = None, seed: int = 0) -> Model:
+def adapt(
+    data: Dataset | None = None,
+    *,
+    detector: str | None = None,
+    seed: int = 0,
+    progress: Progress = None,
+) -> Model:
     """Condition the pre-trained network on a rig, from a few pinches of blocks of known Shore A.
 
     Parameters
@@ -217,6 +236,8 @@ def adapt(data: Dataset | None = None, *, detector: str | None = None, seed: int
         Name of the contact detector; the default one, or without data that of the package.
     seed
         Of the folds that hold pinches out.
+    progress
+        As of :func:`train`; the steps are the detector, the contacts and the network.
 
     Returns
     -------
@@ -246,7 +267,7 @@ def adapt(data: Dataset | None = None, *, detector: str | None = None, seed: int
                 )
             fallback = make_detector(detector)
         return Model(fallback, (), NetworkPredictor(pretrained()))
-    return _train_network(data, detector, "auto", seed, 1)
+    return _train_network(data, detector, "auto", seed, 1, progress)
 
 
 def known_contacts(contacts: str, dataset: Dataset) -> bool:
@@ -395,20 +416,29 @@ def _check_network(task: str, windows: Sequence[float], level: float, rate: floa
 
 
 def _train_network(
-    data: Dataset, detector: str | None, contacts: Contacts, seed: int, workers: int
+    data: Dataset,
+    detector: str | None,
+    contacts: Contacts,
+    seed: int,
+    workers: int,
+    progress: Progress,
 ) -> Model:
     """Return a detector and the network conditioned on the rig of these pinches."""
     dataset = _training_pinches(data)
     digests = pinch_digests(dataset.pinches)
     # The detector gets the network's rate, too: both listen to one stream.
     dataset, notes = _resampled(dataset, pretrained().rate)
-    fitted = fit_detector(dataset, detector)
-    if contacts != "auto" and known_contacts(contacts, dataset):
-        aligned = known(dataset)
-    else:
-        with parallel(worker_count(workers)) as runner:
-            aligned = found_as_live(dataset, fitted, seed, runner)
-    network, sentences = _conditioned(dataset, digests, seed, aligned)
+    with progress_steps(progress, 3, "step", "adapting") as step:
+        fitted = fit_detector(dataset, detector)
+        step(1)
+        if contacts != "auto" and known_contacts(contacts, dataset):
+            aligned = known(dataset)
+        else:
+            with parallel(worker_count(workers)) as runner:
+                aligned = found_as_live(dataset, fitted, seed, runner)
+        step(1)
+        network, sentences = _conditioned(dataset, digests, seed, aligned)
+        step(1)
     return Model(fitted, (), network, (*notes, *sentences))
 
 

@@ -68,7 +68,7 @@ class ClosingEstimates:
 
     @property
     def due(self) -> int | None:
-        """Number of samples that complete the next estimate; None where none is to come."""
+        """Number of samples that complete the next estimate; None after the last one."""
         return None if self._second is not None or self._is_settled else self._stream.due
 
     def update(
@@ -104,13 +104,13 @@ class ClosingEstimates:
             except InputError as error:
                 self._failure = str(error)
             if self._first is not None:
-                events += self._told(predictions, self._first, second, block, host, transport)
+                events += self._make(predictions, self._first, second, block, host, transport)
         if second is not None and self._first is not None:
             self._second = second
             events += self._stop(self._first, second, block.epoch)
         return events
 
-    def _told(
+    def _make(
         self,
         predictions: Sequence[Prediction],
         first: Contact,

@@ -360,7 +360,7 @@ class HandPrediction(msgspec.Struct, frozen=True, tag="hand_prediction"):
 
 
 class HandCheck(msgspec.Struct, frozen=True, kw_only=True):
-    """Comparison of the device's predictions for a pinch with those of the host's own model.
+    """Comparison of the predictions of device and host for one pinch.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Distribution of updates to sinks, each in a thread of its own."""
+"""Distribution of updates to sinks, one thread per sink."""
 
 from __future__ import annotations
 
@@ -124,6 +124,6 @@ class Fanout:
         return bool(self._feeders) and all(f.failed for f in self._feeders)
 
     def close(self, timeout: float = 2.0) -> None:
-        """Let each sink finish its queue; without ``patient`` for at most ``timeout`` s."""
+        """Close each sink after its queue; without ``patient`` wait at most ``timeout`` s."""
         for feeder in self._feeders:
             feeder.close(None if self._patient else timeout)

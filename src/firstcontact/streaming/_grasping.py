@@ -93,7 +93,7 @@ class Grasping:
             self._late = self._transport.of(block.end - 1, host)
 
     def on_event(self, event: Event) -> None:
-        """Let the policy react to an event."""
+        """Pass an event to the policy."""
         match event:
             case ClosingStart():
                 self._closing_starts(event)
@@ -109,7 +109,7 @@ class Grasping:
                 self.loop.done(event.second)
 
     def after_block(self, block: Block) -> Sequence[Event]:
-        """Let the policy feel the force and the time; carry out requests.
+        """Pass force and time to the policy; carry out requests.
 
         Returns
         -------

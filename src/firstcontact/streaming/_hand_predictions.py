@@ -24,7 +24,7 @@ Place = tuple[int, int]
 
 
 class HandPredictions:
-    """Gathers the predictions of a device and those of the host for the same pinches.
+    """Collector of the predictions of a device and of the host for the same pinches.
 
     Parameters
     ----------

@@ -56,7 +56,7 @@ class PredictionStream(Protocol):
 
     @property
     def due(self) -> int | None:
-        """Number of samples that complete the next prediction; None where none is to come."""
+        """Number of samples that complete the next prediction; None after the last one."""
 
     @property
     def ended(self) -> bool:

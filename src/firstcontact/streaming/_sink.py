@@ -43,7 +43,7 @@ class Update:
 
 
 class Sink(Protocol):
-    """Output that takes updates in a thread of its own.
+    """Output of a session. It takes updates in a separate thread.
 
     It may be slow or raise. Its queue is bounded; updates that do not fit are dropped and counted,
     and the rest of the session goes on.

@@ -1,4 +1,4 @@
-"""The samples around the last first contact, each one."""
+"""Samples around the last first contact."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ HELD = 0.5
 
 
 def finger_place(finger: Finger | None) -> int:
-    """Where the page has the name and colour of a finger: behind both for a sensor of none."""
+    """Return the index of a finger's name and colour on the page; 2 for a sensor of no finger."""
     return len(Finger) if finger is None else int(finger)
 
 
@@ -44,7 +44,7 @@ class Closeup:
         self._marks: list[dict[str, Any]] = []
 
     def add(self, block: Block) -> bool:
-        """Take a block; whether the picture changed."""
+        """Take a block. Return True if the picture changed."""
         self._blocks.append(block)
         self._held += len(block.data)
         while self._held - len(self._blocks[0].data) >= HELD * self._layout.rate:
@@ -52,7 +52,7 @@ class Closeup:
         return self._fill(block)
 
     def begin(self, contact: Contact, epoch: int) -> None:
-        """Look at this contact from now on."""
+        """Show this contact from now on."""
         self._contact, self._epoch = contact, epoch
         self._first = contact.sample - self._before
         self._trace[:] = np.nan
@@ -62,7 +62,7 @@ class Closeup:
             self._fill(block)
 
     def mark(self, contact: Contact) -> None:
-        """Show a finger's contact in it."""
+        """Add the contact of a finger."""
         if self._contact is not None:
             after = (contact.sample - self._contact.sample) / self._layout.rate
             self._marks.append(
@@ -83,7 +83,7 @@ class Closeup:
         return True
 
     def tree(self) -> dict[str, Any] | None:
-        """What the page draws: times in ms from the contact, values with None where none came."""
+        """Return times in ms from the contact and values for the page; None for missing samples."""
         if self._contact is None:
             return None
         ms = (np.arange(self._n) - self._before) / self._layout.rate * 1e3

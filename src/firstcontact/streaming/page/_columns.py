@@ -87,7 +87,7 @@ class Columns:
         self._top = max(self._top, top)
 
     def place(self, sample: int, epoch: int) -> float | None:
-        """Where a sample lies, in columns; None for one of an epoch long past."""
+        """Return the position of a sample in columns; None for an old epoch."""
         if epoch not in self._epochs:
             return None
         origin, base = self._epochs[epoch]

@@ -94,7 +94,7 @@ class PageServer:
         self._number = 0  # of the viewer that came last
 
     async def run(self, listening: socket.socket, stop: asyncio.Event) -> None:
-        """Serve until ``stop`` is set; then viewers are told and let go."""
+        """Serve until ``stop`` is set, then close the connections."""
         server = serve_page(
             self._view,
             listening,
@@ -135,7 +135,7 @@ class PageServer:
             self._commands.gone(viewer.name)
 
     async def _listen(self, connection: ServerConnection, viewer: _Viewer) -> None:
-        """Do what a viewer asks for until it closes the socket."""
+        """Carry out the requests of a viewer until it closes the socket."""
         own = Allowance(*EACH)
         async for message in connection:
             viewer.heard = time.monotonic()
@@ -150,7 +150,7 @@ class PageServer:
             await asyncio.sleep(wait)
 
     async def _tell(self, connection: ServerConnection) -> None:
-        """Give a viewer what it has not seen, at its own pace."""
+        """Send new parts to a viewer, as fast as it reads."""
         await self._send(connection, f'{{"hello":{self._state.hello}}}')
         seen: dict[str, int] = {}
         column, skipped = -1, 0

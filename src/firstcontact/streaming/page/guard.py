@@ -1,4 +1,4 @@
-"""Who may see the page: this machine, or who has the token."""
+"""Access to the page: this machine, or viewers with the token."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class NotAllowedError(Exception):
 
 
 def is_loopback(host: str) -> bool:
-    """Whether an address is of this machine only."""
+    """Return True if an address is of this machine only."""
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
@@ -71,7 +71,7 @@ class Guard:
         return f"http://{shown}:{self.port}/{query}"
 
     def check(self, path: str, headers: Headers, websocket: bool) -> bool:
-        """Let a request pass.
+        """Check a request.
 
         Returns
         -------

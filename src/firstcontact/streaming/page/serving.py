@@ -1,4 +1,4 @@
-"""What a page of ours is served with: its own files, and heads that keep others out."""
+"""Files and headers of the served pages."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def load(package: str, folder: str) -> Files:
 
 
 def answer(request: Request, guard: Guard, served: Files) -> Response | None:
-    """What a request gets; None lets it open the socket."""
+    """Return the response to a request; None lets it open the socket."""
     path = request.path.partition("?")[0]
     websocket = path == SOCKET
     try:
@@ -103,7 +103,7 @@ def serve_page(
     longest: int,
     **more: Any,
 ) -> AbstractAsyncContextManager[object]:
-    """A page's server, to be entered: quiet, and patient with nobody.
+    """Return the server of a page as a context manager.
 
     Parameters
     ----------

@@ -4,7 +4,7 @@ import { byId, draw, make, number, setText, size, textWidth, watch } from "./dom
 import { parts, shown } from "./events.js";
 import { upTo } from "./ticks.js";
 
-const PARTS = [["window", "Window"], ["wait", "Waiting"], ["transport", "Transport"], ["compute", "Computation"]];
+const PARTS = [["window", "Signal"], ["wait", "Waiting"], ["transport", "Transport"], ["compute", "Computation"]];
 
 export class Timing {
   constructor() {

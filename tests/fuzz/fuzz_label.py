@@ -64,7 +64,7 @@ def labels(rng: Random, folder: Path) -> None:
     its = Session([_recording()], folder / "labelled", BY)
     with closing(its):
         for _ in range(rng.randrange(1, 30)):
-            before = its.now()
+            before = its.state()
             data = _message(rng)
             message: str | bytes = data
             if rng.random() < 0.5:
@@ -72,15 +72,15 @@ def labels(rng: Random, folder: Path) -> None:
             try:
                 answer = its.obey(message)
             except InputError:
-                assert its.now() == before, "a refused message changed something"
+                assert its.state() == before, "a refused message changed something"
                 continue
             json.dumps(answer, allow_nan=False).encode()
             if its.written:
                 return
-        done = its.now()
+        done = its.state()
     again = Session([_recording()], folder / "labelled", BY)
     with closing(again):
-        assert again.now() == done, "an answered action is lost"
+        assert again.state() == done, "an answered action is lost"
 
 
 def journal(rng: Random, folder: Path) -> None:

@@ -234,7 +234,7 @@ def flashing(rng: Random, _: Path) -> None:
     data = rng.randbytes(rng.choice((1, 200, 9000)))
     with (
         patch.multiple(flashing_of_models, SerialTransport=lambda port: device),
-        patch.multiple(flashing_of_models, AGAIN=0.002, PATIENCE=0.004),
+        patch.multiple(flashing_of_models, REPEAT_AFTER=0.002, PATIENCE=0.004),
     ):
         try:
             assert flashing_of_models.flash_model("port", data, 1, 2) == MODEL

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from firstcontact.core import InputError, progress_steps
+from firstcontact.core import InputError
 
 if TYPE_CHECKING:
     from firstcontact.contact import Detector
@@ -154,18 +154,13 @@ def simulate(
     from firstcontact.core import require_modules
 
     require_modules("twin", "numba")
-    from firstcontact.twin import check_set, read_noise
+    from firstcontact.twin import read_noise
     from firstcontact.twin import simulate as simulate_set
 
     recorded = None if noise is None else read_noise(Path(noise))
-    folder = Path(out)
-    check_set(folder, condition, pinches_per_block, pinches_per_object, seed, workers)
-    total = 5 * pinches_per_block + 8 * pinches_per_object
-    with progress_steps(progress, total, "pinch", condition) as step:
-        simulate_set(
-            folder, condition, pinches_per_block, pinches_per_object, seed, workers, step, recorded
-        )
-    return load(folder)
+    sizes = pinches_per_block, pinches_per_object
+    simulate_set(Path(out), condition, *sizes, seed, workers, progress, recorded)
+    return load(out)
 
 
 def detect(data: Dataset, detector: Detector | str | None = None) -> list[Contact | None]:

@@ -60,7 +60,6 @@ from ._run import SUBSTEPS as SUBSTEPS
 from ._scans import write_scans as write_scans
 from ._sensor import OPTIMISTIC as OPTIMISTIC
 from ._sensor import VelostatParameters as VelostatParameters
-from ._simulate import check_set as check_set
 from ._simulate import simulate as simulate
 from ._slip_sound import SlipParameters as SlipParameters
 from ._stream import TwinStream as TwinStream

@@ -13,9 +13,11 @@ from firstcontact.core import (
     MOST_WORKERS,
     InputError,
     Pinch,
+    Progress,
     cores,
     fingertip_layout,
     parallel,
+    progress_steps,
     resolve_path,
     temporary_path,
 )
@@ -41,7 +43,7 @@ def simulate(
     pinches_per_object: int = 50,
     seed: int = 0,
     workers: int | None = None,
-    progress: Callable[[int], object] = lambda count: None,
+    progress: Progress = None,
     noise: RecordedNoise | None = None,
 ) -> list[Path]:
     """Simulate a set of pinches.
@@ -60,7 +62,7 @@ def simulate(
         Number of threads; by default all cores. The mechanics runs outside the GIL. Inside a
         ``joblib.parallel_config`` with a backend, that backend runs the jobs.
     progress
-        Called with the number of pinches just finished.
+        True shows a bar; a function is called with the number of pinches just finished.
     noise
         Noise of a real sensor at rest that replaces the modelled electronics.
 
@@ -83,17 +85,19 @@ def simulate(
         for session in sessions
         for start in range(0, len(session.pinches), _BATCH)
     ]
+    total = sum(len(session.pinches) for session in sessions)
     try:
         with (
             temporary_path(resolve_path(directory)) as folder,
             parallel(workers or cores(), prefer="threads") as runner,
             closing(runner.stream(_simulate_batch, batches, c, seed, noise)) as made,
+            progress_steps(progress, total, "pinch", c.name) as step,
         ):
             folder.mkdir()
             pinches = chain.from_iterable(made)
             for session in sessions:
                 session_pinches = islice(pinches, len(session.pinches))
-                _write(folder / _file(session), session, c, seed, session_pinches, progress, noise)
+                _write(folder / _file(session), session, c, seed, session_pinches, step, noise)
             folder.replace(resolve_path(directory))  # fails if the folder is no longer empty
     except (OSError, InputError) as error:
         # The writer's message names a temporary file. Name the folder instead.

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Literal
 
 from firstcontact.cli.cluster import where
-from firstcontact.core import counted
+from firstcontact.core import counted, require_modules
 
 
 @dataclass(frozen=True)
@@ -33,18 +33,13 @@ class Simulate:
 
     def run(self) -> None:
         """Simulate with a progress bar."""
-        from firstcontact import simulate
+        # fc.simulate also loads what it wrote, which may be larger than the memory.
+        require_modules("twin", "numba")
+        from firstcontact.twin import read_noise, simulate
 
+        noise = None if self.noise is None else read_noise(self.noise)
+        sizes = self.pinches_per_block, self.pinches_per_object
         with where(self.cluster):
-            data = simulate(
-                self.out,
-                condition=self.condition,
-                pinches_per_block=self.pinches_per_block,
-                pinches_per_object=self.pinches_per_object,
-                seed=self.seed,
-                workers=self.workers,
-                noise=self.noise,
-                progress=True,
-            )
-        sessions = counted(len(set(data.sessions.tolist())), "recording")
-        print(f"{counted(len(data), 'pinch')} in {sessions}: {self.out}")
+            paths = simulate(self.out, self.condition, *sizes, self.seed, self.workers, True, noise)
+        pinches = 5 * self.pinches_per_block + 8 * self.pinches_per_object
+        print(f"{counted(pinches, 'pinch')} in {counted(len(paths), 'recording')}: {self.out}")

@@ -36,7 +36,7 @@ Bash does so in each new shell if the file is
 ALONE = """
 import sys
 from firstcontact.core import Registry
-Registry._found = lambda self: {}
+Registry._find_plugins = lambda self: {}
 from firstcontact.cli.main import main
 sys.argv[0] = "firstcontact"
 sys.exit(main(sys.argv[1:]))

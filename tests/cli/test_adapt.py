@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from firstcontact.cli.live_models import shipped_model
 from firstcontact.contact import detect, load_detector
 from firstcontact.core import Dataset
 from firstcontact.models import (
@@ -18,6 +17,7 @@ from firstcontact.models import (
     load_anytime,
     pretrained,
     read_anytime_card,
+    shipped_model,
     touches_of,
 )
 from firstcontact.models._anytime_file import CARD, WEIGHTS
@@ -189,7 +189,7 @@ def test_a_training_is_not_torn_apart(blocks: Path, tmp_path: Path, capsys: Any)
 
 def test_live_without_a_model_finds_contacts_with_the_shipped_detector(tmp_path: Path) -> None:
     assert run("adapt", "--out", tmp_path / "any") == 0
-    shipped, written = shipped_model(None).detector, load_detector(tmp_path / "any")
+    shipped, written = shipped_model().detector, load_detector(tmp_path / "any")
     assert shipped is not None
     for name, array in written.to_arrays().items():
         np.testing.assert_array_equal(shipped.to_arrays()[name], array)

@@ -58,4 +58,4 @@ def test_live_counts_the_filter_in_its_ledger(
     with heard_here(tmp_path, quiet, loop=1):
         assert main(["live", "--device", "audio:disc", "--seconds", "0.3"]) == 0
     said = capsys.readouterr().err
-    assert "of each wait, 0.360 ms are the source's own filter" in said
+    assert "0.360 ms of each wait are the source's own filter" in said

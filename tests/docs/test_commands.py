@@ -29,6 +29,9 @@ from pages import PAGES, ROOT, Fence, fences, name
 ELSEWHERE = {
     "firstcontact live --device twin --page": "tests/cli/test_live.py",
     "firstcontact label long --out labelled": "tests/collect/test_label_page.py",
+    "firstcontact simulate --out recordings --pinches-per-block 12 --pinches-per-object 0": (
+        "tests/docs/test_docstrings.py, which also runs the examples"
+    ),
     "python examples/biotac_tables.py biotac_hold/data labels.csv channels.csv": (
         "tests/recording/test_recording_mat.py, where the recordings are"
     ),
@@ -107,7 +110,7 @@ ELSEWHERE = {
     "make live": "tests/cli/test_live.py runs its command",
 }
 MARKS = {"", "slow", "data", "disc", "elsewhere"}
-LANGUAGES = {"sh", "python", "text", "json", "toml", ""}
+LANGUAGES = {"sh", "python", "pycon", "text", "json", "toml", ""}
 ALL = [fence for page in PAGES for fence in fences(page)]
 
 

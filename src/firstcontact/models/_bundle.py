@@ -410,7 +410,7 @@ def load_model(path: str | os.PathLike[str], detector: Detector | None = None) -
     >>> import firstcontact as fc
     >>> folder = fc.adapt().save("general")
     >>> fc.load_model(folder)
-    Model(detector='logistic', 'in_context' from 2 to 15 ms)
+    Model(detector='logistic', 'network' from 2 to 15 ms)
     """
     folder = Path(path)
     network = None

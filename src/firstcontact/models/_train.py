@@ -125,7 +125,7 @@ def train(
     >>> data = fc.load("recordings")
     >>> model = fc.train(data, "svm", windows=[0.015])
     >>> model
-    Model(detector='logistic', 'svm' at 15 ms, 'in_context' from 2 to 15 ms)
+    Model(detector='logistic', 'svm' at 15 ms, 'network' from 2 to 15 ms)
     """
     kind = find_estimator(estimator)
     require_extra(kind)

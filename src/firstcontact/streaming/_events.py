@@ -15,7 +15,14 @@ SAME = 0.01
 
 
 class Verdict(StrEnum):
-    """Availability of an estimate at the second contact of a pinch."""
+    """Availability of an estimate at the second contact of a pinch.
+
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> [str(verdict) for verdict in fc.Verdict]
+    ['in_time', 'too_late', 'none']
+    """
 
     IN_TIME = "in_time"
     TOO_LATE = "too_late"

@@ -66,13 +66,13 @@ class SlowActor:
     def __init__(self, source: SerialSource) -> None:
         self._source = source
 
-    def arrived(self, block: Block, host: float) -> None:
+    def on_samples(self, block: Block, host: float) -> None:
         comes(self._source, ENOUGH // 10)
 
-    def happened(self, event: Event) -> None:
+    def on_event(self, event: Event) -> None:
         """Do nothing."""
 
-    def came(self, block: Block) -> Sequence[Event]:
+    def after_block(self, block: Block) -> Sequence[Event]:
         return ()
 
     def ended(self) -> None:

@@ -113,7 +113,7 @@ def test_live_checks_the_devices_predictions_for_each_pinch(
     lines = [json.loads(line) for line in messages.out.splitlines()]
     digest = hand_image(folder).digest
     assert f"with the model {digest}" in messages.err
-    assert lines[0]["answers"]["model"] == digest
+    assert lines[0]["predictor"]["model"] == digest
     checked = [line for line in lines if line["type"] == "hand_pinch"]
     assert len(checked) >= 3
     assert all(line["check"]["same"] for line in checked)

@@ -12,12 +12,12 @@ from typing import get_args
 
 import msgspec
 
-from firstcontact.streaming import Event
-from firstcontact.streaming._events import HandCheck
-from firstcontact.streaming._json_lines import (
+from firstcontact.streaming import (
     ChannelLine,
     DescriptorLine,
+    Event,
     FailedLine,
+    HandCheck,
     LinkLine,
     MarkerLine,
 )

@@ -12,7 +12,19 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 #: Extras that users install; ``dev`` may hold more than the package imports.
-FOR_USERS = ("twin", "plot", "cnn", "parquet", "study", "files", "live", "audio", "hand", "cluster")
+FOR_USERS = (
+    "twin",
+    "plot",
+    "cnn",
+    "sklearn",
+    "parquet",
+    "study",
+    "files",
+    "live",
+    "audio",
+    "hand",
+    "cluster",
+)
 
 
 def normal(name: str) -> str:

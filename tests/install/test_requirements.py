@@ -94,6 +94,9 @@ def test_a_package_with_another_hash_is_not_installed(tmp_path: Path, layer: str
     """The Makefile's own rule, on requirements of one package that is made here."""
     shutil.copy(ROOT / "Makefile", tmp_path)
     shutil.copy(ROOT / "pyproject.toml", tmp_path)
+    plugin = Path("examples/plugin_estimators")
+    (tmp_path / plugin).mkdir(parents=True)
+    shutil.copy(ROOT / plugin / "pyproject.toml", tmp_path / plugin)
     right = wheel(tmp_path / "wheels")
     (tmp_path / "requirements").mkdir()
     for name in ("base", "live"):

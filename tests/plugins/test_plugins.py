@@ -74,7 +74,7 @@ def test_a_policy_is_closed_with_judged_and_drawn(study: Path) -> None:
     assert ours["peak_n"] > touch["peak_n"]
     assert list(results["policies"])[-1] == "halfway"
     page = (study / "report.html").read_text(encoding="utf-8")
-    assert "<td>half as gentle</td>" in page
+    assert "half as gentle" in page
     assert "broken" not in results["policies"]
 
 

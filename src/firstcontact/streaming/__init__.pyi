@@ -4,6 +4,7 @@ from ._events import ClosingStart as ClosingStart
 from ._events import ContactEvent as ContactEvent
 from ._events import Estimate as Estimate
 from ._events import Event as Event
+from ._events import HandCheck as HandCheck
 from ._events import HandCommand as HandCommand
 from ._events import HandPinch as HandPinch
 from ._events import HandPrediction as HandPrediction
@@ -14,7 +15,12 @@ from ._events import Verdict as Verdict
 from ._grasping import Grasping as Grasping
 from ._grasping import grasp_lines as grasp_lines
 from ._hand_requests import Ask as Ask
+from ._json_lines import ChannelLine as ChannelLine
+from ._json_lines import DescriptorLine as DescriptorLine
+from ._json_lines import FailedLine as FailedLine
 from ._json_lines import JsonLinesSink as JsonLinesSink
+from ._json_lines import LinkLine as LinkLine
+from ._json_lines import MarkerLine as MarkerLine
 from ._ledger import ledger_lines as ledger_lines
 from ._lsl import LslSink as LslSink
 from ._pipeline import AFTER as AFTER

@@ -37,8 +37,8 @@ def check_hand(kind: type[Hand], port: str | None = None, source: Source | None 
 
     Examples
     --------
-    >>> from firstcontact.grasp._printing import PrintHand
-    >>> check_hand(PrintHand)
+    >>> from firstcontact.grasp import HANDS
+    >>> check_hand(HANDS["print"])
     """
 
     def make() -> Hand:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from firstcontact.core import Dataset, Serial, gent_modulus, gent_shore_a
-from firstcontact.models import ESTIMATORS, LabelledWindows
+from firstcontact.models import LabelledWindows, window_estimators
 from firstcontact.twin import PAPER_RIG
 from firstcontact_lab.study._comparison import MASKED, NETWORK
 from firstcontact_lab.study._entrants import Entrant, Query, answer
@@ -45,7 +45,7 @@ def test_a_set_has_every_use_and_shares_no_specimen_with_the_floor(small: RigSet
     )
     sessions = small.windows.sessions
     for use, other in ((Use.BLOCKS, Use.HELD), (Use.OBJECTS, Use.KINDS)):
-        assert not set(sessions[small.indices(use)]) & set(sessions[small.where(other)])
+        assert not set(sessions[small.indices(use)]) & set(sessions[small.indices(other)])
 
 
 def test_a_set_is_its_seeds(small: RigSet) -> None:
@@ -131,7 +131,8 @@ def test_everybody_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     outcome = part.generalise(subject, StudySettings().quick(), Serial())
     found = outcome.results[GENERALISE]
     assert (found.sets, found.floor.sets) == (1, 1)
-    fast = {n for n, e in ESTIMATORS.items() if not e.baseline and not e.slow}
+    rows = window_estimators().items()
+    fast = {n for n, e in rows if not e.baseline and not e.slow}
     assert fast | {its.name for its in (MASKED, *NETWORK)} == set(found.estimators)
     assert set(found.ceiling) == {"modulus", "contact_stiffness"}
     assert all(its.other_hand is not None for its in found.estimators.values())

@@ -137,7 +137,7 @@ def test_everybody_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     assert set(found.ceiling) == {"modulus", "contact_stiffness"}
     assert all(its.other_hand is not None for its in found.estimators.values())
     objects, others = (make(outcome.results) for make in (objects_off_blocks, others_off_blocks))
-    assert len(objects.rows) == len(others.rows) + 1  # the floor knows objects alone
+    assert len(objects.lines) == len(others.lines) + 1  # the floor knows objects alone
     for table in (objects, others):
         assert all(len(row.cells) == len(table.head) for row in table.lines)
     assert [figure.key for figure in outcome.figures] == ["generalise"]

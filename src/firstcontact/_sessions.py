@@ -207,8 +207,7 @@ def _check_hand(
     from firstcontact.grasp import HANDS, Begins
 
     kind = HANDS.find(hand)
-    rehearsed = port is not None and port == kind.simulated_port
-    if kind.real and not rehearsed and (recorded or not real_time):
+    if kind.needs_live_samples(port) and (recorded or not real_time):
         raise InputError(
             f"{hand} is not driven from a recording, nor at another speed than real time",
             parameter="hand",

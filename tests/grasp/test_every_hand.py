@@ -56,3 +56,11 @@ class Swallowing(PrintHand):
 def test_conformance_check_rejects_a_faulty_hand(kind: type[PrintHand]) -> None:
     with pytest.raises((AssertionError, HandError)):
         check_hand(kind)
+
+
+def test_a_hand_that_moves_needs_live_samples_except_at_its_simulated_port() -> None:
+    ability = HANDS["ability"]
+    assert ability.needs_live_samples(None)
+    assert ability.needs_live_samples("/dev/ttyUSB0")
+    assert not ability.needs_live_samples(ability.simulated_port)
+    assert not HANDS["print"].needs_live_samples(None)

@@ -56,7 +56,7 @@ class Hand(ABC):
     #: Name in the registry and in reports.
     name: ClassVar[str]
     limits: HandLimits
-    #: True if it moves. Recordings and sources faster than real time must not drive it.
+    #: True if it moves: see :meth:`needs_live_samples`.
     real: ClassVar[bool] = True
     #: Port that stands for a simulated hand, for tests and dry runs.
     simulated_port: ClassVar[str | None] = None
@@ -66,6 +66,17 @@ class Hand(ABC):
     begins: ClassVar[Begins] = Begins.OTHERS
     #: Name of the source that drives it; the hand is then made from that source.
     of_source: ClassVar[str | None] = None
+
+    @classmethod
+    def needs_live_samples(cls, port: str | None) -> bool:
+        """Return True if recordings and sources faster than real time must not drive it.
+
+        Parameters
+        ----------
+        port
+            Port of the hand; None for its own. The simulated port moves nothing.
+        """
+        return cls.real and (port is None or port != cls.simulated_port)
 
     @abstractmethod
     def send(self, command: Command) -> None:

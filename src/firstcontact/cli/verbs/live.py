@@ -224,8 +224,7 @@ class Live:
     def _check_hand(self, hand: type[Hand]) -> None:
         """Refuse what the hand must not, or cannot, be driven with."""
         device = source_kind(self.device)
-        rehearsed = self.hand_port is not None and self.hand_port == hand.simulated_port
-        if hand.real and not rehearsed and (device.recorded or self.speed != 1.0):
+        if hand.needs_live_samples(self.hand_port) and (device.recorded or self.speed != 1.0):
             instead = (
                 "" if hand.simulated_port is None else f", or --hand-port {hand.simulated_port}"
             )

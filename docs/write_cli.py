@@ -16,7 +16,7 @@ PAGE = Path(__file__).parent / "reference" / "cli.md"
 HEAD = """\
 # Command line
 
-Written by `docs/write_cli.py` from `--help`; a test holds this page against it.
+Written by `docs/write_cli.py` from `--help-all`; a test holds this page against it.
 
 [Exit codes and logs](endings.md).
 
@@ -44,8 +44,9 @@ sys.exit(main(sys.argv[1:]))
 
 
 def told(*arguments: str) -> str:
-    """What ``firstcontact ... --help`` prints, 96 columns wide, without colours."""
-    command = [sys.executable, "-c", ALONE, *arguments, "--help"]
+    """What the longest help of a command prints, 96 columns wide, without colours."""
+    option = "--help-all" if arguments else "--help"
+    command = [sys.executable, "-c", ALONE, *arguments, option]
     environment = {
         **os.environ,
         "COLUMNS": "96",

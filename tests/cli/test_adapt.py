@@ -86,7 +86,7 @@ def test_without_recordings_no_rig_is_known(tmp_path: Path, capsys: Any) -> None
         for contact, pinch in zip(placed, others.pinches, strict=True)
     ]
     assert np.mean(near) >= 0.95
-    assert run("adapt", "--detector", "three_sigma", "--out", out) == 0
+    assert run("adapt", "--detector-type", "three_sigma", "--out", out) == 0
     assert load_detector(out).name == "three_sigma"
 
 
@@ -119,7 +119,7 @@ def test_what_cannot_be_used_is_refused_and_nothing_written(
         assert not has_anytime(tmp_path / "no")
         assert not (tmp_path / "no").exists()
     assert run("adapt", tmp_path / "nowhere", "--out", tmp_path / "no") == 2
-    assert run("adapt", "--detector", "svm", "--out", tmp_path / "no") == 2
+    assert run("adapt", "--detector-type", "svm", "--out", tmp_path / "no") == 2
     assert run("adapt", blocks, "--seed", "-1", "--out", tmp_path / "no") == 2
     assert not (tmp_path / "no").exists()
 
@@ -138,10 +138,10 @@ def test_pinches_without_a_shore_a_do_not_count(tmp_path: Path, capsys: Any) -> 
     assert run("adapt", bare, "--out", tmp_path / "no") == 2
     said = capsys.readouterr().err
     assert "no pinch has a Shore A" in said
-    assert "--shore" in said
+    assert "--shore-a" in said
     assert not (tmp_path / "no").exists()
     # Models of windows learn the ranks, and say in what their errors are.
-    assert run("train", bare, "--out", tmp_path / "ranks", "--model", "peak") == 0
+    assert run("train", bare, "--out", tmp_path / "ranks", "--estimator", "peak") == 0
     scores = next(line for line in capsys.readouterr().out.splitlines() if "rmse" in line)
     assert "ranks" in scores
     assert "Shore A" not in scores
@@ -175,7 +175,7 @@ def test_the_card_keeps_how_the_model_was_checked(blocks: Path, tmp_path: Path) 
 def test_a_training_is_not_torn_apart(blocks: Path, tmp_path: Path, capsys: Any) -> None:
     """Its window models were trained with its detector: another beside them would be refused."""
     trained = tmp_path / "trained"
-    assert run("train", blocks, "--out", trained, "--model", "peak") == 0
+    assert run("train", blocks, "--out", trained, "--estimator", "peak") == 0
     before = {path.name: path.read_bytes() for path in trained.iterdir()}
     capsys.readouterr()
     assert run("adapt", blocks, "--out", trained) == 2

@@ -32,7 +32,7 @@ def test_a_camera_is_compared_with_the_strips(tmp_path, capsys, recording):
             time = 100.0 + (5000 * number + sample) / LAYOUT.rate + late
             lines.append(f"{number},{finger},{np.ceil(time * 960) / 960}")
     contacts.write_text("\n".join([*lines, "77,thumb,3.0", ""]))
-    assert main(["camera", str(recording), "--contacts", str(contacts), "--fps", "960"]) == 0
+    assert main(["camera", str(recording), "--times", str(contacts), "--fps", "960"]) == 0
     said = capsys.readouterr().out
     assert "12 in both lists" in said
     assert "83.3 % within one frame of 1.04 ms" in said
@@ -43,5 +43,5 @@ def test_a_camera_is_compared_with_the_strips(tmp_path, capsys, recording):
 def test_a_list_that_does_not_fit_is_refused(tmp_path, capsys, recording):
     contacts = tmp_path / "contacts.csv"
     contacts.write_text("pinch,finger,time_s\n77,index,1.0\n")
-    assert main(["camera", str(recording), "--contacts", str(contacts)]) == 2
+    assert main(["camera", str(recording), "--times", str(contacts)]) == 2
     assert "check the pinch numbers" in capsys.readouterr().err

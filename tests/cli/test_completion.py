@@ -50,16 +50,15 @@ def test_each_option_in_the_help_of_a_verb_is_completed(
     verb: str, script: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(SystemExit):
-        command.main([verb, "--help"])
+        command.main([verb, "--help-all"])
     text = capsys.readouterr().out
-    heads = re.findall(r"^. (?:-h, )?(--[\w-]+(?:, --[\w-]+)?)", text, re.MULTILINE)
-    options = {option for head in heads for option in head.split(", ")}
+    options = set(re.findall(r"^  (?:-h, )?(--[\w-]+)", text, re.MULTILINE))
     assert completed(script, verb, "--") == options | {"--verbose"}
 
 
 def test_choices_and_files_are_completed(script: Path) -> None:
     assert completed(script, "simulate", "--condition", "") == {"paper-rig", "everyday"}
-    assert completed(script, "train", "data", "--detector", "th") == {"three_sigma"}
+    assert completed(script, "train", "data", "--detector-type", "th") == {"three_sigma"}
     # Bash completes the names of files where the function offers nothing.
     assert completed(script, "inspect", "pinches/") == set()
     assert "complete -o default " in script.read_text()

@@ -18,7 +18,7 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def model(data: Path) -> Path:
-    assert run("train", data, "--model", "peak", "--out", data.parent / "model") == 0
+    assert run("train", data, "--estimator", "peak", "--out", data.parent / "model") == 0
     return data.parent / "model"
 
 
@@ -27,7 +27,7 @@ def test_every_detector_is_made_alone_and_used_beside_a_model(
     name: str, data: Path, model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "detector"
-    assert run("train", data, "--detector", name, "--detector-only", "--out", out) == 0
+    assert run("train", data, "--detector-type", name, "--detector-only", "--out", out) == 0
     assert f"detector {name}: {out}" in capsys.readouterr().out
     assert load_detector(out).name == name
     assert not list(out.glob("card.json"))
@@ -42,7 +42,7 @@ def test_a_detector_that_cannot_learn_is_no_other_one(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     unknown = recordings(tmp_path / "unknown", known=False)
-    arguments = ("train", unknown, "--out", tmp_path / "m", "--detector", "svm")
+    arguments = ("train", unknown, "--out", tmp_path / "m", "--detector-type", "svm")
     assert run(*arguments) == 2
     assert "0 pinches" in capsys.readouterr().err
     assert not (tmp_path / "m").exists()

@@ -78,7 +78,7 @@ def test_a_specimen_of_one_pinch_has_no_spread(
 def test_a_model_whose_detector_was_lost_says_so(
     data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run("train", data, "--model", "peak", "--out", tmp_path / "m") == 0
+    assert run("train", data, "--estimator", "peak", "--out", tmp_path / "m") == 0
     (tmp_path / "m" / "detector.json").unlink()
     assert run("evaluate", tmp_path / "m", data) == 0
     assert run("evaluate", tmp_path / "m", data, "--contacts", "detected") == 2
@@ -92,12 +92,12 @@ def test_a_folder_without_a_model(
     assert "model" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("contacts", ["truth", "detected"])
+@pytest.mark.parametrize("contacts", ["known", "detected"])
 @pytest.mark.parametrize("rate", [5200.0, 16000.0])
 def test_recordings_of_another_rate_are_resampled_and_told(
     data: Path, tmp_path: Path, rate: float, contacts: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run("train", data, "--model", "peak", "--out", tmp_path / "m") == 0
+    assert run("train", data, "--estimator", "peak", "--out", tmp_path / "m") == 0
     capsys.readouterr()
     assert run("evaluate", tmp_path / "m", data, "--contacts", contacts) == 0
     there = capsys.readouterr().out
@@ -105,7 +105,7 @@ def test_recordings_of_another_rate_are_resampled_and_told(
     assert run("evaluate", tmp_path / "m", other, "--contacts", contacts) == 0
     said = capsys.readouterr().out
     assert f"Resampled from {rate:g} Hz to 4936 Hz" in said
-    scored = "60 pinches, " if contacts == "truth" else " pinches, "
+    scored = "60 pinches, " if contacts == "known" else " pinches, "
     assert scored in said
     # The same pinches: twice resampled they give nearly the same errors.
     error = [float(re.findall(r"rmse ([0-9.]+) ", text)[0]) for text in (there, said)]
@@ -115,7 +115,7 @@ def test_recordings_of_another_rate_are_resampled_and_told(
 def test_recordings_too_slow_for_what_the_model_heard_are_warned_of(
     data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run("train", data, "--model", "peak", "--out", tmp_path / "m") == 0
+    assert run("train", data, "--estimator", "peak", "--out", tmp_path / "m") == 0
     slow = resampled(data, 2500.0, tmp_path / "slow")
     capsys.readouterr()
     assert run("evaluate", tmp_path / "m", slow) == 0
@@ -126,7 +126,7 @@ def test_names_alone_do_not_make_a_pinch_one_that_was_learned_from(
     data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Another lab names its blocks, sessions and source the same."""
-    assert run("train", data, "--model", "peak", "--out", tmp_path / "m") == 0
+    assert run("train", data, "--estimator", "peak", "--out", tmp_path / "m") == 0
     rng = np.random.default_rng(77)
     pinches = [
         touch(shore, Label(f"block {shore:g}", shore, None, f"block {shore:g}", "a"), rng)
@@ -149,7 +149,7 @@ def test_names_alone_do_not_make_a_pinch_one_that_was_learned_from(
 def test_pinches_learned_from_are_known_by_any_name(
     data: Path, tmp_path: Path, way: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run("train", data, "--model", "peak", "--out", tmp_path / "m") == 0
+    assert run("train", data, "--estimator", "peak", "--out", tmp_path / "m") == 0
     again = tmp_path / "again"
     if way == "renamed":
         pinches = tuple(
@@ -172,7 +172,7 @@ def test_a_model_from_before_goes_by_names_and_says_so(
     data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "m"
-    assert run("train", data, "--model", "peak", "--out", out) == 0
+    assert run("train", data, "--estimator", "peak", "--out", out) == 0
     card = card_of(out)
     for field in ("detector", "pinches_sha256"):
         del card[field]
@@ -191,7 +191,7 @@ def test_digests_that_the_card_does_not_vouch_for(
     data: Path, tmp_path: Path, damage: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "m"
-    assert run("train", data, "--model", "peak", "--out", out) == 0
+    assert run("train", data, "--estimator", "peak", "--out", out) == 0
     file = out / "pinches.bin"
     assert len(file.read_bytes()) == 8 * 60
     if damage == "missing":
@@ -218,7 +218,7 @@ def test_an_any_time_model_is_scored_by_the_time_after_contact(
     assert "\nseen in training: 60 pinches" in said
 
     # Beside a model of one window length, both are scored.
-    assert run("train", data, "--model", "peak", "--out", tmp_path / "both") == 0
+    assert run("train", data, "--estimator", "peak", "--out", tmp_path / "both") == 0
     for file in ("anytime.json", "anytime.safetensors", "anytime-pinches.bin"):
         (tmp_path / "both" / file).write_bytes((tmp_path / "m" / file).read_bytes())
     capsys.readouterr()

@@ -110,7 +110,7 @@ def loaded(*arguments: str) -> set[str]:
 
 def test_the_overview_imports_next_to_nothing() -> None:
     there = loaded("--help")
-    assert not there & {"numpy", "tyro", "scipy", "msgspec", "json"}
+    assert not there & {"numpy", "argparse", "scipy", "msgspec", "json"}
     ours = {name for name in there if name.startswith("firstcontact.")}
     assert not ours - {
         "firstcontact.cli", "firstcontact.cli.main", "firstcontact.cli.output",

@@ -26,7 +26,7 @@ def taps(times: list[float], seconds: float) -> np.ndarray:
 
 def test_taps_without_a_strip(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "taps"
-    options = ["--object", "eraser", "--shore", "30", "--pinches", "2", "--out", str(out)]
+    options = ["--object", "eraser", "--shore-a", "30", "--pinches", "2", "--out", str(out)]
     with heard_here(tmp_path, taps([2.5, 3.2, 4.0, 4.7], 8.0)):
         assert main(["record", "--device", "audio:disc", *options]) == 0
     said = capsys.readouterr().out

@@ -33,7 +33,7 @@ def recording(tmp_path: Path) -> Path:
 def test_a_recording_as_a_port_until_it_is_told_to_stop(
     recording: Path, tmp_path: Path, named: bool, number: signal.Signals
 ) -> None:
-    options = ["--speed", "inf", *(["--port", str(tmp_path / "port")] if named else [])]
+    options = ["--speed", "inf", *(["--link", str(tmp_path / "port")] if named else [])]
     with subprocess.Popen(
         [*COMMAND, str(recording), *options], stdout=subprocess.PIPE, text=True
     ) as process:
@@ -59,7 +59,7 @@ def test_once_it_leaves_when_a_host_had_all_of_it(
 ) -> None:
     port = tmp_path / "port"
     with subprocess.Popen(
-        [*COMMAND, str(recording), "--once", "--speed", "inf", "--port", str(port)],
+        [*COMMAND, str(recording), "--once", "--speed", "inf", "--link", str(port)],
         stdout=subprocess.PIPE,
     ) as process:
         assert process.stdout is not None
@@ -77,7 +77,7 @@ def test_once_it_leaves_when_a_host_had_all_of_it(
 def test_a_replay_is_a_device_like_any(recording: Path, tmp_path: Path) -> None:
     port = tmp_path / "port"
     with subprocess.Popen(
-        [*COMMAND, str(recording), "--port", str(port)], stdout=subprocess.PIPE
+        [*COMMAND, str(recording), "--link", str(port)], stdout=subprocess.PIPE
     ) as process:
         assert process.stdout is not None
         process.stdout.readline()
@@ -95,7 +95,7 @@ def test_a_replay_is_a_device_like_any(recording: Path, tmp_path: Path) -> None:
 def test_what_cannot_be_is_refused(
     recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["replay", str(recording), "--port", str(recording)]) == 2
+    assert main(["replay", str(recording), "--link", str(recording)]) == 2
     assert "cannot be made (File exists): choose another name" in capsys.readouterr().err
     assert main(["replay", str(tmp_path / "none.mcap")]) == 2
     assert "none.mcap" in capsys.readouterr().err

@@ -51,7 +51,7 @@ def test_every_model_classifies_from_the_command_line(
     data: Path, tmp_path: Path, model: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "m"
-    assert run("train", data, "--model", model, "--task", "classification", "--out", out) == 0
+    assert run("train", data, "--estimator", model, "--task", "classification", "--out", out) == 0
     assert card_of(out)["classes"] == [10.0, 29.0, 60.0]
     assert run("evaluate", out, data) == 0
     said = capsys.readouterr().out
@@ -63,7 +63,7 @@ def test_without_known_contacts_they_are_found(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     data = recordings(tmp_path / "pinches", known=False)
-    assert run("train", data, "--contacts", "truth", "--out", tmp_path / "m") == 2
+    assert run("train", data, "--contacts", "known", "--out", tmp_path / "m") == 2
     assert "no pinch has a known first contact" in capsys.readouterr().err
     assert not (tmp_path / "m").exists()
     assert run("train", data, "--out", tmp_path / "m") == 0
@@ -85,7 +85,7 @@ def test_one_session_is_split_at_random_and_says_so(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     data = recordings(tmp_path / "pinches", ("a",))
-    assert run("train", data, "--model", "peak", "--out", tmp_path / "m") == 0
+    assert run("train", data, "--estimator", "peak", "--out", tmp_path / "m") == 0
     assert "random pinches, which flatters" in capsys.readouterr().out
     assert "random pinches, which flatters" in card_of(tmp_path / "m")["split"]
 
@@ -123,7 +123,7 @@ def test_what_cannot_be_learned_from(
 def test_a_regression_has_an_interval_that_was_checked_on_other_folds(
     data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run("train", data, "--model", "peak", "--level", 0.8, "--out", tmp_path / "m") == 0
+    assert run("train", data, "--estimator", "peak", "--level", 0.8, "--out", tmp_path / "m") == 0
     said = capsys.readouterr().out
     card = card_of(tmp_path / "m")
     interval = load_interval(tmp_path / "m")
@@ -157,7 +157,7 @@ def test_without_enough_for_it_there_is_no_interval(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     data = recordings(tmp_path / "p", sessions)
-    assert run("train", data, "--model", "peak", "--out", tmp_path / "m", *words) == 0
+    assert run("train", data, "--estimator", "peak", "--out", tmp_path / "m", *words) == 0
     said = capsys.readouterr().out
     assert "no interval: " in said
     assert why in said
@@ -169,7 +169,7 @@ def test_several_windows_make_a_model_each_beside_one_detector(
     data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "m"
-    assert run("train", data, "--model", "peak", "--window-ms", 8, 3, 7.5, "--out", out) == 0
+    assert run("train", data, "--estimator", "peak", "--window-ms", 8, 3, 7.5, "--out", out) == 0
     assert [f.name for f in model_folders(out)] == ["03ms", "07.5ms", "08ms"]
     for folder, samples in zip(model_folders(out), (15, 37, 39), strict=True):
         assert load_window_model(folder).spec.samples == samples
@@ -185,12 +185,12 @@ def test_several_windows_make_a_model_each_beside_one_detector(
 
 
 def test_the_detector_is_saved_whatever_aligned_the_windows(data: Path, tmp_path: Path) -> None:
-    for contacts in ("truth", "detected"):
+    for contacts in ("known", "detected"):
         out = tmp_path / contacts
-        assert run("train", data, "--model", "peak", "--contacts", contacts, "--out", out) == 0
-    saved = [(tmp_path / c / "detector.safetensors").read_bytes() for c in ("truth", "detected")]
+        assert run("train", data, "--estimator", "peak", "--contacts", contacts, "--out", out) == 0
+    saved = [(tmp_path / c / "detector.safetensors").read_bytes() for c in ("known", "detected")]
     assert saved[0] == saved[1]
-    card = json.loads((tmp_path / "truth" / "detector.json").read_text(encoding="utf-8"))
+    card = json.loads((tmp_path / "known" / "detector.json").read_text(encoding="utf-8"))
     assert card["data"] == {
         "source": "synthetic",
         "pinches": 60,
@@ -235,7 +235,7 @@ def test_a_model_is_made_for_another_rate_and_says_so(
     data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """What live tells someone to do whose device has another rate than the model."""
-    assert run("train", data, "--model", "peak", "--rate", 5200, "--out", tmp_path / "m") == 0
+    assert run("train", data, "--estimator", "peak", "--rate", 5200, "--out", tmp_path / "m") == 0
     assert "Resampled from 4936 Hz to 5200 Hz" in capsys.readouterr().out
     card = card_of(tmp_path / "m")
     assert card["rate_hz"] == 5200.0
@@ -259,12 +259,14 @@ def test_shore_a_is_trained_at_the_rate_of_the_network_unless_another_is_given(
     data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     other = resampled(data, 5200.0, tmp_path / "other")
-    assert run("train", other, "--model", "peak", "--out", tmp_path / "m") == 0
+    assert run("train", other, "--estimator", "peak", "--out", tmp_path / "m") == 0
     assert "Resampled from 5200 Hz to 4936 Hz" in capsys.readouterr().out
     card = card_of(tmp_path / "m")
     assert (card["rate_hz"], card["data"]["recorded_rate_hz"]) == (4936.0, 5200.0)
     assert (tmp_path / "m" / "anytime.json").is_file()
-    assert run("train", other, "--model", "peak", "--rate", 5200, "--out", tmp_path / "own") == 0
+    assert (
+        run("train", other, "--estimator", "peak", "--rate", 5200, "--out", tmp_path / "own") == 0
+    )
     card = card_of(tmp_path / "own")
     assert (card["rate_hz"], card["data"]["recorded_rate_hz"]) == (5200.0, None)
 

@@ -38,7 +38,7 @@ def other(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def trained(data: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("trained") / "m"
-    assert run("train", data, "--model", "peak", "--out", out) == 0
+    assert run("train", data, "--estimator", "peak", "--out", out) == 0
     return out
 
 
@@ -56,7 +56,7 @@ def test_a_full_disk_leaves_the_old_training(model: Path, other: Path, size: int
     """The any-time model is the largest: what is written before it may fit."""
     before = content(model)
     assert len(before["anytime.safetensors"]) > 10_000
-    words = ["train", str(other), "--model", "peak", "--out", str(model)]
+    words = ["train", str(other), "--estimator", "peak", "--out", str(model)]
     done = subprocess.run(
         [sys.executable, "-c", FULL, str(size), *words], capture_output=True, text=True
     )
@@ -70,20 +70,20 @@ def test_a_full_disk_leaves_the_old_training(model: Path, other: Path, size: int
 def test_parts_of_two_trainings_are_no_model(
     model: Path, other: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run("train", other, "--model", "peak", "--out", tmp_path / "n") == 0
+    assert run("train", other, "--estimator", "peak", "--out", tmp_path / "n") == 0
     for name in ("detector.json", "detector.safetensors"):
         shutil.copy(tmp_path / "n" / name, model / name)
     load_detector(model)  # by itself it is one
     with pytest.raises(InputError, match=r"detector\.json: is not the detector that"):
         load_window_model(model)
     capsys.readouterr()
-    for contacts in ("truth", "detected"):
+    for contacts in ("known", "detected"):
         assert run("evaluate", model, other, "--contacts", contacts) == 2
         assert "is not the detector that" in capsys.readouterr().err
 
 
 def test_the_detector_above_is_looked_at_too(data: Path, other: Path, tmp_path: Path) -> None:
-    windows = ("--window-ms", 3, 8, "--model", "peak")
+    windows = ("--window-ms", 3, 8, "--estimator", "peak")
     for name, pinches in (("m", data), ("n", other)):
         assert run("train", pinches, *windows, "--out", tmp_path / name) == 0
     for folder in model_folders(tmp_path / "m"):
@@ -111,7 +111,7 @@ def test_what_no_training_wrote_is_not_lost(
     out = tmp_path / "m"
     (out / name).parent.mkdir(parents=True)
     (out / name).write_text('{"format": "of somebody else"}', encoding="utf-8")
-    assert run("train", data, "--model", "peak", "--out", out) == 2
+    assert run("train", data, "--estimator", "peak", "--out", out) == 2
     assert "which no training wrote" in capsys.readouterr().err
     assert list(content(out)) == [name]
 
@@ -120,7 +120,7 @@ def test_a_training_is_replaced_and_nothing_of_it_stays(
     model: Path, other: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     before = content(model)
-    assert run("train", other, "--model", "train_mean", "--out", model) == 0
+    assert run("train", other, "--estimator", "train_mean", "--out", model) == 0
     assert f"replaced the former training in {model}" in capsys.readouterr().out
     after = content(model)
     assert after.keys() == before.keys()
@@ -134,14 +134,14 @@ def test_models_that_would_not_be_made_again_are_kept(
     data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "m"
-    assert run("train", data, "--model", "peak", "--window-ms", 8, 3, "--out", out) == 0
+    assert run("train", data, "--estimator", "peak", "--window-ms", 8, 3, "--out", out) == 0
     before = content(out)
     capsys.readouterr()
-    assert run("train", data, "--model", "peak", "--out", out) == 2
+    assert run("train", data, "--estimator", "peak", "--out", out) == 2
     assert "03ms: a model is here that would not be made again" in capsys.readouterr().err
-    assert run("train", data, "--model", "peak", "--window-ms", 3, 15, "--out", out) == 2
+    assert run("train", data, "--estimator", "peak", "--window-ms", 3, 15, "--out", out) == 2
     assert content(out) == before
-    assert run("train", data, "--model", "peak", "--window-ms", 3, 7.5, 8, "--out", out) == 0
+    assert run("train", data, "--estimator", "peak", "--window-ms", 3, 7.5, 8, "--out", out) == 0
     capsys.readouterr()
     assert run("evaluate", out, data) == 0
     scored = capsys.readouterr().out.splitlines()
@@ -160,6 +160,6 @@ def test_a_reader_is_told_where_the_old_one_is(
     assert run("evaluate", model, data) == 2
     assert str(aside) in capsys.readouterr().err
     # A training that fails puts it back.
-    assert run("train", data, "--model", "peak", "--window-ms", 900, "--out", model) == 2
+    assert run("train", data, "--estimator", "peak", "--window-ms", 900, "--out", model) == 2
     assert content(model) == before
     assert not aside.exists()

@@ -40,7 +40,7 @@ ELSEWHERE = {
     "my-trigger | firstcontact live --device /dev/ttyACM0 --model model --hand ability "
     "--hand-port /dev/ttyUSB0": "tests/cli/test_live.py",
     "sudo adduser $USER dialout": "by hand, once on a machine with a device",
-    "firstcontact replay pinches/blocks-01.mcap --port fingertip": "tests/cli/test_replay.py",
+    "firstcontact replay pinches/blocks-01.mcap --link fingertip": "tests/cli/test_replay.py",
     "firstcontact pretrain --out network --work pretraining": (
         "by hand: it makes the weights of the package; small: tests/lab/verbs/test_pretrain.py"
     ),

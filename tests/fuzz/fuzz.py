@@ -44,7 +44,7 @@ _COMMON = (
     "firstcontact.recording._importing", "firstcontact.streaming._json_lines",
     "firstcontact.streaming._ledger", "firstcontact.streaming._session",
     "firstcontact.streaming._text", "pyarrow.parquet", "pyxdf", "scipy.io.matlab",
-    "scipy.io.wavfile", "soundfile", "tyro",
+    "scipy.io.wavfile", "soundfile",
     "matplotlib.backends.backend_agg", "matplotlib.figure", "matplotlib.backends.backend_svg",
     "matplotlib.backends.backend_pdf", "sklearn.svm",
 )  # fmt: skip

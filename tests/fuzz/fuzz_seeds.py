@@ -193,7 +193,7 @@ def _models(folder: Path, seeds: Seeds) -> None:
         ("ridge", "sklearn.linear_model:Ridge", "regression"),
     ):
         out = folder / name
-        arguments = ["train", str(learned), "--out", str(out), "--model", model, "--task", task]
+        arguments = ["train", str(learned), "--out", str(out), "--estimator", model, "--task", task]
         process = os.fork()  # training starts threads
         if not process:
             with redirect_stdout(io.StringIO()):

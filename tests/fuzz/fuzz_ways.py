@@ -109,12 +109,12 @@ def _use(rng: Random, seeds: Seeds, folder: Path, path: Path, case: Case) -> Non
     elif kind < 0.95:
         contacts = folder / "contacts.csv"
         contacts.write_bytes(mutate.table(rng, seeds.tables["contacts"]))
-        case.commands.append(["camera", file, "--contacts", str(contacts)])
+        case.commands.append(["camera", file, "--times", str(contacts)])
     elif kind < 0.97:
         words = ["inspect", file, "--plot", str(folder / rng.choice(("a.png", "a.svg", "a.pdf")))]
         case.commands.append([*words, "--pinch", str(rng.randrange(4))])
     elif kind < 0.975:
-        case.commands.append(["train", file, "--out", str(out), "--model", "peak"])
+        case.commands.append(["train", file, "--out", str(out), "--estimator", "peak"])
     else:
         case.commands.append(["inspect", file])
 
@@ -133,7 +133,7 @@ def _use_model(rng: Random, original: Path, seeds: Seeds, folder: Path, case: Ca
     recording = str(rng.choice(seeds.recordings))
     if rng.random() < 0.6:
         words = ["evaluate", str(model), recording]
-        how = rng.choice(("auto", "truth", "detected", "detected"))
+        how = rng.choice(("auto", "known", "detected", "detected"))
         case.commands.append([*words, "--contacts", how])
     else:
         words = ["live", "--device", recording, "--speed", "inf", "--model", str(model)]
@@ -232,7 +232,7 @@ def _path(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
                 [*live, good, "--model", file],
                 [*live, good, "--model", model, "--calibration", file],
                 ["record", "--device", NO_PORT, "--out", out, "--plan", file],
-                ["camera", good, "--contacts", file],
+                ["camera", good, "--times", file],
                 ["inspect", good, "--plot", file],
                 ["train", file, "--out", out],
             )

@@ -92,7 +92,7 @@ def test_one_that_was_not_chosen_has_no_effect(
 ) -> None:
     module = install(f"{ODD}raise {raised}\n")
     assert run("export", pinches, "--to", "hdf5", "--out", tmp_path / "a.h5") == 0
-    assert run("train", pinches, "--model", "peak", "--out", tmp_path / "m") == 0
+    assert run("train", pinches, "--estimator", "peak", "--out", tmp_path / "m") == 0
     assert run("import", tmp_path / "a.h5", "--out", tmp_path / "back") == 0
     device = ("--device", next(pinches.glob("*.mcap")), "--speed", "inf")
     assert run("live", *device, "--model", tmp_path / "m", "--hand", "print") == 0
@@ -106,8 +106,8 @@ def test_one_that_was_not_chosen_has_no_effect(
     "words",
     [
         ("export", "PINCHES", "--to", "bad", "--out", "OUT"),
-        ("train", "PINCHES", "--model", "bad", "--out", "OUT"),
-        ("train", "PINCHES", "--detector", "bad", "--out", "OUT"),
+        ("train", "PINCHES", "--estimator", "bad", "--out", "OUT"),
+        ("train", "PINCHES", "--detector-type", "bad", "--out", "OUT"),
         ("live", "--device", "twin", "--hand", "bad"),
         ("live", "--device", "twin", "--hand", "print", "--policy", "bad"),
         ("live", "--device", "bad:1"),
@@ -218,8 +218,8 @@ class ENTRY(TrainMean):
     ("code", "words"),
     [
         (EXPORTER, ("export", "PINCHES", "--to", "bad")),
-        (DETECTOR, ("train", "PINCHES", "--detector", "bad", "--contacts", "detected")),
-        (ESTIMATOR, ("train", "PINCHES", "--model", "bad")),
+        (DETECTOR, ("train", "PINCHES", "--detector-type", "bad", "--contacts", "detected")),
+        (ESTIMATOR, ("train", "PINCHES", "--estimator", "bad")),
     ],
 )
 def test_one_that_fails_at_work_leaves_nothing(

@@ -54,7 +54,7 @@ ENTRIES = {
         "contact/_registry.py",
         '"three_sigma": ',
         '"energy": "firstcontact.contact._energy:EnergyDetector",',
-        "train pinches --out energy --detector energy --detector-only",
+        "train pinches --out energy --detector-type energy --detector-only",
         "detector energy",
     ),
     "estimator": Entry(

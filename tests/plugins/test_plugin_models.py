@@ -42,7 +42,7 @@ def pinches(environment: dict[str, str], tmp_path_factory: pytest.TempPathFactor
 @pytest.fixture(scope="session")
 def model(environment: dict[str, str], pinches: Path) -> Path:
     out = pinches.parent / "model"
-    options = ("--model", "loudness", "--detector", "energy", "--contacts", "detected")
+    options = ("--estimator", "loudness", "--detector-type", "energy", "--contacts", "detected")
     done = firstcontact(environment, "train", pinches, "--out", out, *options)
     assert done.returncode == 0, done.stderr
     assert "loudness (regression), 15 ms: " in done.stdout
@@ -94,7 +94,7 @@ def test_an_outsider_can_run_the_conformance_suites(environment: dict[str, str])
 def test_a_broken_one_is_refused_with_its_reason(
     pinches: Path, environment: dict[str, str], tmp_path: Path
 ) -> None:
-    for option in ("--model", "--detector"):
+    for option in ("--estimator", "--detector-type"):
         arguments = ("train", pinches, "--out", tmp_path / "m", option, "broken")
         done = firstcontact(environment, *arguments)
         assert done.returncode == 2, done.stderr

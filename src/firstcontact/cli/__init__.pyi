@@ -1,4 +1,5 @@
 """The ``firstcontact`` command: one verb a file in ``verbs``, and what verbs share."""
 
-from .choices import one_of as one_of
 from .cluster import where as where
+from .options import Option as Option
+from .options import one_of as one_of

@@ -105,20 +105,9 @@ def _parsed(arguments: list[str]) -> Any:
         print(completion_script(), end="")
         return None
     verb = configuration(word)
-    import tyro
+    from firstcontact.cli.options import parse_options
 
-    from firstcontact.cli.option_numbers import option_numbers
-    from firstcontact.cli.refusals import refusals
-
-    # It prints words of the command line: they go out as plain text.
-    tyro._experimental_options["ansi_codes"] = False
-    with refusals(f"firstcontact {word}"):
-        return tyro.cli(
-            verb,
-            prog=f"firstcontact {word}",
-            args=arguments[1:],
-            registry=option_numbers(),
-        )
+    return parse_options(verb, f"firstcontact {word}", arguments[1:])
 
 
 def _with_option(error: InputError, verb: Any) -> str:

@@ -171,7 +171,7 @@ class WindowDetector(ABC):
         """
         raise InputError(
             f"the detector {self.name!r} has no sample-by-sample form, which an export needs: "
-            "train with another --detector"
+            "train with another --detector-type"
         )
 
     @classmethod

@@ -76,7 +76,7 @@ class TrainedDetector(WindowDetector):
         if rate < self.lowest:
             raise InputError(
                 f"the {self.noun} detector needs samples at {self.lowest:g} Hz or more, not "
-                f"{rate:g} Hz: use --detector {untrained_name()}"
+                f"{rate:g} Hz: use --detector-type {untrained_name()}"
             )
         return rate, self.sizes(rate)
 

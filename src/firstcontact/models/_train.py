@@ -463,7 +463,7 @@ def _conditioned(
     if not np.isfinite(dataset.shore_a).any():
         raise UnknownRigError(
             "no pinch has a Shore A, and a rig is known by objects of known Shore A: record with "
-            "--shore or a plan with a column shore, or import with a column shore_a",
+            "--shore-a or a plan with a column shore, or import with a column shore_a",
             parameter="data",
         )
     labelled = LabelledTouches.of(dataset, contacts.contacts)

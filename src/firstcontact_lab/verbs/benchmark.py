@@ -8,9 +8,9 @@ import time
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated, Literal
 
-import tyro
-
+from firstcontact.cli import Option
 from firstcontact.core import InputError, require_modules
 
 
@@ -21,21 +21,22 @@ class Benchmark:
     These are of simulated rigs, or recordings with whole sessions held out.
     """
 
-    regressor: tyro.conf.Positional[str]
-    """PACKAGE:NAME of a class, an instance or a pipeline with scikit-learn's fit(X, y) and
-    predict(X), which is imported and so runs; or the name of a registered estimator."""
+    regressor: Annotated[str, Option(positional=True)]
+    """PACKAGE:NAME in scikit-learn's form, or a registered estimator."""
     out: Path = Path("firstcontact-benchmark")
-    """Folder for report.html and results.json; those of another benchmark are replaced."""
+    """Folder for report and results, which are replaced."""
     recordings: Path | None = None
-    """A recording, or a folder of recordings, to score on instead of simulated rigs."""
-    condition: str | None = None
-    """One condition of the twin; left out: each of them."""
+    """Recordings to score on, in place of simulated rigs."""
+    condition: Annotated[
+        Literal["paper-rig", "everyday"] | None, Option(group="simulated hand")
+    ] = None
+    """Condition of the twin; each of them by default."""
     quick: bool = False
-    """One small set of the twin for a first look; no number is to be quoted."""
+    """Run on little data; quote no number of it."""
     seed: int = 0
-    """Of trainings and bootstrap intervals; those of the sets are always the same."""
+    """Random seed of training and bootstrap intervals."""
     workers: int = 0
-    """Processes; 0 takes all cores."""
+    """Number of processes; 0 takes all cores."""
 
     def run(self) -> None:
         """Run it, print the tables and write the report."""
@@ -47,14 +48,14 @@ class Benchmark:
         if self.recordings is not None and (self.condition is not None or self.quick):
             raise InputError("--condition and --quick are for the twin: omit them or --recordings")
         from firstcontact.core import installed_versions, write_text
-        from firstcontact.twin import CONDITIONS, condition
+        from firstcontact.twin import CONDITIONS
         from firstcontact_lab.report.folder import REPORT, RESULTS
         from firstcontact_lab.report.results import read_results, write_results
         from firstcontact_lab.study.benchmark import QUICK, Size, benchmark
         from firstcontact_lab.study.benchmark_page import BenchmarkResults, in_words, render
         from firstcontact_lab.study.recorded_benchmark import benchmark_recordings
 
-        names = [condition(self.condition).name] if self.condition else list(CONDITIONS)
+        names = [self.condition] if self.condition else list(CONDITIONS)
         if (self.out / RESULTS).exists():
             read_results(self.out / RESULTS, BenchmarkResults)  # nothing else is written over
         elif (self.out / REPORT).exists():

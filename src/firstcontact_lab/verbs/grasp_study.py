@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from firstcontact.cli import one_of, where
+from firstcontact.cli import Option, one_of, where
 from firstcontact.contact import DETECTORS
 from firstcontact.core import InputError, require_modules
 from firstcontact.models import ESTIMATORS
@@ -19,20 +19,19 @@ class GraspStudy:
     """Pick up a household with the twin's hands and every policy; write report and results."""
 
     out: Path = Path("firstcontact-grasp-study")
-    """Folder for report.html, results.json, the film, and the models made on the way; another
-    study's results in it are not written over."""
+    """Folder for report, results, film and models; no other study's."""
     quick: bool = False
-    """A small study of a minute: every part runs, no number is to be quoted."""
-    model: Annotated[str, one_of(ESTIMATORS)] = ESTIMATORS.default
-    """What learns the stiffness that policies of the older task act on."""
-    detector: Annotated[str | None, one_of(DETECTORS)] = None
-    """What finds contacts in the older task; left out: the usual one."""
+    """Run each part on little data; quote no number of it."""
+    estimator: Annotated[str, one_of(ESTIMATORS)] = ESTIMATORS.default
+    """Estimator of the stiffness that policies act on."""
+    detector_type: Annotated[str | None, one_of(DETECTORS)] = None
+    """Contact detector to fit; the default one if left out."""
     seed: int = 0
-    """Of the twin, the trainings and the intervals."""
-    workers: int = 0
-    """Processes; 0 takes all cores."""
-    cluster: str | None = None
-    """A Dask cluster that does the work instead of this machine: tcp://HOST:PORT."""
+    """Random seed of the twin, training and intervals."""
+    workers: Annotated[int, Option(group="machine")] = 0
+    """Number of processes; 0 takes all cores."""
+    cluster: Annotated[str | None, Option(group="machine")] = None
+    """Dask cluster that does the work: tcp://HOST:PORT."""
 
     def run(self) -> None:
         """Run the study with its progress on stderr."""
@@ -45,8 +44,10 @@ class GraspStudy:
         from firstcontact_lab.grasping.settings import GraspStudySettings
 
         settings = GraspStudySettings(
-            model=ESTIMATORS.find(self.model).name,
-            detector=None if self.detector is None else DETECTORS.find(self.detector).name,
+            model=ESTIMATORS.find(self.estimator).name,
+            detector=None
+            if self.detector_type is None
+            else DETECTORS.find(self.detector_type).name,
             seed=self.seed,
             workers=worker_count(self.workers),
         )

@@ -16,17 +16,17 @@ class Pretrain:
     """
 
     out: Path
-    """Folder for the model; one that is in it is replaced."""
+    """Folder for the model; an existing model is replaced."""
     work: Path = Path("pretraining")
-    """Folder for what is made on the way, about 1.5 GB."""
+    """Folder for intermediate files, about 1.5 GB."""
     rigs: int = 6000
-    """Simulated rigs to learn from."""
+    """Number of simulated rigs to learn from."""
     epochs: int = 45
-    """Passes over their contacts."""
+    """Number of passes over their contacts."""
     seed: int = 1
-    """Same seed, same weights on the same machine."""
+    """Random seed; it fixes the weights on a given machine."""
     workers: int = 0
-    """Processes that simulate; 0 takes all cores."""
+    """Number of processes that simulate; 0 takes all cores."""
 
     def run(self) -> None:
         """Simulate, train, calibrate and judge."""

@@ -7,10 +7,9 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-import tyro
-
+from firstcontact.cli import Option
 from firstcontact.core import InputError, require_modules
 
 if TYPE_CHECKING:
@@ -19,16 +18,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Sets:
-    """Hold the detectors against several real sets, and put what was found of them on one page."""
+    """Score the detectors on several real sets, and report them on one page.
 
-    folder: tyro.conf.Positional[Path]
-    """A folder with one for each set: NAME/recordings; perhaps NAME/noise with recordings in which
-    nothing is touched, NAME/results.json of a study, NAME/front_ends.csv (session, front_end)."""
+    Beside its recordings a set may have noise/ (recordings without touches), results.json of a
+    study, and front_ends.csv (session,front_end).
+    """
+
+    folder: Annotated[Path, Option(positional=True)]
+    """Folder that holds a folder NAME/recordings for each set."""
     twin: Path
     """Recordings of the twin to learn from."""
     noises: tuple[Path, ...] = ()
-    """More folders of the twin's recordings, of the same pinches over different noises (`simulate
-    --noise`): a row each, by what learned from --twin."""
+    """Folders of the twin's same pinches over other noises."""
 
     def run(self) -> None:
         """Score every set, and write report.html and results.json into the folder."""

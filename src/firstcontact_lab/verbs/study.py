@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from firstcontact.cli import one_of, where
+from firstcontact.cli import Option, one_of, where
 from firstcontact.contact import DETECTORS
 from firstcontact.core import InputError, require_modules
 
@@ -18,26 +18,25 @@ class Study:
     """Run every experiment that the data permit and write report.html and results.json."""
 
     recordings: Path | None = None
-    """Recordings, or data that `firstcontact import` takes; without it the twin is simulated."""
+    """Recordings, or data that `import` reads; the twin by default."""
     out: Path = Path("firstcontact-study")
-    """Folder for the report, the results and the recordings made on the way; another study's
-    results in it are not written over."""
+    """Folder for report, results and recordings; no other study's."""
     quick: bool = False
-    """A small study of a minute: every part runs, no number is to be quoted."""
-    detector: Annotated[str, one_of(DETECTORS)] = DETECTORS.default
-    """What finds the contacts at which windows start; all detectors are scored."""
+    """Run each part on little data; quote no number of it."""
+    detector_type: Annotated[str, one_of(DETECTORS)] = DETECTORS.default
+    """Detector of the contacts at which windows start."""
     estimator: tuple[str, ...] = ()
-    """Regressors or classifiers in scikit-learn's form to study beside ours, as PACKAGE:NAME."""
-    early_ms: float = 0.0
-    """How much earlier than its label a contact may be, ms: labels from a trigger are late."""
-    board: Path | None = None
-    """`embedded.json` of `make embedded`: the time that models take on the hand, in the report."""
+    """Further scikit-learn estimators to study, as PACKAGE:NAME."""
+    early_ms: Annotated[float, Option(advanced=True)] = 0.0
+    """Longest delay of labels behind their contacts, ms."""
+    board: Annotated[Path | None, Option(advanced=True)] = None
+    """Measured times on the hand for the report: `embedded.json`."""
     seed: int = 0
-    """Of the twin, the splits, the trainings and the intervals."""
-    workers: int = 0
-    """Processes; 0 takes all cores."""
-    cluster: str | None = None
-    """A Dask cluster that does the work instead of this machine: tcp://HOST:PORT."""
+    """Random seed of the twin, splits, training and intervals."""
+    workers: Annotated[int, Option(advanced=True, group="machine")] = 0
+    """Number of processes; 0 takes all cores."""
+    cluster: Annotated[str | None, Option(advanced=True, group="machine")] = None
+    """Dask cluster that does the work: tcp://HOST:PORT."""
 
     def run(self) -> None:
         """Run the study with its progress on stderr."""
@@ -54,7 +53,7 @@ class Study:
         settings = StudySettings(
             seed=self.seed,
             workers=worker_count(self.workers),
-            detector=DETECTORS.find(self.detector).name,
+            detector=DETECTORS.find(self.detector_type).name,
             early=1e-3 * self.early_ms,
             board="" if self.board is None else str(self.board),
         )

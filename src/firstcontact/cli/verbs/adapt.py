@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, ClassVar
 
-import tyro
-
-from firstcontact.cli.choices import one_of
+from firstcontact.cli.options import Option, one_of
 from firstcontact.contact import DETECTORS
 from firstcontact.models import check_replaceable, replaced
 
@@ -17,14 +15,18 @@ from firstcontact.models import check_replaceable, replaced
 class Adapt:
     """Condition the pre-trained network on your rig, from a few pinches of known Shore A."""
 
-    data: tyro.conf.Positional[Path | None] = None
-    """Recordings of known Shore A; without them the model knows no rig, and intervals are wide."""
+    data: Annotated[Path | None, Option(positional=True)] = None
+    """Recordings of known Shore A; without them intervals are wide."""
     out: Path = Path("model")
-    """Folder for the model and its detector; an existing model is replaced."""
-    detector: Annotated[str | None, one_of(DETECTORS)] = None
-    """Contact detector; the default one if it can be fitted to these pinches."""
+    """Folder for the model; an existing model is replaced."""
+    detector_type: Annotated[str | None, one_of(DETECTORS, "model")] = None
+    """Contact detector to fit; by default the best that these pinches permit."""
     seed: int = 0
     """Random seed of the folds."""
+
+    #: Options whose parameter of the library has another name.
+    options: ClassVar[dict[str, str]] = {"detector": "detector_type"}
+    former: ClassVar[dict[str, str]] = {"--detector": "--detector-type"}
 
     def run(self) -> None:
         """Condition the pre-trained network on the rig, save it, and print its held-out scores."""
@@ -35,7 +37,7 @@ class Adapt:
         former = check_replaceable(self.out, (), anytime=True)
         data = None if self.data is None else load_dataset(self.data)
         with replacing_folder(self.out) as making:
-            model = adapt(data, detector=self.detector, seed=self.seed)
+            model = adapt(data, detector=self.detector_type, seed=self.seed)
             model.write(making)
         for line in model.notes:
             print(line)

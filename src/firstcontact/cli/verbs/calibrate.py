@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import Annotated
 
-from firstcontact.cli.choices import devices
+from firstcontact.cli.options import devices
 
 
 @dataclass(frozen=True)
@@ -22,12 +22,12 @@ class Calibrate:
     """Length of rest that is measured, s."""
     patience: float = 10.0
     """Longest additional wait for that rest, s."""
-    tap: bool = True
-    """Ask for a tap on each fingertip; use --no-tap for the simulated hand."""
+    no_tap: bool = False
+    """Ask for no taps, as the simulated hand needs."""
     weights: Path | None = None
-    """CSV file of known weights on one taxel, with the columns finger,newtons,volts."""
+    """CSV file of known weights on a taxel: finger,newtons,volts."""
     weigh: tuple[float, ...] = ()
-    """Ask for these weights one after the other, N, and measure their volts."""
+    """Weights to ask for, N; their volts are measured."""
 
     def run(self) -> None:
         """Measure, print the results, and write the file."""
@@ -43,7 +43,7 @@ class Calibrate:
                 source,
                 seconds=self.seconds,
                 patience=self.patience,
-                tap=self.tap,
+                tap=not self.no_tap,
                 weights=self.weights,
                 weigh=self.weigh,
                 say=partial(print, flush=True),

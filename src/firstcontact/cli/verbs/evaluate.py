@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
-import tyro
-
+from firstcontact.cli.options import Option
 from firstcontact.core import counted, percent
 
 if TYPE_CHECKING:
@@ -23,14 +22,14 @@ class Evaluate:
     Training pinches are scored apart.
     """
 
-    model: tyro.conf.Positional[Path]
+    model: Annotated[Path, Option(positional=True)]
     """Folder of the model."""
-    data: tyro.conf.Positional[Path]
+    data: Annotated[Path, Option(positional=True)]
     """A recording, or a folder of recordings."""
-    contacts: Literal["auto", "truth", "detected"] = "auto"
-    """Start of windows: true or detected contacts; auto takes true ones if there are any."""
+    contacts: Literal["auto", "known", "detected"] = "auto"
+    """Start of windows: known or detected contacts; auto prefers known ones."""
     detector: Path | None = None
-    """Folder of another detector than the model's own."""
+    """Folder of a detector to use in place of the model's."""
 
     def run(self) -> None:
         """Print errors or accuracy, and a table of objects."""
@@ -45,8 +44,7 @@ class Evaluate:
         print_losses(data)
         for line in _rate_lines(model, data):
             print(line)
-        contacts = "known" if self.contacts == "truth" else self.contacts
-        for evaluation in evaluate(model, data, contacts=contacts):
+        for evaluation in evaluate(model, data, contacts=self.contacts):
             for line in _lines(evaluation):
                 print(line)
 

@@ -6,9 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-import tyro
-
-from firstcontact.cli.choices import one_of
+from firstcontact.cli.options import Option, one_of
 from firstcontact.core import counted
 from firstcontact.recording import EXPORTERS
 
@@ -17,7 +15,7 @@ from firstcontact.recording import EXPORTERS
 class Export:
     """Write the pinches of recordings for other tools."""
 
-    path: tyro.conf.Positional[Path]
+    path: Annotated[Path, Option(positional=True)]
     """A recording, or a folder of them."""
     to: Annotated[str, one_of(EXPORTERS)]
     """Format of the file; tables have one row per sample."""

@@ -6,9 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-import tyro
-
-from firstcontact.cli.choices import one_of
+from firstcontact.cli.options import Option, one_of
 from firstcontact.export import MODEL_EXPORTERS
 
 
@@ -16,16 +14,16 @@ from firstcontact.export import MODEL_EXPORTERS
 class ExportModel:
     """Write a trained model as C, as ONNX, or as an image for a hand."""
 
-    model: tyro.conf.Positional[Path]
+    model: Annotated[Path, Option(positional=True)]
     """Folder that ``train`` or ``adapt`` wrote."""
     to: Annotated[str, one_of(MODEL_EXPORTERS)]
     """Form of the model."""
     out: Path
     """Folder for the files; it must be empty or new."""
     data: Path | None = None
-    """Training recordings, to which smaller forms of the model are fitted."""
+    """Training recordings, to fit smaller forms of the model."""
     budget_us: float | None = None
-    """Longest time of a prediction on a Cortex-M7 of 600 MHz, us; no limit by default."""
+    """Longest time of a prediction on a 600 MHz Cortex-M7, us."""
 
     def run(self) -> None:
         """Export whole, or not at all."""

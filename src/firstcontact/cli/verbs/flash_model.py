@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-import tyro
-
+from firstcontact.cli.options import Option
 from firstcontact.core import InputError
 
 if TYPE_CHECKING:
@@ -18,12 +17,12 @@ if TYPE_CHECKING:
 class FlashModel:
     """Send a model to a device that runs it; the device keeps it whole or not at all."""
 
-    model: tyro.conf.Positional[Path]
+    model: Annotated[Path, Option(positional=True)]
     """Folder that `export-model --to hand` wrote."""
     device: str
     """Serial port of the device."""
     calibration: Path | None = None
-    """File that `firstcontact calibrate` wrote; the noise is measured first by default."""
+    """File of `calibrate`; by default the noise is measured first."""
 
     def run(self) -> None:
         """Send the model; the device keeps its old one until the new one is checked."""

@@ -6,10 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
 
-import tyro
-
+from firstcontact.cli.options import Option
 from firstcontact.core import counted
 from firstcontact.recording import IMPORTERS
+
+#: Group of the options that tell what files may leave out.
+UNSTORED = Option(group="what the files do not store")
 
 
 @dataclass(frozen=True)
@@ -17,32 +19,37 @@ class Import:
     """Convert files of other formats into recordings."""
 
     path: Annotated[
-        tyro.conf.Positional[Path],
-        tyro.conf.arg(
-            help=f"A folder or file that one of these reads: {', '.join(IMPORTERS.names)}."
+        Path,
+        Option(
+            positional=True,
+            help=f"A folder or file that one of these reads: {', '.join(IMPORTERS.names)}.",
         ),
     ]
-    """What to import."""
     out: Path
     """New folder for the recordings, one file a session."""
-    rate: float | None = None
-    """Sampling rate, Hz, for files that do not store it."""
+    rate: Annotated[float | None, UNSTORED] = None
+    """Sampling rate, Hz."""
 
-    source: Literal["real", "twin", "synthetic", "unknown"] | None = None
-    """Source of the data, for files that do not store it; unknown by default."""
+    source: Annotated[
+        Literal["real", "twin", "synthetic", "unknown"] | None,
+        UNSTORED,
+    ] = None
+    """Source of the data; unknown by default."""
 
-    sensor: Literal["piezo", "accelerometer", "microphone", "hydrophone"] | None = None
-    """Kind of sensor, for files that do not store it; a microphone for WAV files."""
+    sensor: Annotated[
+        Literal["piezo", "accelerometer", "microphone", "hydrophone"] | None,
+        UNSTORED,
+    ] = None
+    """Kind of sensor; a microphone for WAV files by default."""
 
-    events: Path | None = None
-    """Contacts in long files: CSV file with onset_s or onset_sample and labels, or an Audacity
-    label track (.txt)."""
+    events: Annotated[Path | None, UNSTORED] = None
+    """Contacts in long files: a CSV file or an Audacity label track."""
 
-    channels: Path | None = None
-    """CSV file that describes the signals of MATLAB or XDF files, one row each."""
+    channels: Annotated[Path | None, UNSTORED] = None
+    """CSV file that describes the signals of MATLAB or XDF files."""
 
-    labels: Path | None = None
-    """CSV file with one row of labels per file of a folder; its labels.csv by default."""
+    labels: Annotated[Path | None, UNSTORED] = None
+    """CSV file with a row of labels per file; labels.csv by default."""
 
     def run(self) -> None:
         """Import, and print what was read and assumed."""

@@ -9,9 +9,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
-from firstcontact.cli.choices import devices
+from firstcontact.cli.options import Condition, devices
 
 #: Time for which a device is read, s.
 LISTEN = 2.0
@@ -25,7 +25,7 @@ class Info:
         str | None, devices(more=" Its own description is printed, and its samples of 2 s counted.")
     ] = None
     """A device to describe."""
-    condition: Literal["paper-rig", "everyday"] = "paper-rig"
+    condition: Condition = "paper-rig"
     """Variation of the simulated hand."""
 
     def run(self) -> None:

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-import tyro
-
+from firstcontact.cli.options import Option
 from firstcontact.core import counted
 
 if TYPE_CHECKING:
@@ -20,7 +19,7 @@ if TYPE_CHECKING:
 class Inspect:
     """Describe a recording, and draw one of its pinches."""
 
-    path: tyro.conf.Positional[Path]
+    path: Annotated[Path, Option(positional=True)]
     """A recording."""
     plot: Path | None = None
     """File for a drawing of one pinch: .png, .svg or .pdf."""

@@ -7,9 +7,9 @@ import webbrowser
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Annotated
 
-import tyro
-
+from firstcontact.cli.options import Option
 from firstcontact.core import require_modules
 
 
@@ -17,18 +17,18 @@ from firstcontact.core import require_modules
 class Label:
     """Confirm contacts on a page by keyboard; the original recordings stay as they are."""
 
-    paths: tyro.conf.Positional[tuple[Path, ...]]
+    paths: Annotated[tuple[Path, ...], Option(positional=True)]
     """Recordings, or folders of them."""
     out: Path
-    """Folder for the new recordings and the journal; the same command continues there."""
+    """Folder for recordings and journal; the same command continues there."""
     by: str = ""
     """Name for the notes of the recordings; your user name by default."""
     port: int = 0
-    """TCP port of the page, on this machine only; 0 takes a free one."""
+    """TCP port of the page on this machine; 0 takes a free one."""
     finish: bool = False
     """Write the new recordings from the journal, without the page."""
-    browser: bool = True
-    """Open the page in a browser; --no-browser prints its address only."""
+    no_browser: bool = False
+    """Print the address of the page, and open no browser."""
 
     def run(self) -> None:
         """Find onsets, serve the page until all is done, and write the new recordings."""
@@ -57,7 +57,8 @@ class Label:
             with stopping() as stop:
                 stop.gently = True
                 server.run(
-                    lambda: self.browser and webbrowser.open(server.url), lambda: stop.requested
+                    lambda: not self.no_browser and webbrowser.open(server.url),
+                    lambda: stop.requested,
                 )
                 stop.gently = False
             if not session.written:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from firstcontact.cli.choices import devices, one_of
+from firstcontact.cli.options import Condition, Option, devices, one_of
 from firstcontact.contact import SLIP_DETECTORS
 from firstcontact.core import InputError, is_same_rate, require_modules
 from firstcontact.device import SOURCES, open_source, source_kind
@@ -35,55 +35,56 @@ class Live:
 
     device: Annotated[str, devices()]
     """Where samples come from."""
-    model: Path | None = None
-    """Model folder that `adapt` or `train` wrote; by default one for the twin, or the model of
-    the package, which knows no rig and has wide intervals."""
-    estimator: str | None = None
-    """Estimator of the model that predicts; by default the network where there is one."""
-    detector: Path | None = None
-    """Folder of another detector than that of the model."""
-    calibration: Path | None = None
-    """File of `firstcontact calibrate`; by default the noise is measured at the start."""
-    page: bool = False
+    model: Annotated[Path | None, Option(group="model")] = None
+    """Folder of the model; by default the shipped one for this source."""
+    estimator: Annotated[str | None, Option(group="model", advanced=True)] = None
+    """Estimator of the model that predicts; by default its network."""
+    detector: Annotated[Path | None, Option(group="model", advanced=True)] = None
+    """Folder of a detector to use in place of the model's."""
+    calibration: Annotated[Path | None, Option(group="model", advanced=True)] = None
+    """File of `calibrate`; by default the noise is measured first."""
+    page: Annotated[bool, Option(group="output")] = False
     """Serve a page at the address that is printed."""
-    port: int = 8765
-    """Port of the page; 0 takes a free one."""
-    address: str = "127.0.0.1"
-    """Address of the page; other addresses than that of this machine need a token."""
-    token: str | None = None
-    """Token that viewers elsewhere need; by default a random one."""
-    json: bool = False
+    port: Annotated[int, Option(group="output", advanced=True)] = 8765
+    """TCP port of the page; 0 takes a free one."""
+    address: Annotated[str, Option(group="output", advanced=True)] = "127.0.0.1"
+    """Address of the page; any but this machine's needs a token."""
+    token: Annotated[str | None, Option(group="output", advanced=True)] = None
+    """Token for viewers on other machines; random by default."""
+    json: Annotated[bool, Option(group="output")] = False
     """Write JSON lines to standard output instead of text."""
-    lsl: bool = False
+    lsl: Annotated[bool, Option(group="output", advanced=True)] = False
     """Send samples and events by LSL."""
-    hand: Annotated[str | None, one_of(HANDS)] = None
+    hand: Annotated[str | None, one_of(HANDS, "hand")] = None
     """Hand to drive."""
-    hand_port: str | None = None
-    """Port of the hand; some have one for a trial without hardware."""
-    policy: Annotated[str, one_of(live_policies())] = POLICIES.default
+    hand_port: Annotated[str | None, Option(group="hand", advanced=True)] = None
+    """Serial port of the hand, or the name of its simulation."""
+    policy: Annotated[str, one_of(live_policies(), "hand")] = POLICIES.default
     """Grasp policy."""
-    shape: str = ""
-    """Shape of the objects, an input of the network: flat, or a radius in mm."""
-    one_object: bool = False
+    shape: Annotated[str, Option(group="model", advanced=True)] = ""
+    """Shape of the objects for the network: flat, or a radius in mm."""
+    one_object: Annotated[bool, Option(group="model", advanced=True)] = False
     """Pool all pinches as one object until you press N."""
-    slip: Annotated[str | None, one_of(SLIP_DETECTORS)] = None
-    """Slip detector for a policy with a reflex; never tried on a real slip."""
-    record: bool = False
+    slip: Annotated[str | None, one_of(SLIP_DETECTORS, "hand", advanced=True)] = None
+    """Slip detector for a policy with a reflex; untried on real slips."""
+    record: Annotated[bool, Option(group="output")] = False
     """Record from the start."""
-    recordings: Path = Path("firstcontact-recordings")
+    recordings: Annotated[Path, Option(group="output", advanced=True)] = Path(
+        "firstcontact-recordings"
+    )
     """Folder for recordings."""
-    speed: float = 1.0
-    """Speed of a recording or of the twin, times real time; inf is as fast as possible."""
-    condition: str = "paper-rig"
-    """Condition of the simulated hand: paper-rig or everyday."""
-    seed: int = 0
+    speed: Annotated[float, Option(group="simulated hand", advanced=True)] = 1.0
+    """Speed as a multiple of real time; inf is as fast as possible."""
+    condition: Condition = "paper-rig"
+    """Condition of the simulated hand."""
+    seed: Annotated[int, Option(group="simulated hand", advanced=True)] = 0
     """Random seed of the simulated hand."""
-    objects: str = "paper"
-    """Objects of the simulated hand: paper, household, or the name of one object."""
-    seconds: float | None = None
-    """Stop after this time."""
-    pinches: int | None = None
-    """Stop after so many pinches."""
+    objects: Annotated[str, Option(group="simulated hand")] = "paper"
+    """Objects that it pinches: paper, household, or one name."""
+    seconds: Annotated[float | None, Option(group="output", advanced=True)] = None
+    """Stop after this time, s."""
+    pinches: Annotated[int | None, Option(group="output", advanced=True)] = None
+    """Stop after this number of pinches."""
 
     def run(self) -> None:
         """Run until Ctrl-C or one of the bounds."""

@@ -16,7 +16,7 @@ class Ports:
     """List serial ports and sound inputs, and say which of them may be a fingertip."""
 
     ask: bool = False
-    """Ask each port whether a fingertip is on it; sends it a few bytes."""
+    """Ask each port for a fingertip, by sending a few bytes."""
 
     def run(self) -> None:
         """Print one line a port."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
 
-from firstcontact.cli.choices import devices
+from firstcontact.cli.options import Condition, Option, devices
 from firstcontact.core import InputError
 from firstcontact.device import source_kind
 
@@ -21,39 +21,40 @@ class Record:
 
     device: Annotated[str, devices(recorded=False)]
     """Where samples come from."""
-    out: Path
-    """Folder for recordings, one file a session; existing sessions are continued."""
-    object: str = ""
+    out: Annotated[Path, Option(group="recording")]
+    """Folder for recordings; existing sessions are continued."""
+    object: Annotated[str, Option(group="object")] = ""
     """Name of the object that is pinched."""
-    shore: float | None = None
+    shore_a: Annotated[float | None, Option(group="object")] = None
     """Shore A of the object; known for objects of the simulated hand."""
-    specimen: str = ""
+    specimen: Annotated[str, Option(advanced=True, group="object")] = ""
     """Name of the specimen; the object's name by default."""
-    pinches: int = 10
+    pinches: Annotated[int, Option(group="object")] = 10
     """Number of valid pinches of the object."""
-    role: Literal["train", "test"] = "train"
-    """Use of the pinches: models are trained on those of role train."""
-    plan: Path | None = None
-    """CSV file of several objects, with the columns object,pinches,shore,specimen,role."""
-    session: str = "1"
-    """Name of the session: pinches that are recorded without a change of the set-up."""
-    sessions: int = 1
+    role: Annotated[Literal["train", "test"], Option(advanced=True, group="object")] = "train"
+    """Use of the pinches; models learn from those of role train."""
+    plan: Annotated[Path | None, Option(group="object")] = None
+    """CSV file of several objects: object,pinches,shore,specimen,role."""
+    session: Annotated[str, Option(group="recording", advanced=True)] = "1"
+    """Name of the session; the set-up does not change within one."""
+    sessions: Annotated[int, Option(group="recording", advanced=True)] = 1
     """Number of sessions; --session is then the number of the first."""
-    hand: str = ""
-    """Name of the hand, where the device does not send it."""
-    notes: str = ""
+    hand_name: Annotated[str, Option(group="recording", advanced=True)] = ""
+    """Name of the hand, if the device does not send it."""
+    notes: Annotated[str, Option(group="recording", advanced=True)] = ""
     """Remarks for the header of the recordings."""
-    calibration: Path | None = None
-    """File that `firstcontact calibrate` wrote; the noise is measured first by default."""
-    condition: Literal["paper-rig", "everyday"] = "paper-rig"
+    calibration: Annotated[Path | None, Option(group="recording")] = None
+    """File of `calibrate`; by default the noise is measured first."""
+    condition: Condition = "paper-rig"
     """Variation of the simulated hand."""
-    seed: int = 0
-    """Random seed of the simulated hand; each file draws its own from it."""
-    speed: float = 1.0
+    seed: Annotated[int, Option(group="simulated hand")] = 0
+    """Random seed of the simulated hand."""
+    speed: Annotated[float, Option(group="simulated hand")] = 1.0
     """Speed of the simulated hand, as a multiple of real time."""
 
     #: Options whose parameter of the library has another name.
-    options: ClassVar[dict[str, str]] = {"shore_a": "shore", "source": "device"}
+    options: ClassVar[dict[str, str]] = {"source": "device", "hand": "hand_name"}
+    former: ClassVar[dict[str, str]] = {"--shore": "--shore-a", "--hand": "--hand-name"}
 
     def run(self) -> None:
         """Record one session after the other."""
@@ -81,13 +82,13 @@ class Record:
                         self.out,
                         object=self.object,
                         pinches=self.pinches,
-                        shore_a=self.shore,
+                        shore_a=self.shore_a,
                         specimen=self.specimen,
                         role=self.role,
                         plan=self.plan,
                         session=name,
                         calibration=self.calibration,
-                        hand=self.hand,
+                        hand=self.hand_name,
                         notes=self.notes,
                         screen=terminal,
                         stopped=lambda: stop.requested,

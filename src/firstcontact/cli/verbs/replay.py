@@ -5,8 +5,9 @@ from __future__ import annotations
 import sys
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated, ClassVar
 
-import tyro
+from firstcontact.cli.options import Option
 
 
 @dataclass(frozen=True)
@@ -17,14 +18,17 @@ class Replay:
     --calibration.
     """
 
-    recording: tyro.conf.Positional[Path]
+    recording: Annotated[Path, Option(positional=True)]
     """Recording of int16 samples, as a device sends them."""
     speed: float = 1.0
-    """Speed as a multiple of real time; inf is as fast as the host reads."""
+    """Speed as a multiple of real time; inf is as fast as possible."""
     once: bool = False
     """End after the last sample, and do not start again."""
-    port: Path | None = None
-    """Path of the port; in a temporary folder by default."""
+    link: Path | None = None
+    """Path of the port; by default in a temporary folder."""
+
+    #: Earlier names of options.
+    former: ClassVar[dict[str, str]] = {"--port": "--link"}
 
     def run(self) -> None:
         """Print the port's name and serve until Ctrl-C, or until it was sent once."""
@@ -33,7 +37,7 @@ class Replay:
         from firstcontact.device import PseudoTerminal, ReplayDevice, port_folder
 
         with port_folder() as folder, stopping() as stop:
-            port = self.port or folder / "port"
+            port = self.link or folder / "port"
             try:
                 terminal = PseudoTerminal(port)
             except OSError as error:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Annotated
 
 from firstcontact.cli.cluster import where
+from firstcontact.cli.options import Condition, Option
 from firstcontact.core import counted, require_modules
 
 
@@ -15,21 +16,21 @@ class Simulate:
     """Make recordings of simulated pinches: five blocks and eight everyday objects."""
 
     out: Path
-    """Folder for the recordings, one file a session; it must be empty or new."""
-    condition: Literal["paper-rig", "everyday"] = "paper-rig"
-    """Variation as in the published set-up, or as outside a lab."""
+    """Folder for the recordings; it must be empty or new."""
+    condition: Condition = "paper-rig"
+    """Variation as in the published set-up, or as in daily life."""
     pinches_per_block: int = 500
     """Number of pinches of each of the five blocks."""
     pinches_per_object: int = 50
     """Number of pinches of each of the eight unseen objects."""
-    seed: int = 0
+    seed: Annotated[int, Option(group="simulated hand")] = 0
     """Random seed; the same seed writes the same bytes."""
-    workers: int | None = None
-    """Number of threads; all cores by default."""
-    noise: Path | None = None
-    """Recording of a real sensor at rest, whose noise replaces the modelled noise."""
-    cluster: str | None = None
-    """Dask cluster that does the work instead of this machine: tcp://HOST:PORT."""
+    workers: Annotated[int, Option(group="machine")] = 0
+    """Number of threads; 0 takes all cores."""
+    noise: Annotated[Path | None, Option(group="simulated hand")] = None
+    """Recording of a real sensor at rest, for its noise."""
+    cluster: Annotated[str | None, Option(advanced=True, group="machine")] = None
+    """Dask cluster that does the work: tcp://HOST:PORT."""
 
     def run(self) -> None:
         """Simulate with a progress bar."""
@@ -40,6 +41,8 @@ class Simulate:
         noise = None if self.noise is None else read_noise(self.noise)
         sizes = self.pinches_per_block, self.pinches_per_object
         with where(self.cluster):
-            paths = simulate(self.out, self.condition, *sizes, self.seed, self.workers, True, noise)
+            paths = simulate(
+                self.out, self.condition, *sizes, self.seed, self.workers or None, True, noise
+            )
         pinches = 5 * self.pinches_per_block + 8 * self.pinches_per_object
         print(f"{counted(pinches, 'pinch')} in {counted(len(paths), 'recording')}: {self.out}")

@@ -6,10 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
-import tyro
-
-from firstcontact.cli.choices import one_of
 from firstcontact.cli.cluster import where
+from firstcontact.cli.options import Option, one_of
 from firstcontact.contact import DETECTORS
 from firstcontact.models import ESTIMATORS, check_replaceable, folder_name, replaced
 
@@ -25,35 +23,38 @@ class Train:
     If the pinches have a Shore A, the network is conditioned on them, too.
     """
 
-    data: tyro.conf.Positional[Path]
+    data: Annotated[Path, Option(positional=True)]
     """A recording, or a folder of recordings."""
     out: Path
-    """Folder for the model and the detector; an existing model is replaced."""
-    model: Annotated[str, one_of(ESTIMATORS)] = ESTIMATORS.default
-    """What learns."""
-    detector: Annotated[str | None, one_of(DETECTORS)] = None
-    """Contact detector; the default one if it can be fitted to these pinches."""
-    detector_only: bool = False
-    """Train the detector only; the pinches need known contacts, and no hardness."""
-    task: Literal["regression", "classification"] = "regression"
+    """Folder for the model; an existing model is replaced."""
+    estimator: Annotated[str, one_of(ESTIMATORS, "model")] = ESTIMATORS.default
+    """Estimator to train."""
+    detector_type: Annotated[str | None, one_of(DETECTORS, "model")] = None
+    """Contact detector to fit; by default the best that these pinches permit."""
+    detector_only: Annotated[bool, Option(advanced=True, group="model")] = False
+    """Train the detector only, which needs contacts and no hardness."""
+    task: Annotated[Literal["regression", "classification"], Option(group="model")] = "regression"
     """Predict any Shore A, or one of the trained ones."""
-    contacts: Literal["auto", "truth", "detected"] = "auto"
-    """Start of windows: true or detected contacts; auto takes true ones if there are any."""
-    window_ms: tuple[float, ...] = (15.0,)
-    """Length of the window after the contact, ms; one model for each length."""
-    level: float = 0.9
+    contacts: Annotated[
+        Literal["auto", "known", "detected"], Option(advanced=True, group="data")
+    ] = "auto"
+    """Start of windows: known or detected contacts; auto prefers known ones."""
+    window_ms: Annotated[tuple[float, ...], Option(group="model")] = (15.0,)
+    """Lengths of windows after the contact, ms; one model for each."""
+    level: Annotated[float, Option(group="training")] = 0.9
     """Share of intervals that should hold the truth."""
-    seed: int = 0
+    seed: Annotated[int, Option(group="training")] = 0
     """Random seed of folds, search and training."""
-    rate: float | None = None
-    """Sampling rate to resample to, Hz; by default 4936 for Shore A labels, else as recorded."""
-    workers: int = 1
+    rate: Annotated[float | None, Option(advanced=True, group="data")] = None
+    """Sampling rate to resample to, Hz; 4936 by default for Shore A labels."""
+    workers: Annotated[int, Option(advanced=True, group="training")] = 1
     """Number of processes; 0 takes all cores."""
-    cluster: str | None = None
-    """Dask cluster that does the work instead of this machine: tcp://HOST:PORT."""
+    cluster: Annotated[str | None, Option(advanced=True, group="training")] = None
+    """Dask cluster that does the work: tcp://HOST:PORT."""
 
     #: Options whose parameter of the library has another name.
-    options: ClassVar[dict[str, str]] = {"estimator": "model", "windows": "window_ms"}
+    options: ClassVar[dict[str, str]] = {"detector": "detector_type", "windows": "window_ms"}
+    former: ClassVar[dict[str, str]] = {"--model": "--estimator", "--detector": "--detector-type"}
 
     def run(self) -> None:
         """Train, save, and print the scores on held-out sessions."""
@@ -85,13 +86,13 @@ class Train:
         from firstcontact.models import train, train_detector
 
         if self.detector_only:
-            return train_detector(dataset, self.detector, rate=self.rate)
+            return train_detector(dataset, self.detector_type, rate=self.rate)
         return train(
             dataset,
-            self.model,
-            detector=self.detector,
+            self.estimator,
+            detector=self.detector_type,
             task=self.task,
-            contacts="known" if self.contacts == "truth" else self.contacts,
+            contacts=self.contacts,
             windows=[1e-3 * ms for ms in self.window_ms],
             level=self.level,
             rate=self.rate,

@@ -41,7 +41,7 @@ from firstcontact.signal import resample, samples_in
 from firstcontact_lab.report.tables import markdown_lines
 
 RESULTS = Path(__file__).parent / "results" / "out_of_range.json"
-PAGE = Path(__file__).parent / "how-to" / "adapt-to-your-rig.md"
+PAGE = Path(__file__).parent / "reference" / "lab-notes.md"
 TABLE = re.compile(
     r"(?P<open><!-- out_of_range -->\n).*?(?P<close><!-- /out_of_range -->)", re.DOTALL
 )

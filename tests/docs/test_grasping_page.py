@@ -35,7 +35,8 @@ def household() -> Household:
 
 @cache
 def page() -> str:
-    text = (ROOT / "docs" / "explanation" / "grasping.md").read_text(encoding="utf-8")
+    pages = ("explanation/grasping.md", "reference/lab-notes.md")
+    text = " ".join((ROOT / "docs" / page).read_text(encoding="utf-8") for page in pages)
     return " ".join(text.replace("**", "").split())
 
 

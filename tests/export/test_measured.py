@@ -15,7 +15,7 @@ RESULTS = json.loads((DOCS / "results" / "embedded.json").read_text(encoding="ut
 
 
 def test_the_page_has_the_table_of_the_results() -> None:
-    page = (DOCS / "reference" / "embedded.md").read_text(encoding="utf-8")
+    page = (DOCS / "reference" / "lab-notes.md").read_text(encoding="utf-8")
     assert measure.table(RESULTS) in page
 
 

@@ -174,6 +174,29 @@ def test_what_is_no_board_of_numbers_is_refused(
         CsvSource(board.port, columns, measured=MEASURED).__enter__()
 
 
+def test_a_backlog_after_a_replug_is_no_other_rate(tmp_path: Path) -> None:
+    printed, backlog = 0, False
+
+    def line(number: int) -> bytes:
+        nonlocal printed
+        lines = 60 if backlog else 1  # more than any reader takes in the time
+        printed += lines
+        return b"".join(counted(n) for n in range(printed - lines, printed))
+
+    with (
+        PrintingBoard(tmp_path / "port", line) as board,
+        CsvSource(board.port, measured=MEASURED) as source,
+    ):
+        until(source, samples(1500))
+        board.unplug()
+        board.plug()
+        backlog = True
+        while source.health.samples < 100_000:
+            source.read(0.1)
+            backlog = printed < 120_000
+    assert source.health.reconnects == 1
+
+
 def test_a_slow_board_is_refused_with_its_rate(tmp_path: Path) -> None:
     with (
         PrintingBoard(tmp_path / "port", counted, rate=200.0) as board,

@@ -47,6 +47,17 @@ def test_jitter_never_refuses_a_rate_within_the_tolerance(jitter: float, seed: i
         assert refused_after(*arrivals(rate, 60.0, jitter, seed)) is None
 
 
+@pytest.mark.parametrize("begin", [0.0, 0.1, 0.6, 3.0])
+def test_a_backlog_of_any_length_is_no_other_rate(begin: float) -> None:
+    check = RateCheck(STATED)
+    number = 0.0
+    for millisecond in range(20_000):
+        behind = begin < 1e-3 * millisecond < begin + 6.0
+        number += 35.0 if behind else 5.0
+        assert not check.add(number, 1e-3 * millisecond, behind=behind)
+    assert check.rate == pytest.approx(STATED)
+
+
 @pytest.mark.parametrize("begin", [0.0, 0.1, 0.6, 1.0, 3.0, 9.0])
 @pytest.mark.parametrize("lost", [False, True])
 def test_a_stall_of_five_seconds_is_no_other_rate(begin: float, lost: bool) -> None:

@@ -36,6 +36,8 @@ LEAST_RATE = 500.0
 WRAPS = (8, 16, 32)
 #: Waits between attempts to open a port that is gone, s.
 RETRY = 0.2
+#: Size of a read that shows a backlog, bytes; the system holds 4096.
+BACKLOG = 2048
 
 
 @dataclass(slots=True)
@@ -209,7 +211,9 @@ class CsvSource(ThreadedSource):
         self._lines.bad = 0
         while not self._closing.is_set():
             try:
-                lines = self._lines.feed(self._read())
+                data = self._read()
+                self._behind = len(data) >= BACKLOG
+                lines = self._lines.feed(data)
             except LinkError:
                 lines = self._reconnect()
                 epoch, damaged = epoch + 1, 0

@@ -45,7 +45,8 @@ class RateCheck:
 
     The rate is the median over windows of a quarter of a second. A stall, the burst after it and a
     gap each change one or two windows, not the median. Jitter widens the tolerance by the standard
-    error of the median.
+    error of the median. A window in which the reader was behind is not counted: it shows how fast
+    the reader is, not the device.
 
     Parameters
     ----------
@@ -63,7 +64,7 @@ class RateCheck:
         """Measured rate, Hz; 0 before the first window ends."""
         return float(np.median(self._rates)) if self._rates else 0.0
 
-    def add(self, end: float, seconds: float) -> bool:
+    def add(self, end: float, seconds: float, *, behind: bool = False) -> bool:
         """Count samples up to a time. Return True if the rate differs from the stated one.
 
         Parameters
@@ -72,8 +73,10 @@ class RateCheck:
             Number of samples so far.
         seconds
             Time of the last sample, s.
+        behind
+            True if further samples had been waiting for long when these were read.
         """
-        if self._begin is None or seconds < self._begin[1]:
+        if behind or self._begin is None or seconds < self._begin[1]:
             self._begin = end, seconds
             return False
         if seconds - self._begin[1] < WINDOW:

@@ -60,6 +60,8 @@ class ThreadedSource(ABC):
         self._resampler: tuple[int, CausalResampler] | None = None  # with its epoch
         self._unusable = 0
         self._rate_check = RateCheck(1.0)
+        #: True while the reader works off what waited in a buffer.
+        self._behind = False
         self._looked = 0.0
         self._silence = 0.0
 
@@ -279,7 +281,7 @@ class ThreadedSource(ABC):
             self._next = (epoch, block.end)
             self._clock.add(block.end, host if taken is None else taken)
             self._inbox.wake()
-        if self._rate_check.add(block.end, host):
+        if self._rate_check.add(block.end, host, behind=self._behind):
             self._refuse_rate(self._rate_check.rate / self.descriptor.layout.rate, "this machine's")
 
     def _begin_epoch(self, epoch: int, first: int) -> None:

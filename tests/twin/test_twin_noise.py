@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 from scipy import signal, stats
 
-from firstcontact.twin._noise import MotorNoise, phalanx_force, pickup
+from firstcontact.twin._noise import (
+    RUBBING,
+    RUBBING_BAND,
+    MotorNoise,
+    _filtered,
+    phalanx_force,
+    pickup,
+)
 
 RATE = 19_744.0
 QUIET = replace(MotorNoise(), rotor=0.0, mesh=0.0, friction=0.0, mains=0.0, click_rate=0.0)
@@ -32,6 +39,13 @@ def test_the_rotor_and_its_harmonics_stand_where_the_speed_puts_them() -> None:
     assert level(x, 150) == pytest.approx(0.06, rel=0.05)
     assert level(x, 300) == pytest.approx(0.03, rel=0.05)
     assert level(x, 450) == pytest.approx(0.02, rel=0.05)
+
+
+def test_the_band_of_rubbing_and_its_filter_are_scipys() -> None:
+    sections = signal.butter(2, RUBBING_BAND, "bandpass", fs=RATE, output="sos")
+    np.testing.assert_allclose(RUBBING, sections, rtol=1e-12)
+    x = np.random.default_rng(0).standard_normal(1000)
+    np.testing.assert_allclose(_filtered(RUBBING, x), signal.sosfilt(RUBBING, x), rtol=1e-12)
 
 
 def test_rubbing_has_the_power_it_says_and_its_band() -> None:

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from firstcontact.contact._loudness import EACH, ORDER, loudness_features, prediction
 from firstcontact.contact._stream import SteadyState, WindowSizes
@@ -101,6 +100,8 @@ def add_clicks(
         burst[start : start + length] += shape[: len(x) - start]
     if not weights[0] > 0.0:
         return x
+    from scipy.signal import lfilter  # slow to import, and a trained detector does not need it
+
     rung: NDArray[np.float64] = lfilter([1.0], weights * DAMPED ** np.arange(ORDER + 1), burst)
     return x + rung
 

@@ -7,7 +7,6 @@ from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import butter, sosfilt
 
 from firstcontact.core import Block, ChannelKind, Layout, Physical
 from firstcontact.signal import samples_in
@@ -78,6 +77,8 @@ class PowerSlipDetector(SlipDetector):
 
     def start(self, layout: Layout) -> None:
         """Start a stream of this layout, with nothing held."""
+        from scipy.signal import butter  # slow to import, and only some sessions detect slips
+
         columns = layout.columns(ChannelKind.VIBRATION)
         self._volts = Physical(layout, columns)
         self._sections = np.asarray(
@@ -112,6 +113,8 @@ class PowerSlipDetector(SlipDetector):
 
     def update(self, block: Block) -> list[int]:
         """Process the next block. After missing samples the rest level is learned again."""
+        from scipy.signal import sosfilt
+
         follows = block.first_sample == self._next and block.epoch == self._epoch
         self._next, self._epoch = block.end, block.epoch
         if not len(block.data):

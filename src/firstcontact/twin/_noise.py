@@ -8,11 +8,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import butter, sosfilt
 
 from firstcontact.core import FINGERTIP_RATE
 from firstcontact.twin._compiled import compiled
@@ -22,6 +20,21 @@ OVERSAMPLING = 4
 _RATE = OVERSAMPLING * FINGERTIP_RATE
 #: Frequency band of friction, Hz.
 RUBBING_BAND = (30.0, 1500.0)
+#: Second-order sections of that Butterworth band-pass at the series' rate: designing it needs
+#: ``scipy.signal``, whose import takes longer than all else at the start of the simulated hand.
+RUBBING = np.array(
+    [
+        (
+            0.040731778822964124,
+            0.08146355764592825,
+            0.040731778822964124,
+            1.0,
+            -1.3592450581888862,
+            0.5234788018791424,
+        ),
+        (1.0, -2.0, 1.0, 1.0, -1.9865166936878746, 0.9866107698732742),
+    ]
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,8 +100,28 @@ def _tones(
         beat *= beat_turn
 
 
-@lru_cache(maxsize=4)
+@compiled()
+def _filtered(sections: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the samples after second-order sections, as ``scipy.signal.sosfilt`` does."""
+    state = np.zeros((len(sections), 2))
+    out = np.empty_like(x)
+    for i in range(x.size):
+        y = x[i]
+        for k in range(len(sections)):
+            b0, b1, b2, _, a1, a2 = sections[k]
+            before = y
+            y = b0 * before + state[k, 0]
+            state[k, 0] = b1 * before - a1 * y + state[k, 1]
+            state[k, 1] = b2 * before - a2 * y
+        out[i] = y
+    return out
+
+
 def _rubbing_band(rate: float) -> NDArray[np.float64]:
+    if rate == _RATE:
+        return RUBBING
+    from scipy.signal import butter
+
     return np.asarray(butter(2, RUBBING_BAND, "bandpass", fs=rate, output="sos"))
 
 
@@ -115,7 +148,7 @@ def phalanx_force(
     """
     n = math.ceil(duration * rate) + 2
     dt = 1 / rate
-    rubbing = sosfilt(_rubbing_band(rate), rng.standard_normal(n + 200))[200:]
+    rubbing = _filtered(_rubbing_band(rate), rng.standard_normal(n + 200))[200:]
     knots = rng.standard_normal(max(int(duration / 0.02), 2) + 2)
     envelope = np.exp(
         noise.wander * np.interp(np.arange(n) * dt / 0.02, np.arange(len(knots)), knots)

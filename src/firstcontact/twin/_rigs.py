@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from firstcontact.core import FINGERTIP_RATE, TAXELS, gent_modulus
 from firstcontact.twin._draw import PinchDraw
@@ -106,6 +105,8 @@ class Resonance:
 
     def apply(self, volts: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return a voltage, shape (samples,), with the ringing added."""
+        from scipy.signal import lfilter  # slow to import, and only some rigs need it
+
         turn = 2 * math.pi * self.frequency / FINGERTIP_RATE
         radius = math.exp(-self.damping * turn)
         swing = 2 * radius * math.cos(turn * math.sqrt(1 - self.damping**2))

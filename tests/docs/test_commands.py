@@ -142,7 +142,7 @@ TUTORIALS = [page for page in pages_with("") if page.parent.name == "tutorial"]
 
 @pytest.mark.timeout(900)  # a hand in real time among them
 def test_tutorials_run_in_a_row_in_one_folder(tmp_path: Path) -> None:
-    assert len(TUTORIALS) == 4
+    assert len(TUTORIALS) == 3
     for page in TUTORIALS:
         said = run(page, tmp_path, {""})
         # None ends in advice to record more, or finds the files of another.

@@ -75,7 +75,7 @@ ELSEWHERE = {
     "make test-slow": "by hand before a release",
     "make fuzz": "by hand: tests/fuzz runs some hundred inputs",
     "make soak": "by hand: tests/soak runs two minutes with the slow tests",
-    "make bench": "by hand: it makes the numbers of docs/reference/benchmarks.md",
+    "make bench": "by hand: its numbers are in docs/reference/lab-notes.md",
     "make install": "each other target runs its recipe",
     "make format": "by hand",
     "make constraints": "by hand, when versions are raised",

@@ -119,10 +119,11 @@ class LogisticDetector(TrainedDetector):
         """Return a mask of the windows above the threshold in all of the last looks."""
         n, fingers, samples = windows.shape
         each = windows.reshape(n * fingers, samples)
-        weights = np.tile(self._weights, (n, 1))
+        weights = self._weights if n == 1 else np.tile(self._weights, (n, 1))
         step, length = self._sizes.step, samples - (LOOKS - 1) * self._sizes.step
         assert self._line is not None
-        above = np.ones(len(each), np.bool_)
+        # A second detection of a finger would be ignored.
+        above = np.array([finger not in self._latched for finger in self._fingers] * n, np.bool_)
         for start in range((LOOKS - 1) * step, -1, -step):
             candidates = np.flatnonzero(above)
             if not len(candidates):

@@ -30,6 +30,8 @@ from firstcontact.signal import DeviceSmoothing, samples_in
 
 #: Longest piece of a block that is processed at once, samples. It bounds the memory.
 PIECE = 30_000
+#: Up to this number of windows a loop is quicker than a view of all windows.
+FEW = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -263,8 +265,7 @@ class WindowDetector(ABC):
         candidates = np.flatnonzero(self.wakes(x, ends - self._past_first))
         if len(candidates):
             starts = ends[candidates] - sizes.window
-            inside = sliding_window_view(x, sizes.window, axis=0)
-            windows = np.ascontiguousarray(inside[starts - self._past_first])
+            windows = _windows(x, starts - self._past_first, sizes.window)
             has_contact = self.fires(windows) & self._state.alive
             fired[candidates] = has_contact
             if has_contact.any():
@@ -275,6 +276,18 @@ class WindowDetector(ABC):
         self._past = self._past[surplus:].copy()
         self._past_first += surplus
         return WindowDecisions(ends - 1, fired, onsets)
+
+
+def _windows(
+    x: NDArray[np.float64], starts: NDArray[np.int64], samples: int
+) -> NDArray[np.float64]:
+    """Cut windows from samples (samples, fingers); shape (windows, fingers, samples)."""
+    if len(starts) > FEW:
+        return np.ascontiguousarray(sliding_window_view(x, samples, axis=0)[starts])
+    out = np.empty((len(starts), x.shape[1], samples))
+    for window, start in zip(out, starts.tolist(), strict=True):
+        window[:] = x[start : start + samples].T
+    return out
 
 
 def _finite_runs(

@@ -32,6 +32,7 @@ from ._compact import CompactNetwork as CompactNetwork
 from ._compact import Rounded as Rounded
 from ._compact import compacted as compacted
 from ._compact import deaf as deaf
+from ._contact_answers import ContactAnswers as ContactAnswers
 from ._context_network import CENTRE as CENTRE
 from ._context_network import COMPONENTS as COMPONENTS
 from ._context_network import FARTHEST as FARTHEST

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -214,11 +215,41 @@ class Network:
         spread *= UNIT
         return out
 
+    def outputs_of_one(
+        self, x: NDArray[np.float64], context: Context, stage: int
+    ) -> NDArray[np.float64]:
+        """Return :meth:`outputs` for the inputs (INPUTS,) of one contact, shape (3, COMPONENTS)."""
+        keys, values = context.keys[stage], context.values[stage]
+        h = self._silu("query1", self._scaled("inputs", x))
+        query = self._linear("query2", h).reshape(HEADS, 1, -1)
+        fit = (query * keys).sum(axis=-1)
+        fit /= np.float32(math.sqrt(query.shape[-1]))
+        share: Matrix = np.exp(fit - fit.max(axis=-1, keepdims=True, initial=-np.inf))
+        share /= share.sum(axis=-1, keepdims=True)
+        attended = (share[..., None] * values).sum(axis=1).reshape(-1)
+        body: Matrix = np.concatenate([h, context.mean[stage], attended, context.general])
+        for name in ("body1", "body2", "body3"):
+            body = self._silu(name, body)
+        out = self._linear("answer", body).astype(np.float64).reshape(3, COMPONENTS)
+        weight, mean, spread = out
+        weight -= weight.max()
+        np.exp(weight, out=weight)
+        weight /= weight.sum()
+        mean *= UNIT * MEAN_SCALE
+        mean += CENTRE
+        np.minimum(np.maximum(spread, SPREAD[0]), SPREAD[1], out=spread)
+        np.exp(spread, out=spread)
+        spread *= UNIT
+        return out
+
     def _scaled(self, name: str, x: NDArray[Any]) -> Matrix:
         mean, sd = self._scales[name]
-        scaled = (x.astype(np.float32) - mean) / sd
-        out: Matrix = np.minimum(np.maximum(scaled, -FARTHEST), FARTHEST)  # quicker than clip
-        return out
+        scaled: Matrix = x.astype(np.float32)
+        scaled -= mean
+        scaled /= sd
+        np.maximum(scaled, -FARTHEST, out=scaled)  # quicker than clip
+        np.minimum(scaled, FARTHEST, out=scaled)
+        return scaled
 
     def _linear(self, name: str, x: Matrix) -> Matrix:
         weight, bias = self._layers[name]
@@ -229,7 +260,9 @@ class Network:
     def _silu(self, name: str, x: Matrix) -> Matrix:
         y = self._linear(name, x)
         # Bounded from below alone: far above 0 the exponential vanishes.
-        e = np.exp(-np.maximum(y, np.float32(-60)))
+        e = np.maximum(y, _FAR_BELOW)
+        np.negative(e, out=e)
+        np.exp(e, out=e)
         e += 1
         y /= e
         return y
@@ -238,6 +271,9 @@ class Network:
 #: Bounds of ln(standard deviation / UNIT), and the unit of the means at the start of training.
 SPREAD = (-4.0, 2.0)
 MEAN_SCALE = 0.6
+
+
+_FAR_BELOW = np.float32(-60)
 
 
 def _single(array: NDArray[np.floating]) -> Matrix:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core import FINGERTIP_RATE, InputError, is_same_rate, parse_int, take_array
 from firstcontact.models._anytime_model import Answers, AnytimeModel, Arrays
+from firstcontact.models._contact_answers import ContactAnswers
 from firstcontact.models._contact_features import Shape
 from firstcontact.models._context_network import Context, Network
 from firstcontact.models._interval import SHORE_A
@@ -71,6 +72,11 @@ class InContextModel(AnytimeModel):
         self._contexts: dict[int, Context] = {
             finger: network.context(rig.tokens, rig.general) for finger, rig in rigs.items()
         }
+
+    def follow(self, touches: Touches) -> ContactAnswers:
+        """Return the predictions for one contact (one row) while it lasts."""
+        self._check(touches)
+        return ContactAnswers(self, touches, self.rig_features(touches))
 
     @property
     def network(self) -> Network:

@@ -8,6 +8,7 @@ the rig's usual spectrum needs no knowledge of what the lines are.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,13 +53,16 @@ def spectra(signals: Signals, lead: int, rate: float) -> Spectra:
         Natural logarithm of power, on an axis of ln(frequency), shape (n, POINTS).
     """
     quiet = signals[:, : quiet_samples(lead, rate)].astype(np.float64)
-    quiet = (quiet - quiet.mean(axis=1, keepdims=True)) * np.hanning(quiet.shape[1])
+    quiet = (quiet - quiet.mean(axis=1, keepdims=True)) * _fade(quiet.shape[1])
     power = np.abs(np.fft.rfft(quiet, _FFT, axis=1)) ** 2
     # In converter counts, so that what is added is far below any noise.
     power = power / COUNT**2
     cell, part = _places(rate)
     level = np.log(power[:, cell] * (1 - part) + power[:, cell + 1] * part + 1e-3)
-    padded = np.pad(level, ((0, 0), (_SMOOTH // 2 + 1, _SMOOTH // 2)), mode="edge")
+    # As numpy.pad with mode="edge", which takes longer than the Fourier transform.
+    first = level[:, :1].repeat(_SMOOTH // 2 + 1, axis=1)
+    last = level[:, -1:].repeat(_SMOOTH // 2, axis=1)
+    padded = np.concatenate([first, level, last], axis=1)
     sums = np.cumsum(padded, axis=1)
     lines = np.maximum(level - (sums[:, _SMOOTH:] - sums[:, :-_SMOOTH]) / _SMOOTH, _FLOOR)
     out: Spectra = lines - lines.mean(axis=1, keepdims=True)
@@ -70,6 +74,12 @@ def quiet_samples(lead: int, rate: float) -> int:
     return lead - samples_in(BASELINE_GUARD, rate)
 
 
+@lru_cache(maxsize=8)
+def _fade(samples: int) -> NDArray[np.float64]:
+    return np.hanning(samples)
+
+
+@lru_cache(maxsize=8)
 def _places(rate: float) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
     """Line below each point of the axis, and how far the point is on the way to the next."""
     place = np.geomspace(LOWEST, HIGHEST, POINTS) * (_FFT / rate)

@@ -47,14 +47,21 @@ def traits(
 
 def shape_traits(shape: Shape, lead_signals: NDArray[np.floating]) -> NDArray[np.float64]:
     """The same where the shape of the contacts is known already; signals before them."""
-    quiet = lead_signals[:, : lead_signals.shape[1] // 2]
-    noise = quiet.std(axis=1)
     # A converter at its end, or a dead one, repeats itself.
     counted = shape.there[:, 1:]
     still = (shape.v[:, 1:] == shape.v[:, :-1]) & counted
     flat = still.sum(axis=1) / counted.sum(axis=1)
-    loud = np.log(np.maximum(noise, 1e-7) / shape.level)
+    loud = pre_contact_noise(lead_signals, shape.level)
     return np.concatenate([shape.features, loud[:, None], 10 * flat[:, None]], axis=1)
+
+
+def pre_contact_noise(
+    lead_signals: NDArray[np.floating], level: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the logarithm of the noise before contacts, relative to the level, shape (n,)."""
+    noise = lead_signals[:, : lead_signals.shape[1] // 2].std(axis=1)
+    loud: NDArray[np.float64] = np.log(np.maximum(noise, 1e-7) / level)
+    return loud
 
 
 def still(trait_values: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -122,6 +129,18 @@ class Familiar:
             square = np.maximum(square - np.einsum("ni,ni->n", away, along[stages]) ** 2, 0.0)
         out: NDArray[np.bool_] = np.sqrt(square) > self.limit[stages]
         return out if has_level else out | still(trait_values)
+
+    def is_strange(
+        self, trait_values: NDArray[np.float64], stage: int, has_level: bool = True
+    ) -> bool:
+        """Return True if the traits (TRAITS,) of one contact lie outside; see :meth:`strange`."""
+        if not has_level:
+            stages = np.full(1, stage, np.intp)
+            return bool(self.strange(trait_values[None], stages, has_level)[0])
+        far = trait_values - self.mean[stage]
+        far[NAMES.index("length")] = 0.0
+        away = self.whitening[stage] @ far
+        return bool(np.sqrt(away @ away) > self.limit[stage])
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Return the arrays by name, for :meth:`from_arrays`."""

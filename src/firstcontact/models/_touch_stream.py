@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
+from numpy.typing import NDArray
 
 from firstcontact.core import Block, ChannelKind, Contact, Layout, Physical
 from firstcontact.models._touches import (
     BEFORE,
     LONGEST,
     SHORTEST,
+    Signals,
     Touches,
+    baseline_of,
     cut_touch,
     finger_number,
+    lengths,
 )
 from firstcontact.signal import MEMORY, DeviceSmoothing, samples_in
 
@@ -50,6 +52,9 @@ class TouchStream:
         self._remember = samples_in(BEFORE + MEMORY + LONGEST, layout.rate)
         self._contact: Contact | None = None
         self._left: tuple[int, ...] = moments(layout.rate)
+        self._signal: Signals | None = None  # of the contact so far ...
+        self._cut = 0  # ... with so many samples after it
+        self._baseline = 0.0
         #: Why nothing more comes, "" where all is well.
         self.refused = ""
         self._restart(0, 0)
@@ -94,6 +99,54 @@ class TouchStream:
             self._contact = contact
         return self._complete()
 
+    def approach(self) -> Touches | None:
+        """Return the contact before its first moment, with zeros after it; None without one.
+
+        It is for what depends on the signal before the contact alone.
+        """
+        contact = self._contact
+        if contact is None or contact.finger not in self._fingers:
+            return None
+        shortest, longest = lengths(self._layout.rate)
+        start = len(self._past) - (self._end - contact.sample)
+        if start < 0:
+            return None
+        column = self._past[:start, self._fingers.index(contact.finger)]
+        column = np.concatenate([column, np.zeros(longest)])
+        signal = cut_touch(column, start, self._layout.rate)
+        return None if signal is None else self._touches(contact, signal, np.array([shortest]))
+
+    def _signal_until(self, contact: Contact, available: int) -> Signals | None:
+        """Return the signal of the contact so far; None if it cannot be used."""
+        start = len(self._past) - available
+        if contact.finger not in self._fingers or start < 0:
+            return None
+        rate = self._layout.rate
+        column = self._past[:, self._fingers.index(contact.finger)]
+        if self._signal is None:
+            self._signal = cut_touch(column, start, rate)
+            self._baseline = baseline_of(column[max(start - samples_in(BEFORE, rate), 0) :], rate)
+        else:  # add what is new
+            longest = lengths(rate)[1]
+            until = min(available, longest)
+            new = column[start + self._cut : start + until]
+            self._signal[len(self._signal) - longest :][self._cut : until] = new - self._baseline
+            if not np.isfinite(new).all():
+                return None
+        self._cut = min(available, lengths(rate)[1])
+        return self._signal
+
+    def _touches(self, contact: Contact, signal: Signals, valid: NDArray[np.intp]) -> Touches:
+        n = len(valid)
+        return Touches(
+            signals=signal[None].repeat(n, axis=0),
+            valid=valid,
+            fingers=np.full(n, finger_number(contact.finger), np.intp),
+            speeds=np.full(n, np.nan),
+            radii=np.full(n, self._radius),
+            rate=self._layout.rate,
+        )
+
     def _complete(self) -> Touches | None:
         contact = self._contact
         if contact is None:
@@ -102,19 +155,12 @@ class TouchStream:
         now = np.array([n for n in self._left if n <= available], np.intp)
         if not len(now):
             return None
-        start = len(self._past) - available
-        signal = None
-        if contact.finger in self._fingers and start >= 0:
-            column = self._past[:, self._fingers.index(contact.finger)]
-            signal = cut_touch(column, start, self._layout.rate)
+        signal = self._signal_until(contact, available)
         if signal is None:
             self._refuse("too little signal before the contact, or the piezo is dead")
             return None
         self._left = self._left[len(now) :]
-        n = len(now)
-        fingers = np.full(n, finger_number(contact.finger), np.intp)
-        touches = Touches.untold(np.tile(signal, (n, 1)), now, fingers, self._layout.rate)
-        return replace(touches, radii=np.full(n, self._radius))
+        return self._touches(contact, signal, now)
 
     def _refuse(self, why: str) -> None:
         self.refused, self._left = why, ()

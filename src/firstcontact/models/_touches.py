@@ -119,13 +119,17 @@ def cut_touch(volts: NDArray[Any], start: int, rate: float) -> Signals | None:
     segment = volts[max(start - lead, 0) : start + longest]
     if start < lead or len(segment) < lead + lengths(rate)[0]:
         return None
-    quiet_end = lead - samples_in(BASELINE_GUARD, rate)
-    baseline = segment[quiet_end - samples_in(BASELINE, rate) : quiet_end].mean()
     if not np.isfinite(segment).all() or np.ptp(segment) == 0.0:
         return None
     out = np.zeros(lead + longest, np.float32)
-    out[: len(segment)] = segment - baseline
+    out[: len(segment)] = segment - baseline_of(segment, rate)
     return out
+
+
+def baseline_of(segment: NDArray[Any], rate: float) -> float:
+    """Return the baseline, V, of a signal that begins ``BEFORE`` before its contact."""
+    quiet_end = samples_in(BEFORE, rate) - samples_in(BASELINE_GUARD, rate)
+    return float(segment[quiet_end - samples_in(BASELINE, rate) : quiet_end].mean())
 
 
 def touches_of(

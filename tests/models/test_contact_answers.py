@@ -1,0 +1,57 @@
+"""A contact that is followed gets exactly the numbers of the model for many contacts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from firstcontact.core import fingertip_layout
+from firstcontact.models import BEFORE, LONGEST, InContextModel, Touches, moments, shipped_model
+from firstcontact.signal import samples_in
+
+RATE = fingertip_layout().rate
+LEAD, SAMPLES = samples_in(BEFORE, RATE), samples_in(LONGEST, RATE)
+
+
+def shipped() -> InContextModel:
+    network = shipped_model().network
+    assert network is not None
+    return network.model
+
+
+def contact(seed: int, finger: int) -> Touches:
+    rng = np.random.default_rng(seed)
+    t = np.arange(SAMPLES)
+    signal = 10 ** rng.uniform(-4, -1) * rng.standard_normal(LEAD + SAMPLES)
+    ring = np.exp(-t / rng.uniform(2, 40)) * np.sin(t / rng.uniform(2, 20))
+    signal[LEAD:] += 10 ** rng.uniform(-3, 1) * ring
+    signals = signal.round(3)[None].astype(np.float32)
+    return Touches.untold(signals, np.full(1, moments(RATE)[0]), np.full(1, finger), RATE)
+
+
+@settings(max_examples=30)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    finger=st.sampled_from([-1, 0, 1]),
+    due=st.sets(st.sampled_from(moments(RATE)), min_size=1),
+)
+def test_each_moment_is_that_of_the_model(seed: int, finger: int, due: set[int]) -> None:
+    model, touches = shipped(), contact(seed, finger)
+    followed = model.follow(touches)
+    for samples in sorted(due):
+        so_far = touches.signals.copy()
+        so_far[:, LEAD + samples :] = 0.0
+        rows = replace(touches, signals=so_far, valid=np.full(1, samples))
+        expected = model.answers(rows)
+        answer = followed.at(so_far[0, LEAD:], samples)
+        assert answer is not None
+        assert (answer.value, answer.low, answer.high, answer.strange) == (
+            expected.values[0],
+            expected.low[0],
+            expected.high[0],
+            expected.strange[0],
+        )
+        assert answer.half_width == model.half_widths(expected.spreads, samples, RATE)[0]

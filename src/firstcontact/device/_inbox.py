@@ -17,7 +17,7 @@ class Inbox:
     """Queue with one writing and one reading thread.
 
     Its lock can also protect other fields that both threads use. Hold :attr:`changed` for all calls
-    except :meth:`read`, :attr:`ended`, :attr:`missing` and :attr:`waiting`.
+    except :meth:`read`, :attr:`ended` and :attr:`waiting`.
     """
 
     def __init__(self) -> None:
@@ -38,11 +38,6 @@ class Inbox:
     def waiting(self) -> int:
         """Number of samples in the queue. Can be read without the lock."""
         return self._waiting
-
-    @property
-    def missing(self) -> int:
-        """Number of samples that a reader still waits for. Can be read without the lock."""
-        return self._wanted - self._waiting
 
     def put(self, arrival: Arrival) -> None:
         """Append an arrival. :meth:`wake` then wakes the reader."""

@@ -29,8 +29,8 @@ _log = logging.getLogger(__name__)
 
 #: Longest wait for the first answer after opening the port, s.
 PATIENCE = 5.0
-#: Time between two checks whether the reader has taken samples, s.
-LOOK = 2e-3
+#: Time between two checks whether somebody reads, s. The buffer of a pseudo terminal holds 23 ms.
+LOOK = 6e-3
 #: Silence after which a device is asked whether it was reset, s. If it answers but sends no samples
 #: for the same time again, it counts as disconnected ...
 SILENCE = 1.0
@@ -50,8 +50,6 @@ EARLY = 0.0004
 OPENING = 5.0
 #: Sources without a real-time rate.
 SIMULATED = ("twin", "synthetic")
-#: Size of a read, in bytes, above which the next read follows without a sleep.
-PILE = 4096
 
 
 # Not a ThreadedSource: its thread connects too, and the device itself counts samples and places
@@ -59,7 +57,9 @@ PILE = 4096
 class SerialSource:
     """Device on a serial port, which may be unplugged and plugged in again.
 
-    A thread reads the port and stores the samples until :meth:`read` is called. A port that comes
+    :meth:`read` reads the port in the thread of its caller: samples are there as soon as their last
+    byte was read, and wait for no other thread. While nobody calls it, a thread of the source reads
+    the port and stores the samples. That thread also connects. A port that comes
     back begins a new epoch, even if the device kept its power. A device that was reset without
     losing its port also begins one; silence reveals the reset. Samples that a device counted
     meanwhile are counted as lost.
@@ -81,6 +81,8 @@ class SerialSource:
     #: Largest number of samples received ahead of the reader; None for no limit. Only a device that
     #: waits for its host loses nothing with a limit.
     most: int | None = None
+    #: True: a call of :meth:`read` without a timeout costs no more than a look at the port.
+    can_poll = True
 
     def __init__(self, port: str, patience: float = PATIENCE) -> None:
         self.port = port
@@ -94,9 +96,15 @@ class SerialSource:
         self._has_warned = False  # about the rate, in this epoch
         self._thread: threading.Thread | None = None
         self._closing = threading.Event()
+        self._inbox = Inbox()
+        # The thread that holds this lock reads the port. It protects the next fields, too.
+        self._turn = threading.Lock()
+        self._opened = 0.0  # time at which the port was opened
+        self._asked = -math.inf  # time of the last question to the device
         self._heard = 0.0  # time of the last samples or answer
         self._sampled = 0.0  # time of the last samples
-        self._inbox = Inbox()
+        self._looked = -math.inf  # end of the last call of ``read``
+        self._interruption: Exception | None = None  # for the source's own thread
         # The fields below are protected by the inbox's lock.
         self._markers: list[Marker] = []  # waiting for their sample
         self._predictions: list[DevicePrediction] = []  # waiting for the next samples
@@ -159,7 +167,33 @@ class SerialSource:
 
     def read(self, timeout: float, least: int = 1) -> list[Arrival]:
         """Return all samples received since the last call. Wait up to ``timeout`` s for more."""
-        return self._inbox.read(timeout, least)
+        until = time.monotonic() + timeout
+        remaining = timeout
+        while self._connected and self._inbox.waiting < least:
+            if not self._turn.acquire(timeout=max(remaining, 0.0)):
+                break
+            try:
+                self._look(least, remaining)
+            finally:
+                self._turn.release()
+            remaining = until - time.monotonic()
+            if remaining <= 0.0:
+                break
+        self._looked = time.monotonic()
+        return self._inbox.read(max(remaining, 0.0), least)
+
+    def _look(self, least: int, patience: float) -> None:
+        """Read the port once, in the thread of the reader, when the samples are due."""
+        transport = self._transport
+        if transport is None or self._interruption is not None or self._closing.is_set():
+            self._connected = False  # the source's own thread goes on
+            return
+        if patience > 0.0:
+            patience -= self._sleep_until_due(least - self._inbox.waiting, patience)
+        try:
+            self._step(transport, max(patience, 0.0))
+        except Exception as error:
+            self._interruption, self._connected = error, False
 
     def mark(self, text: str) -> None:
         """Attach a marker to the next sample.
@@ -239,57 +273,62 @@ class SerialSource:
                 self._flush_pending()
 
     def _communicate(self, transport: SerialTransport) -> None:
-        """Ask for the descriptor, start the samples, and receive until closed."""
-        opened = now = time.monotonic()
-        self._heard = last_question = -math.inf
+        """Connect, then read whenever nobody else does, until closed."""
+        self._opened = time.monotonic()
+        self._heard = self._asked = -math.inf
         while not self._closing.is_set():
-            if now - self._heard > SILENCE and now - last_question > AGAIN:
-                if self._assembler.epoch < 0 and now - opened > self._patience:
-                    raise InputError(
-                        "no device answers on this port: check that it is the fingertip "
-                        "(`firstcontact ports --ask`), and flash its firmware"
-                    )
-                with self._inbox.changed:
-                    # A device without a sample since the last question counts as disconnected.
-                    self._connected &= last_question < self._sampled
-                self._assembler.expect_descriptor()
-                transport.send(FrameType.HELLO, bytes([VERSION]))
-                last_question = now
-            data = transport.read()
-            now = time.monotonic()
-            if self._take(data, now).greeted:
-                transport.send(FrameType.START)
-            if self._wait_for_reader():
-                self._heard = now = (
-                    time.monotonic()
-                )  # nothing was read meanwhile, so this is no silence
-            elif len(data) < PILE:
-                self._sleep_until_due()
-                now = time.monotonic()
+            if self._interruption is not None:
+                error, self._interruption = self._interruption, None
+                raise error
+            if not self._connected:
+                with self._turn:
+                    self._step(transport)
+            elif self._is_needed() and self._turn.acquire(blocking=False):
+                try:
+                    self._step(transport, 0.0)
+                finally:
+                    self._turn.release()
+            self._closing.wait(LOOK if self._connected else 0.0)
         if self._assembler.epoch >= 0:
-            with suppress(LinkError):
+            with self._turn, suppress(LinkError):
                 self._stop(transport)
 
-    def _wait_for_reader(self) -> bool:
-        """Leave data on the line while the queue is full. Return True if it waited."""
-        waited = False
-        while (
-            self.most is not None
-            and self._inbox.waiting >= self.most
-            and self._inbox.missing <= 0
-            and not self._closing.wait(LOOK)
-        ):
-            waited = True
-        return waited
+    def _step(self, transport: SerialTransport, patience: float = math.inf) -> None:
+        """Ask a silent device, and take what it sends. The caller holds the turn."""
+        now = time.monotonic()
+        if now - self._heard > SILENCE and now - self._asked > AGAIN:
+            if self._assembler.epoch < 0 and now - self._opened > self._patience:
+                raise InputError(
+                    "no device answers on this port: check that it is the fingertip "
+                    "(`firstcontact ports --ask`), and flash its firmware"
+                )
+            with self._inbox.changed:
+                # A device without a sample since the last question counts as disconnected.
+                self._connected &= self._asked < self._sampled
+            self._assembler.expect_descriptor()
+            transport.send(FrameType.HELLO, bytes([VERSION]))
+            self._asked = now
+        data = transport.read(patience)
+        if data and self._take(data, time.monotonic()).greeted:
+            transport.send(FrameType.START)
 
-    def _sleep_until_due(self) -> None:
-        """Sleep until the samples that the reader waits for are due."""
-        descriptor = self._assembler.descriptor
-        if descriptor is None or not self._connected:
-            return
-        nap = min(self._inbox.missing / descriptor.layout.rate - EARLY, NAP)
-        if nap > 0.0:
-            time.sleep(nap)
+    def _is_needed(self) -> bool:
+        """Return True if nobody reads the port and there is room for samples."""
+        now = time.monotonic()
+        if now - self._looked < LOOK:
+            return False
+        if self.most is not None and self._inbox.waiting >= self.most:
+            self._heard = now  # nothing is read meanwhile, so this is no silence
+            return False
+        return True
+
+    def _sleep_until_due(self, missing: int, most: float) -> float:
+        """Sleep until ``missing`` samples are due. Return the time, s."""
+        nap = min(missing / self.descriptor.layout.rate - EARLY, NAP, most)
+        if nap <= 0.0:
+            return 0.0
+        time.sleep(nap)
+        return nap
 
     def _take(self, data: bytes, now: float) -> Assembled:
         with self._inbox.changed:
@@ -374,9 +413,11 @@ class SerialSource:
 
     def _disconnect(self) -> None:
         _log.info("%s: lost", self.name)
-        with self._inbox.changed:
-            self._connected = False
-        transport, self._transport = self._transport, None
+        with self._turn:
+            with self._inbox.changed:
+                self._connected = False
+            transport, self._transport = self._transport, None
+            self._interruption = None
         if transport is not None:
             transport.close()
         self._decoder.restart()

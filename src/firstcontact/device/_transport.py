@@ -67,8 +67,10 @@ class SerialTransport:
         except FAULTS as error:
             raise InputError(why_not(port, error)) from error
 
-    def read(self) -> bytes:
-        """Return available bytes. Wait up to :data:`PATIENCE` for the first; b"" if none.
+    def read(self, patience: float = PATIENCE) -> bytes:
+        """Return available bytes. Wait for the first at most ``patience`` s; b"" if none.
+
+        The wait is never longer than :data:`PATIENCE`.
 
         Raises
         ------
@@ -76,14 +78,15 @@ class SerialTransport:
             The port is gone.
         """
         try:
-            return self._read() if os.name == "posix" else self._read_portably()
+            patience = min(patience, PATIENCE)
+            return self._read(patience) if os.name == "posix" else self._read_portably(patience)
         except (OSError, TypeError, ValueError) as error:  # a closed port has no file descriptor
             raise LinkError(f"{self.port}: {error}") from error
 
-    def _read(self) -> bytes:
+    def _read(self, patience: float) -> bytes:
         """Read as pyserial does, with about 20 % less work for the host."""
         number = self._serial.fileno()
-        ready, _, _ = select.select([number], [], [], PATIENCE)
+        ready, _, _ = select.select([number], [], [], patience)
         if not ready:
             return b""
         data = os.read(number, MOST)
@@ -91,7 +94,9 @@ class SerialTransport:
             raise LinkError("the other end has closed it")
         return data
 
-    def _read_portably(self) -> bytes:
+    def _read_portably(self, patience: float) -> bytes:
+        if self._serial.timeout != patience:
+            self._serial.timeout = patience
         data: bytes = self._serial.read(1)
         # Read the bytes that came with the first one. Waiting for a full buffer would add latency.
         return data + self._serial.read(self._serial.in_waiting) if data else data

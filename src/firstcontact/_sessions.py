@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -123,12 +122,10 @@ def live(
     >>> len(pinches)
     1
     """
-    from threadpoolctl import threadpool_limits
-
-    from firstcontact.device import ResampledSource, TransportDelay, measure_noise
-    from firstcontact.grasp import POLICIES, HandError, live_policy, open_hand
+    from firstcontact.device import ResampledSource, measure_noise
+    from firstcontact.grasp import HANDS, Begins
     from firstcontact.models import Model, load_model, shipped_model
-    from firstcontact.streaming import Grasping, LiveSession, Pipeline, predictor_of
+    from firstcontact.streaming import check_hand, live_session, predictor_of
 
     if not hasattr(type(source), "descriptor"):
         raise InputError(
@@ -141,10 +138,14 @@ def live(
         if bound is not None and not bound > 0:
             raise InputError(f"{bound:g} is given: give a number above 0", parameter=name)
     recorded = hasattr(source, "calibration")
-    if hand is not None:
-        _check_hand(hand, hand_port, source, recorded=recorded, real_time=real_time)
-    elif policy is not None or hand_port is not None:
-        raise InputError("it needs a hand", parameter="hand_port" if policy is None else "policy")
+    is_live = real_time and not recorded
+    check_hand(hand, hand_port, policy, device=source.name, is_live=is_live)
+    if hand is not None and HANDS.find(hand).begins is Begins.US:
+        raise InputError(
+            f"{hand} closes only when it is asked to, which `firstcontact live --hand {hand}` "
+            "offers on its page and keyboard",
+            parameter="hand",
+        )
     if model is None:
         model = shipped_model()
     elif not isinstance(model, Model):
@@ -154,42 +155,20 @@ def live(
     rate = detector.rate or (source.descriptor.layout.rate if predictor is None else predictor.rate)
     if source.descriptor.layout.rate != rate:
         source = ResampledSource(source, rate)
-    descriptor = source.descriptor
     if calibration is None:
         calibration = getattr(source, "calibration", None) if recorded else measure_noise(source)
-    with ExitStack() as stack:
-        # Products of small matrices: their threads would only wait for one another.
-        stack.enter_context(threadpool_limits(1))
-        pipeline = Pipeline(
-            descriptor.layout,
-            detector,
-            predictor,
-            calibration,
-            delay=descriptor.delay,
-            real_time=real_time,
-        )
-        grasping = None
-        if hand is not None:
-            transport = TransportDelay(descriptor.layout.rate) if real_time else None
-            try:
-                opened = stack.enter_context(open_hand(hand, hand_port, source=source))
-            except HandError as error:
-                raise InputError(str(error), parameter="hand") from error
-            grasping = Grasping(
-                live_policy(policy or POLICIES.default),
-                opened,
-                descriptor.layout,
-                transport=transport,
-            )
-        session = LiveSession(
-            source,
-            pipeline,
-            () if grasping is None else (grasping,),
-            Path() if record is None else Path(record),
-            calibration,
-            None if grasping is None else grasping.requests,
-            shape,
-        )
+    with live_session(
+        source,
+        detector,
+        predictor,
+        calibration,
+        real_time=real_time,
+        hand=hand,
+        hand_port=hand_port,
+        policy=policy,
+        recordings=Path() if record is None else Path(record),
+        shape=shape,
+    ) as (session, _):
         if record is not None:
             session.start_recording()
         for event in session.events(seconds=seconds, pinches=pinches):
@@ -198,28 +177,3 @@ def live(
             yield event
         if session.recording.failed:
             raise InputError(session.recording.failed, parameter="record")
-
-
-def _check_hand(
-    hand: str, port: str | None, source: Source, *, recorded: bool, real_time: bool
-) -> None:
-    """Refuse a hand that must not be driven from this source."""
-    from firstcontact.grasp import HANDS, Begins
-
-    kind = HANDS.find(hand)
-    if kind.needs_live_samples(port) and (recorded or not real_time):
-        raise InputError(
-            f"{hand} is not driven from a recording, nor at another speed than real time",
-            parameter="hand",
-        )
-    if kind.of_source not in (None, source.name):
-        raise InputError(
-            f"{hand} is the hand of the source {kind.of_source!r}: open that, or name another",
-            parameter="hand",
-        )
-    if kind.begins is Begins.US:
-        raise InputError(
-            f"{hand} closes only when it is asked to, which `firstcontact live --hand {hand}` "
-            "offers on its page and keyboard",
-            parameter="hand",
-        )

@@ -22,6 +22,8 @@ from ._json_lines import JsonLinesSink as JsonLinesSink
 from ._json_lines import LinkLine as LinkLine
 from ._json_lines import MarkerLine as MarkerLine
 from ._ledger import ledger_lines as ledger_lines
+from ._live_session import check_hand as check_hand
+from ._live_session import live_session as live_session
 from ._lsl import LslSink as LslSink
 from ._pipeline import AFTER as AFTER
 from ._pipeline import Pipeline as Pipeline

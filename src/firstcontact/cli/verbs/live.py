@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -15,18 +14,14 @@ from firstcontact.cli.options import Condition, Option, devices, one_of
 from firstcontact.contact import SLIP_DETECTORS
 from firstcontact.core import InputError, is_same_rate, require_modules
 from firstcontact.device import SOURCES, open_source, source_kind
-from firstcontact.grasp import HANDS, POLICIES, Begins, live_policies, make_hand
+from firstcontact.grasp import HANDS, POLICIES, live_policies
 
 if TYPE_CHECKING:
-    from firstcontact.contact import Detector, SlipDetector
+    from firstcontact.cli.stopping import Stop
+    from firstcontact.contact import Detector
     from firstcontact.core import Calibration
     from firstcontact.device import Source
-    from firstcontact.grasp import Hand
     from firstcontact.streaming import Grasping, LiveSession, Predictor, Sink
-
-#: A viewer's thread may hold up the pipeline's for so long, s; Python's own 5 ms is a
-#: third of a window.
-SWITCH = 5e-4
 
 
 @dataclass(frozen=True)
@@ -93,8 +88,6 @@ class Live:
             require_modules("live", "websockets")
         if self.lsl:
             require_modules("live", "pylsl")
-        from threadpoolctl import threadpool_limits
-
         from firstcontact.cli.live_models import (
             SHIPPED,
             device_model_line,
@@ -103,12 +96,11 @@ class Live:
             left_out,
             live_model,
         )
-        from firstcontact.cli.session_keys import session_keys
         from firstcontact.cli.stopping import stopping
         from firstcontact.contact import load_detector, untrained_detector
         from firstcontact.core import read_calibration
         from firstcontact.device import skipped_model
-        from firstcontact.streaming import LiveSession, Pipeline, grasp_lines, predictor_of
+        from firstcontact.streaming import live_session, predictor_of
 
         source: Source = open_source(
             self.device,
@@ -119,8 +111,7 @@ class Live:
         )
         folder = self.model or self._own_model(source)
         given = None if self.calibration is None else read_calibration(self.calibration)
-        # Products of small matrices: threads of theirs only wait for one another.
-        with stopping() as stop, source, threadpool_limits(1):
+        with stopping() as stop, source:
             device = source.descriptor.predictor
             detector, predictor, known = None, None, {}
             if folder is not None or device is None:
@@ -138,46 +129,56 @@ class Live:
                 _say(device_model_line(device, self.model))
             if (models := source.descriptor.model_slot) is not None and models.fault:
                 _say(skipped_model(models, device is not None))
-            calibration = given or device_noise(device) or self._measured(source)
-            pipeline = Pipeline(
-                source.descriptor.layout,
+            with live_session(
+                source,
                 detector or untrained_detector(source.descriptor.layout),
                 predictor,
-                calibration,
-                delay=source.descriptor.delay,
+                given or device_noise(device) or self._measured(source),
                 real_time=self.speed == 1.0,
-            )
-            with self._driven(source) as grasping:
-                actors = () if grasping is None else (grasping,)
-                hand = None if grasping is None else grasping.requests
-                session = LiveSession(
-                    source, pipeline, actors, self.recordings, calibration, hand, self.shape
-                )
-                if self.one_object:
-                    session.new_object()
-                sinks = self._sinks(session, known)
-                began, used = source.health.samples, time.process_time()
-                if self.record:
-                    _say(f"recording {session.start_recording()}")
-                sys.setswitchinterval(SWITCH)
-                stop.gently = True
-                # A replay without a pace can wait, so that no line of it is dropped.
-                patient = math.isinf(self.speed)
-                with session_keys(session):
-                    session.run(sinks, self.seconds, self.pinches, lambda: stop.requested, patient)
-                self._report(session, source, began, time.process_time() - used)
-            if grasping is not None:
-                for line in grasp_lines(grasping, real_time=self.speed == 1.0):
-                    _say(line)
-            if session.recording.failed:
-                raise InputError(session.recording.failed)
-            assert session.fanout is not None
-            failed = [f"{name} ({why})" for name, why in session.fanout.failed.items()]
-            if failed:
-                raise InputError(f"these outputs failed: {', '.join(failed)}")
+                hand=self.hand,
+                hand_port=self.hand_port,
+                policy=self.policy,
+                slip=self.slip,
+                recordings=self.recordings,
+                shape=self.shape,
+            ) as (session, grasping):
+                self._follow(session, stop, known)
+            self._end(session, grasping)
+
+    def _follow(self, session: LiveSession, stop: Stop, known: dict[str, float]) -> None:
+        """Pass events to the outputs until Ctrl-C or one of the bounds; print the figures."""
+        from firstcontact.cli.session_keys import session_keys
+
+        if self.one_object:
+            session.new_object()
+        sinks = self._sinks(session, known)
+        began, used = session.source.health.samples, time.process_time()
+        if self.record:
+            _say(f"recording {session.start_recording()}")
+        stop.gently = True
+        # A replay without a pace can wait, so that no line of it is dropped.
+        patient = math.isinf(self.speed)
+        with session_keys(session):
+            session.run(sinks, self.seconds, self.pinches, lambda: stop.requested, patient)
+        self._report(session, session.source, began, time.process_time() - used)
+
+    def _end(self, session: LiveSession, grasping: Grasping | None) -> None:
+        """Print the figures of the hand; refuse outputs that failed."""
+        from firstcontact.streaming import grasp_lines
+
+        if grasping is not None:
+            for line in grasp_lines(grasping, real_time=self.speed == 1.0):
+                _say(line)
+        if session.recording.failed:
+            raise InputError(session.recording.failed)
+        assert session.fanout is not None
+        failed = [f"{name} ({why})" for name, why in session.fanout.failed.items()]
+        if failed:
+            raise InputError(f"these outputs failed: {', '.join(failed)}")
 
     def _check(self) -> None:
         from firstcontact.models import radius_of
+        from firstcontact.streaming import check_hand
 
         if self.seconds is not None and not self.seconds > 0:
             raise InputError(f"--seconds is {self.seconds:g}: give a time above 0, or leave it out")
@@ -188,58 +189,15 @@ class Live:
         radius_of(self.shape)
         if not 0 <= self.port <= 65535:
             raise InputError(f"--port is {self.port}: give one from 0 to 65535")
-        if self.slip is not None:
-            self._check_slip(self.slip)
-        POLICIES.find(self.policy)
-        if self.hand is not None:
-            self._check_hand(HANDS.find(self.hand))
-        else:
-            self._check_no_hand()
-
-    def _check_no_hand(self) -> None:
-        """Refuse what is said of a hand where none is driven."""
-        for option, said in (
-            ("--policy", self.policy != POLICIES.default),
-            ("--hand-port", self.hand_port is not None),
-        ):
-            if said:
-                raise InputError(
-                    f"{option} is for a hand that is driven, and none is: name it with --hand, or "
-                    f"leave {option} out"
-                )
-
-    def _check_slip(self, slip: str) -> None:
-        """Refuse a slip detector that there is not, or that nobody would act upon."""
-        SLIP_DETECTORS.find(slip)
-        if self.hand is None or Begins.US not in HANDS.find(self.hand).begins:
-            raise InputError(
-                "--slip tells the policy of a --hand whose closings are begun here: name such a "
-                "hand, or leave --slip out"
-            )
-        if not POLICIES.find(self.policy).has_reflex():
-            raise InputError(
-                f"--policy {self.policy} does nothing when something slips: leave --slip out, or "
-                "name a policy with a reflex"
-            )
-
-    def _check_hand(self, hand: type[Hand]) -> None:
-        """Refuse what the hand must not, or cannot, be driven with."""
-        device = source_kind(self.device)
-        if hand.needs_live_samples(self.hand_port) and (device.recorded or self.speed != 1.0):
-            instead = (
-                "" if hand.simulated_port is None else f", or --hand-port {hand.simulated_port}"
-            )
-            raise InputError(
-                f"--hand {hand.name} is not driven from a recording, nor faster than real time: "
-                f"use --hand {HANDS.default}{instead}"
-            )
-        if hand.of_source not in (None, device.name):
-            raise InputError(
-                f"--hand {hand.name} is the hand of --device {hand.of_source}: name both, or "
-                "another hand"
-            )
-        if hand.of_source is None:
-            make_hand(hand, self.hand_port)  # opens nothing: a package that is missing is told now
+        kind = source_kind(self.device)
+        check_hand(
+            self.hand,
+            self.hand_port,
+            None if self.hand is None and self.policy == POLICIES.default else self.policy,
+            self.slip,
+            device=kind.name,
+            is_live=self.speed == 1.0 and not kind.recorded,
+        )
 
     def _own_model(self, source: Source) -> Path | None:
         """The twin's, where the twin is what is listened to, now or when it was recorded."""
@@ -261,33 +219,6 @@ class Live:
         request = rest_request(source.descriptor.layout)
         _say(f"measuring the noise floor, {REST:g} s: {request}")
         return measure_noise(source)
-
-    @contextmanager
-    def _driven(self, source: Source) -> Iterator[Grasping | None]:
-        """The hand with its policy, released on every way out; None where none is driven."""
-        from firstcontact.device import TransportDelay
-        from firstcontact.grasp import HandError, live_policy, open_hand
-        from firstcontact.streaming import Grasping
-
-        if self.hand is None:
-            yield None
-            return
-        policy = live_policy(self.policy)
-        layout = source.descriptor.layout
-        # Where samples come faster or slower than they were taken, there is no delay to be told.
-        transport = TransportDelay(layout.rate) if self.speed == 1.0 else None
-        try:
-            with open_hand(self.hand, self.hand_port, source=source) as hand:
-                yield Grasping(policy, hand, layout, transport=transport, slip=self._slip())
-        except HandError as error:
-            raise InputError(f"--hand {self.hand}: {error}") from error
-
-    def _slip(self) -> SlipDetector | None:
-        if self.slip is None:
-            return None
-        kind = SLIP_DETECTORS.find(self.slip)
-        with SLIP_DETECTORS.calling(self.slip):
-            return kind()
 
     def _sinks(self, session: LiveSession, landmarks: dict[str, float]) -> list[Sink]:
         sinks: list[Sink] = [self._to_stdout(session.source)]

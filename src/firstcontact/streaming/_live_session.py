@@ -1,0 +1,174 @@
+"""Live session with its pipeline and its hand, as ``fc.live`` and the command ``live`` open it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+from firstcontact.contact import SLIP_DETECTORS, Detector, SlipDetector
+from firstcontact.core import Calibration, InputError
+from firstcontact.device import Source, TransportDelay
+from firstcontact.grasp import (
+    HANDS,
+    POLICIES,
+    Begins,
+    HandError,
+    live_policy,
+    make_hand,
+    open_hand,
+)
+from firstcontact.streaming._grasping import Grasping
+from firstcontact.streaming._pipeline import Pipeline
+from firstcontact.streaming._predictors import Predictor
+from firstcontact.streaming._session import LiveSession
+
+
+@contextmanager
+def live_session(
+    source: Source,
+    detector: Detector,
+    predictor: Predictor | None,
+    calibration: Calibration | None,
+    *,
+    real_time: bool,
+    hand: str | None = None,
+    hand_port: str | None = None,
+    policy: str | None = None,
+    slip: str | None = None,
+    recordings: Path = Path(),
+    shape: str = "",
+) -> Iterator[tuple[LiveSession, Grasping | None]]:
+    """Open a session; the hand is released on every way out.
+
+    Parameters
+    ----------
+    source
+        Open source, at the rate of the detector.
+    detector, predictor, calibration
+        See :class:`Pipeline`.
+    real_time
+        True if samples come as fast as they were taken.
+    hand, hand_port, policy, slip
+        Names of the hand, its port, the grasp policy and the slip detector; None without, or for
+        the default policy.
+    recordings, shape
+        See :class:`LiveSession`.
+
+    Yields
+    ------
+    tuple of LiveSession and Grasping
+        The latter is None without a hand.
+
+    Raises
+    ------
+    InputError
+        The detector or model does not fit the source, or the hand fails.
+    """
+    from threadpoolctl import threadpool_limits
+
+    layout, delay = source.descriptor.layout, source.descriptor.delay
+    with ExitStack() as stack:
+        # Products of small matrices: threads of theirs only wait for one another.
+        stack.enter_context(threadpool_limits(1))
+        pipeline = Pipeline(
+            layout, detector, predictor, calibration, delay=delay, real_time=real_time
+        )
+        try:
+            grasping = None
+            if hand is not None:
+                grasping = Grasping(
+                    live_policy(policy or POLICIES.default),
+                    stack.enter_context(open_hand(hand, hand_port, source=source)),
+                    layout,
+                    # At another speed than real time, no delay can be known.
+                    transport=TransportDelay(layout.rate) if real_time else None,
+                    slip=_slip_detector(slip),
+                )
+            session = LiveSession(
+                source,
+                pipeline,
+                () if grasping is None else (grasping,),
+                recordings,
+                calibration,
+                None if grasping is None else grasping.requests,
+                shape,
+            )
+            yield session, grasping
+        except HandError as error:
+            raise InputError(str(error), parameter="hand") from error
+
+
+def check_hand(
+    hand: str | None,
+    hand_port: str | None = None,
+    policy: str | None = None,
+    slip: str | None = None,
+    *,
+    device: str,
+    is_live: bool,
+) -> None:
+    """Refuse a hand that must not, or cannot, be driven.
+
+    Parameters
+    ----------
+    hand, hand_port, policy, slip
+        See :func:`live_session`.
+    device
+        Name of the source.
+    is_live
+        False for recordings, and for samples at another speed than real time.
+
+    Raises
+    ------
+    InputError
+        The parameter that is wrong.
+    """
+    if policy is not None:
+        POLICIES.find(policy)
+    if slip is not None:
+        _check_slip(slip, hand, policy or POLICIES.default)
+    if hand is None:
+        for parameter, value in (("policy", policy), ("hand_port", hand_port)):
+            if value is not None:
+                raise InputError("it needs a hand", parameter=parameter)
+        return
+    kind = HANDS.find(hand)
+    if kind.needs_live_samples(hand_port) and not is_live:
+        instead = "" if kind.simulated_port is None else f", or the port {kind.simulated_port}"
+        raise InputError(
+            f"{hand} is not driven from a recording, nor at another speed than real time: use "
+            f"{HANDS.default}{instead}",
+            parameter="hand",
+        )
+    if kind.of_source not in (None, device):
+        raise InputError(
+            f"{hand} is the hand of the source {kind.of_source!r}: open that, or name another hand",
+            parameter="hand",
+        )
+    if kind.of_source is None:
+        make_hand(kind, hand_port)  # opens nothing: a missing package is reported now
+
+
+def _check_slip(slip: str, hand: str | None, policy: str) -> None:
+    """Refuse a slip detector without a policy that would act upon it."""
+    SLIP_DETECTORS.find(slip)
+    if hand is None or Begins.US not in HANDS.find(hand).begins:
+        raise InputError(
+            "it needs a hand whose closings are begun here: name such a hand, or leave it out",
+            parameter="slip",
+        )
+    if not POLICIES.find(policy).has_reflex():
+        raise InputError(
+            f"the policy {policy} does nothing when something slips: leave it out, or name a "
+            "policy with a reflex",
+            parameter="slip",
+        )
+
+
+def _slip_detector(name: str | None) -> SlipDetector | None:
+    if name is None:
+        return None
+    kind = SLIP_DETECTORS.find(name)
+    with SLIP_DETECTORS.calling(name):
+        return kind()

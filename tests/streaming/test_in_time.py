@@ -123,10 +123,11 @@ def test_the_summary_counts_each_pinch_once(done: list[PinchDone]) -> None:
     for name in ("in_time", "too_late", "none"):
         assert figures[name] == cases.count(name)
     said = "\n".join(ledger_lines(figures, 1.0, 0.1))
-    numbers = re.search(r"(\d+) pinches: (\d+) .* in time, (\d+) too late, (\d+) without", said)
+    numbers = re.search(r"(\d+) of (\d+) pinches.*; (\d+) too late, (\d+) without", said)
     assert numbers is not None
     if None not in cases:
-        assert int(numbers[1]) == sum(map(int, numbers.groups()[1:])) == len(done)
+        in_force, pinches, *others = map(int, numbers.groups())
+        assert in_force + sum(others) == pinches == len(done)
 
 
 def test_the_row_that_misled_says_so() -> None:

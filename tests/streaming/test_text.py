@@ -65,7 +65,7 @@ def test_at_another_speed_no_times_are_told_and_nothing_is_late() -> None:
     figures |= {"overruns": 0, "blocks": 9}
     real = "\n".join(ledger_lines(figures, 1.0, 0.1))
     assert "16.000" in real
-    assert "3 pinches: 1 with an estimate in time, 1 too late, 1 without an estimate" in real
+    assert "1 of 3 pinches (33.3 %); 1 too late, 1 without an estimate" in real
     faster = [*ledger_lines(figures, 1.0, 0.1, speed=4.0)]
     assert faster[0].startswith("times and verdicts are left out: at --speed 4 ")
     assert "2 of 3 pinches had an estimate" in faster

@@ -71,6 +71,11 @@ class ClosingEstimates:
         """Number of samples that complete the next estimate; None after the last one."""
         return None if self._second is not None or self._is_settled else self._stream.due
 
+    def prepare(self) -> None:
+        """Work ahead for the next estimate, when the events of a block are out."""
+        if self.due is not None:
+            self._stream.prepare()
+
     def update(
         self, block: Block, contacts: Sequence[Contact], host: float, transport: float
     ) -> list[tuple[int, Event]]:

@@ -136,8 +136,8 @@ def ledger_lines(
         and verdicts, since the computer does not become faster with the samples.
     """
     if speed == 1.0:
-        yield from _time_lines(figures)
         yield from _verdict_lines(figures, alone)
+        yield from _time_lines(figures)
     else:
         yield (
             f"times and verdicts are left out: at --speed {speed:g} they say nothing about a hand "
@@ -173,9 +173,11 @@ def _verdict_lines(figures: Mapping[str, float], alone: bool) -> Iterator[str]:
     if alone:
         yield _with_estimate(figures)
         return
+    share = f" ({percent(figures['in_time'] / figures['pinches'])})" if figures["pinches"] else ""
     yield (
-        f"{figures['pinches']:.0f} pinches: {figures['in_time']:.0f} with an estimate in time, "
-        f"{figures['too_late']:.0f} too late, {figures['none']:.0f} without an estimate"
+        f"estimate in force when the second finger touched: {figures['in_time']:.0f} of "
+        f"{figures['pinches']:.0f} pinches{share}; {figures['too_late']:.0f} too late, "
+        f"{figures['none']:.0f} without an estimate"
     )
     unheard = (
         f"; in {figures['unheard']:.0f} of these pinches no second contact was heard"
@@ -183,6 +185,6 @@ def _verdict_lines(figures: Mapping[str, float], alone: bool) -> Iterator[str]:
         else ""
     )
     yield (
-        "in time: available before the second contact, with waiting, transport and computing "
-        f"counted{unheard}"
+        "in force: the last one available by the clock before the second contact, with waiting, "
+        f"transport and computing{unheard}"
     )

@@ -31,6 +31,9 @@ AFTER = 0.2
 #: Samples are processed in groups of this length while nothing is due, s: each wakes a core that
 #: has grown cold, and a page does not draw more often.
 IDLE = 0.024
+#: Time between predictions for a made-up contact while a closing waits for its first one, s. The
+#: caches of the processor forget the model within a few milliseconds.
+WARM = 0.005
 #: Longest closing, s: without noise floors a longer epoch is a stream of several closings.
 LONGEST_EPOCH = 10.0
 
@@ -111,6 +114,8 @@ class Pipeline:
         self._number = 0
         self._waiting: list[Block] = []
         self._waiting_samples = 0
+        self._every = samples_in(WARM, layout.rate)
+        self._warmed = 0  # sample of the last prediction for a made-up contact
         self._lot = self._idle  # samples that are processed together
         self._epoch_start: tuple[int, int] | None = None  # epoch and its first sample
         self._has_warned = self._closings.has_floors
@@ -138,9 +143,20 @@ class Pipeline:
             yield from self._work(host)
 
     @property
+    def real_time(self) -> bool:
+        """True if samples come as fast as they were taken."""
+        return self._transport is not None
+
+    @property
     def is_closing(self) -> bool:
         """True while a closing is in progress."""
         return self._closings.open
+
+    @property
+    def is_predicting(self) -> bool:
+        """True from the first contact of a closing until no more estimate of it comes."""
+        pinch = self._pinch
+        return pinch is not None and pinch.estimates is not None and pinch.estimates.due is not None
 
     @property
     def due(self) -> int:
@@ -189,7 +205,18 @@ class Pipeline:
         pinch = self._pinch
         due = None if pinch is None or pinch.estimates is None else pinch.estimates.due
         self._lot = min(n for n in (self._idle, self._closings.due, due) if n is not None)
+        if pinch is not None and pinch.estimates is not None:
+            self._prepare(pinch, pinch.estimates)
         self.ledger.worked(self._clock() - start, len(block.data))
+
+    def _prepare(self, pinch: OpenClosing, estimates: ClosingEstimates) -> None:
+        """Work ahead in the pause before the next block, so that the next estimate is quick."""
+        estimates.prepare()
+        if self._transport is None or self.predictor is None or pinch.contacts:
+            return
+        if self._closings.end - self._warmed >= self._every:
+            self._warmed = self._closings.end
+            self.predictor.warm()
 
     def _warn_of_long_epoch(self, block: Block) -> None:
         """Warn once that only the first closing of an epoch can be found."""
@@ -238,12 +265,12 @@ class Pipeline:
             pinch.contacts.append(contact)
             event = ContactEvent(contact, is_first, pinch.epoch, self._clock())
             events.append((contact.decided, event))
-        self._strips.watch(block, pinch.end if pinch.contacts else None)
         if pinch.estimates is not None:
             for known, made in pinch.estimates.update(block, pinch.contacts, host, transport):
                 events.append((known, made))
                 if isinstance(made, Estimate) and not made.final:
                     self.ledger.add(made)
+        self._strips.watch(block, pinch.end if pinch.contacts else None)
         events.sort(key=lambda pair: pair[0])
         ordered = [event for _, event in events]
         if pinch.contacts and block.end >= pinch.end:

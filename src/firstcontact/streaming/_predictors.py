@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from firstcontact.core import Block, Contact, InputError, Layout, is_same_rate
-from firstcontact.models import TouchStream
-from firstcontact.signal import ContactWindow, WindowStream
+from firstcontact.models import ANY, BEFORE, LONGEST, ContactAnswers, Touches, TouchStream
+from firstcontact.signal import ContactWindow, WindowStream, samples_in
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -68,6 +68,9 @@ class PredictionStream(Protocol):
         Iterate to the end. InputError where the model cannot predict from a signal.
         """
 
+    def prepare(self) -> None:
+        """Work ahead for the next prediction; called when the events of a block are out."""
+
 
 class Predictor(Protocol):
     """Model that predicts at one or several moments after a contact."""
@@ -94,6 +97,9 @@ class Predictor(Protocol):
     def start(self, layout: Layout, radius: float = math.nan) -> PredictionStream:
         """Return a stream for one closing; ``radius`` in m, infinite for flat, NaN if unknown."""
 
+    def warm(self) -> None:
+        """Predict for a made-up contact, so that the processor's caches hold the model."""
+
 
 class NetworkPredictor:
     """In-context network: predicts each millisecond.
@@ -112,6 +118,8 @@ class NetworkPredictor:
         self.model = model
         self.name, self.rate = model.kind, model.rate
         self.moments = tuple(n / model.rate for n in moments(model.rate))
+        touches = _made_up_contact(model.rate)
+        self._warming = model.follow(touches), touches.after[0], int(touches.valid[0])
 
     def check(self, layout: Layout) -> None:
         """Raise InputError for another sampling rate."""
@@ -126,6 +134,19 @@ class NetworkPredictor:
         """Return a stream for one closing."""
         return _NetworkStream(self.model, layout, radius)
 
+    def warm(self) -> None:
+        """Predict for a made-up contact."""
+        contact, after, valid = self._warming
+        contact.at(after, valid)
+
+
+def _made_up_contact(rate: float) -> Touches:
+    lead, longest = samples_in(BEFORE, rate), samples_in(LONGEST, rate)
+    t = np.arange(-lead, longest) / rate
+    ring = np.where(t > 0, np.exp(-t.clip(0) / 0.01) * np.sin(900.0 * t), 0.01 * np.sin(900.0 * t))
+    signals = ring[None].astype(np.float32)
+    return Touches.untold(signals, np.full(1, longest), np.full(1, ANY), rate)
+
 
 class _NetworkStream:
     """Predictions of the network in one closing."""
@@ -133,8 +154,8 @@ class _NetworkStream:
     def __init__(self, model: InContextModel, layout: Layout, radius: float) -> None:
         self._model, self._rate = model, layout.rate
         self._stream = TouchStream(layout, radius)
-        self._features: NDArray[np.float64] | None = None
         self._contact: Contact | None = None
+        self._answers: ContactAnswers | None = None
 
     @property
     def reason(self) -> str:
@@ -153,9 +174,12 @@ class _NetworkStream:
         touches = self._stream.update(block, contact)
         if touches is None or self._contact is None:
             return
-        if self._features is None:
-            self._features = self._model.rig_features(touches.take(np.zeros(1, np.intp)))
-        features = np.repeat(self._features, len(touches), axis=0)
+        if self._answers is None:
+            self._answers = self._model.follow(touches.take(np.zeros(1, np.intp)))
+        if len(touches) == 1:  # as in real time, one moment after the other
+            yield self._predict(self._answers, touches.after[0], int(touches.valid[0]))
+            return
+        features = np.repeat(self._answers.features, len(touches), axis=0)
         rows = self._model.answers(touches, features)
         if not (np.isfinite(rows.values) & np.isfinite(rows.low) & np.isfinite(rows.high)).all():
             raise InputError(_NOT_FINITE)
@@ -171,6 +195,27 @@ class _NetworkStream:
                 out_of_range=bool(rows.strange[i]),
                 half_width=float(half_widths[i]),
             )
+
+    def _predict(
+        self, answers: ContactAnswers, after: NDArray[np.float32], samples: int
+    ) -> Prediction:
+        answer = answers.at(after, samples)
+        if answer is None or self._contact is None:
+            raise InputError(_NOT_FINITE)
+        return Prediction(
+            value=answer.value,
+            low=answer.low,
+            high=answer.high,
+            level=self._model.level,
+            elapsed=samples / self._rate,
+            complete=self._contact.sample + samples - 1,
+            out_of_range=answer.strange,
+            half_width=answer.half_width,
+        )
+
+    def prepare(self) -> None:
+        if self._answers is None and (touches := self._stream.approach()) is not None:
+            self._answers = self._model.follow(touches)
 
 
 class WindowLadder:
@@ -199,6 +244,11 @@ class WindowLadder:
             raise InputError("no window model is given: name at least one")
         self.name, self.rate = windows[0].model.kind, windows[0].model.spec.rate
         self.moments = tuple(sorted(self._windows))
+        ring = _made_up_contact(self.rate).after[0]
+        self._warming = {
+            duration: np.resize(ring, (w.model.spec.samples, w.model.spec.channels))
+            for duration, w in self._windows.items()
+        }
 
     def check(self, layout: Layout) -> None:
         """Raise InputError for another sampling rate, or for models of several channels."""
@@ -214,6 +264,11 @@ class WindowLadder:
     def start(self, layout: Layout, radius: float = math.nan) -> PredictionStream:
         """Return a stream for one closing."""
         return _WindowsStream(self._windows, layout)
+
+    def warm(self) -> None:
+        """Predict for a made-up contact with each window."""
+        for duration, window in self._windows.items():
+            window.model.predict_one(self._warming[duration])
 
 
 class _WindowsStream:
@@ -242,6 +297,9 @@ class _WindowsStream:
             self.reason = "the window is not whole, or the piezo is dead"
         for window in windows:
             yield self._predict(window)
+
+    def prepare(self) -> None:
+        pass  # a window is predicted from as a whole
 
     def _predict(self, window: ContactWindow) -> Prediction:
         entry = self._windows[window.duration]

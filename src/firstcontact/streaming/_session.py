@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
@@ -20,12 +21,18 @@ from firstcontact.streaming._hand_predictions import HandPredictions
 from firstcontact.streaming._hand_requests import Ask, HandRequests
 from firstcontact.streaming._objects import ObjectCombiner
 from firstcontact.streaming._pipeline import Pipeline
+from firstcontact.streaming._readiness import Readiness
 from firstcontact.streaming._sink import Sink, Update
 
 #: Longest wait for samples, s: a stop is noticed after that time.
 WAIT = 0.05
 #: Samples go to the recorder in groups of this length at most, s; events at once.
 TOGETHER = 0.1
+#: Longest time for which estimates hold back the recorder and the sinks, s.
+HOLD = 0.05
+#: Time after the newest samples for which the session looks for more without a pause, s: a thread
+#: that sleeps wakes up late, on a core that has grown cold.
+POLL = 0.003
 
 
 class Actor(Protocol):
@@ -96,6 +103,8 @@ class LiveSession:
         self._arrivals: list[Arrival] = []
         self._was_connected: bool | None = None  # when the session closed the source
         self._events: list[Event] = []
+        self._given = 0  # number of these that the caller has
+        self._can_poll = getattr(source, "can_poll", False)
         self._objects = ObjectCombiner()
         device = source.descriptor.predictor
         self._hand_predictions = (
@@ -156,31 +165,16 @@ class LiveSession:
         Leaving the iteration ends the session.
         """
         self.fanout = Fanout(sinks, self.source.descriptor, patient)
-        until = None if seconds is None else time.monotonic() + seconds
-        updated = time.monotonic()
+        until = math.inf if seconds is None else time.monotonic() + seconds
         together = min((sink.every for sink in sinks), default=TOGETHER)
-        given = 0  # number of events that the caller has, of those the sinks have not got yet
+        self._given = 0
         try:
-            while not stopped() and (until is None or time.monotonic() < until):
-                new = self.source.read(WAIT, self._least)
-                if not new and self.source.ended:
-                    break
-                is_urgent = False
-                for arrival in new:
-                    is_urgent |= self._take(arrival)
-                # Recorder and sinks first: the caller may take its time, or never come back.
-                fresh, given = self._events[given:], len(self._events)
-                if is_urgent or time.monotonic() - updated >= together:
-                    self._update()
-                    updated = time.monotonic()
-                    given = 0
-                yield from fresh
-                if (pinches is not None and self.pinches >= pinches) or self._is_deserted:
-                    break
+            with Readiness(real_time=self.pipeline.real_time) as readiness:
+                yield from self._follow(readiness, together, until, pinches, stopped)
             self._act(self.pipeline.finish())
             if self._hand_predictions is not None:
                 self._events += self._hand_predictions.ended()
-            yield from self._events[given:]
+            yield from self._events[self._given :]
         finally:
             with ExitStack() as ends:  # the last first, and all of them even if one raises
                 ends.callback(self.fanout.close)
@@ -189,6 +183,48 @@ class LiveSession:
                 ends.callback(self._close_source)
                 for actor in self._actors:
                     ends.callback(actor.ended)
+
+    def _follow(
+        self,
+        readiness: Readiness,
+        together: float,
+        until: float,
+        pinches: int | None,
+        stopped: Callable[[], bool],
+    ) -> Iterator[Event]:
+        """Yield the events of new samples until the source ends or a bound is reached."""
+        updated = last_arrival = time.monotonic()
+        is_urgent = False
+        while not stopped() and time.monotonic() < until:
+            new = self._read(readiness, last_arrival)
+            if not new and self.source.ended:
+                return
+            for arrival in new:
+                is_urgent |= self._take(arrival)
+            now = time.monotonic()
+            if new:
+                last_arrival = now
+            fresh, self._given = self._events[self._given :], len(self._events)
+            # Other threads get nothing to do while estimates are due.
+            wait = HOLD if self.pipeline.is_predicting else 0.0 if is_urgent else together
+            if now - updated >= wait:
+                # Before the caller, who may take its time, or never come back.
+                self._update()
+                updated, is_urgent, self._given = now, False, 0
+            yield from fresh
+            if (pinches is not None and self.pinches >= pinches) or self._is_deserted:
+                return
+
+    def _read(self, readiness: Readiness, last_arrival: float) -> list[Arrival]:
+        """Return the next samples; without a pause between looks while estimates are due."""
+        is_predicting = self.pipeline.is_predicting
+        readiness.hurry(is_urgent=is_predicting)
+        if is_predicting and self._can_poll:
+            until = last_arrival + POLL
+            while time.monotonic() < until:
+                if new := self.source.read(0.0, self._least):
+                    return new
+        return self.source.read(WAIT, self._least)
 
     def start_recording(self) -> Path:
         """Begin a recording in the session's folder and return its path."""

@@ -5,9 +5,10 @@ The twin's running hand (60 s with some 30 closings) is replayed through the pip
 comparison the naive form detects and cuts the whole closing so far again for each estimate, and
 calls scikit-learn's ``predict``.
 
-``firstcontact live --device twin`` then runs in real time, several times each without a page, with
-one, and with one and a viewer. The script prints the processor time of the command, without the
-twin's process, and the ledger of the median run. Run it with one thread:
+``firstcontact live --device twin`` then runs in real time over a pseudo terminal, several
+times each without a page, and with a page and a client of it. The headline is the share of
+closings with an estimate in force: available before the second contact, by the clock, with all
+delays. ``--out`` writes these figures as JSON. Run it with one thread:
 ``OMP_NUM_THREADS=1 python benchmarks/live.py``.
 """
 
@@ -15,7 +16,9 @@ from __future__ import annotations
 
 import argparse
 import itertools
+import json
 import os
+import platform
 import re
 import subprocess
 import sys
@@ -23,7 +26,9 @@ import tempfile
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import asdict, dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -56,12 +61,6 @@ from firstcontact.streaming import NetworkPredictor, PinchDone, Pipeline, Window
 from firstcontact.twin import DeviceFilter, TwinStream
 
 LAYOUT = fingertip_layout()
-#: Runs in real time: name, with page, with viewer.
-KINDS = (
-    ("without a page", False, False),
-    ("with the page", True, False),
-    ("with the page and a viewer", True, True),
-)
 #: Samples of a frame, and of a block of 0.1 s.
 FRAME, LONG = 5, 494
 
@@ -141,15 +140,72 @@ def viewer(address: str) -> Iterator[None]:
         yield
 
 
-def real_time(seconds: float, seed: int, page: bool, looked_at: bool) -> tuple[float, float, str]:
-    """Return the share of a core, %, the median time from block to estimate, ms, and the output."""
-    command = [sys.executable, "-m", "firstcontact.cli.main", "live", "--device", "twin"]
+@dataclass(frozen=True)
+class RealTime:
+    """Figures of one run in real time, with its machine.
+
+    Parameters
+    ----------
+    machine, cores, load
+        Processor, number of its cores, and load of the last minute at the end of the run.
+    viewer
+        True with the page and a client of it on the same machine.
+    closings, with_second
+        Number of closings, and of those with a second contact.
+    in_force, in_force_share
+        Closings with an estimate in force when the second finger touched.
+    missed_offsets_ms
+        Times from the first to the second contact of the others.
+    first_pinch_ms, compute_ms
+        Time from the last needed sample to the estimate: the first one of the session, and median,
+        99th percentile and maximum of all.
+    core_share
+        Processor time of the command, share of one core, without the twin's process.
+    """
+
+    machine: str
+    cores: int
+    load: float
+    viewer: bool
+    closings: int
+    with_second: int
+    in_force: int
+    in_force_share: float
+    missed_offsets_ms: list[float]
+    first_pinch_ms: float
+    compute_ms: tuple[float, float, float]
+    core_share: float
+
+    @property
+    def words(self) -> str:
+        """Figures on one line."""
+        p50, p99, longest = self.compute_ms
+        return (
+            f"estimate in force in {self.in_force} of {self.closings} closings "
+            f"({100 * self.in_force_share:.0f} %); sample to estimate p50 {p50:.2f} ms, "
+            f"p99 {p99:.2f} ms, longest {longest:.2f} ms, first of the session "
+            f"{self.first_pinch_ms:.2f} ms; {100 * self.core_share:.1f} % of a core; load "
+            f"{self.load:.1f}"
+        )
+
+
+def machine_name() -> str:
+    """Return the name of the processor."""
+    with suppress(OSError):
+        found = re.search(r"^model name\s*: (.+)$", Path("/proc/cpuinfo").read_text(), re.MULTILINE)
+        if found:
+            return found[1]
+    return platform.processor() or platform.machine()
+
+
+def real_time(seconds: float, seed: int, looked_at: bool) -> RealTime:
+    """Run ``firstcontact live`` on the twin, over its pseudo terminal, and read its JSON lines."""
+    command = [sys.executable, "-m", "firstcontact.cli.main", "live", "--device", "twin", "--json"]
     command += ["--seed", str(seed), "--seconds", str(seconds)]
-    command += ["--page", "--port", "0"] if page else []
+    command += ["--page", "--port", "0"] if looked_at else []
     with (
-        subprocess.Popen(
-            command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True
-        ) as live,
+        tempfile.TemporaryFile("w+") as lines,
+        subprocess.Popen(command, stdout=lines, stderr=subprocess.PIPE, text=True) as live,
         ExitStack() as looking,
     ):
         assert live.stderr is not None
@@ -158,11 +214,30 @@ def real_time(seconds: float, seed: int, page: bool, looked_at: bool) -> tuple[f
             output += line
             if looked_at and line.startswith("page: "):
                 looking.enter_context(viewer(line.split()[-1]))
+        lines.seek(0)
+        events = [json.loads(line) for line in lines]
     share = re.search(r"processor time ([\d.]+) %", output)
-    compute = re.search(r"computing the estimate \(.*?\) +([\d.]+)", output)
     assert share is not None, output
-    assert compute is not None, output
-    return float(share[1]), float(compute[1]), output
+    pinches = [event for event in events if event["type"] == "pinch"]
+    assert pinches, output
+    missed = [p for p in pinches if p["verdict"] != "in_time"]
+    estimates = [e for e in events if e["type"] == "estimate" and not e["final"]]
+    compute = 1e3 * np.array([e["compute"] for e in estimates])
+    p50, p99, longest = np.percentile(compute, [50, 99, 100]).round(3).tolist()
+    return RealTime(
+        machine=machine_name(),
+        cores=os.cpu_count() or 1,
+        load=os.getloadavg()[0],
+        viewer=looked_at,
+        closings=len(pinches),
+        with_second=sum(p["offset"] is not None for p in pinches),
+        in_force=len(pinches) - len(missed),
+        in_force_share=1 - len(missed) / len(pinches),
+        missed_offsets_ms=[round(1e3 * p["offset"], 2) for p in missed],
+        first_pinch_ms=round(float(compute[0]), 3),
+        compute_ms=(p50, p99, longest),
+        core_share=float(share[1]) / 100,
+    )
 
 
 def main() -> None:
@@ -171,6 +246,7 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=60.0, help="length of each stream")
     parser.add_argument("--seed", type=int, default=5, help="random seed of the stream")
     parser.add_argument("--runs", type=int, default=3, help="real-time runs of each kind")
+    parser.add_argument("--out", type=Path, help="JSON file for the figures of these runs")
     settings = parser.parse_args()
     with tempfile.TemporaryDirectory() as cache:
         os.environ["XDG_CACHE_HOME"] = cache
@@ -204,18 +280,15 @@ def main() -> None:
             f"{naive / figures['compute_p50']:.1f} x as long"
         )
 
-        for words, page, looked_at in KINDS if settings.runs else ():
-            runs = sorted(
-                real_time(settings.seconds, settings.seed, page, looked_at)
-                for _ in range(settings.runs)
-            )
-            share, compute, output = runs[len(runs) // 2]
-            shares = ", ".join(f"{run[0]:.1f}" for run in runs)
-            print(
-                f"\nin real time, {settings.seconds:g} s over a pseudo terminal, {words}: "
-                f"{share} % of a core ({shares}), block to estimate p50 {compute} ms; load "
-                f"{os.getloadavg()[0]:.1f}\n{output.rstrip()}"
-            )
+        runs = [
+            real_time(settings.seconds, settings.seed + run, looked_at)
+            for looked_at in (False, True)
+            for run in range(settings.runs)
+        ]
+        for run in runs:
+            print(f"{'page and a viewer' if run.viewer else 'no page'}: {run.words}")
+        if settings.out is not None:
+            settings.out.write_text(json.dumps([asdict(run) for run in runs], indent=1) + "\n")
 
 
 if __name__ == "__main__":

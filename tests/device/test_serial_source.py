@@ -16,6 +16,7 @@ from firstcontact.core import InputError
 from firstcontact.device import Arrival, FrameType, SerialSource
 from firstcontact.device._transport import SerialTransport
 from firstcontact.recording import Marker
+from processes import until
 
 
 def test_every_sample_arrives_and_bytes_that_terminals_eat_survive(device: ScriptedDevice) -> None:
@@ -54,6 +55,33 @@ def test_a_reader_is_woken_for_as_many_samples_as_it_wants(device: ScriptedDevic
         while not few:
             few = source.read(0.01, 1000)
         assert few[0].block.first_sample == put
+
+
+def test_a_reader_reads_the_port_in_its_own_thread(
+    device: ScriptedDevice, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    threads: list[tuple[int, int]] = []  # of each read of the port, and its number of bytes
+    read = SerialTransport.read
+    reader = threading.get_ident()
+
+    def watched(transport: SerialTransport, *patience: float) -> bytes:
+        data = read(transport, *patience)
+        threads.append((threading.get_ident(), len(data)))
+        return data
+
+    with SerialSource(device.port) as source:
+        monkeypatch.setattr(SerialTransport, "read", watched)
+
+        def feed() -> None:
+            until(lambda: any(thread == reader for thread, _ in threads))
+            device.put(2000)
+
+        feeding = threading.Thread(target=feed)
+        feeding.start()
+        arrivals = source.read(60.0, 2000)
+        feeding.join()
+        assert sum(len(a.block.data) for a in arrivals) == 2000
+        assert {thread for thread, size in threads if size} == {reader}
 
 
 def test_the_tail_is_read_after_the_end(device: ScriptedDevice) -> None:

@@ -36,8 +36,14 @@ class Scripted:
     def check(self, layout: Layout) -> None:
         assert layout is LAYOUT
 
-    def start(self, layout: Layout, radius: float = np.nan) -> Scripted:
+    def start(self, layout: Layout, radius: float = np.nan, *, real_time: bool = False) -> Scripted:
         return Scripted(self.samples, self._fails_at)
+
+    def warm(self) -> None:
+        pass
+
+    def prepare(self) -> None:
+        pass
 
     due = None
 

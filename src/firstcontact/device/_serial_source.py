@@ -169,17 +169,16 @@ class SerialSource:
         """Return all samples received since the last call. Wait up to ``timeout`` s for more."""
         until = time.monotonic() + timeout
         remaining = timeout
-        while self._connected and self._inbox.waiting < least:
-            if not self._turn.acquire(timeout=max(remaining, 0.0)):
-                break
+        if self._connected and self._turn.acquire(timeout=max(timeout, 0.0)):
             try:
-                self._look(least, remaining)
+                while self._connected and self._inbox.waiting < least:
+                    self._look(least, remaining)
+                    remaining = until - time.monotonic()
+                    if remaining <= 0.0:
+                        break
+                self._looked = time.monotonic()
             finally:
                 self._turn.release()
-            remaining = until - time.monotonic()
-            if remaining <= 0.0:
-                break
-        self._looked = time.monotonic()
         return self._inbox.read(max(remaining, 0.0), least)
 
     def _look(self, least: int, patience: float) -> None:

@@ -49,7 +49,7 @@ class ClosingEstimates:
         *,
         real_time: bool = True,
     ) -> None:
-        self._stream = predictor.start(layout, radius)
+        self._stream = predictor.start(layout, radius, real_time=real_time)
         self._model = predictor.name
         self._clock, self._delay, self._rate = clock, delay, layout.rate
         self._shape = in_words(radius)

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
     from firstcontact.models import InContextModel, Model, WindowPredictor
 
+#: Up to this number of moments in real time, one after the other is quicker than all together.
+FEW = 4
 _NOT_FINITE = "the model's prediction is not a finite number"
 
 
@@ -94,8 +96,20 @@ class Predictor(Protocol):
     def check(self, layout: Layout) -> None:
         """Raise InputError if the model cannot be used with this layout."""
 
-    def start(self, layout: Layout, radius: float = math.nan) -> PredictionStream:
-        """Return a stream for one closing; ``radius`` in m, infinite for flat, NaN if unknown."""
+    def start(
+        self, layout: Layout, radius: float = math.nan, *, real_time: bool = False
+    ) -> PredictionStream:
+        """Return a stream for one closing.
+
+        Parameters
+        ----------
+        layout
+            Columns of the blocks.
+        radius
+            Radius of the object, m: infinite for a flat one, NaN if unknown.
+        real_time
+            True to make the first of several predictions as early as possible, not all of them.
+        """
 
     def warm(self) -> None:
         """Predict for a made-up contact, so that the processor's caches hold the model."""
@@ -130,9 +144,11 @@ class NetworkPredictor:
                 "window model at this one"
             )
 
-    def start(self, layout: Layout, radius: float = math.nan) -> PredictionStream:
+    def start(
+        self, layout: Layout, radius: float = math.nan, *, real_time: bool = False
+    ) -> PredictionStream:
         """Return a stream for one closing."""
-        return _NetworkStream(self.model, layout, radius)
+        return _NetworkStream(self.model, layout, radius, FEW if real_time else 1)
 
     def warm(self) -> None:
         """Predict for a made-up contact."""
@@ -151,8 +167,8 @@ def _made_up_contact(rate: float) -> Touches:
 class _NetworkStream:
     """Predictions of the network in one closing."""
 
-    def __init__(self, model: InContextModel, layout: Layout, radius: float) -> None:
-        self._model, self._rate = model, layout.rate
+    def __init__(self, model: InContextModel, layout: Layout, radius: float, few: int) -> None:
+        self._model, self._rate, self._few = model, layout.rate, few
         self._stream = TouchStream(layout, radius)
         self._contact: Contact | None = None
         self._answers: ContactAnswers | None = None
@@ -176,8 +192,9 @@ class _NetworkStream:
             return
         if self._answers is None:
             self._answers = self._model.follow(touches.take(np.zeros(1, np.intp)))
-        if len(touches) == 1:  # as in real time, one moment after the other
-            yield self._predict(self._answers, touches.after[0], int(touches.valid[0]))
+        if len(touches) <= self._few:
+            for after, samples in zip(touches.after, touches.valid.tolist(), strict=True):
+                yield self._predict(self._answers, after, samples)
             return
         features = np.repeat(self._answers.features, len(touches), axis=0)
         rows = self._model.answers(touches, features)
@@ -261,7 +278,9 @@ class WindowLadder:
                     "the finger that touched: train a model on these"
                 )
 
-    def start(self, layout: Layout, radius: float = math.nan) -> PredictionStream:
+    def start(
+        self, layout: Layout, radius: float = math.nan, *, real_time: bool = False
+    ) -> PredictionStream:
         """Return a stream for one closing."""
         return _WindowsStream(self._windows, layout)
 

@@ -139,13 +139,13 @@ def live(
             raise InputError(f"{bound:g} is given: give a number above 0", parameter=name)
     recorded = hasattr(source, "calibration")
     is_live = real_time and not recorded
-    check_hand(hand, hand_port, policy, device=source.name, is_live=is_live)
     if hand is not None and HANDS.find(hand).begins is Begins.US:
         raise InputError(
             f"{hand} closes only when it is asked to, which `firstcontact live --hand {hand}` "
             "offers on its page and keyboard",
             parameter="hand",
         )
+    check_hand(hand, hand_port, policy, device=source.name, is_live=is_live)
     if model is None:
         model = shipped_model()
     elif not isinstance(model, Model):

@@ -45,6 +45,9 @@ FAREWELL = 10.0
 NAP = 0.02
 #: ... and time to wake up before they are due, s.
 EARLY = 0.0004
+#: Size of a read, in bytes, after which the next read follows without a sleep. A pseudo terminal
+#: holds 4095 bytes. If these stay full, the device has to wait, and drops samples.
+PILE = 3800
 #: Time in the first epoch in which a wrong rate is refused, s. Later, in the middle of a session,
 #: it only causes a warning.
 OPENING = 5.0
@@ -103,6 +106,7 @@ class SerialSource:
         self._asked = -math.inf  # time of the last question to the device
         self._heard = 0.0  # time of the last samples or answer
         self._sampled = 0.0  # time of the last samples
+        self._read_bytes = 0  # size of the last read
         self._looked = -math.inf  # end of the last call of ``read``
         self._interruption: Exception | None = None  # for the source's own thread
         # The fields below are protected by the inbox's lock.
@@ -187,7 +191,7 @@ class SerialSource:
         if transport is None or self._interruption is not None or self._closing.is_set():
             self._connected = False  # the source's own thread goes on
             return
-        if patience > 0.0:
+        if patience > 0.0 and self._read_bytes < PILE:
             patience -= self._sleep_until_due(least - self._inbox.waiting, patience)
         try:
             self._step(transport, max(patience, 0.0))
@@ -308,6 +312,7 @@ class SerialSource:
             transport.send(FrameType.HELLO, bytes([VERSION]))
             self._asked = now
         data = transport.read(patience)
+        self._read_bytes = len(data)
         if data and self._take(data, time.monotonic()).greeted:
             transport.send(FrameType.START)
 

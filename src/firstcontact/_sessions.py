@@ -155,13 +155,17 @@ def live(
     rate = detector.rate or (source.descriptor.layout.rate if predictor is None else predictor.rate)
     if source.descriptor.layout.rate != rate:
         source = ResampledSource(source, rate)
-    if calibration is None:
-        calibration = getattr(source, "calibration", None) if recorded else measure_noise(source)
+
+    def noise_floors() -> Calibration | None:
+        if calibration is not None:
+            return calibration
+        return source.calibration if recorded else measure_noise(source)  # type: ignore[attr-defined]
+
     with live_session(
         source,
         detector,
         predictor,
-        calibration,
+        noise_floors,
         real_time=real_time,
         hand=hand,
         hand_port=hand_port,

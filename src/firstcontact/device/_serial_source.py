@@ -107,7 +107,7 @@ class SerialSource:
         self._heard = 0.0  # time of the last samples or answer
         self._sampled = 0.0  # time of the last samples
         self._read_bytes = 0  # size of the last read
-        self._looked = -math.inf  # end of the last call of ``read``
+        self._looked = -math.inf  # begin or end of the last call of ``read``
         self._interruption: Exception | None = None  # for the source's own thread
         # The fields below are protected by the inbox's lock.
         self._markers: list[Marker] = []  # waiting for their sample
@@ -173,6 +173,7 @@ class SerialSource:
         """Return all samples received since the last call. Wait up to ``timeout`` s for more."""
         until = time.monotonic() + timeout
         remaining = timeout
+        self._looked = until - timeout  # the source's own thread gives way
         if self._connected and self._turn.acquire(timeout=max(timeout, 0.0)):
             try:
                 while self._connected and self._inbox.waiting < least:
@@ -288,10 +289,11 @@ class SerialSource:
                     self._step(transport)
             elif self._is_needed() and self._turn.acquire(blocking=False):
                 try:
-                    self._step(transport, 0.0)
+                    self._step(transport)
                 finally:
                     self._turn.release()
-            self._closing.wait(LOOK if self._connected else 0.0)
+            else:
+                self._closing.wait(LOOK)
         if self._assembler.epoch >= 0:
             with self._turn, suppress(LinkError):
                 self._stop(transport)

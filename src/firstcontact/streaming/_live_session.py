@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
@@ -29,7 +29,7 @@ def live_session(
     source: Source,
     detector: Detector,
     predictor: Predictor | None,
-    calibration: Calibration | None,
+    calibration: Callable[[], Calibration | None],
     *,
     real_time: bool,
     hand: str | None = None,
@@ -45,8 +45,11 @@ def live_session(
     ----------
     source
         Open source, at the rate of the detector.
-    detector, predictor, calibration
+    detector, predictor
         See :class:`Pipeline`.
+    calibration
+        Function that returns the noise floors, or measures them. It is called when all that is slow
+        is done, since samples come from then on.
     real_time
         True if samples come as fast as they were taken.
     hand, hand_port, policy, slip
@@ -71,9 +74,9 @@ def live_session(
     with ExitStack() as stack:
         # Products of small matrices: threads of theirs only wait for one another.
         stack.enter_context(threadpool_limits(1))
-        pipeline = Pipeline(
-            layout, detector, predictor, calibration, delay=delay, real_time=real_time
-        )
+        pipeline = Pipeline(layout, detector, predictor, delay=delay, real_time=real_time)
+        floors = calibration()
+        pipeline.calibrate(floors)
         try:
             grasping = None
             if hand is not None:
@@ -90,7 +93,7 @@ def live_session(
                 pipeline,
                 () if grasping is None else (grasping,),
                 recordings,
-                calibration,
+                floors,
                 None if grasping is None else grasping.requests,
                 shape,
             )

@@ -105,7 +105,8 @@ class Pipeline:
         self._transport = TransportDelay(layout.rate) if real_time else None
         self._clock = clock
         self._rehearse(Closings(layout, detector))
-        self._closings = Closings(layout, detector, calibration)
+        self._detector = detector
+        self.calibrate(calibration)
         longest = 0.0 if predictor is None else predictor.moments[-1]
         self._after = samples_in(max(AFTER, 1.5 * longest), layout.rate)
         self._idle = samples_in(IDLE, layout.rate)
@@ -118,6 +119,10 @@ class Pipeline:
         self._warmed = 0  # sample of the last prediction for a made-up contact
         self._lot = self._idle  # samples that are processed together
         self._epoch_start: tuple[int, int] | None = None  # epoch and its first sample
+
+    def calibrate(self, calibration: Calibration | None) -> None:
+        """Take the noise floors; only before the first block."""
+        self._closings = Closings(self.layout, self._detector, calibration)
         self._has_warned = self._closings.has_floors
 
     def update(self, block: Block, host: float) -> Iterator[Event]:

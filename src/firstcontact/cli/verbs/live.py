@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -86,6 +86,7 @@ class Live:
         self._check()
         if self.page:
             require_modules("live", "websockets")
+            import websockets.asyncio.server  # noqa: F401  # slow, so before samples come
         if self.lsl:
             require_modules("live", "pylsl")
         from firstcontact.cli.live_models import (
@@ -129,11 +130,12 @@ class Live:
                 _say(device_model_line(device, self.model))
             if (models := source.descriptor.model_slot) is not None and models.fault:
                 _say(skipped_model(models, device is not None))
+            to_stdout = self._to_stdout(source)
             with live_session(
                 source,
                 detector or untrained_detector(source.descriptor.layout),
                 predictor,
-                given or device_noise(device) or self._measured(source),
+                lambda: given or device_noise(device) or self._measured(source),
                 real_time=self.speed == 1.0,
                 hand=self.hand,
                 hand_port=self.hand_port,
@@ -142,16 +144,16 @@ class Live:
                 recordings=self.recordings,
                 shape=self.shape,
             ) as (session, grasping):
-                self._follow(session, stop, known)
+                sinks = [to_stdout, *self._sinks(session, known)]
+                self._follow(session, stop, sinks)
             self._end(session, grasping)
 
-    def _follow(self, session: LiveSession, stop: Stop, known: dict[str, float]) -> None:
+    def _follow(self, session: LiveSession, stop: Stop, sinks: Sequence[Sink]) -> None:
         """Pass events to the outputs until Ctrl-C or one of the bounds; print the figures."""
         from firstcontact.cli.session_keys import session_keys
 
         if self.one_object:
             session.new_object()
-        sinks = self._sinks(session, known)
         began, used = session.source.health.samples, time.process_time()
         if self.record:
             _say(f"recording {session.start_recording()}")
@@ -221,7 +223,7 @@ class Live:
         return measure_noise(source)
 
     def _sinks(self, session: LiveSession, landmarks: dict[str, float]) -> list[Sink]:
-        sinks: list[Sink] = [self._to_stdout(session.source)]
+        sinks: list[Sink] = []
         if self.lsl:
             from firstcontact.streaming import LslSink
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shutil
@@ -170,6 +171,34 @@ def test_a_new_entry_is_one_file_and_at_most_one_line(
     )
     assert done.returncode == 0, done.stderr
     assert entry.words in done.stdout + done.stderr
+
+
+def test_a_field_on_the_page_takes_three_files(work: Path, tmp_path: Path) -> None:
+    package = tmp_path / "src" / "firstcontact"
+    shutil.copytree(Path(fc.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__"))
+    text = GUIDE.read_text(encoding="utf-8").partition("## A field on the page\n")[2]
+    recipe = text.partition("\n## ")[0].replace("\\|", "|")
+    steps = re.findall(r"^\| `(.+?)` \| `(.+)` \| `(.+)` \|$", recipe, re.MULTILINE)
+    assert len(steps) == 3
+    for name, before, line in steps:
+        file = package / "streaming" / name
+        lines = file.read_text(encoding="utf-8").splitlines()
+        assert lines.count(before) == 1, (name, before)
+        lines.insert(lines.index(before) + 1, line)
+        file.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    recording = next((work / "pinches").glob("*.mcap"))
+    command = f"live --device {recording} --model general --speed inf --json"
+    done = subprocess.run(
+        [sys.executable, "-m", "firstcontact.cli.main", *command.split()],
+        cwd=work,
+        env={**os.environ, "PYTHONPATH": str(package.parent)},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    pinches = [p for p in map(json.loads, done.stdout.splitlines()) if p["type"] == "pinch"]
+    assert pinches
+    assert [p["samples"] for p in pinches] == [p["end"] - p["start"] for p in pinches]
 
 
 def _option_of_estimators() -> str:

@@ -100,7 +100,7 @@ live: $(VENV)/.live ## the live page, with the simulated hand: opens on http://1
 
 # --- checks ------------------------------------------------------------------------------------
 
-.PHONY: test test-slow fuzz soak lint format types layers docs bench
+.PHONY: test test-slow mutation fuzz soak lint format types layers docs bench
 test: $(VENV)/.dev ## the tests, side by side on all cores
 	$(BIN)/python -m pytest --numprocesses auto --dist worksteal
 
@@ -111,6 +111,9 @@ COUNT ?= 100000
 SEED  ?= 1
 fuzz: $(VENV)/.dev ## damaged inputs (COUNT, SEED) through every way in: findings in fuzz.jsonl
 	$(BIN)/python tests/fuzz/fuzz.py --count $(COUNT) --seed $(SEED) --findings fuzz.jsonl
+
+mutation: $(VENV)/.dev ## faults one at a time, each to be found by the fast tests of its room
+	$(BIN)/python tests/mutation/mutation.py
 
 MINUTES ?= 60
 soak: $(VENV)/.dev ## all live sources at once (MINUTES, SEED) with faults: exact counts in soak.json

@@ -38,7 +38,7 @@ async def processing(address: str) -> dict[str, list[str]]:
 
 
 def test_a_set_is_the_same_to_the_byte_though_a_worker_is_killed(tmp_path: Path) -> None:
-    simulate(tmp_path / "here", "everyday", 20, 2, 3)
+    simulate(tmp_path / "here", "everyday", 6, 1, 3)
     made = 0
 
     with cluster(tmp_path, 2) as two:
@@ -46,12 +46,12 @@ def test_a_set_is_the_same_to_the_byte_though_a_worker_is_killed(tmp_path: Path)
         def progress(done: int) -> None:
             nonlocal made
             made += done
-            if made == 10:
+            if made == 5:
                 two.workers[0].kill()
                 two.workers[0].wait()
 
         with use_cluster(two.address):
-            simulate(tmp_path / "there", "everyday", 20, 2, 3, progress=progress)
+            simulate(tmp_path / "there", "everyday", 6, 1, 3, progress=progress)
         assert two.workers[1].poll() is None
     assert contents(tmp_path / "there") == contents(tmp_path / "here")
 

@@ -16,6 +16,7 @@ from pathlib import Path
 
 import pytest
 
+import forked
 from emulated_ability import EmulatedAbility
 from firstcontact.cli.main import main
 from firstcontact.core import Block
@@ -28,15 +29,13 @@ LONG = 240.0
 
 
 @pytest.fixture(scope="module")
-def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """A cache of its own, so that the twin's model is made once here."""
-    return {**os.environ, "XDG_CACHE_HOME": str(tmp_path_factory.mktemp("cache"))}
+def environment(twin_cache: Path) -> dict[str, str]:
+    """Environment with a cache that holds the twin's model."""
+    return {**os.environ, "XDG_CACHE_HOME": str(twin_cache)}
 
 
 def live(environment: dict[str, str], *arguments: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [*COMMAND, *arguments], env=environment, capture_output=True, text=True, timeout=LONG
-    )
+    return forked.firstcontact("live", *arguments, environment=environment)
 
 
 def estimates(text: str) -> list[tuple[float, ...]]:
@@ -126,7 +125,7 @@ def test_a_rig_that_nothing_is_known_of_is_answered_with_wide_intervals(
 def test_a_signal_ends_it_in_order(
     number: signal.Signals, code: int, environment: dict[str, str], tmp_path: Path
 ) -> None:
-    arguments = ["--device", "twin", "--record", "--recordings", str(tmp_path)]
+    arguments = ["--device", "twin", "--speed", "4", "--record", "--recordings", str(tmp_path)]
     process = subprocess.Popen(
         [*COMMAND, *arguments], env=environment, stdout=subprocess.PIPE, text=True
     )
@@ -142,12 +141,12 @@ def test_a_signal_ends_it_in_order(
     assert read_recording(path).skipped == ()
 
 
-@pytest.mark.usefixtures("recorded")  # the model is there: only the recording is too large
 def test_a_recording_that_breaks_off_is_told_and_shows_in_the_exit_code(
     environment: dict[str, str], tmp_path: Path
 ) -> None:
     limited = "ulimit -f 200; exec "  # kB or half of them: a stream fills it within two seconds
-    arguments = ["--device", "twin", "--seconds", "4", "--record", "--recordings", str(tmp_path)]
+    arguments = ["--device", "twin", "--speed", "4", "--seconds", "8"]
+    arguments += ["--record", "--recordings", str(tmp_path)]
     done = subprocess.run(
         ["/bin/sh", "-c", limited + shlex.join([*COMMAND, *arguments])],
         env=environment,
@@ -163,7 +162,9 @@ def test_a_recording_that_breaks_off_is_told_and_shows_in_the_exit_code(
 
 
 def test_the_twins_hand_is_driven(environment: dict[str, str]) -> None:
-    done = live(environment, "--device", "twin", "--hand", "twin", "--pinches", "2", "--json")
+    done = live(
+        environment, "--device", "twin", "--hand", "twin", "--pinches", "2", "--json", "--speed=3"
+    )
     assert done.returncode == 0, done.stderr
     markers = [
         e["text"] for e in map(json.loads, done.stdout.splitlines()) if e["type"] == "marker"
@@ -181,7 +182,7 @@ def test_the_twins_hand_is_driven(environment: dict[str, str]) -> None:
 def test_a_signal_releases_the_hand(
     number: signal.Signals, code: int, environment: dict[str, str]
 ) -> None:
-    arguments = ["--device", "twin", "--hand", "print", "--policy", "touch"]
+    arguments = ["--device", "twin", "--hand", "print", "--policy", "touch", "--speed=4"]
     process = subprocess.Popen(
         [*COMMAND, *arguments],
         env=environment,
@@ -206,7 +207,7 @@ def test_an_output_that_cannot_be_written_is_no_success(
 ) -> None:
     with Path("/dev/full").open("w") as full:
         done = subprocess.run(
-            [*COMMAND, "--device", "twin", "--seconds", "20", *what],
+            [*COMMAND, "--device", "twin", "--speed", "4", "--seconds", "20", *what],
             env=environment,
             stdout=full,
             stderr=subprocess.PIPE,
@@ -312,7 +313,6 @@ def is_closing(hand: EmulatedAbility) -> bool:
     return min(hand.position[0], hand.position[4]) > NEARLY_OPEN
 
 
-@pytest.mark.usefixtures("recorded")  # the model is there
 def test_lines_close_and_open_a_hand_and_their_end_opens_it(
     environment: dict[str, str], tmp_path: Path
 ) -> None:
@@ -324,16 +324,18 @@ def test_lines_close_and_open_a_hand_and_their_end_opens_it(
         assert process.stdin is not None
         process.stdin.close()
         hand.wait(lambda h: h.open)
-        process.send_signal(signal.SIGTERM)
         assert process.stdout is not None
-        events = [json.loads(line) for line in process.stdout]
+        told: list[tuple[str, str]] = []
+        for event in map(json.loads, process.stdout):
+            if event["type"] == "hand_command":
+                told.append((event["ask"], event["by"]))
+            if len(told) == 4:  # the hand may be open before its event is out
+                process.send_signal(signal.SIGTERM)
         assert process.wait(LONG) == 0
-    told = [(e["ask"], e["by"]) for e in events if e["type"] == "hand_command"]
     by = "standard input"
     assert told == [("close", by), ("open", by), ("close", by), ("open", by)]
 
 
-@pytest.mark.usefixtures("recorded")
 def test_two_signals_open_a_hand_that_was_closed_by_a_line(
     environment: dict[str, str], tmp_path: Path
 ) -> None:

@@ -38,7 +38,7 @@ def calibration(tmp_path: Path) -> Path:
 def options(out: Path, calibration: Path, pinches: int) -> list[str]:
     return [
         "--object=block 29", "--specimen=b29", "--session=3", f"--pinches={pinches}",
-        f"--out={out}", f"--calibration={calibration}", "--speed=4",
+        f"--out={out}", f"--calibration={calibration}", "--speed=8",
     ]  # fmt: skip
 
 
@@ -170,7 +170,7 @@ def test_under_nohup_a_terminal_may_go(tmp_path, calibration):
 @pytest.fixture
 def port() -> Iterator[TwinDevice]:
     """A device that is none of the command's: a hand with a cable that can be pulled."""
-    with TwinDevice(seed=4, speed=4) as device:
+    with TwinDevice(seed=4, speed=8) as device:
         yield device
 
 
@@ -252,7 +252,7 @@ def test_a_plan_and_two_sessions_become_one_dataset(tmp_path, capsys):
     plan.write_text("object,pinches,specimen,role\nblock 10,1,b10,train\napple 1,1,,test\n")
     out = tmp_path / "out"
     code = main(
-        ["record", "--device", "twin", "--plan", str(plan), "--sessions", "2", "--speed", "4",
+        ["record", "--device", "twin", "--plan", str(plan), "--sessions", "2", "--speed", "8",
          "--out", str(out), "--notes", "a note"]
     )  # fmt: skip
     said = capsys.readouterr().out

@@ -11,12 +11,16 @@ on the line before a fence says when:
 - ``<!-- elsewhere -->``: not here; each of its commands has its line in ``ELSEWHERE``.
 
 Python in ``python`` fences runs too, each fence by itself.
+
+Sets are made smaller here, and the simulated hand is faster than real time: see ``SMALLER`` and
+``FASTER``.
 """
 
 from __future__ import annotations
 
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -25,6 +29,8 @@ from pathlib import Path
 import pytest
 from pages import PAGES, ROOT, Fence, fences, name
 
+import forked
+
 #: Commands that build an environment or take long, and what runs them.
 ELSEWHERE = {
     "firstcontact live --device twin --page": "tests/cli/test_live.py",
@@ -32,6 +38,7 @@ ELSEWHERE = {
     "firstcontact simulate --out recordings --pinches-per-block 12 --pinches-per-object 0": (
         "tests/docs/test_docstrings.py, which also runs the examples"
     ),
+    "python examples/own_regressor.py": "tests/docs/test_examples.py",
     "python examples/biotac_tables.py biotac_hold/data labels.csv channels.csv": (
         "tests/recording/test_recording_mat.py, where the recordings are"
     ),
@@ -121,30 +128,68 @@ def pages_with(*marks: str) -> list[Path]:
     ]
 
 
-def run(page: Path, folder: Path, marks: set[str]) -> str:
+#: Sets of pinches in the pages, and those that are made here.
+SMALLER = {
+    "--pinches-per-block 40 --pinches-per-object 4": "--pinches-per-block 8 --pinches-per-object 1",
+    "--pinches-per-block 12 --pinches-per-object 2": "--pinches-per-block 8 --pinches-per-object 1",
+}
+#: Commands with the simulated hand that are run faster, where they do not say how fast.
+FASTER = ("firstcontact live --device twin", "firstcontact record --device twin")
+
+
+def run(page: Path, folder: Path, marks: set[str], cache: Path) -> str:
     """Run a page's commands that have one of these marks; return what they printed."""
     shutil.copytree(ROOT / "examples", folder / "examples", dirs_exist_ok=True)
-    scripts = str(Path(sys.executable).parent)
-    environment = {**os.environ, "PATH": scripts + os.pathsep + os.environ["PATH"]}
-    environment["MPLBACKEND"] = "Agg"
-    script = "set -euo pipefail\n" + "".join(
-        f.body for f in fences(page) if f.language == "sh" and f.mark in marks
+    script = "".join(f.body for f in fences(page) if f.language == "sh" and f.mark in marks)
+    said = ""
+    for command in in_parts(script.replace("\\\n", " ")):
+        done = run_part(command, folder, cache)
+        said += done.stdout + done.stderr
+        assert done.returncode == 0, f"{name(page)}\n{command}\n{said}"
+    return said
+
+
+def in_parts(script: str) -> list[str]:
+    """Split a script into commands of the package, and what is left for the shell."""
+    parts = [""]
+    for line in script.splitlines():
+        alone = line.startswith("firstcontact ") and not set("|<>$;&`") & set(line)
+        if alone:
+            parts += [" ".join(line.split()), ""]
+        else:
+            parts[-1] += line + "\n"
+    return [part for part in parts if part.strip()]
+
+
+def run_part(command: str, folder: Path, cache: Path) -> subprocess.CompletedProcess[str]:
+    """Run a command of the package, or a script of the shell."""
+    environment = {**os.environ, "MPLBACKEND": "Agg"}
+    if command.startswith("firstcontact "):
+        for shown, smaller in SMALLER.items():
+            command = command.replace(shown, smaller)
+        if command.startswith(FASTER) and "--speed" not in command:
+            command += " --speed 8"
+        if "live --device twin" in command:
+            environment["XDG_CACHE_HOME"] = str(cache)
+        return forked.firstcontact(*shlex.split(command)[1:], cwd=folder, environment=environment)
+    environment["PATH"] = str(Path(sys.executable).parent) + os.pathsep + os.environ["PATH"]
+    return subprocess.run(
+        ["bash", "-c", "set -euo pipefail\n" + command],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
     )
-    done = subprocess.run(
-        ["bash", "-c", script], cwd=folder, env=environment, capture_output=True, text=True
-    )
-    assert done.returncode == 0, f"{name(page)}\n{script}\n{done.stdout}\n{done.stderr}"
-    return done.stdout + done.stderr
 
 
 TUTORIALS = [page for page in pages_with("") if page.parent.name == "tutorial"]
 
 
 @pytest.mark.timeout(900)  # a hand in real time among them
-def test_tutorials_run_in_a_row_in_one_folder(tmp_path: Path) -> None:
+def test_tutorials_run_in_a_row_in_one_folder(tmp_path: Path, twin_cache: Path) -> None:
     assert len(TUTORIALS) == 3
     for page in TUTORIALS:
-        said = run(page, tmp_path, {""})
+        said = run(page, tmp_path, {""}, twin_cache)
         # None ends in advice to record more, or finds the files of another.
         assert not re.search("too few|did not make|replaced", said), f"{name(page)}\n{said}"
 
@@ -158,22 +203,26 @@ def test_no_two_tutorials_write_to_the_same_place() -> None:
 
 
 @pytest.mark.parametrize("page", [p for p in pages_with("") if p not in TUTORIALS], ids=name)
-def test_commands_run(page: Path, tmp_path: Path) -> None:
-    run(page, tmp_path, {""})
+def test_commands_run(page: Path, tmp_path: Path, twin_cache: Path) -> None:
+    run(page, tmp_path, {""}, twin_cache)
 
 
 @pytest.mark.parametrize("page", pages_with("data"), ids=name)
 def test_commands_run_on_the_real_impacts(
-    page: Path, tmp_path: Path, impacts: Path, monkeypatch: pytest.MonkeyPatch
+    page: Path,
+    tmp_path: Path,
+    twin_cache: Path,
+    impacts: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setenv("FIRSTCONTACT_DATA", str(impacts))
-    run(page, tmp_path, {"", "data"})
+    run(page, tmp_path, {"", "data"}, twin_cache)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", pages_with("slow"), ids=name)
-def test_long_commands_run(page: Path, tmp_path: Path) -> None:
-    run(page, tmp_path, {"", "slow"})
+def test_long_commands_run(page: Path, tmp_path: Path, twin_cache: Path) -> None:
+    run(page, tmp_path, {"", "slow"}, twin_cache)
 
 
 @pytest.mark.parametrize(
@@ -182,12 +231,7 @@ def test_long_commands_run(page: Path, tmp_path: Path) -> None:
     ids=lambda f: f"{name(f.page)}:{f.line}",
 )
 def test_python_runs(fence: Fence, tmp_path: Path) -> None:
-    done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", fence.body],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-    )
+    done = forked.run("code", fence.body, cwd=tmp_path, strict=True)
     assert done.returncode == 0, done.stderr
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 from pages import ROOT
+
+import forked
 
 EXAMPLES = sorted(ROOT.glob("examples/*.py"))
 #: It needs ROS 2; tests/test_front_door.py runs it with a stand-in for rclpy.
@@ -18,9 +18,7 @@ ELSEWHERE = ("ros_node",)
     "example", [e for e in EXAMPLES if e.stem not in ELSEWHERE], ids=lambda p: p.stem
 )
 def test_example_runs(example: Path, tmp_path: Path) -> None:
-    done = subprocess.run(
-        [sys.executable, "-W", "error", example], cwd=tmp_path, capture_output=True, text=True
-    )
+    done = forked.run("script", example, cwd=tmp_path, strict=True)
     assert done.returncode == 0, done.stderr
     assert done.stdout
 

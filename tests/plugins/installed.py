@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import subprocess
-import sys
+
+import forked
 
 
 def run(environment: dict[str, str], *arguments: object) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [sys.executable, *map(str, arguments)], env=environment, capture_output=True, text=True
-    )
+    """Run code of Python with these arguments."""
+    return forked.run("code", *arguments, environment=environment)
 
 
 def firstcontact(
     environment: dict[str, str], *arguments: object
 ) -> subprocess.CompletedProcess[str]:
-    return run(environment, "-m", "firstcontact.cli.main", *arguments)
+    """Run the command line."""
+    return forked.firstcontact(*arguments, environment=environment)

@@ -73,7 +73,7 @@ def test_a_kept_model_is_evaluated_and_live(
 def test_a_study_scores_and_draws_them(
     pinches: Path, environment: dict[str, str], tmp_path: Path
 ) -> None:
-    done = run(environment, "-c", STUDY, tmp_path / "out", pinches)
+    done = run(environment, STUDY, tmp_path / "out", pinches)
     assert done.returncode == 0, done.stderr
     results = json.loads((tmp_path / "out" / "results.json").read_text(encoding="utf-8"))
     assert results["contact"]["windows_start_at"] == "energy"
@@ -87,7 +87,7 @@ def test_a_study_scores_and_draws_them(
 
 
 def test_an_outsider_can_run_the_conformance_suites(environment: dict[str, str]) -> None:
-    done = run(environment, "-c", CHECKS)
+    done = run(environment, CHECKS)
     assert done.returncode == 0, done.stderr
 
 

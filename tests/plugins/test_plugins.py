@@ -39,7 +39,7 @@ check_source(SOURCES["tape"], "tape:" + sys.argv[1])
 @pytest.fixture(scope="session")
 def study(environment: dict[str, str], tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("study") / "out"
-    done = run(environment, "-c", STUDY, out)
+    done = run(environment, STUDY, out)
     assert done.returncode == 0, done.stderr
     return out
 
@@ -134,5 +134,5 @@ def test_a_broken_policy_is_refused_with_its_reason(
 def test_an_outsider_can_run_the_conformance_suites(
     environment: dict[str, str], recording: Path
 ) -> None:
-    done = run(environment, "-c", CHECKS, recording)
+    done = run(environment, CHECKS, recording)
     assert done.returncode == 0, done.stderr

@@ -20,8 +20,11 @@ from page_browser import browsing, needs_browser, text, until
 pytestmark = needs_browser
 #: On both sides of each width at which the page changes.
 WIDTHS = (320, 360, 480, 640, 641, 768, 900, 901, 1024, 1280, 1399, 1400, 1600)
+#: The narrowest, those on both sides of the two largest changes, and a wide one.
+FEW_WIDTHS = (320, 640, 641, 900, 901, 1600)
 #: How late an answer is, s.
 LATE = (0.0002, 0.012, 0.048, 0.15, 0.9, 12.0)
+FEW_LATE = (0.0002, 0.15, 12.0)
 #: Notes the box of each text that is drawn onto a canvas since it was cleared.
 NOTE = """
 for (const [name, noted] of [["clearRect", () => []], ["fillText", (pen, [text, x, y]) => {
@@ -123,16 +126,26 @@ def test_a_single_sensor_is_shown_as_what_it_is(chromium: Any) -> None:
 
 
 @pytest.mark.parametrize("landmarks", [LANDMARKS, {f"object {n}": 2.4 * n for n in range(41)}])
-def test_no_label_lies_on_another(chromium: Any, landmarks: dict[str, float]) -> None:
+@pytest.mark.parametrize(
+    ("widths", "late"),
+    [(FEW_WIDTHS, FEW_LATE), pytest.param(WIDTHS, LATE, marks=pytest.mark.slow)],
+    ids=["few", "all"],
+)
+def test_no_label_lies_on_another(
+    chromium: Any,
+    landmarks: dict[str, float],
+    widths: tuple[int, ...],
+    late: tuple[float, ...],
+) -> None:
     sink = PageSink(port=0, landmarks=landmarks)
     sink.open(DESCRIPTOR)
     feed = Feed()
     try:
         chromium.get(sink.url)
-        for compute in LATE:
+        for compute in late:
             told = next_pinch(feed, sink, compute)
             until(chromium, lambda d, t=told: text(d, "total").replace("\u202f", "") == f"{t} ms")
-            for width in WIDTHS:
+            for width in widths:
                 metrics = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
                 chromium.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
                 # Sizes are told to the page between two frames.

@@ -1,0 +1,121 @@
+"""Mutation check: introduce the faults of ``faults.toml`` one at a time and run the fast tests.
+
+Each fault goes into a scratch copy of the tree, and the tests of the mirrored room run until the
+first failure: ``src/firstcontact/ROOM`` is tested by ``tests/ROOM``. The command ends with 1 if a
+fault was not found, or if its old text does not occur exactly once any more.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+FAULTS = Path(__file__).with_name("faults.toml")
+#: Longest run of a room's tests, s. A fault that makes them hang is found.
+LONG = 1800
+
+
+@dataclass(frozen=True)
+class Fault:
+    """Fault: another text in a file, and its meaning."""
+
+    what: str
+    file: str
+    old: str
+    new: str
+
+    @property
+    def tests(self) -> str:
+        """Folder of the tests that must find it."""
+        return f"tests/{Path(self.file).parts[2]}"
+
+
+def faults() -> list[Fault]:
+    """Return the faults of the data file."""
+    with FAULTS.open("rb") as file:
+        return [Fault(**fault) for fault in tomllib.load(file)["fault"]]
+
+
+def outcome(fault: Fault, copy: Path, words: list[str]) -> tuple[str, str]:
+    """Return "found", "survived" or "stale", and the test that found the fault.
+
+    Parameters
+    ----------
+    fault
+        The fault.
+    copy
+        Scratch copy of the tree, unchanged afterwards.
+    words
+        Further arguments of pytest.
+    """
+    path = copy / fault.file
+    text = path.read_text(encoding="utf-8")
+    if text.count(fault.old) != 1:
+        return "stale", ""
+    path.write_text(text.replace(fault.old, fault.new), encoding="utf-8")
+    # Compiled functions are stored beside their file, and those that call it know nothing of it.
+    shutil.rmtree(path.parent / "__pycache__", ignore_errors=True)
+    command = [sys.executable, "-m", "pytest", "-x", "-p", "no:cacheprovider", fault.tests, *words]
+    environment = {**os.environ, "PYTHONPATH": str(copy / "src")}
+    try:
+        done = subprocess.run(
+            command, cwd=copy, env=environment, capture_output=True, text=True, timeout=LONG
+        )
+    except subprocess.TimeoutExpired:
+        return "found", "the tests hang"
+    finally:
+        path.write_text(text, encoding="utf-8")
+    if done.returncode == 0:
+        return "survived", ""
+    found = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
+    if not found:
+        raise RuntimeError(done.stdout + done.stderr)
+    return "found", found[0].split()[1]
+
+
+def scratch(folder: Path) -> Path:
+    """Copy the tracked files into a folder."""
+    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, check=True)
+    for name in filter(None, listed.stdout.decode().split("\0")):
+        if (ROOT / name).is_file():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(ROOT / name, folder / name)
+    return folder
+
+
+def main() -> int:
+    """Check all faults, or those whose words hold a text."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--only", default="", help="faults with this text in file or meaning")
+    parser.add_argument("--out", type=Path, help="results as JSON")
+    options, words = parser.parse_known_args()
+    results = []
+    with tempfile.TemporaryDirectory() as folder:
+        copy = scratch(Path(folder))
+        for fault in faults():
+            if options.only not in fault.file + fault.what:
+                continue
+            began = time.monotonic()
+            word, test = outcome(fault, copy, words)
+            seconds = time.monotonic() - began
+            print(f"{word:9} {fault.file}: {fault.what} ({seconds:.0f} s) {test}", flush=True)
+            results.append({"what": fault.what, "file": fault.file, "outcome": word, "test": test})
+    if options.out:
+        options.out.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
+    missed = [r for r in results if r["outcome"] != "found"]
+    print(f"{len(results) - len(missed)} of {len(results)} faults found")
+    return bool(missed)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -28,7 +28,6 @@ PRELOADED = (
     "firstcontact.streaming",
     "scipy.signal",
     "scipy.stats",
-    "tyro",
 )
 
 _SERVER = multiprocessing.get_context("forkserver")

@@ -213,7 +213,7 @@ def test_another_rate_is_measured_and_brought_to_the_models(tmp_path: Path) -> N
             said = source.descriptor.firmware
             rate = float(said.split()[3])
             # Of what the board has printed, in the time it took: no closer than its own pace.
-            assert rate == pytest.approx(board.printed / (time.monotonic() - began), rel=0.1)
+            assert rate == pytest.approx(board.printed / (time.monotonic() - began), rel=0.2)
             until(source, samples(1000))
             assert 0 < source.descriptor.delay <= 0.0005
 

@@ -10,7 +10,7 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -97,3 +97,14 @@ def twin_cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
             twin_model.twin_model("paper-rig", 0)
 
     return made_once(tmp_path_factory, "twin-cache", make)
+
+
+@pytest.fixture(scope="module")
+def small_searches() -> Iterator[None]:
+    """Search hyperparameters among two candidates instead of 36."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("firstcontact.models._svm.C_GRID", (10.0,))
+        patch.setattr("firstcontact.models._svm.GAMMA_GRID", (0.3, 1.0))
+        patch.setattr("firstcontact.models._svm.EPSILON_GRID", (0.15,))
+        patch.setattr("firstcontact.models._log_spectrum.C_GRID", (0.1, 1.0))
+        yield

@@ -12,7 +12,7 @@ on the line before a fence says when:
 
 Python in ``python`` fences runs too, each fence by itself.
 
-Sets are made smaller here, and the simulated hand is faster than real time: see ``SMALLER`` and
+Sets are made smaller here, and the simulated hand is faster than real time: see ``SMALL`` and
 ``FASTER``.
 """
 
@@ -128,11 +128,12 @@ def pages_with(*marks: str) -> list[Path]:
     ]
 
 
-#: Sets of pinches in the pages, and those that are made here.
-SMALLER = {
-    "--pinches-per-block 40 --pinches-per-object 4": "--pinches-per-block 8 --pinches-per-object 1",
-    "--pinches-per-block 12 --pinches-per-object 2": "--pinches-per-block 8 --pinches-per-object 1",
-}
+#: Sets of pinches in the pages, and the smaller one that is made instead.
+LARGE = (
+    "--pinches-per-block 40 --pinches-per-object 4",
+    "--pinches-per-block 12 --pinches-per-object 2",
+)
+SMALL = "--pinches-per-block 10 --pinches-per-object 1"
 #: Commands with the simulated hand that are run faster, where they do not say how fast.
 FASTER = ("firstcontact live --device twin", "firstcontact record --device twin")
 
@@ -153,20 +154,24 @@ def in_parts(script: str) -> list[str]:
     """Split a script into commands of the package, and what is left for the shell."""
     parts = [""]
     for line in script.splitlines():
-        alone = line.startswith("firstcontact ") and not set("|<>$;&`") & set(line)
-        if alone:
+        if of_package(line):
             parts += [" ".join(line.split()), ""]
         else:
             parts[-1] += line + "\n"
     return [part for part in parts if part.strip()]
 
 
+def of_package(command: str) -> bool:
+    """Return True if a command of the package stands alone, without the shell."""
+    return command.startswith("firstcontact ") and not set("|<>$;&`\n") & set(command)
+
+
 def run_part(command: str, folder: Path, cache: Path) -> subprocess.CompletedProcess[str]:
     """Run a command of the package, or a script of the shell."""
     environment = {**os.environ, "MPLBACKEND": "Agg"}
-    if command.startswith("firstcontact "):
-        for shown, smaller in SMALLER.items():
-            command = command.replace(shown, smaller)
+    if of_package(command):
+        for large in LARGE:
+            command = command.replace(large, SMALL)
         if command.startswith(FASTER) and "--speed" not in command:
             command += " --speed 8"
         if "live --device twin" in command:

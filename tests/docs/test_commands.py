@@ -128,12 +128,9 @@ def pages_with(*marks: str) -> list[Path]:
     ]
 
 
-#: Sets of pinches in the pages, and the smaller one that is made instead.
-LARGE = (
-    "--pinches-per-block 40 --pinches-per-object 4",
-    "--pinches-per-block 12 --pinches-per-object 2",
-)
-SMALL = "--pinches-per-block 10 --pinches-per-object 1"
+#: Set of pinches in a page, and the smaller one that is made instead.
+LARGE = "--pinches-per-block 40 --pinches-per-object 4"
+SMALL = "--pinches-per-block 12 --pinches-per-object 2"
 #: Commands with the simulated hand that are run faster, where they do not say how fast.
 FASTER = ("firstcontact live --device twin", "firstcontact record --device twin")
 
@@ -170,8 +167,7 @@ def run_part(command: str, folder: Path, cache: Path) -> subprocess.CompletedPro
     """Run a command of the package, or a script of the shell."""
     environment = {**os.environ, "MPLBACKEND": "Agg"}
     if of_package(command):
-        for large in LARGE:
-            command = command.replace(large, SMALL)
+        command = command.replace(LARGE, SMALL)
         if command.startswith(FASTER) and "--speed" not in command:
             command += " --speed 8"
         if "live --device twin" in command:

@@ -10,11 +10,6 @@ import pytest
 from firstcontact.cli.main import main
 
 
-@pytest.fixture(scope="module", autouse=True)
-def quick_training(small_searches: None) -> None:
-    """Train quickly: tests of verbs are not about the search for hyperparameters."""
-
-
 @pytest.fixture
 def refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., None]:
     """Import and expect one sentence with these words, and an untouched disk."""

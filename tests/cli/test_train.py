@@ -23,6 +23,8 @@ from firstcontact.models._folds import inner_folds
 from firstcontact.recording import Header, load_dataset, write_dataset
 from trainings import LAYOUT, card_of, recordings, resampled, run, touch
 
+pytestmark = pytest.mark.usefixtures("small_searches")
+
 
 @pytest.fixture(scope="module")
 def data(tmp_path_factory: pytest.TempPathFactory) -> Path:

@@ -1,7 +1,7 @@
 """Draw the pictures of docs/explanation/beyond-blocks.md: ``python docs/draw_beyond_blocks.py``.
 
 The first is made of pinches of the twin, here; the others show what stands in
-docs/results/study.json, and are left as they are where that does not hold it.
+docs/results (study.json and generalise.json), and are left as they are where those do not hold it.
 """
 
 from __future__ import annotations
@@ -93,15 +93,18 @@ def waveforms() -> str:
 def main() -> None:
     """Draw all that can be drawn."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--results", type=Path, default=ROOT / "docs/results/study.json")
-    results = named_subjects(read_study(parser.parse_args().results))
+    parser.add_argument("--results", type=Path, default=ROOT / "docs/results")
+    folder = parser.parse_args().results
     write("waveforms", waveforms())
-    for name, its in results.items():
-        anytime, generalised = its[ANYTIME], its[GENERALISE]
-        if anytime is not None:
-            write(f"time-{name}", anytime_figure(anytime).image)
-        if generalised is not None:
-            write(f"errors-{name}", generalise_figure(generalised).image)
+    for file in ("study.json", "generalise.json"):
+        if not (folder / file).is_file():
+            continue
+        for name, results in named_subjects(read_study(folder / file)).items():
+            anytime, generalised = results[ANYTIME], results[GENERALISE]
+            if anytime is not None:
+                write(f"time-{name}", anytime_figure(anytime).image)
+            if generalised is not None:
+                write(f"errors-{name}", generalise_figure(generalised).image)
 
 
 if __name__ == "__main__":

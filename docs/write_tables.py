@@ -1,7 +1,7 @@
 """Write the tables of results in the README and the docs from results files.
 
     python docs/write_tables.py                     the tables, from docs/results
-    python docs/write_tables.py --study A --real B --strikes C --grasp D --sets E  copy them
+    python docs/write_tables.py --study A --generalise B --real C ...   copy them
 
 Tables stand between ``<!-- numbers: NAME -->`` and ``<!-- /numbers -->``. Nothing in them is
 typed by hand, and a test holds them against docs/results.
@@ -63,11 +63,15 @@ def part_tables(name: str, subjects: Mapping[str, SubjectResults]) -> str:
     return "\n".join(filter(None, made))
 
 
+def subjects_of(path: Path) -> dict[str, SubjectResults]:
+    """Return the results of each subject of a study by its title."""
+    named = named_subjects(read_study(path))
+    return {name.replace("-", " "): results for name, results in named.items()}
+
+
 def study_tables(path: Path) -> dict[str, str]:
     """Return the tables of a study of the twin."""
-    subjects = {
-        name.replace("-", " "): its for name, its in named_subjects(read_study(path)).items()
-    }
+    subjects = subjects_of(path)
     chosen = [row for name in PARTS if name != TIMED for row in rows(subjects, [name])]
     headline = [row for row in chosen if row.headline]
     whole = Row[SubjectResults]("The whole study", lambda results: results[SECONDS], "s")
@@ -87,6 +91,8 @@ def tables(results: Path) -> dict[str, str]:
     made = dict.fromkeys((*names, *GRASP, *PARTS), "*Not run yet.*\n")
     if (results / "study.json").is_file():
         made |= study_tables(results / "study.json")
+    if (results / "generalise.json").is_file():
+        made["generalise"] = part_tables("generalise", subjects_of(results / "generalise.json"))
     if (results / "real.json").is_file():
         subjects = {"here": read_study(results / "real.json").about}
         chosen = [row for name in PARTS if name != TIMED for row in rows(subjects, [name])]
@@ -139,6 +145,7 @@ def main() -> None:
     """Copy results if asked to, then write the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--study", type=Path, help="results.json of `make study`")
+    parser.add_argument("--generalise", type=Path, help="results.json of `make generalise`")
     parser.add_argument("--real", type=Path, help="results.json of the impacts of `make real`")
     parser.add_argument("--strikes", type=Path, help="results.json of its strikes")
     parser.add_argument("--sets", type=Path, help="results.json of `make real`")
@@ -147,6 +154,7 @@ def main() -> None:
     RESULTS.mkdir(exist_ok=True)
     for name, source in (
         ("study", options.study),
+        ("generalise", options.generalise),
         ("real", options.real),
         ("strikes", options.strikes),
         ("grasp", options.grasp),

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
+from math import cos, pi
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -21,9 +23,12 @@ if TYPE_CHECKING:
 
     from firstcontact.models._efficientnet import EfficientNet
 
-#: As published.
-LEARNING_RATE = 1e-3
-HALVE_EVERY = 5
+#: Largest rate of a one-cycle schedule, and the share of its steps in which the rate rises.
+#: Smith and Topin: Super-Convergence, 2018 (arXiv:1708.07120).
+LEARNING_RATE = 4e-3
+RISE = 0.25
+#: Schedule of the paper: rate of Adam, epochs between halvings, and epochs in all.
+PUBLISHED_RATE, HALVE_EVERY, PUBLISHED_EPOCHS = 1e-3, 5, 40
 #: Small batches learn more in the few epochs before the rate is spent: at least
 #: 16 to an epoch, of at least 8 windows, because they are normalised together.
 BATCH = 64
@@ -33,10 +38,20 @@ SMALLEST = 8
 
 @dataclass(frozen=True)
 class Cnn(Estimator):
-    """EfficientNetV2 for one dimension: Adam, MSE loss, the rate halved every 5 epochs.
+    """EfficientNetV2 for one dimension: Adam with a one-cycle schedule, MSE loss.
 
     For classification the loss is the MSE against one-hot targets. Nothing is
     augmented and nothing is searched, so ``groups`` has no use here.
+
+    Parameters
+    ----------
+    task, rate
+        As for every estimator.
+    epochs
+        Passes over the windows.
+    published
+        Whether to use the schedule of the paper instead: 40 epochs, the rate halved every 5. It
+        scores the same and takes three times as long.
     """
 
     name: ClassVar[str] = "cnn"
@@ -47,9 +62,10 @@ class Cnn(Estimator):
     folds: ClassVar[int] = 3
     modules: ClassVar[tuple[str, ...]] = ("torch", "onnxscript", *CnnModel.modules)
     extra: ClassVar[str] = CnnModel.extra
-    quick: ClassVar[Mapping[str, Any]] = MappingProxyType({"epochs": 8})
+    quick: ClassVar[Mapping[str, Any]] = MappingProxyType({"epochs": 4})
 
-    epochs: int = 40
+    epochs: int = 12
+    published: bool = False
 
     def fit(
         self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0
@@ -66,8 +82,11 @@ class Cnn(Estimator):
             if regression
             else (y[:, None] == np.array(spec.classes))
         )
-        network = _train(compress(X, scale), wanted.astype(np.float32), self.epochs, seed)
-        training = np.array([self.epochs, _batch(len(X))], dtype=np.float64)
+        epochs = PUBLISHED_EPOCHS if self.published else self.epochs
+        network = _train(
+            compress(X, scale), wanted.astype(np.float32), epochs, self.published, seed
+        )
+        training = np.array([epochs, _batch(len(X))], dtype=np.float64)
         return CnnModel(spec, scale, target, training, export(network, spec.samples))
 
     def reference(self, model: CnnModel, X: Windows, y: Values) -> Reference:
@@ -91,6 +110,14 @@ def _batch(n: int) -> int:
     return min(n, BATCH, max(SMALLEST, n // STEPS))
 
 
+def _one_cycle(step: int, steps: int) -> float:
+    """Return the rate of a step as a share of the largest: a linear rise, then half a cosine."""
+    rise = max(1, round(RISE * steps))
+    if step < rise:
+        return (step + 1) / rise
+    return 0.5 * (1.0 + cos(pi * (step - rise) / (steps - rise)))
+
+
 def _scale(X: Windows) -> NDArray[np.float64]:
     amplitude = float(np.median(np.sqrt((X.astype(np.float64) ** 2).mean(axis=(1, 2)))))
     compressed = np.arcsinh(X / amplitude)
@@ -106,9 +133,13 @@ def as_input(inputs: NDArray[np.float32]) -> Tensor:
 
 
 def _train(
-    inputs: NDArray[np.float32], wanted: NDArray[np.float32], epochs: int, seed: int
+    inputs: NDArray[np.float32],
+    wanted: NDArray[np.float32],
+    epochs: int,
+    published: bool,
+    seed: int,
 ) -> EfficientNet:
-    """A trained network in evaluation mode: same seed and threads, same weights."""
+    """Return a trained network in evaluation mode: same seed and threads, same weights."""
     import torch
 
     from firstcontact.models._efficientnet import EfficientNet
@@ -118,11 +149,19 @@ def _train(
         network = EfficientNet(inputs.shape[2], wanted.shape[1])
         network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
         X, Y = as_input(inputs), torch.from_numpy(wanted)
-        optimiser = torch.optim.Adam(network.parameters(), lr=LEARNING_RATE, fused=True)
-        schedule = torch.optim.lr_scheduler.StepLR(optimiser, HALVE_EVERY, 0.5)
+        rate = PUBLISHED_RATE if published else LEARNING_RATE
+        optimiser = torch.optim.Adam(network.parameters(), lr=rate, fused=True)
         loss = torch.nn.MSELoss()
         # The rest of a shuffled epoch is left out: a normalisation needs a whole batch.
         batch = _batch(len(X))
+        steps = len(X) // batch
+        halving = HALVE_EVERY * steps
+        schedule = torch.optim.lr_scheduler.LambdaLR(
+            optimiser,
+            (lambda step: 0.5 ** (step // halving))
+            if published
+            else partial(_one_cycle, steps=epochs * steps),
+        )
         for _ in range(epochs):
             order = torch.randperm(len(X))
             for start in range(0, len(X) - batch + 1, batch):
@@ -130,6 +169,6 @@ def _train(
                 optimiser.zero_grad()
                 loss(network(X[members]), Y[members]).backward()
                 optimiser.step()
-            schedule.step()
+                schedule.step()
     network.eval()
     return network

@@ -72,8 +72,9 @@ def _filled(
     from onnx import ModelProto, numpy_helper
 
     model = ModelProto()
-    model.CopyFrom(_graph(channels, outputs))
+    model.CopyFrom(_graph(channels))
     model.graph.input[0].type.tensor_type.shape.dim[3].dim_value = samples
+    model.graph.output[0].type.tensor_type.shape.dim[1].dim_value = outputs
     for tensor in model.graph.initializer:
         if tensor.name in weights:
             array = np.ascontiguousarray(weights[tensor.name])
@@ -83,14 +84,14 @@ def _filled(
 
 
 @cache
-def _graph(channels: int, outputs: int) -> Any:
-    """The exported graph, for windows of any length.
+def _graph(channels: int) -> Any:
+    """Return the exported graph, for windows of any length and any number of outputs.
 
-    Kept, because an export takes seconds, and folds and window lengths ask for many.
+    The graph is cached, because an export takes seconds, and folds and tasks ask for many.
     """
     with torch.random.fork_rng(devices=[]), _quiet():
         torch.manual_seed(0)
-        network = EfficientNet(channels, outputs).folded()
+        network = EfficientNet(channels, 1).folded()
         for parameter in network.parameters():
             torch.nn.init.normal_(parameter)  # equal tensors would become one
         exported = torch.onnx.export(

@@ -12,7 +12,7 @@ from firstcontact.models import bounded
 from firstcontact_lab.grasping._estimates import FIRMEST, USED
 from firstcontact_lab.grasping._household_numbers import baseline, candidate
 from firstcontact_lab.grasping._variants import variants
-from firstcontact_lab.grasping.figures import fronts_figure, objects_figure
+from firstcontact_lab.grasping.figures import fronts_figure
 from firstcontact_lab.grasping.results import (
     Between,
     GraspResults,
@@ -303,16 +303,6 @@ def fronts(results: GraspResults) -> Figure:
     )
 
 
-def _objects(results: GraspResults) -> Figure:
-    return Figure(
-        "objects",
-        "The estimate, object by object",
-        "In brackets the label. A white line is the part of the error that is the same in all "
-        "pinches of an object.",
-        objects_figure(results.household),
-    )
-
-
 def _film(results: GraspResults, film: Path) -> Figure:
     shown_objects, hand, specimen = results.film.objects, results.film.hand, results.film.specimen
     return Figure(
@@ -336,8 +326,9 @@ def render(results: GraspResults, film: Path) -> str:
         Animated GIF that goes into the page.
     """
     run, household = results.study, results.household
-    columns = [Column("", tables(results), [_objects(results)])]
-    opening = [Column("", [], [fronts(results), _film(results, film)])]
+    first, *others = tables(results)
+    details = [Column("", others, [])]
+    shown = [fronts(results), _film(results, film)]
     return Page(
         title="First contact: grasping (twin results)",
         heading="First contact: what stiffness is worth to a hand",
@@ -355,8 +346,15 @@ def render(results: GraspResults, film: Path) -> str:
         ],
         warning="Quick study: few pinches; not to be quoted" if run.quick else "",
         sections=[
-            Section("short", "In short", "", opening, sentences(results)),
-            Section("results", "Results", "", columns),
+            Section(
+                "results",
+                "What stiffness saves",
+                "",
+                sentences=sentences(results),
+                figures=shown,
+                table=first,
+                details=details,
+            ),
         ],
         command=run.command,
         how=[(title, [text]) for title, text in _how(results).items()],

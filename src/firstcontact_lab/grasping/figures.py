@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from firstcontact.core import BLUE, GREY, INK, ORANGE
+from firstcontact.core import GREY, INK
 from firstcontact.grasp import POLICIES, Part, Task
 from firstcontact_lab.grasping.results import CEILING, FrontPoints, Household
 from firstcontact_lab.report.style import canvas, uri
@@ -74,39 +74,3 @@ def _front(axis: Axes, points: FrontPoints, colour: str, line: str, title: str) 
     axis.plot(
         damaged, 100 * np.array(points.dropped), line, color=colour, label=title, linewidth=1.8
     )
-
-
-#: Width, height of a row, and of all else, inch.
-WIDTH, ROW, REST = 7.4, 0.2, 0.8
-
-
-def objects_figure(household: Household) -> str:
-    """A row a thing: the error of the estimate that was used, and its mean; a data URI."""
-    names = list(household.by_object)
-    with canvas(size=(WIDTH, REST + ROW * len(names))) as (figure, axes):
-        axis = axes[0, 0]
-        for place, name in enumerate(names):
-            errors = household.by_object[name]
-            used = errors.rmse.get("used")
-            if used is None:
-                axis.text(1, place, "no estimate in time", va="center", fontsize=7.5, color=GREY)
-                continue
-            axis.barh(place, used, color=ORANGE if errors.fragile else BLUE, height=0.66)
-            if errors.bias is not None:
-                axis.plot([abs(errors.bias)] * 2, [place - 0.33, place + 0.33], color="white")
-            axis.text(used + 0.5, place, f"{used:.0f}", va="center", fontsize=8)
-        axis.set_yticks(
-            range(len(names)),
-            [f"{n} ({household.by_object[n].shore_a:g})" for n in names],
-            fontsize=8,
-        )
-        axis.invert_yaxis()
-        axis.set_ylim(len(names) - 0.4, -0.6)
-        axis.set_xlim(left=0)
-        axis.margins(x=0.08)
-        axis.grid(axis="y", visible=False)
-        axis.set_xlabel("RMSE of the estimate that was used (Shore A)")
-        axis.plot([], [], color=ORANGE, linewidth=6, label="can be damaged")
-        axis.plot([], [], color=BLUE, linewidth=6, label="cannot")
-        axis.legend(loc="lower right")
-        return uri(figure)

@@ -34,6 +34,13 @@ def ends(number: Between, sign: bool = False) -> str:
     return f"{value} % ({low} to {high})".replace("-", "−")
 
 
+def fewer(number: Between) -> str:
+    """Return a relative reduction in words: "40 % (10 to 60) fewer", or "more" if negative."""
+    if number.value >= 0:
+        return f"{ends(number)} fewer"
+    return f"{ends(Between(value=-number.value, low=-number.high, high=-number.low))} more"
+
+
 def headline(household: Household) -> str:
     """The gain in a sentence, whether or not the target was met."""
     gain = household.fewer_drops_than_blind
@@ -42,7 +49,7 @@ def headline(household: Household) -> str:
     why = ": the interval includes zero" if gain.low <= 0 else ""
     return (
         "A hand that knows stiffness before its second finger touches drops "
-        f"{ends(gain)} fewer of {household.objects} household things than the best blind rule "
+        f"{fewer(gain)} of {household.objects} household things than the best blind rule "
         "where "
         f"both damage {percent(household.damage)}: {percent(ours)} instead of {percent(blind)} of "
         f"closings, on kinds of things and {household.hands} hands that nothing was tuned on. The "
@@ -72,7 +79,7 @@ def shortly(household: Household) -> str:
     useful = [reflex.fewer for name, reflex in by.items() if name not in none]
     parts = [
         f"On the twin, a hand that knows stiffness before its second finger touches drops "
-        f"{ends(gain)} fewer of {household.objects} household things than the best blind rule at "
+        f"{fewer(gain)} of {household.objects} household things than the best blind rule at "
         "equal "
         f"damage{proof}."
     ]

@@ -22,30 +22,15 @@ class Figure:
         How to read it.
     image
         Data URI.
+    wide
+        Whether the figure is as wide as two.
     """
 
     key: str
     title: str
     caption: str
     image: str
-
-
-@dataclass(frozen=True, slots=True)
-class CardLine:
-    """A value on a headline card."""
-
-    name: str
-    value: str
-    note: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Card:
-    """A headline card: values with a title and a footnote."""
-
-    title: str
-    lines: Sequence[CardLine]
-    foot: str
+    wide: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from firstcontact.contact import DETECTORS
-from firstcontact.core import SKY, Registry
+from firstcontact.core import GREEN, SKY, Registry
 from firstcontact.models import ESTIMATORS
 
 #: Keys in results, and how splits are called.
@@ -31,13 +31,15 @@ NETWORK_TITLES: Mapping[str, str] = {
     "in_context": "In-context network",
     "in_context_radius": "In-context network, radius told",
 }
+#: Colour of the network in all figures.
+NETWORK_COLOUR = GREEN
 #: Titles of competitors that are in no registry of estimators.
 TITLES: Mapping[str, str] = {
     **NETWORK_TITLES,
     "masked": "Default estimator, masked",
-    "modulus": "told the modulus",
-    "contact_stiffness": "told the contact's stiffness",
-    "floor": "Floor",
+    "modulus": "Knows the modulus",
+    "contact_stiffness": "Knows the contact's stiffness",
+    "floor": "Trained on these kinds",
 }
 
 
@@ -68,19 +70,21 @@ def _look(registry: Registry[Any], name: str) -> Look:
 
 
 def estimators(scored: Iterable[str], baselines: bool = False) -> list[str]:
-    """Return the names of scored estimators in the order of reports, floors only if wanted.
+    """Return the names of scored estimators in the order of reports, baselines only if wanted.
 
     Estimators of other packages come last, installed or not.
     """
     names = set(scored)
     ours = [name for name in ESTIMATORS.own if name in names]
     return [
-        name for name in (*ours, *sorted(names.difference(ours))) if baselines or not is_floor(name)
+        name
+        for name in (*ours, *sorted(names.difference(ours)))
+        if baselines or not is_baseline(name)
     ]
 
 
-def is_floor(name: str) -> bool:
-    """Return True if an estimator is a floor: a baseline that ignores the signal's shape."""
+def is_baseline(name: str) -> bool:
+    """Return True if an estimator is a baseline: it ignores the shape of the signal."""
     return name in ESTIMATORS and ESTIMATORS[name].baseline
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from importlib.resources import files
 
 from firstcontact.core import sanitize
-from firstcontact_lab.report.findings import Card, Figure
+from firstcontact_lab.report.findings import Figure
 from firstcontact_lab.report.tables import Table
 
 #: Largest number of columns of a table that stands beside another.
@@ -25,18 +25,35 @@ class Column:
 
 @dataclass(frozen=True, slots=True)
 class Section:
-    """Section of a report with a column for each subject that has content."""
+    """Section of a report.
+
+    Parameters
+    ----------
+    anchor, title, text
+        Link, heading and introduction.
+    columns
+        Tables and figures of each subject that has content.
+    sentences
+        Results in words.
+    figures, table
+        Figure and table of all subjects.
+    details
+        Further tables and figures of each subject, folded.
+    """
 
     anchor: str
     title: str
     text: str
-    columns: Sequence[Column]
+    columns: Sequence[Column] = ()
     sentences: Sequence[str] = ()
+    figures: Sequence[Figure] = ()
+    table: Table | None = None
+    details: Sequence[Column] = ()
 
     @property
     def wide(self) -> bool:
         """True if a table has more columns than half a page has room for."""
-        tables = (table for column in self.columns for table in column.tables)
+        tables = (table for column in (*self.columns, *self.details) for table in column.tables)
         return any(len(table.head) > _HALF for table in tables)
 
 
@@ -60,8 +77,10 @@ class Page:
         Why the numbers are not to be quoted, if they are not.
     notice
         Progress of an unfinished study: state and details.
-    cards
-        Headline cards.
+    claims
+        Published claims and headlines, one line each.
+    terms
+        Definitions of words that the sections use.
     compared, compared_text
         Published numbers beside those here, and a sentence about them.
     left_out
@@ -82,7 +101,8 @@ class Page:
     how: Sequence[tuple[str, Sequence[str]]]
     warning: str = ""
     notice: tuple[str, str] | None = None
-    cards: Sequence[Card] = ()
+    claims: Table | None = None
+    terms: Sequence[tuple[str, str]] = ()
     compared: Table | None = None
     compared_text: str = ""
     left_out: Sequence[tuple[str, Sequence[str]]] = ()

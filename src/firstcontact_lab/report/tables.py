@@ -42,9 +42,44 @@ class Table:
     lines: Sequence[Line]
 
 
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """Published value that a row is compared with.
+
+    Parameters
+    ----------
+    value
+        The value, in the unit of the row.
+    tolerance
+        Difference that still counts as reproduced, where the row has no interval.
+    lower
+        Whether lower values are better.
+    note
+        Verdict where a comparison means nothing: "input of the twin".
+    """
+
+    value: float
+    tolerance: float = 0.0
+    lower: bool = False
+    note: str = ""
+
+    def verdict(self, value: Value) -> str:
+        """Return "reproduced", "better" or "worse", or the note; "" without a value."""
+        if value is None or isinstance(value, str):
+            return ""
+        if self.note:
+            return self.note
+        bounded = value if isinstance(value, Bounded) else Bounded(value)
+        distance = self.tolerance
+        low, high = bounded.ends or (bounded.value - distance, bounded.value + distance)
+        if low <= self.value <= high:
+            return "reproduced"
+        return "better" if (bounded.value < self.value) == self.lower else "worse"
+
+
 @dataclass(frozen=True)
 class Row(Generic[R]):
-    """A number that reports, docs tables, the README and headline cards show.
+    """A number that reports, docs tables and the README show.
 
     Parameters
     ----------
@@ -60,7 +95,9 @@ class Row(Generic[R]):
         Explanation in the report's comparison; None keeps the row out of it. A function gets the
         results of all subjects by title.
     headline
-        Whether the README shows the row.
+        Whether the README and the top of the report show the row.
+    claim
+        Published value for the verdict at the top of the report.
     """
 
     label: str
@@ -69,6 +106,7 @@ class Row(Generic[R]):
     published: str = ABSENT
     remark: str | Callable[[Mapping[str, R]], str] | None = None
     headline: bool = False
+    claim: Claim | None = None
 
     def cell(self, results: R) -> Cell:
         """Return the value of one subject and its interval."""
@@ -158,6 +196,71 @@ def row_table(
     return Table(caption, ["", *(["published"] if published else []), *subjects], lines)
 
 
+def claims_table(rows: Iterable[Row[R]], subjects: Mapping[str, R]) -> Table:
+    """Return a line for each claim and headline: published, measured, and the verdict."""
+    lines = []
+    for row in rows:
+        cells = [Cell(row.cell(results).text) for results in subjects.values()]
+        if not (row.claim or row.headline) or all(cell.text == ABSENT for cell in cells):
+            continue
+        verdict = "not in the paper"
+        if row.claim is not None:
+            verdicts = {
+                title: text
+                for title, results in subjects.items()
+                if (text := row.claim.verdict(row.value(results)))
+            }
+            same = len(set(verdicts.values())) == 1
+            verdict = (
+                next(iter(verdicts.values()))
+                if same
+                else "; ".join(f"{title.lower()} {text}" for title, text in verdicts.items())
+            )
+        lines.append(Line([Cell(row.label), Cell(row.published), *cells, Cell(verdict)]))
+    return Table("", ["", "published", *subjects, "verdict"], lines)
+
+
+def beside(tables: Mapping[str, Table], heads: Sequence[str] = ()) -> Table:
+    """Return tables of several subjects as one, with the columns of the subjects side by side.
+
+    Parameters
+    ----------
+    tables
+        Table of each subject by title. Lines with the same name stand in one line.
+    heads
+        Columns to take; all if empty.
+    """
+    head = [""]
+    blocks: list[tuple[int, dict[tuple[str, int], Line]]] = []
+    names: dict[tuple[str, int], Cell] = {}
+    for title, table in tables.items():
+        chosen = [
+            place for place, name in enumerate(table.head) if place and (not heads or name in heads)
+        ]
+        several = len(tables) > 1
+        for place in chosen:
+            name = table.head[place]
+            head.append(", ".join(filter(None, (name, title.lower() if several else ""))))
+        lines: dict[tuple[str, int], Line] = {}
+        for line in table.lines:
+            number = sum(key[0] == line.cells[0].text for key in lines)
+            key = line.cells[0].text, number
+            lines[key] = Line([line.cells[place] for place in chosen], line.quiet)
+            names.setdefault(key, line.cells[0])
+        blocks.append((len(chosen), lines))
+    merged = []
+    for key, name in names.items():
+        present = [lines.get(key) for _, lines in blocks]
+        cells = [
+            cell
+            for line, (width, _) in zip(present, blocks, strict=True)
+            for cell in (line.cells if line else [Cell(ABSENT)] * width)
+        ]
+        merged.append(Line([name, *cells], any(line.quiet for line in present if line)))
+    caption = next(iter(tables.values())).caption if len(tables) == 1 else ""
+    return Table(caption, head, merged)
+
+
 def matrix(
     caption: str, rows: Sequence[Row[R]], entries: Iterable[tuple[Cell, R | None, bool]]
 ) -> Table | None:
@@ -194,9 +297,11 @@ def lifted(
     published: str = ABSENT,
     remark: str | Callable[[Mapping[str, R]], str] | None = None,
     headline: bool = False,
+    claim: Claim | None = None,
 ) -> Row[R]:
     """Return a row of a record as a row of the results that hold the record."""
-    return Row(prefix + row.label, optional(find, row.value), row.unit, published, remark, headline)
+    value = optional(find, row.value)
+    return Row(prefix + row.label, value, row.unit, published, remark, headline, claim)
 
 
 def markdown(table: Table) -> str:

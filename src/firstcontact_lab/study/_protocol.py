@@ -15,7 +15,7 @@ from firstcontact_lab.report.state import State
 from firstcontact_lab.study._subject import Subject
 from firstcontact_lab.study.page import render
 from firstcontact_lab.study.part import Step
-from firstcontact_lab.study.parts import PARTS
+from firstcontact_lab.study.parts import chosen_parts
 from firstcontact_lab.study.settings import StudySettings
 
 
@@ -35,6 +35,8 @@ class Job:
         Measures.
     vital
         Whether the study ends where the job fails.
+    cost
+        Relative time of the job.
     """
 
     subject: str
@@ -42,6 +44,7 @@ class Job:
     title: str
     run: Callable[[], PartResult]
     vital: bool = False
+    cost: float = 1.0
 
 
 def plan(
@@ -71,13 +74,13 @@ def plan(
                 subjects[name] = Subject(name, load(), set_name=set_name)
             return step.run(subjects[name], settings, runner)
 
-        return Job(name, part, step.title, measure, step.vital)
+        return Job(name, part, step.title, measure, step.vital, step.cost)
 
     return [
         job(name, load, part, step)
         for late in (False, True)
         for name, load in sources
-        for part, entry in PARTS.items()
+        for part, entry in chosen_parts(settings.parts).items()
         for step in entry.steps
         if step.late == late
     ]

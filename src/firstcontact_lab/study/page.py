@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from firstcontact.core import ByName, InputError, installed_versions
 from firstcontact.models import window_estimators
-from firstcontact_lab.report.findings import Card, Findings
+from firstcontact_lab.report.findings import Figure, Findings
 from firstcontact_lab.report.page import Column, Page, Section
 from firstcontact_lab.report.results import NOTHING, SubjectResults, read_results, subject_kind
 from firstcontact_lab.report.state import STUDY, State, StudyResults, duration
-from firstcontact_lab.report.tables import Cell, Line, Row, Table, row_table
+from firstcontact_lab.report.tables import Cell, Line, Row, Table, beside, claims_table, row_table
 from firstcontact_lab.study.part import Part, Subjects
 from firstcontact_lab.study.parts import PARTS
 from firstcontact_lab.study.parts.blocks import BLOCKS
@@ -55,30 +56,55 @@ def comparison(subjects: Subjects) -> Table:
     return Table("", [*table.head, "remark"], lines)
 
 
-def cards(subjects: Subjects) -> list[Card]:
-    """Return the headline cards of all parts that have values."""
-    return [card for part in PARTS.values() for card in part.cards(subjects) if card.lines]
+def claims(subjects: Subjects) -> Table:
+    """Return the claims of the paper with verdicts, then the headlines beyond it."""
+    chosen = sorted(rows(subjects), key=lambda row: row.claim is None)
+    return claims_table(chosen, subjects)
 
 
 def sections(all_findings: Sequence[Findings], parts: Mapping[str, Part] = PARTS) -> list[Section]:
     """Return the sections of these parts that have content."""
     subjects = {findings.title: findings.results for findings in all_findings}
-    columns = {name: _columns(name, part, all_findings) for name, part in parts.items()}
-    return [
-        Section(part.name, part.title, part.text(subjects), columns[name])
-        for name, part in parts.items()
-        if columns[name]
+    made = (_section(name, part, subjects, all_findings) for name, part in parts.items())
+    return [section for section in made if section is not None]
+
+
+def _section(
+    name: str, part: Part, subjects: Subjects, all_findings: Sequence[Findings]
+) -> Section | None:
+    """Return a section: figure and table of all subjects, further ones folded."""
+    tables: dict[str, list[Table]] = {}
+    figures: dict[str, list[Figure]] = {}
+    for findings in all_findings:
+        made = (make(findings.results) for make in part.tables)
+        tables[findings.title] = [table for table in made if table]
+        figures[findings.title] = list(findings.figures.get(name, {}).values())
+    if not any(tables.values()) and not any(figures.values()):
+        return None
+    drawn = part.figure(subjects)
+    shown = [drawn] if drawn else [_of(title, each[0]) for title, each in figures.items() if each]
+    first = {title: each[0] for title, each in tables.items() if each}
+    details = [
+        Column(
+            title,
+            tables[title][1:],
+            figures[title] if drawn else figures[title][1:],
+        )
+        for title in tables
     ]
+    return Section(
+        part.name,
+        part.title,
+        part.text(subjects),
+        figures=shown,
+        table=beside(first, part.columns) if first else None,
+        details=[column for column in details if column.tables or column.figures],
+    )
 
 
-def _columns(name: str, part: Part, subjects: Sequence[Findings]) -> list[Column]:
-    columns = []
-    for findings in subjects:
-        tables = [table for make in part.tables if (table := make(findings.results))]
-        figures = list(findings.figures.get(name, {}).values())
-        if tables or figures:
-            columns.append(Column(subject_title(findings), tables, figures))
-    return columns
+def _of(title: str, figure: Figure) -> Figure:
+    """Return a figure with its subject in the title."""
+    return replace(figure, title=f"{figure.title}, {title}")
 
 
 def subject_title(findings: Findings) -> str:
@@ -101,7 +127,8 @@ def render(state: State) -> str:
         badges=[data, *subjects, state.started, elapsed(state), f"seed {state.settings['seed']}"],
         warning=quick if state.quick else "",
         notice=notice(state),
-        cards=cards({findings.title: findings.results for findings in all_findings}),
+        claims=claims({findings.title: findings.results for findings in all_findings}),
+        terms=_TERMS,
         compared=comparison(subjects),
         compared_text=_TWIN_COMPARED if twin else _COMPARED,
         sections=sections(all_findings),
@@ -114,6 +141,15 @@ def render(state: State) -> str:
     ).html()
 
 
+_TERMS = [
+    (
+        "Baseline",
+        "a prediction that ignores the shape of the signal: the training mean, the most "
+        "frequent class, or the peak amplitude alone",
+    ),
+    ("Chance", "the accuracy of the best constant prediction"),
+    ("Interval", "95 % bootstrap interval over sessions or objects, in small numbers or as a bar"),
+]
 _TWIN_HEADING = "First contact: stiffness in the first 15 ms"
 _HEADING = "First contact: what the first 15 ms after contact tell"
 _TWIN_INTRO = (

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from firstcontact.core import Runner
-from firstcontact_lab.report.findings import Card, CardLine, PartResult
+from firstcontact_lab.report.findings import Figure, PartResult
 from firstcontact_lab.report.results import SubjectResults
-from firstcontact_lab.report.tables import ABSENT, Row, Table
+from firstcontact_lab.report.tables import Row, Table
 from firstcontact_lab.study._subject import Subject
 from firstcontact_lab.study.settings import StudySettings
 
@@ -34,12 +34,15 @@ class Step:
         Whether the step takes long. Late steps run after the other steps of all subjects.
     vital
         Whether the study ends where the step fails.
+    cost
+        Relative time of the step, for the time left.
     """
 
     title: str
     run: Measure
     late: bool = False
     vital: bool = False
+    cost: float = 1.0
 
 
 def with_ranks(measure: Measure) -> Measure:
@@ -63,9 +66,9 @@ def no_rows(subjects: Subjects) -> Sequence[Row[SubjectResults]]:
     return ()
 
 
-def no_cards(subjects: Subjects) -> Sequence[Card]:
-    """Return no cards."""
-    return ()
+def no_figure(subjects: Subjects) -> Figure | None:
+    """Return no figure."""
+    return None
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,11 +88,19 @@ class Part:
     text
         Introduction to the section, from the results so far.
     tables
-        Make tables of one subject; None where the subject has no such results.
+        Make tables of one subject; None where the subject has no such results. The report shows the
+        first with the subjects side by side, and folds the others.
     rows
         Numbers for the comparison with the paper, the docs tables and the README.
-    cards
-        Headline cards.
+    columns
+        Columns of the first table that the report shows; all if empty.
+    figure
+        Draws the figure of all subjects. Without it the report shows the first figure of each
+        subject. Other figures are folded.
+    needs
+        Parts whose results the measurements use. They run first.
+    by_default
+        Whether a study without a choice of parts includes the part.
     """
 
     name: str
@@ -98,40 +109,10 @@ class Part:
     text: Callable[[Subjects], str] = no_text
     tables: Sequence[Callable[[SubjectResults], Table | None]] = ()
     rows: Callable[[Subjects], Sequence[Row[SubjectResults]]] = no_rows
-    cards: Callable[[Subjects], Sequence[Card]] = no_cards
-
-
-def card_lines(
-    subjects: Subjects,
-    rows: Mapping[str, Row[SubjectResults]],
-    note: Callable[[str, SubjectResults], str] | None = None,
-) -> list[CardLine]:
-    """Return a line for each subject and row with a value.
-
-    Parameters
-    ----------
-    subjects
-        Results by title.
-    rows
-        Rows by the name on the card, "" for the title of the subject alone.
-    note
-        Returns the note on a value, from the name of its row; the interval if None.
-    """
-    lines = []
-    for title, results in subjects.items():
-        for name, row in rows.items():
-            cell = row.cell(results)
-            if cell.text == ABSENT:
-                continue
-            both = f"{name}, {title}" if name and len(subjects) > 1 else name or title
-            small = unbroken(f"95 %: {cell.small}") if cell.small else ""
-            lines.append(CardLine(both, cell.text, note(name, results) if note else small))
-    return lines
-
-
-def unbroken(text: str) -> str:
-    """Return a text with spaces that no line breaks at."""
-    return text.replace(" ", "\N{NO-BREAK SPACE}")
+    columns: Sequence[str] = ()
+    figure: Callable[[Subjects], Figure | None] = no_figure
+    needs: Sequence[str] = ("data", "contacts")
+    by_default: bool = True
 
 
 def per_subject(subjects: Subjects, describe: Callable[[SubjectResults], str | None]) -> list[str]:

@@ -52,6 +52,8 @@ def run_study(
         On Ctrl-C, with all processes ended and the report as far
         as it came.
     """
+    import warnings
+
     from tqdm import tqdm
 
     options = _options(settings, recordings)
@@ -59,30 +61,33 @@ def run_study(
     often = 0.1 if sys.stderr.isatty() else 10.0
     with ExitStack() as opened:
         opened.enter_context(sole_use(out, options))
+        opened.enter_context(warnings.catch_warnings())
+        # Workers that end early are replaced; nobody needs to know.
+        warnings.filterwarnings("ignore", "A worker stopped while some jobs", UserWarning)
         check_sources(recordings, out)  # refused before a bar is drawn
-        bar = opened.enter_context(
-            tqdm(unit="part", bar_format=_BAR, miniters=0, mininterval=often)
-        )
+        bar = opened.enter_context(tqdm(bar_format=_BAR, miniters=0, mininterval=often))
+        finished = step_cost = 0.0
 
         def within(count: int, total: int) -> None:
-            bar.set_postfix_str(f"{count} of {total}", refresh=False)
-            bar.update(0)
+            bar.update(finished + step_cost * count / total - bar.n)
 
         with parallel(settings.workers, within) as runner:
             sources = _sources(settings, out, recordings, within)
             steps = protocol.plan(sources, settings, runner, _set_name(recordings))
-            bar.reset(total=len(steps))
+            bar.reset(total=sum(step.cost for step in steps))
             titles = [f"{step.subject}: {step.title}" for step in steps]
             findings = [Findings(name) for name, _ in sources]
             state = State(command, asdict(settings), quick, findings, titles, options=options)
 
             def tick(title: str) -> None:
-                bar.n = state.completed
-                bar.set_postfix_str("", refresh=False)
+                nonlocal finished, step_cost
+                finished = sum(step.cost for step in steps[: state.completed])
+                step_cost = steps[state.completed].cost
+                bar.n = finished
                 bar.set_description(title)
 
             protocol.run(steps, state, out, tick)
-            bar.n = state.completed
+            bar.n = bar.total
             bar.set_description("done")
     return out / "report.html"
 
@@ -100,7 +105,7 @@ def _set_name(recordings: Path | None) -> str:
     return name.encode("utf-8", "replace").decode() or "recordings"
 
 
-_BAR = "{desc}{percentage:3.0f} %|{bar}| {n_fmt}/{total_fmt} [{elapsed}] {postfix}"
+_BAR = "{desc}{percentage:3.0f} %|{bar}| {elapsed}, {remaining} left"
 
 
 def _sources(

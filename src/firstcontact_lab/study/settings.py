@@ -36,6 +36,8 @@ class StudySettings:
     board
         ``embedded.json`` with what models cost on the microcontroller, shown beside what
         they take here; "" for no such table.
+    parts
+        Names of the parts to run, besides those that they need; the default parts if empty.
     seed
         Of everything drawn but those.
     workers
@@ -47,11 +49,12 @@ class StudySettings:
     durations: tuple[float, ...] = (0.002, 0.003, 0.005, 0.008, 0.010, 0.015)
     folds: int = 5
     brief: bool = False
-    calls: int = 10_000
+    calls: int = 2_000
     detector: str = DETECTORS.default
     early: float = 0.0
     rig_seeds: tuple[int, ...] = (601, 602, 603, 604, 605, 606)
     board: str = ""
+    parts: tuple[str, ...] = ()
     seed: int = 0
     workers: int = 2
 
@@ -64,7 +67,7 @@ class StudySettings:
             durations=(0.003, 0.008, 0.015),
             folds=3,
             brief=True,
-            calls=2_000,
+            calls=500,
             rig_seeds=(601,),
         )
 

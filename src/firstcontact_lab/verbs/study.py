@@ -11,6 +11,7 @@ from typing import Annotated
 from firstcontact.cli import Option, one_of, where
 from firstcontact.contact import DETECTORS
 from firstcontact.core import InputError, require_modules
+from firstcontact_lab.study.parts import PARTS
 
 
 @dataclass(frozen=True)
@@ -23,6 +24,8 @@ class Study:
     """Folder for report, results and recordings; no other study's."""
     quick: bool = False
     """Run each part on little data; quote no number of it."""
+    parts: Annotated[tuple[str, ...], one_of(PARTS)] = ()
+    """Parts to run, besides those that they need; the paper's experiments by default."""
     detector_type: Annotated[str, one_of(DETECTORS)] = DETECTORS.default
     """Detector of the contacts at which windows start."""
     estimator: tuple[str, ...] = ()
@@ -50,7 +53,10 @@ class Study:
             require_modules("study", "numba")
         if self.seed < 0 or not 0 <= self.early_ms <= 10:
             raise InputError("--seed must not be negative, and --early-ms lies from 0 to 10")
+        for part in self.parts:
+            PARTS.find(part)
         settings = StudySettings(
+            parts=self.parts,
             seed=self.seed,
             workers=worker_count(self.workers),
             detector=DETECTORS.find(self.detector_type).name,

@@ -12,7 +12,6 @@ from firstcontact.core import Dataset
 from firstcontact_lab.study._subject import Subject
 from firstcontact_lab.study.parts.data import timing_figure
 from firstcontact_lab.study.parts.hardness import hardness_figure
-from firstcontact_lab.study.parts.objects import boxes_figure
 
 NAMES = [
     r"$\frac{$", "$x^2$", r"\alpha", "a\nb", "\x1b[31mred", "\x00", "x" * 5000, "苹果苹果苹果苹果",
@@ -30,7 +29,6 @@ def test_objects_may_have_any_name(make_shore: Callable[..., Dataset], name: str
     subject = Subject("a", replace(dataset, pinches=pinches))
     data = subject.windows(0.015)
     for figure in (
-        boxes_figure("svm", data, data.y + 1.0),
         hardness_figure(
             subject.labelled_windows(0.015, subject.dataset.hardness_rank), np.ones(len(data))
         ),

@@ -28,6 +28,7 @@ from partial import results
 CHROMIUM = os.environ.get("CHROMIUM") or shutil.which("chromium")
 #: Writes the scale at which each figure is displayed, pixels an own pixel, into the page.
 MEASURE = """<script>addEventListener("load", () => {
+  document.querySelectorAll("details").forEach(folded => { folded.open = true; });
   const scales = [...document.querySelectorAll(".figures img")]
     .map(image => image.getBoundingClientRect().width / image.naturalWidth);
   document.title = "scales " + scales.map(s => s.toFixed(4)).join(" ");

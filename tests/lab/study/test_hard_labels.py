@@ -253,7 +253,7 @@ def test_no_window_at_all(make_shore: Callable[..., Dataset], ranks: Dataset) ->
         blocks(subject, SMALL, Serial(), MODELS),
         objects(subject, SMALL, Serial(), MODELS),
         window_length(subject, SMALL, Serial()),
-        inference(subject, SMALL),
+        inference(subject, SMALL, Serial()),
         waveforms(subject),
         hardness(Subject("x", cut(ranks, 0, 510)), SMALL, Serial()),
     ):

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 from firstcontact.core import Registry
-from firstcontact_lab.study.part import Part
+
+if TYPE_CHECKING:
+    from firstcontact_lab.study.part import Part
 
 _HERE = "firstcontact_lab.study.parts"
 
@@ -28,3 +33,23 @@ PARTS: Registry[Part] = Registry(
     base="firstcontact_lab.study.part:Part",
     instances=True,
 )
+
+
+def chosen_parts(names: Sequence[str]) -> dict[str, Part]:
+    """Return the parts with these names and all that they need; the default parts for no names.
+
+    Raises
+    ------
+    InputError
+        No part has this name.
+    """
+    chosen: set[str] = set()
+
+    def choose(name: str) -> None:
+        chosen.add(name)
+        for needed in PARTS.find(name).needs:
+            choose(needed)
+
+    for name in names or [name for name, part in PARTS.items() if part.by_default]:
+        choose(name)
+    return {name: part for name, part in PARTS.items() if name in chosen}

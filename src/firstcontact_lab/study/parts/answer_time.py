@@ -15,10 +15,9 @@ from firstcontact.models import (
     right_and_not_early,
 )
 from firstcontact.signal import Conditioner, contact_windows, samples_in
-from firstcontact_lab.report.findings import Card, PartResult
+from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.tables import (
-    ABSENT,
     Cell,
     Row,
     Table,
@@ -26,7 +25,7 @@ from firstcontact_lab.report.tables import (
     optional,
 )
 from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.part import Part, Step, Subjects, card_lines
+from firstcontact_lab.study.part import Part, Step, Subjects
 from firstcontact_lab.study.parts.contacts import Accepted
 from firstcontact_lab.study.parts.data import is_twin
 from firstcontact_lab.study.settings import StudySettings
@@ -210,24 +209,6 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
     ]
 
 
-def _cards(subjects: Subjects) -> list[Card]:
-    median, share = _rows(subjects)
-    twin = ", twin" if any(map(is_twin, subjects.values())) else ""
-
-    def note(name: str, results: SubjectResults) -> str:
-        time = median.cell(results).text
-        return "" if time == ABSENT else f"median {time} after the first"
-
-    return [
-        Card(
-            "15 ms window complete before the second contact",
-            card_lines(subjects, {"": share}, note),
-            "of pinches with a known second contact; waits and look-aheads counted, computing and "
-            f"transport left out, which live counts{twin}",
-        )
-    ]
-
-
 PART = Part(
     "answer",
     "Time to an answer",
@@ -235,5 +216,4 @@ PART = Part(
     _text,
     [answer_table],
     _rows,
-    _cards,
 )

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from msgspec.structs import asdict
 
-from firstcontact.core import BLUE, RED, Record, counted, is_same_rate, percent
+from firstcontact.core import Record, counted, is_same_rate, percent
 from firstcontact.models import (
     ESTIMATORS,
     TIMES,
@@ -31,8 +31,8 @@ from firstcontact.models import (
     regression_scores,
 )
 from firstcontact_lab.report import names
-from firstcontact_lab.report.findings import Card, Figure, PartResult
-from firstcontact_lab.report.names import TITLES
+from firstcontact_lab.report.findings import Figure, PartResult
+from firstcontact_lab.report.names import NETWORK_COLOUR, TITLES
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import canvas, uri
 from firstcontact_lab.report.tables import (
@@ -46,7 +46,7 @@ from firstcontact_lab.report.tables import (
     optional,
 )
 from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.part import Part, Step, Subjects, card_lines, unbroken
+from firstcontact_lab.study.part import Part, Step, Subjects
 from firstcontact_lab.study.parts.answer_time import before_second, waits
 from firstcontact_lab.study.parts.objects import UNSEEN
 from firstcontact_lab.study.settings import StudySettings
@@ -202,7 +202,7 @@ def _before_second(subject: Subject, early: float) -> tuple[float | None, int | 
     )
 
 
-_SIDES = {"objects": (RED, "unseen objects"), "blocks": (BLUE, "blocks of other sessions")}
+_SIDES = {"objects": ("o-", "unseen objects"), "blocks": ("s--", "blocks of other sessions")}
 
 
 def anytime_figure(results: AnytimeResults) -> Figure:
@@ -213,13 +213,14 @@ def anytime_figure(results: AnytimeResults) -> Figure:
     with canvas(1, 2) as (figure, axes):
         error, width = axes[0]
         for side, scores in sides.items():
-            colour, name = _SIDES[side]
-            _line(error, scores, "rmse", colour, name)
-            _line(width, scores, "width", colour, name)
+            style, name = _SIDES[side]
+            _line(error, scores, "rmse", style, name)
+            _line(width, scores, "width", style, name)
         fixed = results.fixed
         if fixed is not None:
-            title = names.estimator(fixed.estimator).title
-            error.axhline(fixed.rmse, color=RED, ls="--", lw=1.2, label=f"{title}, 15 ms, objects")
+            look = names.estimator(fixed.estimator)
+            label = f"{look.title}, 15 ms, objects"
+            error.axhline(fixed.rmse, color=look.colour, ls=":", lw=1.4, label=label)
         error.set(ylabel="RMSE (Shore A)")
         width.set(ylabel=f"Width of the {100 * results.level:g} % interval (Shore A)")
         for ax in (error, width):
@@ -236,14 +237,14 @@ def anytime_figure(results: AnytimeResults) -> Figure:
     )
 
 
-def _line(ax: Any, scores: AnytimeScores, key: str, colour: str, name: str) -> None:
+def _line(ax: Any, scores: AnytimeScores, key: str, style: str, name: str) -> None:
     values: dict[str, float] = getattr(scores, key)
     times = [float(ms) for ms in values]
-    ax.plot(times, list(values.values()), "o-", color=colour, ms=5, label=name)
+    ax.plot(times, list(values.values()), style, color=NETWORK_COLOUR, ms=5, label=name)
     ends = scores.intervals.get(key, {})
     if len(ends) == len(values):
         low, high = zip(*(ends[ms] for ms in values), strict=True)
-        ax.fill_between(times, low, high, color=colour, alpha=0.15, lw=0)
+        ax.fill_between(times, low, high, color=NETWORK_COLOUR, alpha=0.15, lw=0)
 
 
 ANYTIME = Field.optional("anytime", AnytimeResults)
@@ -325,27 +326,16 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
     ]
 
 
-def _cards(subjects: Subjects) -> list[Card]:
-    error = Row("", _rmse("5"), "shore")
-
-    def note(name: str, results: SubjectResults) -> str:
-        text = error.cell(results).text
-        return "" if text == ABSENT else unbroken(f"RMSE at 5 ms: {text}")
-
-    return [
-        Card(
-            "First estimate before the second contact",
-            card_lines(subjects, {"": BEFORE_SECOND}, note),
-            "of pinches with a known second contact, from 2 ms of signal; waits and look-aheads "
-            "counted, computing and transport left out",
-        )
-    ]
-
-
 PART = Part(
     "anytime",
     "Estimates at any time",
-    [Step("estimates at any time", lambda subject, settings, runner: anytime(subject, settings))],
+    [
+        Step(
+            "estimates at any time",
+            lambda subject, settings, runner: anytime(subject, settings),
+            cost=4,
+        )
+    ],
     lambda subjects: (
         "One pre-trained network, conditioned on the rig by its own block pinches, predicts at "
         "any moment; nothing is trained here. Later signal is not used, nor any after the second "
@@ -353,5 +343,4 @@ PART = Part(
     ),
     [anytime_table],
     _rows,
-    _cards,
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -32,12 +32,13 @@ from firstcontact.models import (
     window_estimators,
 )
 from firstcontact_lab.report import names
-from firstcontact_lab.report.findings import Card, Figure, PartResult
+from firstcontact_lab.report.charts import Dot, Panel, dot_figure
+from firstcontact_lab.report.findings import Figure, PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import boxes, canvas, uri
-from firstcontact_lab.report.tables import ABSENT, Cell, Row, Table, lifted, matrix
+from firstcontact_lab.report.tables import ABSENT, Cell, Claim, Row, Table, lifted, matrix
 from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.part import Part, Step, Subjects, card_lines, distinct, per_subject
+from firstcontact_lab.study.part import Part, Step, Subjects, distinct, per_subject
 from firstcontact_lab.study.parts.contacts import is_learned
 from firstcontact_lab.study.settings import StudySettings
 
@@ -356,19 +357,43 @@ _CAPTIONS = {
 }
 
 
+def accuracy_figure(subjects: Subjects) -> Figure | None:
+    """Draw the accuracy by session of all estimators, with chance as a line."""
+    panels = []
+    for title, results in subjects.items():
+        dots, classes = [], 0
+        for name in names.estimators(results[BLOCKS]):
+            scores = results[BLOCKS][name].by_session
+            accuracy = None if scores is None else bounded(scores, "accuracy")
+            if scores is not None and accuracy is not None:
+                look = names.estimator(name)
+                dots.append(Dot.of(look.title, accuracy, look.colour))
+                classes = len(scores.classes or ())
+        lines = (("chance", 1.0 / classes),) if classes else ()
+        panels.append(Panel(title, tuple(dots), lines))
+    return dot_figure(
+        "accuracy",
+        "Accuracy in sessions that were not learned from",
+        "Bars are 95 % intervals over sessions.",
+        "Share of blocks whose level is right",
+        panels,
+        1.02,
+    )
+
+
 def able(slow: bool) -> list[str]:
     """Return the installed estimators that are slow, or the others."""
     entries = window_estimators().items()
     return [n for n, kind in entries if kind.slow == slow and not missing_modules(kind.modules)]
 
 
-def block_table(results: SubjectResults, split: str) -> Table | None:
-    """Return the scores of all estimators in one split of the blocks."""
+def block_table(results: SubjectResults, split: str, variants: bool = True) -> Table | None:
+    """Return the scores of all estimators in one split, with or without their variants."""
     entries = []
     for name in names.estimators(results[BLOCKS], True):
         scores, title = results[BLOCKS][name], names.estimator(name).title
-        entries.append((Cell(title), scores.split(split), names.is_floor(name)))
-        if scores.strip_aligned:
+        entries.append((Cell(title), scores.split(split), names.is_baseline(name)))
+        if scores.strip_aligned and variants:
             aligned = Cell(title, "window starts at the known contact")
             entries.append((aligned, scores.strip_aligned.split(split), False))
     caption = _CAPTIONS[split]
@@ -398,6 +423,7 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
                 split(RANDOM),
                 ABSENT if published is None else percent(published),
                 None if published is None else _interval_remark(name, subjects, published),
+                claim=None if published is None else Claim(published),
             ),
             lifted(
                 _ACCURACY,
@@ -432,54 +458,33 @@ def _interval_remark(name: str, subjects: Subjects, value: float) -> str:
     return f"The published value and the 95 % interval: {'; '.join(places)}. {mixes}"
 
 
-def _cards(subjects: Subjects) -> list[Card]:
-    scores = [s.by_session for r in subjects.values() for s in r[BLOCKS].values()]
-    levels = next((len(s.classes) for s in scores if s and s.classes), 0)
-
-    def by_session_of(name: str) -> Callable[[SubjectResults], SplitScores | None]:
-        return lambda results: results[BLOCKS].get(name, BlockScores()).by_session
-
-    rows = {
-        names.estimator(name).title: lifted(_ACCURACY, "", by_session_of(name))
-        for name in published_or_all(PUBLISHED, [r[BLOCKS] for r in subjects.values()])
-    }
-    return [
-        Card(
-            f"Accuracy over {levels} levels of stiffness",
-            card_lines(subjects, rows),
-            "in sessions that were not learned from",
-        )
-    ]
-
-
-def published_or_all(
-    published: Container[str], scores: Sequence[Mapping[str, object]]
-) -> list[str]:
-    """Return the scored estimators that the paper has results of, or else all of them."""
-    scored = names.estimators(distinct(name for each in scores for name in each))
-    return [name for name in scored if name in published] or scored
-
-
 PART = Part(
     "blocks",
     "Discrimination and regression",
     [
-        Step("blocks", lambda s, settings, runner: blocks(s, settings, runner, able(slow=False))),
+        Step(
+            "blocks",
+            lambda s, settings, runner: blocks(s, settings, runner, able(slow=False)),
+            cost=30,
+        ),
         Step(
             "blocks, slow estimators",
             lambda s, settings, runner: blocks(s, settings, runner, able(slow=True)),
             late=True,
+            cost=55,
         ),
     ],
     lambda subjects: (
-        "Pale lines are floors: the mean or most frequent class of the training data, and the peak "
-        "amplitude alone. Small numbers are 95 % bootstrap intervals."
+        "Which of the blocks was touched, and how stiff it is, from one 15 ms window. Pale lines "
+        "are baselines."
     ),
     [
-        lambda results: block_table(results, RANDOM),
+        lambda results: block_table(results, SESSION, variants=False),
         lambda results: block_table(results, SESSION),
+        lambda results: block_table(results, RANDOM),
         lambda results: block_table(results, LEVEL),
     ],
     _rows,
-    _cards,
+    ("accuracy", "RMSE"),
+    accuracy_figure,
 )

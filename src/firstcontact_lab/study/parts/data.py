@@ -24,7 +24,7 @@ from firstcontact.models import DURATION, distinct_specimens
 from firstcontact_lab.report.findings import Figure, PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import canvas, uri, vibration_axis
-from firstcontact_lab.report.tables import Cell, Line, Row, Table, Value, optional
+from firstcontact_lab.report.tables import Cell, Claim, Line, Row, Table, Value, optional
 from firstcontact_lab.study._subject import Subject
 from firstcontact_lab.study.part import Part, Step, Subjects
 
@@ -94,7 +94,7 @@ def describe(subject: Subject) -> PartResult:
             (p for p in dataset.pinches if p.offset is not None),
             key=lambda p: abs(1e3 * (p.offset or 0.0) - float(offsets.mean())),
         )
-        figures.insert(0, timing_figure(middle))
+        figures.append(timing_figure(middle))
     else:
         left_out.append(
             "Offset between the contacts: no pinch has a known first and second contact."
@@ -285,6 +285,8 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
         else "Another hand or closing speed gives another distribution."
     )
 
+    note = "input of the twin" if any(map(is_twin, subjects.values())) else "another hand"
+
     def offset(value: Callable[[Offsets], Value]) -> Callable[[SubjectResults], Value]:
         return optional(lambda results: results[OFFSET], value)
 
@@ -296,6 +298,7 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
             "ms",
             f"{PUBLISHED_MEAN} ms",
             source,
+            claim=Claim(PUBLISHED_MEAN, note=note),
         ),
         Row(
             "First to second contact, SD",
@@ -303,6 +306,7 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
             "ms",
             f"{PUBLISHED_SD} ms",
             source,
+            claim=Claim(PUBLISHED_SD, note=note),
         ),
         Row(
             "Second contact within 15 ms",
@@ -316,8 +320,9 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
 PART = Part(
     "data",
     "The data",
-    [Step("data", lambda subject, settings, runner: describe(subject), vital=True)],
+    [Step("data", lambda subject, settings, runner: describe(subject), vital=True, cost=15)],
     _text,
     [data_table],
     _rows,
+    needs=(),
 )

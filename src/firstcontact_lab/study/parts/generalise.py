@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import partial
 
-from firstcontact.core import BLUE, INK, RED, Runner, missing_modules
+from firstcontact.core import INK, Runner, missing_modules
 from firstcontact.models import ESTIMATORS, TOLERANCE, Task, outcome, window_estimators
 from firstcontact.twin import CONDITIONS
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import Figure, PartResult
-from firstcontact_lab.report.names import NETWORK_TITLES, competitor_title
+from firstcontact_lab.report.names import NETWORK_COLOUR, NETWORK_TITLES, competitor_title
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import canvas, uri
 from firstcontact_lab.report.tables import ABSENT, Cell, Line, Table, format_cell
@@ -94,29 +94,29 @@ def generalise_figure(generalised: Generalised) -> Figure:
                 score = generalised.estimators[name].bounded(key)
                 if score is None:
                     continue
-                colour = RED if name in NETWORK_TITLES else BLUE
+                colour = NETWORK_COLOUR if name in NETWORK_TITLES else names.estimator(name).colour
                 if score.ends is not None:
                     ax.plot(score.ends, (at, at), color=colour, lw=3, alpha=0.35)
                 ax.plot(score.value, at, "o", color=colour, ms=5)
-            floor = generalised.floor.bounded(key)
-            if floor is not None:
-                ax.axvline(floor.value, color=INK, ls="--", lw=1.0)
-            for reference in generalised.ceiling.values():
-                ceiling = reference.bounded(key)
-                if ceiling is not None:
-                    ax.axvline(ceiling.value, color=INK, ls=":", lw=1.0)
+            references = {"floor": generalised.floor, **generalised.ceiling}
+            for (name, reference), style in zip(references.items(), ("--", ":", "-."), strict=True):
+                score = reference.bounded(key)
+                if score is not None:
+                    label = competitor_title(name)
+                    ax.axvline(score.value, color=INK, ls=style, lw=1.0, label=label)
             ax.set(title=title)
         axes[0, 0].set_yticks(range(len(rows)), [competitor_title(name) for name in rows])
         axes[0, 0].set(xlim=(0, None), ylim=(len(rows) - 0.5, -0.5))
         for ax in axes[-1]:
             ax.set_xlabel("RMSE (Shore A)")
+        figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
         image = uri(figure)
     return Figure(
         "generalise",
         "Errors off the blocks",
         f"{rigs} with hands and specimens of their own; bars are 95 % bootstrap intervals over "
-        "rigs. In another colour: the in-context network. Dashed: who learned from these kinds of "
-        "object on this rig. Dotted: who is told the modulus, or the contact's stiffness.",
+        "rigs. Lines know more: other specimens of these kinds on the same rig, "
+        "the modulus, or the contact's stiffness.",
         image,
     )
 
@@ -160,15 +160,13 @@ def _table(
         f"interval over rigs; share of the error of {default}."
     )
     usual = generalised.estimators.get(ESTIMATORS.default)
-    learned = "trained on these kinds of object on this rig"
+    learned = "other specimens, same rig"
     entries = [
         (Cell(competitor_title(n), _about(e, generalised.sets)), e, False)
         for n, e in generalised.estimators.items()
     ]
     entries.append((Cell(competitor_title("floor"), learned), generalised.floor, False))
-    entries += [
-        (Cell(f"Ceiling: {competitor_title(n)}"), e, True) for n, e in generalised.ceiling.items()
-    ]
+    entries += [(Cell(competitor_title(n)), e, True) for n, e in generalised.ceiling.items()]
     lines = []
     for name, scores, quiet in entries:
         base = None if quiet or scores is usual else usual
@@ -197,13 +195,14 @@ def _cell(scores: OffBlocks, key: str, unit: str, usual: OffBlocks | None) -> Ce
 PART = Part(
     "generalise",
     "Beyond the blocks",
-    [Step("beyond the blocks", generalise, late=True)],
+    [Step("beyond the blocks", generalise, late=True, cost=100)],
     lambda subjects: (
         "Hands, specimens and sessions of seeds that no choice was made on. Every estimator learns "
         "from the same block pinches and predicts the same contacts, which are as late as the "
         "detector placed those above. Another hand: 30 of its own block pinches alone. Three "
-        "pinches: the mean estimate. Level left out: mean over 20, 29 and 43 Shore A. Ceilings "
-        "know the modulus (the rest is the label's error), or the contact's stiffness."
+        "pinches: the mean estimate. Level left out: mean over 20, 29 and 43 Shore A. Pale: know "
+        "the modulus (the rest is the label's error), or the contact's stiffness."
     ),
     [objects_off_blocks, others_off_blocks],
+    by_default=False,
 )

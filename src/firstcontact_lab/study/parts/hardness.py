@@ -32,7 +32,7 @@ from firstcontact.models import (
 )
 from firstcontact.recording import figure_label
 from firstcontact_lab.report import names
-from firstcontact_lab.report.findings import Card, Figure, PartResult
+from firstcontact_lab.report.findings import Figure, PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import canvas, shades, uri
 from firstcontact_lab.report.tables import (
@@ -40,7 +40,6 @@ from firstcontact_lab.report.tables import (
     Row,
     Table,
     Value,
-    lifted,
     matrix,
     optional,
 )
@@ -49,8 +48,6 @@ from firstcontact_lab.study.part import (
     Part,
     Step,
     Subjects,
-    card_lines,
-    distinct,
     with_ranks,
 )
 from firstcontact_lab.study.parts.blocks import BLOCKS
@@ -251,7 +248,7 @@ def _classifiers() -> list[str]:
     able = [
         n for n, e in window_estimators().items() if Task.CLASSIFICATION in e.tasks and not e.slow
     ]
-    return sorted(able, key=names.is_floor)
+    return sorted(able, key=names.is_baseline)
 
 
 def _by_material(
@@ -399,7 +396,7 @@ def class_table(results: SubjectResults) -> Table | None:
     if not order:
         return None
     entries = [
-        (Cell(names.estimator(name).title, "material left out"), scores, names.is_floor(name))
+        (Cell(names.estimator(name).title, "material left out"), scores, names.is_baseline(name))
         for name, scores in order.classes_left_out().items()
     ]
     random = "random folds: the same materials on both sides, so it says little"
@@ -446,44 +443,6 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
     return [*rows, Row("Hardness class, best constant prediction", constant, "share")]
 
 
-def _cards(subjects: Subjects) -> list[Card]:
-    row = Row[SubjectResults](
-        "", optional(lambda r: r[HARDNESS], lambda h: h.spectral_centroid.rho), "rho"
-    )
-
-    def note(name: str, results: SubjectResults) -> str:
-        order = results[HARDNESS]
-        centroid = order and order.spectral_centroid
-        if not centroid:
-            return ""
-        return f"n = {centroid.n}" + ("" if centroid.p is None else f", p = {centroid.p:.3f}")
-
-    return [
-        Card(
-            "Order of hardness, nothing learned: ρ",
-            card_lines(subjects, {"": row}, note),
-            "Spearman over materials, first 15 ms",
-        )
-    ]
-
-
-def class_card(subjects: Subjects) -> Card:
-    """Return the card with the accuracy of the class of a material left out."""
-    name = ESTIMATORS.default
-
-    def scores(results: SubjectResults) -> ClassificationScores | None:
-        order = results[HARDNESS]
-        return order.classes_left_out().get(name) if order else None
-
-    is_known = [s for results in subjects.values() if (s := scores(results))]
-    constants = distinct(percent(s.best_constant) for s in is_known)
-    return Card(
-        "Class of a material never learned",
-        card_lines(subjects, {"": lifted(_CLASS[0], "", scores)}),
-        f"accuracy; the best constant prediction has {' and '.join(constants)}",
-    )
-
-
 PART = Part(
     "hardness",
     "Order of hardness",
@@ -491,5 +450,4 @@ PART = Part(
     _text,
     [order_table, class_table],
     _rows,
-    _cards,
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import chain
 from math import sqrt
 
@@ -10,7 +10,7 @@ import numpy as np
 from msgspec.structs import asdict, replace
 from numpy.typing import NDArray
 
-from firstcontact.core import INK, ByName, Dataset, Record, Runner, counted
+from firstcontact.core import ByName, Dataset, Record, Runner, counted
 from firstcontact.models import (
     DURATION,
     ESTIMATORS,
@@ -31,14 +31,14 @@ from firstcontact.models import (
     regression_scores,
     unseen_objects,
 )
-from firstcontact.recording import figure_label
 from firstcontact_lab.report import names
-from firstcontact_lab.report.findings import Card, Figure, PartResult
+from firstcontact_lab.report.charts import Dot, Panel, dot_figure
+from firstcontact_lab.report.findings import Figure, PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
-from firstcontact_lab.report.style import boxes, canvas, uri
 from firstcontact_lab.report.tables import (
     ABSENT,
     Cell,
+    Claim,
     Line,
     Row,
     Table,
@@ -51,11 +51,10 @@ from firstcontact_lab.study.part import (
     Part,
     Step,
     Subjects,
-    card_lines,
     distinct,
     per_subject,
 )
-from firstcontact_lab.study.parts.blocks import WindowCounts, able, published_or_all
+from firstcontact_lab.study.parts.blocks import WindowCounts, able
 from firstcontact_lab.study.settings import StudySettings
 
 
@@ -117,9 +116,6 @@ def objects(
             continue
         scores_by_model[name] = scores
         subject.predictions[name, UNSEEN] = (question.data, predicted)
-    figures = [
-        boxes_figure(name, *subject.predictions[name, UNSEEN]) for name in names.estimators(models)
-    ]
     is_known = np.isfinite(subject.dataset.shore_a)
     shares = [str(s) for s in sorted(splits[0].shares)]
     about = ObjectConditions(
@@ -129,7 +125,7 @@ def objects(
         shares=shares or None,
     )
     reasons = ["Unseen objects: sessions are not known and may be shared by both roles."]
-    return PartResult([OBJECTS(ByName(scores_by_model, about))], figures, reasons if shares else [])
+    return PartResult([OBJECTS(ByName(scores_by_model, about))], (), reasons if shares else [])
 
 
 def object_splits(subject: Subject, data: LabelledWindows) -> list[Split]:
@@ -191,47 +187,6 @@ def _specimens(dataset: Dataset) -> set[tuple[str, str]]:
     }
 
 
-def boxes_figure(model: str, data: LabelledWindows, predicted: Values) -> Figure:
-    """One box an object, with its true Shore A as a bar behind it."""
-    is_predicted = np.isfinite(predicted)
-    specimens = np.where(data.specimens == "", data.objects, data.specimens)[is_predicted]
-    truth, answers = data.y[is_predicted], predicted[is_predicted]
-    order = sorted(set(specimens.tolist()), key=lambda s: (float(truth[specimens == s].mean()), s))
-    with canvas(size=(6.2, 4.0)) as (figure, axes):
-        ax = axes[0, 0]
-        true = [float(truth[specimens == s].mean()) for s in order]
-        for i, value in enumerate(true):
-            ax.plot(
-                [i - 0.42, i + 0.42],
-                [value, value],
-                color=INK,
-                lw=3,
-                solid_capstyle="butt",
-                label="true value" if i == 0 else None,
-                zorder=2,
-            )
-        groups = [answers[specimens == s] for s in order]
-        boxes(ax, groups, range(len(order)), 0.55, names.estimator(model).colour)
-        written = [figure_label(s.replace("_", " ")) for s in order]
-        labels = [f"{name}\n({v:g})" for name, v in zip(written, true, strict=True)]
-        ax.set_xticks(range(len(order)), labels, fontsize=8)
-        if len(order) > 8 or max(map(len, written)) > 10:
-            ax.tick_params(axis="x", rotation=35)
-        ax.set(ylabel="Estimated Shore A", xlabel="Object (true Shore A)")
-        if min(answers.min(), truth.min()) >= 0 and max(answers.max(), truth.max()) <= 80:
-            ax.set_ylim(0, 80)  # the same for all models and conditions
-        ax.grid(axis="x", visible=False)
-        ax.legend(loc="upper left")
-        image = uri(figure)
-    return Figure(
-        f"boxes-{model}",
-        f"Unseen objects, {names.estimator(model).title}",
-        "Estimates for each object (box: middle half, whiskers: 1.5 times that) by a model that "
-        "has never seen it; thick bars are the true values.",
-        image,
-    )
-
-
 OBJECTS: Field[ObjectResults] = Field("objects", ObjectResults, ByName({}, ObjectConditions()))
 #: "MSE" over the eight objects, given in Shore A (section IV of the paper).
 PUBLISHED = {"svm": 4.17, "cnn": 2.39}
@@ -248,6 +203,30 @@ _SCORES = (
 )
 
 
+def errors_figure(subjects: Subjects) -> Figure | None:
+    """Draw the RMSE on unseen objects of all estimators, with the training mean as a line."""
+    panels = []
+    for title, results in subjects.items():
+        scores = results[OBJECTS]
+        dots = []
+        for name in names.estimators(scores):
+            error = bounded(scores[name], "rmse")
+            if error is not None:
+                look = names.estimator(name)
+                dots.append(Dot.of(look.title, error, look.colour))
+        mean = scores.get("train_mean")
+        lines = () if mean is None else (("training mean", mean.rmse),)
+        panels.append(Panel(title, tuple(dots), lines))
+    return dot_figure(
+        "objects",
+        "Error on unseen objects",
+        "Bars are 95 % intervals over whole objects. The line predicts the mean of the training "
+        "data for each object.",
+        "RMSE (Shore A)",
+        panels,
+    )
+
+
 def _text(subjects: Subjects) -> str:
     scores = [s for results in subjects.values() for s in results[OBJECTS].values()]
     counts = distinct(str(s.over_objects.n) for s in scores)
@@ -258,14 +237,15 @@ def _text(subjects: Subjects) -> str:
     )
 
 
-def object_table(results: SubjectResults) -> Table | None:
-    """Return the scores of all estimators on unseen objects."""
+def object_table(results: SubjectResults, variants: bool = True) -> Table | None:
+    """Return the scores of all estimators on unseen objects, with or without their variants."""
     entries: list[tuple[Cell, ObjectScores | None, bool]] = []
     for name in names.estimators(results[OBJECTS], True):
         scores, title = results[OBJECTS][name], names.estimator(name).title
         aligned = Cell(title, "window starts at the known contact")
-        entries.append((Cell(title), scores, names.is_floor(name)))
-        entries.append((aligned, scores.strip_aligned, False))
+        entries.append((Cell(title), scores, names.is_baseline(name)))
+        if variants:
+            entries.append((aligned, scores.strip_aligned, False))
     return matrix("Objects that no model learned from; Shore A.", _SCORES, entries)
 
 
@@ -308,7 +288,15 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
             continue
         remark, headline = _error_remark(name, subjects, published), name == ESTIMATORS.default
         rows += [
-            lifted(_RMSE, prefix, find, remark=remark, headline=headline),
+            lifted(
+                _RMSE,
+                prefix,
+                find,
+                f"{published} “MSE”",
+                remark,
+                headline,
+                Claim(published, lower=True),
+            ),
             lifted(_MAE, prefix, find, remark="Shore A. Not published."),
             lifted(_MSE, prefix, find, f"{published} “MSE”", _MSE_REMARK),
         ]
@@ -340,34 +328,29 @@ def _error_remark(name: str, subjects: Subjects, value: float) -> str:
     )
 
 
-def _cards(subjects: Subjects) -> list[Card]:
-    scores = [results[OBJECTS] for results in subjects.values()]
-    floors = distinct(f"{s['train_mean'].rmse:.2f}" for s in scores if "train_mean" in s)
-    floor = f"; predicting the mean always gives {' and '.join(floors)}" if floors else ""
-
-    def scores_of(name: str) -> Callable[[SubjectResults], ObjectScores | None]:
-        return lambda results: results[OBJECTS].get(name)
-
-    rows = {
-        names.estimator(name).title: lifted(_RMSE, "", scores_of(name))
-        for name in published_or_all(PUBLISHED, scores)
-    }
-    return [Card("Unseen objects: RMSE", card_lines(subjects, rows), f"Shore A, one pinch{floor}")]
-
-
 PART = Part(
     "objects",
     "Unseen objects",
     [
-        Step("objects", lambda s, settings, runner: objects(s, settings, runner, able(slow=False))),
+        Step(
+            "objects",
+            lambda s, settings, runner: objects(s, settings, runner, able(slow=False)),
+            cost=5,
+        ),
         Step(
             "objects, slow estimators",
             lambda s, settings, runner: objects(s, settings, runner, able(slow=True)),
             late=True,
+            cost=6,
         ),
     ],
     _text,
-    [object_table, per_object_table],
+    [
+        lambda results: object_table(results, variants=False),
+        object_table,
+        per_object_table,
+    ],
     _rows,
-    _cards,
+    ("RMSE", "MAE", "Bias"),
+    errors_figure,
 )

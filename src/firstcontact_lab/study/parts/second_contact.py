@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import GREY, INK, Record
+from firstcontact.core import Record
 from firstcontact.models import (
     DURATION,
     RegressionScores,
@@ -18,12 +18,12 @@ from firstcontact.models import (
 )
 from firstcontact.signal import Conditioner, samples_in
 from firstcontact_lab.report import names
+from firstcontact_lab.report.charts import Dot, Panel, dot_figure
 from firstcontact_lab.report.findings import Figure, PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
-from firstcontact_lab.report.style import canvas, uri
 from firstcontact_lab.report.tables import Cell, Row, Table, matrix
 from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.part import Part, Step
+from firstcontact_lab.study.part import Part, Step, Subjects
 from firstcontact_lab.study.parts.blocks import SESSION
 from firstcontact_lab.study.parts.objects import UNSEEN
 from firstcontact_lab.study.settings import StudySettings
@@ -62,7 +62,7 @@ def second_contact(subject: Subject, settings: StudySettings) -> PartResult:
     scores_by_side: dict[str, dict[str, dict[str, RegressionScores]]] = {}
     for (model, split), (data, predicted) in subject.predictions.items():
         side = {SESSION: "blocks", UNSEEN: "objects"}.get(split)
-        if side is None or names.is_floor(model):
+        if side is None or names.is_baseline(model):
             continue
         samples_left = room[data.which]
         is_scored = np.isfinite(predicted) & np.isfinite(samples_left)
@@ -83,7 +83,7 @@ def second_contact(subject: Subject, settings: StudySettings) -> PartResult:
             left_out=["Second contact in the window: no split by session or of unseen objects."]
         )
     sides = {model: SecondContact(**side_scores) for model, side_scores in scores_by_side.items()}
-    return PartResult([SECOND_CONTACT(sides)], [second_figure(sides)])
+    return PartResult([SECOND_CONTACT(sides)])
 
 
 def misplaced(subject: Subject, early: float) -> NDArray[np.bool_]:
@@ -116,59 +116,6 @@ def samples_to_spare(subject: Subject) -> Values:
     return out
 
 
-def second_figure(scores_by_side: Mapping[str, SecondContact]) -> Figure:
-    """Draw the RMSE with and without the second contact; groups of one pinch get no bar."""
-    bars = [bar for bar in by_side(scores_by_side) if bar[3].n > 1]
-    with canvas(size=(6.2, 0.9 + 0.42 * max(len(bars), 4))) as (figure, axes):
-        ax = axes[0, 0]
-        for row, (model, _, content, scores) in enumerate(bars):
-            ax.barh(
-                row,
-                scores.rmse,
-                color=names.estimator(model).colour,
-                alpha={"with": 0.85, "without": 0.4}.get(content, 0.12),
-                height=0.7,
-            )
-            ends = scores.intervals.get("rmse")
-            if ends:
-                ax.plot(ends, [row, row], color=INK, lw=1)
-            right = max(scores.rmse, ends[1] if ends else 0.0)
-            ax.text(
-                right,
-                row,
-                f"  {scores.rmse:.2f}  (n = {scores.n:,})",
-                va="center",
-                fontsize=8,
-                color=INK,
-            )
-        ax.set_yticks(
-            range(len(bars)),
-            [
-                f"{side}, {names.estimator(model).title}, {content}"
-                for model, side, content, _ in bars
-            ],
-            fontsize=8.5,
-        )
-        ax.invert_yaxis()
-        ax.set(xlabel="RMSE (Shore A)")
-        ax.margins(x=0.35)
-        ax.set_xlim(0, None)
-        ax.grid(axis="y", visible=False)
-        ax.spines["left"].set_color(GREY)
-        image = uri(figure)
-    return Figure(
-        "second",
-        "With and without the second contact in the window",
-        "The same predictions, divided by whether the other finger touched within the 15 ms; "
-        "misplaced windows do not begin at the first contact and stand by themselves. Lines are "
-        "95 % intervals. Blocks are split by session, objects are unseen."
-        if any(content == "misplaced" for _, _, content, _ in bars)
-        else "The same predictions, divided by whether the other finger touched within the 15 ms. "
-        "Lines are 95 % intervals. Blocks are split by session, objects are unseen.",
-        image,
-    )
-
-
 SECOND_CONTACT = Field.optional("second_contact_in_window", dict[str, SecondContact])
 #: Content of a window, by its key in the results.
 _WHERE = {
@@ -176,6 +123,8 @@ _WHERE = {
     "without": "the second contact is not in the window",
     "misplaced": "the window does not begin at the first contact: early, late or wrong finger",
 }
+#: Contents of a window that the figure shows.
+_DRAWN = ("with", "without")
 _SCORES: Sequence[Row[RegressionScores]] = (
     Row("RMSE", lambda s: bounded(s, "rmse"), "shore"),
     Row("MAE", lambda s: bounded(s, "mae"), "shore"),
@@ -183,6 +132,27 @@ _SCORES: Sequence[Row[RegressionScores]] = (
     Row("Bias", lambda s: bounded(s, "bias"), "bias"),
     Row("Pinches", lambda s: s.n),
 )
+
+
+def second_figure(subjects: Subjects) -> Figure | None:
+    """Draw the RMSE with and without the second contact; groups of one pinch get no dot."""
+    panels = []
+    for title, results in subjects.items():
+        dots = []
+        for name, side, content, scores in by_side(results[SECOND_CONTACT] or {}):
+            error = bounded(scores, "rmse")
+            if content in _DRAWN and scores.n > 1 and error is not None:
+                look = names.estimator(name)
+                dots.append(Dot.of(f"{side}, {look.title}, {content}", error, look.colour))
+        panels.append(Panel(title, tuple(dots)))
+    return dot_figure(
+        "second",
+        "With and without the second contact in the window",
+        "The same predictions, divided by whether the other finger touched within the 15 ms. Bars "
+        "are 95 % intervals. Blocks are split by session, objects are unseen.",
+        "RMSE (Shore A)",
+        panels,
+    )
 
 
 def second_table(results: SubjectResults) -> Table | None:
@@ -209,5 +179,8 @@ PART = Part(
             late=True,
         )
     ],
-    tables=[second_table],
+    tables=[second_table, second_table],
+    columns=("RMSE", "Pinches"),
+    figure=second_figure,
+    needs=("blocks", "objects"),
 )

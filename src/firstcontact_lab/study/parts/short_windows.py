@@ -34,14 +34,14 @@ from firstcontact.models import (
 )
 from firstcontact.recording import figure_label
 from firstcontact_lab.report import names
-from firstcontact_lab.report.findings import Card, Figure, PartResult
+from firstcontact_lab.report.findings import Figure, PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import canvas, shades, uri
 from firstcontact_lab.report.tables import ABSENT, Cell, Line, Row, Table, optional
 from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.part import Part, Step, Subjects, card_lines, distinct, with_ranks
+from firstcontact_lab.study.part import Part, Step, Subjects, with_ranks
 from firstcontact_lab.study.parts.contacts import is_learned
-from firstcontact_lab.study.parts.hardness import SCORE, class_card, spectral_centroid
+from firstcontact_lab.study.parts.hardness import SCORE, spectral_centroid
 from firstcontact_lab.study.settings import StudySettings
 
 #: Lengths of windows that headlines and overviews show, ms.
@@ -507,21 +507,6 @@ CHANCE = Row[SubjectResults](
 )
 
 
-def _cards(subjects: Subjects) -> list[Card]:
-    lines = card_lines(subjects, {"": BALANCED}, lambda name, r: f"after {' / '.join(SHOWN_MS)} ms")
-    chances = distinct(CHANCE.cell(results).text for results in subjects.values())
-    chances = [text for text in chances if text != ABSENT]
-    if not lines:
-        return [class_card(subjects)]
-    return [
-        Card(
-            "Class of a material never learned",
-            lines,
-            f"balanced accuracy; a constant prediction has {' and '.join(chances)}",
-        )
-    ]
-
-
 PART = Part(
     "short",
     "Short windows of materials left out",
@@ -529,5 +514,4 @@ PART = Part(
     _text,
     [short_table, materials_table],
     lambda subjects: [BALANCED, CHANCE],
-    _cards,
 )

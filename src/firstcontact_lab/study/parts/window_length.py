@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from msgspec.structs import replace
 
-from firstcontact.core import BLUE, RED, Record, Runner
+from firstcontact.core import Record, Runner
 from firstcontact.models import (
     ESTIMATORS,
     Question,
@@ -103,9 +103,10 @@ def lengths_figure(
     title = names.estimator(model).title
     with canvas() as (figure, axes):
         ax = axes[0, 0]
-        for side, colour, name in (
-            ("blocks", BLUE, "blocks, by session"),
-            ("objects", RED, "unseen objects"),
+        colour = names.estimator(model).colour
+        for side, line, name in (
+            ("blocks", "o-", "blocks, by session"),
+            ("objects", "s--", "unseen objects"),
         ):
             points = [
                 (float(ms), scores)
@@ -117,7 +118,7 @@ def lengths_figure(
             points.sort(key=lambda point: point[0])
             times = [ms for ms, _ in points]
             values = [scores.rmse for _, scores in points]
-            ax.plot(times, values, "o-", color=colour, ms=5, label=name)
+            ax.plot(times, values, line, color=colour, ms=5, label=name)
             if all("rmse" in scores.intervals for _, scores in points):
                 ends = [scores.intervals["rmse"] for _, scores in points]
                 ax.fill_between(
@@ -180,6 +181,7 @@ def length_table(results: SubjectResults) -> Table | None:
 PART = Part(
     "length",
     "Window length",
-    [Step("window length", window_length, late=True)],
-    tables=[length_table],
+    [Step("window length", window_length, late=True, cost=15)],
+    tables=[length_table, length_table],
+    columns=("Blocks RMSE", "Objects RMSE"),
 )

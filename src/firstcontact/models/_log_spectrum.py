@@ -26,6 +26,8 @@ from firstcontact.models._spectral_steps import spectral_program
 #: searched on groups that the candidate has not seen.
 C_GRID = (1e-3, 1e-2, 1e-1, 1.0)
 SEARCH_WINDOWS = 1000
+#: Stopping criterion of the solver, and a coarser one that ranks candidates alike.
+ACCURACY, SEARCH_ACCURACY = 1e-4, 1e-2
 #: Up to so many groups each is left out in turn; more are dealt into so many folds.
 MOST_GROUPS, FOLDS = 12, 5
 #: A probability counts as at least this: one window does not decide a search.
@@ -168,7 +170,9 @@ class LogSpectrum(Estimator):
         losses, held_out = [], []
         for train, validation in folds:
             learned = None if groups is None else groups[train]
-            scale, weights, bias = _fit(self.task, inputs[train], y[train], learned, c)
+            scale, weights, bias = _fit(
+                self.task, inputs[train], y[train], learned, c, SEARCH_ACCURACY
+            )
             outputs = (inputs[validation] - scale[0]) / scale[1] @ weights + bias
             if self.task is Task.REGRESSION:
                 losses.append((outputs[:, 0] - y[validation]) ** 2)
@@ -216,9 +220,14 @@ def _evenly(task: Task, y: Values, groups: NDArray[Any] | None) -> Values:
 
 
 def _fit(
-    task: Task, inputs: Values, y: Values, groups: NDArray[Any] | None, c: float
+    task: Task,
+    inputs: Values,
+    y: Values,
+    groups: NDArray[Any] | None,
+    c: float,
+    accuracy: float = ACCURACY,
 ) -> tuple[Values, Values, Values]:
-    """Mean and deviation of the inputs, weights and bias."""
+    """Return mean and deviation of the inputs, weights and bias."""
     import warnings
 
     from sklearn.exceptions import ConvergenceWarning
@@ -236,7 +245,8 @@ def _fit(
         return scale, line.coef_.reshape(-1, 1), np.atleast_1d(line.intercept_)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConvergenceWarning)  # close enough for a candidate
-        fitted = LogisticRegression(C=c, max_iter=3000).fit(scaled, y, sample_weight=share)
+        machine = LogisticRegression(C=c, max_iter=3000, tol=accuracy)
+        fitted = machine.fit(scaled, y, sample_weight=share)
     weights, bias = fitted.coef_.T, fitted.intercept_
     if len(fitted.classes_) == 2:  # a single output, for the second class
         weights, bias = np.hstack([np.zeros_like(weights), weights]), np.append(0.0, bias)

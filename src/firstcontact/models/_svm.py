@@ -137,8 +137,13 @@ def search(
             for epsilon, c, gamma in candidates
         ]
     )
-    epsilon, c, gamma = candidates[int(np.argmax(losses <= TOLERANCE * losses.min()))]
+    epsilon, c, gamma = candidates[_first_close(losses)]
     return c, gamma, epsilon
+
+
+def _first_close(losses: NDArray[np.float64]) -> int:
+    """Return the number of the first candidate close to the best."""
+    return int(np.argmax(losses <= TOLERANCE * losses.min()))
 
 
 def _squared_distances(inputs: NDArray[np.float32]) -> NDArray[np.float64]:

@@ -249,14 +249,14 @@ def beside(tables: Mapping[str, Table], heads: Sequence[str] = ()) -> Table:
             names.setdefault(key, line.cells[0])
         blocks.append((len(chosen), lines))
     merged = []
-    for key, name in names.items():
+    for key, named in names.items():
         present = [lines.get(key) for _, lines in blocks]
         cells = [
             cell
             for line, (width, _) in zip(present, blocks, strict=True)
             for cell in (line.cells if line else [Cell(ABSENT)] * width)
         ]
-        merged.append(Line([name, *cells], any(line.quiet for line in present if line)))
+        merged.append(Line([named, *cells], any(line.quiet for line in present if line)))
     caption = next(iter(tables.values())).caption if len(tables) == 1 else ""
     return Table(caption, head, merged)
 

@@ -52,7 +52,7 @@ def test_every_detector_is_scored_and_the_page_written(folder: Path) -> None:
     assert set(tree["delay_ms"]) == {"median", "p95"}
     page = (folder / "report.html").read_text()
     assert "a test" in page
-    assert "toys" in page
+    assert "Toys" in page
 
 
 def test_the_twin_over_another_noise_has_a_row(folder: Path) -> None:

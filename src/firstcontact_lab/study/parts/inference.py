@@ -391,7 +391,7 @@ def _busy(times: Sequence[InferenceTimes]) -> str:
             f"{preempted:,} of {calls:,} calls were preempted: {percent(preempted / calls)}, and "
             f"at most {percent(MOST_PREEMPTED, 0)} may be"
         )
-    busiest = max(times, key=lambda time: time.load / time.cores, default=None)
+    busiest = max(times, key=lambda time: time.load / max(time.cores, 1), default=None)
     if busiest is not None and busiest.load > MOST_LOAD * busiest.cores:
         most = MOST_LOAD * busiest.cores
         return f"load {busiest.load:.1f} on {busiest.cores} cores; at most {most:g} may be"

@@ -139,7 +139,8 @@ def second_figure(subjects: Subjects) -> Figure | None:
     panels = []
     for title, results in subjects.items():
         dots = []
-        for name, side, content, scores in by_side(results[SECOND_CONTACT] or {}):
+        divided = results[SECOND_CONTACT]
+        for name, side, content, scores in by_side(divided or {}):
             error = bounded(scores, "rmse")
             if content in _DRAWN and scores.n > 1 and error is not None:
                 look = names.estimator(name)

@@ -62,7 +62,7 @@ class Cnn(Estimator):
     folds: ClassVar[int] = 3
     modules: ClassVar[tuple[str, ...]] = ("torch", "onnxscript", *CnnModel.modules)
     extra: ClassVar[str] = CnnModel.extra
-    quick: ClassVar[Mapping[str, Any]] = MappingProxyType({"epochs": 4})
+    quick: ClassVar[Mapping[str, Any]] = MappingProxyType({"epochs": 8})
 
     epochs: int = 12
     published: bool = False

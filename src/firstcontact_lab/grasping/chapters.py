@@ -326,9 +326,9 @@ def render(results: GraspResults, film: Path) -> str:
         Animated GIF that goes into the page.
     """
     run, household = results.study, results.household
-    first, *others = tables(results)
-    details = [Column("", others, [])]
-    shown = [fronts(results), _film(results, film)]
+    first, *further = tables(results)
+    details = [Column("", further, [])]
+    figures = [fronts(results), _film(results, film)]
     return Page(
         title="First contact: grasping (twin results)",
         heading="First contact: what stiffness is worth to a hand",
@@ -351,7 +351,7 @@ def render(results: GraspResults, film: Path) -> str:
                 "What stiffness saves",
                 "",
                 sentences=sentences(results),
-                figures=shown,
+                figures=figures,
                 table=first,
                 details=details,
             ),

@@ -22,7 +22,7 @@ class Dot:
     colour: str
 
     @classmethod
-    def of(cls, name: str, bounded: Bounded, colour: str) -> Dot:
+    def from_bounded(cls, name: str, bounded: Bounded, colour: str) -> Dot:
         """Return the dot of a value with or without an interval."""
         return cls(name, bounded.value, tuple(bounded.ends or ()), colour)
 
@@ -80,6 +80,6 @@ def _draw(axis: str, panels: tuple[Panel, ...], most: float | None) -> str:
                 ax.axvline(value, color=INK, ls="--", lw=1)
                 ax.text(value, -0.75, f" {name}", fontsize=8, va="center", color=INK)
             ax.set(title=panel.title, xlabel=axis, ylim=(len(names) - 0.5, -1.1))
-            ax.set_xlim(0, most)
         axes[0, 0].set_yticks(range(len(names)), names)
+        axes[0, 0].set_xlim(0, most)  # shared: after all panels are drawn
         return uri(figure)

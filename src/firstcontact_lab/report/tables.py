@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
@@ -231,22 +232,25 @@ def beside(tables: Mapping[str, Table], heads: Sequence[str] = ()) -> Table:
         Columns to take; all if empty.
     """
     head = [""]
-    blocks: list[tuple[int, dict[tuple[str, int], Line]]] = []
-    names: dict[tuple[str, int], Cell] = {}
+    blocks: list[tuple[int, dict[tuple[str, str], Line]]] = []
+    names: dict[tuple[str, str], Cell] = {}
+    counts = [Counter(line.cells[0].text for line in table.lines) for table in tables.values()]
     for title, table in tables.items():
         chosen = [
             place for place, name in enumerate(table.head) if place and (not heads or name in heads)
         ]
-        several = len(tables) > 1
-        for place in chosen:
-            name = table.head[place]
-            head.append(", ".join(filter(None, (name, title.lower() if several else ""))))
-        lines: dict[tuple[str, int], Line] = {}
+        subject = title.lower() if len(tables) > 1 else ""
+        head += [", ".join(filter(None, (table.head[place], subject))) for place in chosen]
+        lines: dict[tuple[str, str], Line] = {}
+        seen: Counter[str] = Counter()
         for line in table.lines:
-            number = sum(key[0] == line.cells[0].text for key in lines)
-            key = line.cells[0].text, number
+            name = line.cells[0]
+            seen[name.text] += 1
+            # Details may hold numbers of the subject: they tell lines apart only where they must.
+            alike = len({count[name.text] for count in counts}) == 1
+            key = name.text, str(seen[name.text]) if alike else name.small
             lines[key] = Line([line.cells[place] for place in chosen], line.quiet)
-            names.setdefault(key, line.cells[0])
+            names.setdefault(key, name)
         blocks.append((len(chosen), lines))
     merged = []
     for key, named in names.items():

@@ -82,7 +82,9 @@ def _section(
     if not any(tables.values()) and not any(figures.values()):
         return None
     drawn = part.figure(subjects)
-    shown = [drawn] if drawn else [_of(title, each[0]) for title, each in figures.items() if each]
+    lead = (
+        [drawn] if drawn else [_titled(title, each[0]) for title, each in figures.items() if each]
+    )
     first = {title: each[0] for title, each in tables.items() if each}
     details = [
         Column(
@@ -96,13 +98,13 @@ def _section(
         part.name,
         part.title,
         part.text(subjects),
-        figures=shown,
+        figures=lead,
         table=beside(first, part.columns) if first else None,
         details=[column for column in details if column.tables or column.figures],
     )
 
 
-def _of(title: str, figure: Figure) -> Figure:
+def _titled(title: str, figure: Figure) -> Figure:
     """Return a figure with its subject in the title."""
     return replace(figure, title=f"{figure.title}, {title}")
 

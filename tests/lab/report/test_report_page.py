@@ -17,7 +17,7 @@ from firstcontact_lab.report.findings import Findings, PartResult
 from firstcontact_lab.report.page import Column, Section
 from firstcontact_lab.report.results import NOTHING
 from firstcontact_lab.report.state import State
-from firstcontact_lab.report.tables import Table
+from firstcontact_lab.report.tables import Cell, Line, Table, beside
 from firstcontact_lab.study.page import render
 from firstcontact_lab.study.parts.data import offset_figure
 from firstcontact_lab.study.parts.window_length import WindowErrors, lengths_figure
@@ -86,6 +86,23 @@ def test_a_table_of_many_columns_does_not_stand_beside_another() -> None:
     narrow, broad = (Table("", ["x"] * columns, []) for columns in (5, 12))
     assert not Section("a", "A", "", [Column("one", [narrow], [])]).wide
     assert Section("a", "A", "", [Column("one", [narrow, broad], [])]).wide
+
+
+def test_subjects_stand_side_by_side_line_by_line() -> None:
+    def table(*names: tuple[str, str, str]) -> Table:
+        return Table(
+            "", ["", "x", "y"], [Line([Cell(a, b), Cell(c), Cell("-")]) for a, b, c in names]
+        )
+
+    both = {
+        "A": table(("SVM", "3 vectors", "1"), ("CNN", "with", "2"), ("CNN", "without", "3")),
+        "B": table(("SVM", "4 vectors", "4"), ("CNN", "without", "5")),
+    }
+    merged = beside(both, ("x",))
+    assert list(merged.head) == ["", "x, a", "x, b"]
+    texts = [[cell.text for cell in line.cells] for line in merged.lines]
+    assert texts == [["SVM", "1", "4"], ["CNN", "2", "–"], ["CNN", "3", "5"]]
+    assert [list(beside({"A": both["A"]}).head), len(merged.lines)] == [["", "x", "y"], 3]
 
 
 def test_what_pages_share_is_in_each_of_them() -> None:

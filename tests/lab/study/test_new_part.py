@@ -72,7 +72,7 @@ def test_a_new_part_is_in_report_results_and_docs_table(
     assert "data:image/svg+xml" in section
     number = f"{found['mean']:.3f}"
     assert number in section
-    comparison = page.split('<section id="compare">')[1].split("</section>")[0]
+    comparison = page.split('<details id="compare">')[1].split("</details>")[0]
     assert number in comparison
 
     results = tmp_path / "docs"

@@ -367,7 +367,7 @@ def accuracy_figure(subjects: Subjects) -> Figure | None:
             accuracy = None if scores is None else bounded(scores, "accuracy")
             if scores is not None and accuracy is not None:
                 look = names.estimator(name)
-                dots.append(Dot.of(look.title, accuracy, look.colour))
+                dots.append(Dot.from_bounded(look.title, accuracy, look.colour))
                 classes = len(scores.classes or ())
         lines = (("chance", 1.0 / classes),) if classes else ()
         panels.append(Panel(title, tuple(dots), lines))

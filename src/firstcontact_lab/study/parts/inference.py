@@ -356,7 +356,7 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
         return None if times is None else times.load
 
     times = [t for results in subjects.values() for t in (results[INFERENCE] or {}).values()]
-    busy = f"machine too busy ({why})" if (why := _busy(times)) else ""
+    busy = "machine too busy" if _busy(times) else ""
     rows = [Row("Load of the machine meanwhile", load, "rate")]
     scored = distinct(name for r in subjects.values() for name in r[INFERENCE] or {})
     for name in names.estimators(distinct([*ESTIMATORS.names, *scored]), True):
@@ -367,7 +367,7 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
                 f"{title}, one window: ",
                 _find_times(name),
                 PUBLISHED.get(name, ABSENT) if row is _P99 else ABSENT,
-                "Other computers: not comparable. Without calls that another process interrupted."
+                f"Other computers: not comparable. {_busy(times)}".strip()
                 if row is _P99 and name in PUBLISHED
                 else None,
                 claim=Claim(PUBLISHED_US[name], lower=True, note=busy)

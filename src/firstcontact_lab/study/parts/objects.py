@@ -213,7 +213,7 @@ def errors_figure(subjects: Subjects) -> Figure | None:
             error = bounded(scores[name], "rmse")
             if error is not None:
                 look = names.estimator(name)
-                dots.append(Dot.of(look.title, error, look.colour))
+                dots.append(Dot.from_bounded(look.title, error, look.colour))
         mean = scores.get("train_mean")
         lines = () if mean is None else (("training mean", mean.rmse),)
         panels.append(Panel(title, tuple(dots), lines))

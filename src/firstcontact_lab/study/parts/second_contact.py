@@ -25,7 +25,7 @@ from firstcontact_lab.report.tables import Cell, Row, Table, matrix
 from firstcontact_lab.study._subject import Subject
 from firstcontact_lab.study.part import Part, Step, Subjects
 from firstcontact_lab.study.parts.blocks import SESSION
-from firstcontact_lab.study.parts.objects import UNSEEN
+from firstcontact_lab.study.parts.objects import PUBLISHED, UNSEEN
 from firstcontact_lab.study.settings import StudySettings
 
 
@@ -142,9 +142,11 @@ def second_figure(subjects: Subjects) -> Figure | None:
         divided = results[SECOND_CONTACT]
         for name, side, content, scores in by_side(divided or {}):
             error = bounded(scores, "rmse")
-            if content in _DRAWN and scores.n > 1 and error is not None:
+            if name in PUBLISHED and content in _DRAWN and scores.n > 1 and error is not None:
                 look = names.estimator(name)
-                dots.append(Dot.of(f"{side}, {look.title}, {content}", error, look.colour))
+                dots.append(
+                    Dot.from_bounded(f"{side}, {look.title}, {content}", error, look.colour)
+                )
         panels.append(Panel(title, tuple(dots)))
     return dot_figure(
         "second",
@@ -156,8 +158,8 @@ def second_figure(subjects: Subjects) -> Figure | None:
     )
 
 
-def second_table(results: SubjectResults) -> Table | None:
-    """Return errors with and without the second contact in the window."""
+def second_table(results: SubjectResults, variants: bool = True) -> Table | None:
+    """Return errors with and without the second contact, of all estimators or the published."""
     divided = results[SECOND_CONTACT]
     entries = [
         (
@@ -166,6 +168,7 @@ def second_table(results: SubjectResults) -> Table | None:
             False,
         )
         for name, side, content, scores in by_side(divided or {})
+        if variants or (name in PUBLISHED and content in _DRAWN)
     ]
     return matrix("The same predictions, divided; Shore A.", _SCORES, entries)
 
@@ -180,7 +183,7 @@ PART = Part(
             late=True,
         )
     ],
-    tables=[second_table, second_table],
+    tables=[lambda results: second_table(results, variants=False), second_table],
     columns=("RMSE", "Pinches"),
     figure=second_figure,
     needs=("blocks", "objects"),

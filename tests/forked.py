@@ -35,7 +35,7 @@ _SERVER.set_forkserver_preload(list(PRELOADED))
 
 
 def firstcontact(*words: object, **options: Any) -> subprocess.CompletedProcess[str]:
-    """Run the command line. The options are those of `run`."""
+    """Run the command line, with the options of `run`."""
     return run("command", *words, **options)
 
 
@@ -71,8 +71,8 @@ def run(
         if process.exitcode is None:
             process.kill()
             process.join()
-        said = [Path(stream).read_text(encoding="utf-8") for stream in streams]
-        return subprocess.CompletedProcess(command, process.exitcode or 0, *said)
+        texts = [Path(stream).read_text(encoding="utf-8") for stream in streams]
+        return subprocess.CompletedProcess(command, process.exitcode or 0, *texts)
 
 
 def _program(

@@ -1,4 +1,4 @@
-"""Folders made once in a test run, whatever the number of processes that run tests."""
+"""Folders that all processes of a test run share."""
 
 from __future__ import annotations
 

@@ -81,6 +81,7 @@ ELSEWHERE = {
     "make quick": ".ci/run",
     "make test-slow": "by hand before a release",
     "make fuzz": "by hand: tests/fuzz runs some hundred inputs",
+    "make mutation": "by hand: it takes an hour",
     "make soak": "by hand: tests/soak runs two minutes with the slow tests",
     "make bench": "by hand: its numbers are in docs/reference/lab-notes.md",
     "make install": "each other target runs its recipe",

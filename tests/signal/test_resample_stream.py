@@ -68,3 +68,11 @@ def test_equal_rates_go_through() -> None:
     out, first = stream.update(x, 5)
     assert (first, stream.delay) == (5, 0.0)
     np.testing.assert_array_equal(out, x)
+
+
+@pytest.mark.parametrize(("old", "new"), [(48_000.0, 4936.0), (3000.0, 4936.0)])
+def test_an_input_sample_has_the_number_of_the_nearest_output_sample(
+    old: float, new: float
+) -> None:
+    numbers = np.array([CausalResampler(old, new).number(sample) for sample in range(5000)])
+    assert np.abs(numbers / new - np.arange(5000) / old).max() <= 0.51 / new

@@ -7,6 +7,7 @@ from ._budget import forms as forms
 from ._budget import microseconds as microseconds
 from ._budget import small_enough as small_enough
 from ._c_anytime import listens as listens
+from ._c_detector import detector_sizes as detector_sizes
 from ._c_library import fixed_sources as fixed_sources
 from ._c_text import c_array as c_array
 from ._c_text import literal as literal
@@ -14,7 +15,6 @@ from ._export_model import export_model as export_model
 from ._exporters import MODEL_EXPORTERS as MODEL_EXPORTERS
 from ._exporters import ModelExporter as ModelExporter
 from ._hand_model import hand_image as hand_image
-from ._kernel_sizes import detector_sizes as detector_sizes
 from ._model_image import FORMAT as FORMAT
 from ._trained import NamedModel as NamedModel
 from ._trained import Trained as Trained

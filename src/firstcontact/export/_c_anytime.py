@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import InputError
-from firstcontact.export._c_text import c_array, c_struct, constant_bytes
-from firstcontact.export._c_unit import CUnit
+from firstcontact.export._c_text import CUnit, c_array, c_struct, constant_bytes
 from firstcontact.export._reach import check_reach
 from firstcontact.models import (
     BEFORE,

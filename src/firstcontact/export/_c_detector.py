@@ -7,9 +7,8 @@ from importlib.resources import files
 from firstcontact.contact import Detector, WindowDetector
 from firstcontact.core import FINGERTIP_RATE, InputError
 from firstcontact.export._c_model import KERNELS
-from firstcontact.export._c_text import c_struct, constant_bytes
-from firstcontact.export._c_unit import CUnit
-from firstcontact.export._kernel_sizes import detector_sizes
+from firstcontact.export._c_text import CUnit, c_struct, constant_bytes
+from firstcontact.models import COMPONENTS
 
 #: Channels of a fingertip pair; whoever compiles may say another number.
 CHANNELS = 2
@@ -96,3 +95,26 @@ def _judge(kernel: str) -> tuple[str, ...]:
     source = files("firstcontact.export") / "c" / f"{name}.c"
     text = source.read_text(encoding="utf-8") if source.is_file() else ""
     return name, *(kernel_file for kernel_file in KERNELS if f'#include "{kernel_file}.h"' in text)
+
+
+#: Names in the order in which an image tells their values.
+TOLD = (
+    "FC_WINDOW", "FC_STEP", "FC_STEADY", "FC_SEARCH", "FC_RING", "FC_LOOK", "FC_LOOKS", "FC_QUIET",
+    "FC_ORDER", "FC_PARTS", "FC_LONGEST", "FC_BEFORE", "FC_BESIDE", "FC_FEATURES", "FC_HEADS",
+    "FC_HIDDEN", "FC_FOUND", "FC_WIDEST", "FC_COMPONENTS",
+)  # fmt: skip
+#: What the kernels themselves fix: orders of prediction, parts of a look, features of a contact.
+OF_KERNELS = {"FC_ORDER": 12, "FC_PARTS": 5, "FC_FEATURES": 14, "FC_COMPONENTS": COMPONENTS}
+
+
+def detector_sizes(detector: WindowDetector, rate: float) -> dict[str, int]:
+    """Return the sizes of a fitted detector, in samples at a rate in Hz."""
+    lengths = detector.sizes(rate)
+    return {
+        "FC_WINDOW": lengths.window,
+        "FC_STEP": lengths.step,
+        "FC_STEADY": lengths.steady,
+        "FC_SEARCH": detector.reach * lengths.step,
+        "FC_RING": 1 << lengths.window.bit_length(),
+        **detector.judgement(rate).sizes,
+    }

@@ -11,7 +11,7 @@ from firstcontact.core import InputError
 from firstcontact.export._c_anytime import write_anytime
 from firstcontact.export._c_detector import write_detector
 from firstcontact.export._c_model import write_model
-from firstcontact.export._c_unit import CUnit
+from firstcontact.export._c_text import CUnit
 from firstcontact.export._exporters import ModelExporter
 from firstcontact.export._sketch import sketch
 from firstcontact.export._trained import Trained

@@ -7,8 +7,7 @@ from importlib.resources import files
 import numpy as np
 
 from firstcontact.core import INPUT, Program
-from firstcontact.export._c_text import c_struct, constant_bytes
-from firstcontact.export._c_unit import CUnit
+from firstcontact.export._c_text import CUnit, c_struct, constant_bytes
 from firstcontact.export._trained import NamedModel
 from firstcontact.models import Interval
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from math import isinf, isnan
 from textwrap import fill
 from typing import Any
@@ -56,3 +57,33 @@ def c_struct(kind: str, name: str, fields: Mapping[str, int | float | str | NDAr
 def constant_bytes(fields: Mapping[str, Any]) -> int:
     """Bytes of the arrays among these."""
     return sum(value.nbytes for value in fields.values() if isinstance(value, np.ndarray))
+
+
+@dataclass(frozen=True, slots=True)
+class CUnit:
+    """A pair of files.
+
+    Parameters
+    ----------
+    name
+        Of both, without their endings.
+    header, source
+        Their texts.
+    constants, memory
+        Bytes of constants and of static memory.
+    instructions
+        About how many one answer takes; 0 where that is not known.
+    fixed
+        Names of the files that are the same for all and that it needs, without their endings.
+    rate
+        Sampling rate that its lengths are of, Hz; None where its header does not depend on one.
+    """
+
+    name: str
+    header: str
+    source: str
+    constants: int
+    memory: int
+    instructions: int
+    fixed: tuple[str, ...]
+    rate: float | None = None

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from firstcontact.contact import Detector, WindowDetector
 from firstcontact.core import Calibration, InputError, digest, fingertip_layout
 from firstcontact.export._c_anytime import anytime_sizes, listens
-from firstcontact.export._kernel_sizes import OF_KERNELS, TOLD, detector_sizes
+from firstcontact.export._c_detector import OF_KERNELS, TOLD, detector_sizes
 from firstcontact.export._reach import check_reach
 from firstcontact.models import STAGES, STILL, CompactModel, CompactNetwork, InContextModel, Rounded
 

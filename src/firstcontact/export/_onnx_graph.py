@@ -11,7 +11,7 @@ import numpy as np
 from firstcontact.core import INPUT, InputError, Program, Step, import_onnxruntime
 from firstcontact.export import _onnx_layers, _onnx_shapes, _onnx_steps
 from firstcontact.export._exporters import ModelExporter, Part
-from firstcontact.export._onnx_nodes import Graph
+from firstcontact.export._onnx_steps import Graph
 from firstcontact.export._trained import NamedModel, Trained
 
 OPSET = 17

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Step
-from firstcontact.export._onnx_nodes import Graph
+from firstcontact.export._onnx_steps import Graph
 
 
 def compress(g: Graph, s: Step) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from firstcontact.core import Step
 from firstcontact.export._onnx_layers import by_sample
-from firstcontact.export._onnx_nodes import Graph
+from firstcontact.export._onnx_steps import Graph
 
 _DOUBLE, _FLOAT = 11, 1
 

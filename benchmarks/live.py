@@ -33,7 +33,7 @@ from pathlib import Path
 import numpy as np
 
 from firstcontact.cli.twin_model import twin_model
-from firstcontact.contact import Detector, detect, load_detector
+from firstcontact.contact import Detector, detect
 from firstcontact.core import (
     Block,
     Calibration,
@@ -50,9 +50,7 @@ from firstcontact.models import (
     InContextModel,
     SvmModel,
     Touches,
-    load_anytime,
     load_model,
-    load_window_model,
     machine_of,
     shape_and_level,
 )
@@ -97,7 +95,7 @@ def one_answer(model: InContextModel, seed: int, times: int = 5000) -> str:
     spent = np.empty((times, 2))
     for n in range(times):
         began = time.perf_counter(), time.thread_time()
-        model.answers(touch, rig)
+        model.predict(touch, rig)
         spent[n] = time.perf_counter() - began[0], time.thread_time() - began[1]
     (wall, cpu), (wall99, cpu99) = 1e6 * np.percentile(spent, [50, 99], axis=0)
     return (
@@ -251,9 +249,10 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as cache:
         os.environ["XDG_CACHE_HOME"] = cache
         folder = twin_model("paper-rig", 0)
-        detector, model = load_detector(folder), load_window_model(folder)
         trained = load_model(folder)
-        anytime = load_anytime(folder)
+        detector, model = trained.own_detector, trained.windows[0].model
+        assert trained.network is not None
+        anytime = trained.network.model
         network, windows = NetworkPredictor(anytime), WindowLadder(trained.windows)
         assert isinstance(model, SvmModel)
         twin = TwinStream("paper-rig", None, settings.seed)

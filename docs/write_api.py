@@ -36,11 +36,11 @@ PUBLIC = {
         "load_detector make_detector save_detector untrained_detector untrained_name"
     ),
     "models": (
-        "DetectionScores ESTIMATORS Estimator FinalModel Interval LabelledWindows LearnedFrom "
-        "ModelCard Provenance Spec Split Task WindowModel by_session classification_scores "
-        "labelled_windows leave_one_out load_digests load_interval load_window_model "
-        "make_estimator model_folders pinch_digests read_card regression_scores save_model "
-        "score_detector train_final_model usable"
+        "DetectionScores ESTIMATORS Estimator FinalModel Interval LabelledWindows ModelCard "
+        "NetworkPredictor Spec Split Task TrainingData TrainingRecord WindowModel "
+        "WindowPredictor by_session classification_scores labelled_windows leave_one_out "
+        "make_estimator pinch_digests read_card regression_scores score_detector "
+        "train_final_model usable"
     ),
     "twin": "CONDITIONS TwinStream",
     "grasp": "Grip HANDS Hand HandError HandLimits POLICIES Policy Stiffness open_hand",

@@ -164,7 +164,7 @@ def joined(parts: Iterator[Touches]) -> Touches:
 def shares(model: InContextModel, touches: Touches) -> NDArray[np.float64]:
     """How many are out of range at each time."""
     longest = [samples_in(1e-3 * ms, touches.rate) for ms in TIMES]
-    return np.array([model.answers(touches.until(n)).strange.sum() for n in longest], float)
+    return np.array([model.predict(touches.until(n)).out_of_range.sum() for n in longest], float)
 
 
 def simulated(family: str, rigs: int) -> list[tuple[Rig, Touches]]:

@@ -7,17 +7,64 @@ import json
 from pathlib import Path
 from typing import Any
 
-from firstcontact.models import CARD
-from firstcontact.models._model_file import WEIGHTS
+from safetensors.numpy import load_file, save
+
+from firstcontact.models import (
+    CARD,
+    WEIGHTS,
+    InContextModel,
+    Model,
+    NetworkPredictor,
+    WindowModel,
+    WindowPredictor,
+    load_model,
+)
+
+
+def save_window(model: WindowModel, folder: Path, **fields: Any) -> Path:
+    """Save a window model alone; `fields` are those of its predictor."""
+    return Model(predictors=(WindowPredictor(model, **fields),)).save(folder)
+
+
+def load_window(folder: Path) -> WindowModel:
+    """Load the window model of a folder."""
+    return load_model(folder).windows[0].model
+
+
+def save_network(model: InContextModel, folder: Path, **fields: Any) -> Path:
+    """Save a network alone; `fields` are those of its predictor."""
+    return Model(predictors=(NetworkPredictor(model, **fields),)).save(folder)
+
+
+def load_network(folder: Path) -> InContextModel:
+    """Load the network of a folder."""
+    network = load_model(folder).network
+    assert network is not None
+    return network.model
 
 
 def edit(folder: Path, card: str = CARD, **changes: Any) -> None:
-    """Other fields in the card."""
+    """Change fields of a card, of its first predictor or of the record of that."""
     fields = json.loads((folder / card).read_text(encoding="utf-8"))
-    (folder / card).write_text(json.dumps({**fields, **changes}), encoding="utf-8")
+    parts = [fields, *(fields.get("predictors") or [])[:1]]
+    parts += [part["record"] for part in parts[1:]]
+    for name, value in changes.items():
+        next((part for part in parts if name in part), fields)[name] = value
+    (folder / card).write_text(json.dumps(fields), encoding="utf-8")
 
 
 def vouch(folder: Path, arrays: bytes, card: str = CARD, weights: str = WEIGHTS) -> None:
-    """Other weights with a card that vouches for them."""
+    """Write other weights, with a card that vouches for them."""
     (folder / weights).write_bytes(arrays)
     edit(folder, card, sha256=hashlib.sha256(arrays).hexdigest())
+
+
+def arrays_of(folder: Path) -> dict[str, Any]:
+    """Return the arrays of the first predictor of a folder."""
+    arrays = load_file(folder / WEIGHTS)
+    return {n.removeprefix("0."): a for n, a in arrays.items() if n.startswith("0.")}
+
+
+def replace_arrays(folder: Path, arrays: dict[str, Any]) -> None:
+    """Give the first predictor of a folder other arrays, with a card that vouches for them."""
+    vouch(folder, save({f"0.{name}": array for name, array in arrays.items()}))

@@ -229,8 +229,8 @@ def _running(model: InContextModel, held_out: Dataset, objects: Dataset) -> Numb
     scores: Numbers = {}
     for name, dataset in (("blocks", held_out), ("objects", objects)):
         touches, indices = _touches(dataset)
-        answers, truth = model.answers(touches), dataset.shore_a[indices]
-        scores[name] = rmse(answers.values - truth)
+        answers, truth = model.predict(touches), dataset.shore_a[indices]
+        scores[name] = rmse(answers.value - truth)
         scores[f"{name}_width"] = float((answers.high - answers.low).mean())
         inside = (answers.low <= truth) & (truth <= answers.high)
         scores[f"{name}_coverage"] = float(inside.mean())

@@ -121,10 +121,10 @@ def of_anytime(model: InContextModel, touches: Touches, folder: Path) -> Cost:
     error, wrong = 0.0, int((got["status"] != 0).sum())
     for k, samples in enumerate(times):
         indices = np.flatnonzero(touches.valid >= samples)
-        wanted = model.answers(touches.take(indices).until(samples))
+        wanted = model.predict(touches.take(indices).until(samples))
         records = got[starts[indices] + k]
-        wrong += int((records["strange"].astype(bool) != wanted.strange).sum())
-        pairs = (("value", wanted.values), ("low", wanted.low), ("high", wanted.high))
+        wrong += int((records["strange"].astype(bool) != wanted.out_of_range).sum())
+        pairs = (("value", wanted.value), ("low", wanted.low), ("high", wanted.high))
         error = max(error, *(float(np.abs(records[f] - w).max(initial=0.0)) for f, w in pairs))
     same = building.same(got, on_m7)
     return Cost(int(on_m7["instructions"].max()), flash, ram, error, wrong, len(got), same)

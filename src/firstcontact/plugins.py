@@ -33,7 +33,7 @@ An estimator and its model, whose constructor takes a spec and arrays:
 >>> from dataclasses import dataclass
 >>> class LoudnessModel(plugins.ArraysModel):
 ...     kind = "loudness"
-...     names = ("line", "target")
+...     declared = {"line": plugins.ArrayCheck((2,)), "target": plugins.ArrayCheck((2,), 1)}
 ...     notes = {}
 ...
 ...     def outputs(self, X):
@@ -136,6 +136,7 @@ from firstcontact.export import MODEL_EXPORTERS, ModelExporter
 from firstcontact.grasp import HANDS, POLICIES, Hand, HandLimits, Policy
 from firstcontact.models import (
     ESTIMATORS,
+    ArrayCheck,
     ArraysModel,
     Estimator,
     Spec,
@@ -162,6 +163,7 @@ __all__ = [
     "POLICIES",
     "SLIP_DETECTORS",
     "SOURCES",
+    "ArrayCheck",
     "ArraysModel",
     "Arrival",
     "Descriptor",

@@ -12,17 +12,17 @@ import pytest
 from firstcontact.contact import detect, load_detector
 from firstcontact.core import Dataset
 from firstcontact.models import (
+    CARD,
+    WEIGHTS,
     Touches,
-    has_anytime,
-    load_anytime,
     pretrained,
-    read_anytime_card,
+    read_card,
     shipped_model,
     touches_of,
 )
-from firstcontact.models._anytime_file import CARD, WEIGHTS
 from firstcontact.recording import Header, load_dataset, write_dataset
 from firstcontact.testing import closings
+from saved import load_network
 from trainings import LAYOUT, recordings, resampled, run
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -55,14 +55,16 @@ def test_recordings_make_a_model_that_knows_the_rig(
     assert "3 Shore A levels" in said
     assert "held out" in said
     assert str(out) in said
-    card = read_anytime_card(out)
-    assert card.levels == (10.0, 29.0, 60.0)
-    assert 50 <= card.pinches <= 60  # the apple has role "test"
-    assert "detected" in card.contacts
-    assert any(name.startswith("held out") for name in card.scores)
+    card = read_card(out)
+    assert card.trained_on.levels == (10.0, 29.0, 60.0)
+    assert card.trained_on.pinches == 60  # the apple has role "test"
+    assert "detected" in card.trained_on.contacts
+    [part] = card.predictors
+    assert 50 <= part.record.pinches <= 60
+    assert any(name.startswith("held out") for name in part.record.scores)
     assert load_detector(out).name
     touches = known(blocks)
-    mine, unknown = load_anytime(out).answers(touches), pretrained().answers(touches)
+    mine, unknown = load_network(out).predict(touches), pretrained().predict(touches)
     assert np.mean(mine.high - mine.low) < np.mean(unknown.high - unknown.low)
 
 
@@ -77,7 +79,7 @@ def test_without_recordings_no_rig_is_known(tmp_path: Path, capsys: Any) -> None
     out = tmp_path / "any"
     assert run("adapt", "--out", out) == 0
     assert "unknown rig" in capsys.readouterr().out
-    assert read_anytime_card(out).pinches == 0
+    assert read_card(out).trained_on.pinches == 0
     # Trained on the twin: the threshold of three sigmas fires early on most closings.
     detector, others = load_detector(out), closings(40, seed=1)
     placed = [next(iter(detect(detector, pinch)), None) for pinch in others.pinches]
@@ -93,7 +95,7 @@ def test_without_recordings_no_rig_is_known(tmp_path: Path, capsys: Any) -> None
 def test_another_rate_is_resampled(blocks: Path, tmp_path: Path, capsys: Any) -> None:
     fast = resampled(blocks, 10_000.0, tmp_path / "fast")
     assert run("adapt", fast, "--out", tmp_path / "m") == 0
-    model = load_anytime(tmp_path / "m")
+    model = load_network(tmp_path / "m")
     assert model.rate == pretrained().rate
     # Both listen to one stream: what is written together works together.
     assert load_detector(tmp_path / "m").rate in (None, model.rate)
@@ -116,7 +118,6 @@ def test_what_cannot_be_used_is_refused_and_nothing_written(
         assert why in said
         assert name in said
         assert said.count("\n") == 1
-        assert not has_anytime(tmp_path / "no")
         assert not (tmp_path / "no").exists()
     assert run("adapt", tmp_path / "nowhere", "--out", tmp_path / "no") == 2
     assert run("adapt", "--detector-type", "svm", "--out", tmp_path / "no") == 2
@@ -165,10 +166,10 @@ def test_a_rig_that_the_model_cannot_read_is_refused(
 
 def test_the_card_keeps_how_the_model_was_checked(blocks: Path, tmp_path: Path) -> None:
     assert run("adapt", blocks, "--out", tmp_path / "rig") == 0
-    scores = read_anytime_card(tmp_path / "rig").scores
+    scores = read_card(tmp_path / "rig").predictors[0].record.scores
     best = min(scores["held out, one"], scores["held out, each finger"])
     assert best < scores["held out, always the mean"]
-    widest = (load_anytime(tmp_path / "rig").factors / pretrained().factors).max()
+    widest = (load_network(tmp_path / "rig").factors / pretrained().factors).max()
     assert widest == pytest.approx(scores["intervals widened"], abs=1e-3)
 
 
@@ -184,7 +185,7 @@ def test_a_training_is_not_torn_apart(blocks: Path, tmp_path: Path, capsys: Any)
     rig = tmp_path / "rig"
     assert run("adapt", blocks, "--out", rig) == 0
     assert run("adapt", "--out", rig) == 0  # its own is replaced
-    assert read_anytime_card(rig).pinches == 0
+    assert read_card(rig).trained_on.pinches == 0
 
 
 def test_live_without_a_model_finds_contacts_with_the_shipped_detector(tmp_path: Path) -> None:

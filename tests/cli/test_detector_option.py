@@ -30,7 +30,7 @@ def test_every_detector_is_made_alone_and_used_beside_a_model(
     assert run("train", data, "--detector-type", name, "--detector-only", "--out", out) == 0
     assert f"detector {name}: {out}" in capsys.readouterr().out
     assert load_detector(out).name == name
-    assert not list(out.glob("card.json"))
+    assert not list(out.glob("model.json"))
     using = ("--detector", out)
     assert run("evaluate", model, data, "--contacts", "detected", *using) == 0
     assert f"contacts detected ({name};" in capsys.readouterr().out

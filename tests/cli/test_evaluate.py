@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +11,7 @@ import pytest
 
 from firstcontact.core import Dataset, Label, Role
 from firstcontact.recording import Header, load_dataset, write_dataset
-from trainings import LAYOUT, card_of, recordings, resampled, run, touch
+from trainings import LAYOUT, recordings, resampled, run, touch
 
 
 @pytest.fixture(scope="module")
@@ -168,40 +167,6 @@ def test_pinches_learned_from_are_known_by_any_name(
     assert "\nseen in training: " in said
 
 
-def test_a_model_from_before_goes_by_names_and_says_so(
-    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    out = tmp_path / "m"
-    assert run("train", data, "--estimator", "peak", "--out", out) == 0
-    card = card_of(out)
-    for field in ("detector", "pinches_sha256"):
-        del card[field]
-    del card["data"]["recorded_rate_hz"]
-    (out / "card.json").write_text(json.dumps(card), encoding="utf-8")
-    (out / "pinches.bin").unlink()
-    capsys.readouterr()
-    assert run("evaluate", out, data) == 0
-    said = capsys.readouterr().out
-    assert "warning: 60 pinches are of sessions and specimens that the model learned from" in said
-    assert "\nseen in training: " in said
-
-
-@pytest.mark.parametrize("damage", ["missing", "cut", "other"])
-def test_digests_that_the_card_does_not_vouch_for(
-    data: Path, tmp_path: Path, damage: str, capsys: pytest.CaptureFixture[str]
-) -> None:
-    out = tmp_path / "m"
-    assert run("train", data, "--estimator", "peak", "--out", out) == 0
-    file = out / "pinches.bin"
-    assert len(file.read_bytes()) == 8 * 60
-    if damage == "missing":
-        file.unlink()
-    else:
-        file.write_bytes(file.read_bytes()[:-3] if damage == "cut" else bytes(480))
-    assert run("evaluate", out, data) == 2
-    assert "pinches.bin" in capsys.readouterr().err
-
-
 def test_an_any_time_model_is_scored_by_the_time_after_contact(
     data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -219,29 +184,10 @@ def test_an_any_time_model_is_scored_by_the_time_after_contact(
 
     # Beside a model of one window length, both are scored.
     assert run("train", data, "--estimator", "peak", "--out", tmp_path / "both") == 0
-    for file in ("anytime.json", "anytime.safetensors", "anytime-pinches.bin"):
-        (tmp_path / "both" / file).write_bytes((tmp_path / "m" / file).read_bytes())
     capsys.readouterr()
     assert run("evaluate", tmp_path / "both", data) == 0
     said = capsys.readouterr().out
     assert said.index("at any time") < said.rindex("seen in training:")
-
-    (tmp_path / "m" / "anytime-pinches.bin").write_bytes(bytes(480))
-    assert run("evaluate", tmp_path / "m", data) == 2
-    assert "anytime-pinches.bin" in capsys.readouterr().err
-
-
-def test_an_any_time_model_that_kept_no_digests_says_so(
-    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert run("adapt", data, "--out", tmp_path / "m") == 0
-    card = json.loads((tmp_path / "m" / "anytime.json").read_text())
-    for name in ("pinches_sha256", "source", "sessions", "specimens"):
-        del card[name]  # as an older firstcontact wrote it
-    (tmp_path / "m" / "anytime.json").write_text(json.dumps(card))
-    capsys.readouterr()
-    assert run("evaluate", tmp_path / "m", data) == 0
-    assert "about these very ones the scores below flatter" in capsys.readouterr().out
 
 
 def test_an_any_time_model_without_a_contact_to_ask_about_is_refused(

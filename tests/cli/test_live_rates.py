@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from firstcontact.core import Dataset, Label
-from firstcontact.models import pretrained, save_anytime
+from firstcontact.models import NetworkPredictor, load_model, pretrained
 from firstcontact.recording import Header, read_recording, write_dataset
 from firstcontact.signal import resample_dataset
 from firstcontact.twin import BLOCKS, PAPER_RIG, draw_pinch, draw_specimen, simulate_pinch
@@ -105,8 +105,9 @@ def test_a_network_of_another_rate_beside_them_is_named_and_left_out(
 ) -> None:
     path = recorded(resample_dataset(pinches, FAST), tmp_path / "fast")
     alone = Told(capsys, path, "--model", fast_model)
-    folder = shutil.copytree(fast_model, tmp_path / "both")
-    save_anytime(pretrained(), folder, {})
+    model = load_model(fast_model)
+    network = NetworkPredictor(pretrained())
+    folder = replace(model, predictors=(*model.predictors, network)).save(tmp_path / "both")
     both = Told(capsys, path, "--model", folder)
     assert (alone.code, both.code) == (0, 0), both.messages
     assert alone.contacts == both.contacts != []

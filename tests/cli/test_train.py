@@ -13,13 +13,13 @@ import pytest
 from firstcontact.contact import DETECTORS, detect, load_detector, make_detector
 from firstcontact.core import Dataset, InputError, Label, Role, Serial
 from firstcontact.models import (
+    CARD,
+    WEIGHTS,
     fit_detector,
     found_as_live,
-    load_interval,
-    load_window_model,
-    model_folders,
+    load_model,
 )
-from firstcontact.models._folds import inner_folds
+from firstcontact.models._splits import inner_folds
 from firstcontact.recording import Header, load_dataset, write_dataset
 from trainings import LAYOUT, card_of, recordings, resampled, run, touch
 
@@ -37,15 +37,17 @@ def test_a_model_knows_what_it_learned_and_what_was_held_out(
     assert run("train", data, "--out", tmp_path / "m") == 0
     said = capsys.readouterr().out
     card = card_of(tmp_path / "m")
-    assert card["kind"] == "svm"
-    assert card["data"]["pinches"] == 60  # and none of role "test"
-    assert card["data"]["sessions"] == ["a", "b", "c", "d"]
-    assert card["data"]["levels"] == [10.0, 29.0, 60.0]
-    assert card["data"]["objects"] == {"block 10": 10.0, "block 29": 29.0, "block 60": 60.0}
-    assert card["scores"]["n"] == 60  # each session was held out once
-    assert card["scores"]["rmse"] < 10
-    assert f"rmse {card['scores']['rmse']:.2f}" in said
-    assert "4 sessions in 4 folds" in card["split"]
+    part, _ = card["predictors"]
+    record = part["record"]
+    assert part["kind"] == "svm"
+    assert record["pinches"] == card["trained_on"]["pinches"] == 60  # and none of role "test"
+    assert card["trained_on"]["sessions"] == ["a", "b", "c", "d"]
+    assert card["trained_on"]["levels"] == [10.0, 29.0, 60.0]
+    assert card["trained_on"]["objects"] == {"block 10": 10.0, "block 29": 29.0, "block 60": 60.0}
+    assert record["scores"]["n"] == 60  # each session was held out once
+    assert record["scores"]["rmse"] < 10
+    assert f"rmse {record['scores']['rmse']:.2f}" in said
+    assert "4 sessions in 4 folds" in record["split"]
 
 
 @pytest.mark.parametrize("model", ["peak", "train_mean", "cnn"])
@@ -54,7 +56,7 @@ def test_every_model_classifies_from_the_command_line(
 ) -> None:
     out = tmp_path / "m"
     assert run("train", data, "--estimator", model, "--task", "classification", "--out", out) == 0
-    assert card_of(out)["classes"] == [10.0, 29.0, 60.0]
+    assert card_of(out)["predictors"][0]["classes"] == [10.0, 29.0, 60.0]
     assert run("evaluate", out, data) == 0
     said = capsys.readouterr().out
     assert "accuracy" in said
@@ -69,7 +71,7 @@ def test_without_known_contacts_they_are_found(
     assert "no pinch has a known first contact" in capsys.readouterr().err
     assert not (tmp_path / "m").exists()
     assert run("train", data, "--out", tmp_path / "m") == 0
-    assert card_of(tmp_path / "m")["data"]["contacts"] == (
+    assert card_of(tmp_path / "m")["trained_on"]["contacts"] == (
         "detected (three_sigma; steady states begin with the first sample)"
     )
     assert run("evaluate", tmp_path / "m", data) == 0
@@ -77,7 +79,7 @@ def test_without_known_contacts_they_are_found(
 
 def test_the_detector_learns_from_known_contacts(data: Path, tmp_path: Path) -> None:
     assert run("train", data, "--contacts", "detected", "--out", tmp_path / "m") == 0
-    assert card_of(tmp_path / "m")["data"]["contacts"] == (
+    assert card_of(tmp_path / "m")["trained_on"]["contacts"] == (
         f"detected ({DETECTORS.default} that learned from other sessions; "
         "steady states begin with the first sample)"
     )
@@ -89,13 +91,16 @@ def test_one_session_is_split_at_random_and_says_so(
     data = recordings(tmp_path / "pinches", ("a",))
     assert run("train", data, "--estimator", "peak", "--out", tmp_path / "m") == 0
     assert "random pinches, which flatters" in capsys.readouterr().out
-    assert "random pinches, which flatters" in card_of(tmp_path / "m")["split"]
+    assert (
+        "random pinches, which flatters"
+        in card_of(tmp_path / "m")["predictors"][0]["record"]["split"]
+    )
 
 
 def test_the_same_seed_gives_the_same_files(data: Path, tmp_path: Path) -> None:
     for name in ("one", "two"):
         assert run("train", data, "--seed", 4, "--out", tmp_path / name) == 0
-    for file in ("card.json", "model.safetensors", "detector.json", "detector.safetensors"):
+    for file in (CARD, WEIGHTS, "detector.json", "detector.safetensors"):
         assert (tmp_path / "one" / file).read_bytes() == (tmp_path / "two" / file).read_bytes()
 
 
@@ -127,12 +132,12 @@ def test_a_regression_has_an_interval_that_was_checked_on_other_folds(
 ) -> None:
     assert run("train", data, "--estimator", "peak", "--level", 0.8, "--out", tmp_path / "m") == 0
     said = capsys.readouterr().out
-    card = card_of(tmp_path / "m")
-    interval = load_interval(tmp_path / "m")
+    window = load_model(tmp_path / "m").windows[0]
+    interval = window.interval
     assert interval is not None
     assert interval.level == 0.8
-    checked = card["calibration"]["held_out"]
-    assert card["calibration"]["sessions"] == 4
+    checked = window.record.calibration["held_out"]
+    assert window.record.calibration["sessions"] == 4
     # One fold of 15 is asked with bounds from the 45 others.
     assert checked["n"] == 60
     assert 0.6 < checked["coverage"] <= 1.0
@@ -163,8 +168,9 @@ def test_without_enough_for_it_there_is_no_interval(
     said = capsys.readouterr().out
     assert "no interval: " in said
     assert why in said
-    assert load_interval(tmp_path / "m") is None
-    assert why in card_of(tmp_path / "m")["calibration"]["none"]
+    window = load_model(tmp_path / "m").windows[0]
+    assert window.interval is None
+    assert why in window.record.calibration["none"]
 
 
 def test_several_windows_make_a_model_each_beside_one_detector(
@@ -172,17 +178,17 @@ def test_several_windows_make_a_model_each_beside_one_detector(
 ) -> None:
     out = tmp_path / "m"
     assert run("train", data, "--estimator", "peak", "--window-ms", 8, 3, 7.5, "--out", out) == 0
-    assert [f.name for f in model_folders(out)] == ["03ms", "07.5ms", "08ms"]
-    for folder, samples in zip(model_folders(out), (15, 37, 39), strict=True):
-        assert load_window_model(folder).spec.samples == samples
-        assert load_interval(folder) is not None
-        assert load_detector(folder).name == DETECTORS.default
-    assert sorted(p.name for p in out.iterdir() if p.is_file()) == [
-        "anytime-pinches.bin",
-        "anytime.json",
-        "anytime.safetensors",
+    model = load_model(out)
+    assert [w.duration for w in model.windows] == [0.003, 0.0075, 0.008]
+    assert [w.model.spec.samples for w in model.windows] == [15, 37, 39]
+    assert all(w.interval is not None for w in model.windows)
+    assert model.own_detector.name == DETECTORS.default
+    assert model.network is not None
+    assert sorted(p.name for p in out.iterdir()) == [
         "detector.json",
         "detector.safetensors",
+        CARD,
+        WEIGHTS,
     ]
 
 
@@ -240,10 +246,11 @@ def test_a_model_is_made_for_another_rate_and_says_so(
     assert run("train", data, "--estimator", "peak", "--rate", 5200, "--out", tmp_path / "m") == 0
     assert "Resampled from 4936 Hz to 5200 Hz" in capsys.readouterr().out
     card = card_of(tmp_path / "m")
-    assert card["rate_hz"] == 5200.0
-    assert card["data"]["recorded_rate_hz"] == 4936.0
-    assert any("Resampled from 4936 Hz to 5200 Hz" in note for note in card["data"]["notes"])
-    model = load_window_model(tmp_path / "m")
+    assert card["predictors"][0]["rate_hz"] == 5200.0
+    assert card["trained_on"]["recorded_rate_hz"] == 4936.0
+    notes = card["trained_on"]["notes"]
+    assert any("Resampled from 4936 Hz to 5200 Hz" in note for note in notes)
+    model = load_model(tmp_path / "m").windows[0].model
     model.spec.require_rate(5200.0)
     with pytest.raises(InputError, match="firstcontact train --rate 4936"):
         model.spec.require_rate(4936.0)
@@ -264,13 +271,14 @@ def test_shore_a_is_trained_at_the_rate_of_the_network_unless_another_is_given(
     assert run("train", other, "--estimator", "peak", "--out", tmp_path / "m") == 0
     assert "Resampled from 5200 Hz to 4936 Hz" in capsys.readouterr().out
     card = card_of(tmp_path / "m")
-    assert (card["rate_hz"], card["data"]["recorded_rate_hz"]) == (4936.0, 5200.0)
-    assert (tmp_path / "m" / "anytime.json").is_file()
+    assert card["trained_on"]["recorded_rate_hz"] == 5200.0
+    assert [part["rate_hz"] for part in card["predictors"]] == [4936.0, 4936.0]
     assert (
         run("train", other, "--estimator", "peak", "--rate", 5200, "--out", tmp_path / "own") == 0
     )
     card = card_of(tmp_path / "own")
-    assert (card["rate_hz"], card["data"]["recorded_rate_hz"]) == (5200.0, None)
+    assert card["trained_on"]["recorded_rate_hz"] is None
+    assert [part["rate_hz"] for part in card["predictors"]] == [5200.0]
 
 
 def test_a_rate_that_no_touch_can_be_heard_at_is_refused(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 import subprocess
 import sys
@@ -12,8 +11,9 @@ import pytest
 
 from firstcontact.contact import load_detector
 from firstcontact.core import InputError
-from firstcontact.models import load_window_model, model_folders
-from trainings import card_of, recordings, run
+from firstcontact.models import CARD, WEIGHTS, load_model
+from saved import edit
+from trainings import recordings, run
 
 #: Trains with files of at most so many bytes, which is a full disk for what is larger.
 FULL = """
@@ -53,9 +53,9 @@ def content(folder: Path) -> dict[str, bytes]:
 
 @pytest.mark.parametrize("size", [200, 1000, 3000, 10_000])
 def test_a_full_disk_leaves_the_old_training(model: Path, other: Path, size: int) -> None:
-    """The any-time model is the largest: what is written before it may fit."""
+    """The weights are the largest: what is written before them may fit."""
     before = content(model)
-    assert len(before["anytime.safetensors"]) > 10_000
+    assert len(before[WEIGHTS]) > 10_000
     words = ["train", str(other), "--estimator", "peak", "--out", str(model)]
     done = subprocess.run(
         [sys.executable, "-c", FULL, str(size), *words], capture_output=True, text=True
@@ -75,36 +75,20 @@ def test_parts_of_two_trainings_are_no_model(
         shutil.copy(tmp_path / "n" / name, model / name)
     load_detector(model)  # by itself it is one
     with pytest.raises(InputError, match=r"detector\.json: is not the detector that"):
-        load_window_model(model)
+        load_model(model)
     capsys.readouterr()
     for contacts in ("known", "detected"):
         assert run("evaluate", model, other, "--contacts", contacts) == 2
         assert "is not the detector that" in capsys.readouterr().err
 
 
-def test_the_detector_above_is_looked_at_too(data: Path, other: Path, tmp_path: Path) -> None:
-    windows = ("--window-ms", 3, 8, "--estimator", "peak")
-    for name, pinches in (("m", data), ("n", other)):
-        assert run("train", pinches, *windows, "--out", tmp_path / name) == 0
-    for folder in model_folders(tmp_path / "m"):
-        load_window_model(folder)
-    shutil.rmtree(tmp_path / "m" / "08ms")
-    shutil.copytree(tmp_path / "n" / "08ms", tmp_path / "m" / "08ms")
-    load_window_model(tmp_path / "m" / "03ms")
-    with pytest.raises(InputError, match="is not the detector that"):
-        load_window_model(tmp_path / "m" / "08ms")
+def test_a_model_without_a_detector_of_its_own_takes_any(model: Path) -> None:
+    edit(model, detector=None)
+    (model / "detector.json").write_bytes((model / "detector.json").read_bytes() + b"\n")
+    assert load_model(model).windows[0].model.kind == "peak"
 
 
-def test_a_model_from_before_takes_any_detector(model: Path) -> None:
-    card = card_of(model)
-    del card["detector"]
-    (model / "card.json").write_text(json.dumps(card), encoding="utf-8")
-    detector = json.loads((model / "detector.json").read_text(encoding="utf-8"))
-    (model / "detector.json").write_text(json.dumps(detector), encoding="utf-8")
-    assert load_window_model(model).kind == "peak"
-
-
-@pytest.mark.parametrize("name", ["notes.txt", "pinches/a.mcap", "15ms/notes.txt", "card.json"])
+@pytest.mark.parametrize("name", ["notes.txt", "pinches/a.mcap", "15ms/notes.txt", CARD])
 def test_what_no_training_wrote_is_not_lost(
     data: Path, tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -125,7 +109,7 @@ def test_a_training_is_replaced_and_nothing_of_it_stays(
     after = content(model)
     assert after.keys() == before.keys()
     assert all(after[name] != before[name] for name in before)
-    load_window_model(model)
+    load_model(model)
     load_detector(model)
     assert [p.name for p in model.parent.iterdir()] == ["m"]
 
@@ -138,7 +122,7 @@ def test_models_that_would_not_be_made_again_are_kept(
     before = content(out)
     capsys.readouterr()
     assert run("train", data, "--estimator", "peak", "--out", out) == 2
-    assert "03ms: a model is here that would not be made again" in capsys.readouterr().err
+    assert "a model is here that would not be made again" in capsys.readouterr().err
     assert run("train", data, "--estimator", "peak", "--window-ms", 3, 15, "--out", out) == 2
     assert content(out) == before
     assert run("train", data, "--estimator", "peak", "--window-ms", 3, 7.5, 8, "--out", out) == 0

@@ -97,13 +97,9 @@ def test_ten_lines_are_saved_as_they_are_made(
     assert Loud.title == "loud"
 
 
-def test_it_is_found_from_a_model_beside_or_below_it(folder: Path) -> None:
-    (folder / "03ms").mkdir()
-    (folder / "03ms" / "card.json").write_text("{}", encoding="utf-8")
-    assert load_detector(folder / "03ms").name == "svm"
-    assert load_detector(folder / "03ms" / "card.json").name == "svm"
-    (folder / "card.json").write_text("{}", encoding="utf-8")
-    assert load_detector(folder / "card.json").name == "svm"
+def test_it_is_found_from_a_card_beside_it(folder: Path) -> None:
+    (folder / "model.json").write_text("{}", encoding="utf-8")
+    assert load_detector(folder / "model.json").name == "svm"
 
 
 def test_where_there_is_none_training_is_named(tmp_path: Path) -> None:

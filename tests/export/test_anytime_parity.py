@@ -22,14 +22,13 @@ from firstcontact.models import (
     Rig,
     Touches,
     compacted,
-    load_anytime,
     moments,
     pretrained,
-    save_anytime,
     spectra,
 )
 from firstcontact.models._motor_pitch import BELIEVED
 from firstcontact.testing import closings
+from saved import load_network, save_network
 
 RATE = 4936.0
 MOMENTS = moments(RATE)
@@ -73,13 +72,13 @@ def assert_parity(model: InContextModel, some: Touches, got: NDArray[np.void]) -
     place = 0
     for k in range(len(some)):
         for samples in [m for m in MOMENTS if m <= some.valid[k]]:
-            wanted = model.answers(some.take(np.array([k])).until(samples))
+            wanted = model.predict(some.take(np.array([k])).until(samples))
             record = got[place]
             place += 1
             assert (record["samples"], record["status"]) == (samples, 0)
-            assert bool(record["strange"]) == wanted.strange[0]
+            assert bool(record["strange"]) == wanted.out_of_range[0]
             ends = [record["value"], record["low"], record["high"]]
-            expected = [wanted.values[0], wanted.low[0], wanted.high[0]]
+            expected = [wanted.value[0], wanted.low[0], wanted.high[0]]
             np.testing.assert_allclose(ends, expected, atol=0.01)
     assert place == len(got)
 
@@ -188,9 +187,9 @@ def test_few_touches_are_refused() -> None:
 def test_more_directions_are_nearer_to_the_network() -> None:
     model, some = told(), plain(touches(60, 4)).until(40)
     some = some.take(some.valid >= 10)
-    whole = model.answers(some).values
+    whole = model.predict(some).value
     away = [
-        np.abs(compacted(model, plain(touches(60, 1)), n).answers(some).values - whole).mean()
+        np.abs(compacted(model, plain(touches(60, 1)), n).predict(some).value - whole).mean()
         for n in (4, 48)
     ]
     assert away[1] < away[0]
@@ -199,14 +198,14 @@ def test_more_directions_are_nearer_to_the_network() -> None:
 def test_a_compact_model_is_kept_and_its_image_does_not_change_any_more(tmp_path: Path) -> None:
     some = plain(touches(60, 1))
     model = compacted(told(), some, 8)
-    save_anytime(model, tmp_path, {})
-    answers, again = (m.answers(some) for m in (model, load_anytime(tmp_path)))
-    np.testing.assert_allclose(again.values, answers.values, atol=1e-3)
-    np.testing.assert_array_equal(again.strange, answers.strange)
-    once, twice = load_anytime(tmp_path), tmp_path / "twice"
-    save_anytime(once, twice, {})
+    save_network(model, tmp_path)
+    answers, again = (m.predict(some) for m in (model, load_network(tmp_path)))
+    np.testing.assert_allclose(again.value, answers.value, atol=1e-3)
+    np.testing.assert_array_equal(again.out_of_range, answers.out_of_range)
+    once, twice = load_network(tmp_path), tmp_path / "twice"
+    save_network(once, twice)
     detector = make_detector(DETECTORS.default).fit(closings(24))
-    images = [model_image(detector, m, None) for m in (once, load_anytime(twice))]
+    images = [model_image(detector, m, None) for m in (once, load_network(twice))]
     assert images[0] == images[1]
 
 

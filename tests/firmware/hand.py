@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from firstcontact.contact import DETECTORS, detect, load_detector, make_detector
+from firstcontact.contact import DETECTORS, detect, make_detector
 from firstcontact.core import (
     Block,
     Calibration,
@@ -25,7 +25,7 @@ from firstcontact.models import (
     CompactModel,
     Rig,
     compacted,
-    load_anytime,
+    load_model,
     pretrained,
     touches_of,
 )
@@ -74,8 +74,10 @@ def models(folder: Path) -> tuple[Path, Path]:
 def host_events(folder: Path, data: np.ndarray) -> list[Event]:
     """Return the events of the live pipeline for these samples and the same model."""
     layout = fingertip_layout()
-    anytime = load_anytime(folder)
-    pipeline = Pipeline(layout, load_detector(folder), NetworkPredictor(anytime), FLOORS)
+    model = load_model(folder)
+    assert model.network is not None
+    predictor = NetworkPredictor(model.network.model)
+    pipeline = Pipeline(layout, model.own_detector, predictor, FLOORS)
     blocks = [Block(data[k : k + 5], k) for k in range(0, len(data), 5)]
     events = [event for block in blocks for event in pipeline.update(block, 0.0)]
     return events + pipeline.finish()

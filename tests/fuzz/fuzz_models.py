@@ -19,7 +19,7 @@ def damaged(rng: Random, model: Path, folder: Path) -> None:
     """Return a copy of a model folder with one or two changes."""
     shutil.copytree(model, folder)
     files = sorted(file.name for file in model.iterdir())
-    learned = [name for name in files if name.startswith(("card", "model", "anytime"))]
+    learned = [name for name in files if name.startswith(("model", "weights"))]
     for _ in range(rng.choice((1, 1, 2))):
         file = folder / rng.choice((*files, *learned))
         kind = rng.random()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import os
-import shutil
 from contextlib import redirect_stdout
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -204,6 +203,7 @@ def _models(folder: Path, seeds: Seeds) -> None:
 
 def _anytime(folder: Path, seeds: Seeds) -> None:
     """Write models that know a rig of numbers drawn at random, beside a detector."""
+    from firstcontact.contact import load_detector
     from firstcontact.core import FINGERTIP_RATE
     from firstcontact.models import (
         ANY,
@@ -212,12 +212,13 @@ def _anytime(folder: Path, seeds: Seeds) -> None:
         LONGEST,
         STAGES,
         TOKEN,
+        Model,
+        NetworkPredictor,
         Rig,
         Touches,
         compacted,
         lengths,
         pretrained,
-        save_anytime,
     )
     from firstcontact.models._compact import FEWEST
 
@@ -236,10 +237,8 @@ def _anytime(folder: Path, seeds: Seeds) -> None:
     )
     for name, its in (("in_context", model), ("compact", compacted(model, touches, 4))):
         out = folder / name
-        out.mkdir()
-        for file in seeds.models[0].glob("detector.*"):
-            shutil.copy(file, out)
-        seeds.anytime.append(save_anytime(its, out, {"pinches": 3, "levels": [10.0, 60.0]}))
+        detector = load_detector(seeds.models[0])
+        seeds.anytime.append(Model(detector, (NetworkPredictor(its),)).save(out))
 
 
 def _wav(folder: Path) -> None:

@@ -13,10 +13,10 @@ from firstcontact.models import (
     InContextModel,
     Touches,
     adapt_network,
-    answers_by_time,
+    predictions_by_time,
     pretrained,
 )
-from firstcontact.models._adapting import LEAST_OF_FINGER, MOST_OF_LEVEL, WAYS
+from firstcontact.models._network_estimator import LEAST_OF_FINGER, MOST_OF_LEVEL, WAYS
 from ringing import ringing
 
 BASE = pretrained()
@@ -99,7 +99,7 @@ def test_scores_no_better_than_the_mean_are_a_reason_to_refuse() -> None:
 
 def held(model: InContextModel, touches: Touches, truth: np.ndarray) -> np.ndarray:
     """Share of truths in the intervals at each time."""
-    by_time = answers_by_time(model, touches).values()
+    by_time = predictions_by_time(model, touches).values()
     return np.array([np.mean((a.low <= truth) & (truth <= a.high)) for a in by_time])
 
 
@@ -130,7 +130,7 @@ def test_intervals_that_hold_enough_are_kept() -> None:
 def test_four_pinches_are_enough_for_a_model() -> None:
     touches, shore_a, _ = two_fingers(1.0)
     made = adapt_network(BASE, touches.take(np.arange(4)), shore_a[:4])
-    assert np.isfinite(made.model.answers(touches).values).all()
+    assert np.isfinite(made.model.predict(touches).value).all()
 
 
 def test_no_more_pinches_of_a_level_are_used_than_in_training() -> None:

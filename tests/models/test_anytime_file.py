@@ -10,24 +10,24 @@ from typing import Any
 
 import numpy as np
 import pytest
-from safetensors.numpy import load_file, save
 
 from firstcontact.cli.main import main
 from firstcontact.core import Dataset, InputError
 from firstcontact.models import (
     ANY,
+    CARD,
+    WEIGHTS,
     InContextModel,
     Rig,
+    TrainingRecord,
     compacted,
-    load_anytime,
     pretrained,
-    read_anytime_card,
-    save_anytime,
+    pretrained_folder,
+    read_card,
 )
-from firstcontact.models._anytime_file import CARD, WEIGHTS, pretrained_folder
 from firstcontact.recording import Header, write_dataset
 from ringing import ringing
-from saved import edit, vouch
+from saved import arrays_of, edit, load_network, replace_arrays, save_network
 
 KNOWN, SHORE_A, _ = ringing(40)
 MODEL = pretrained().conditioned_on({ANY: Rig.of(KNOWN, SHORE_A), 1: Rig.of(KNOWN, SHORE_A)})
@@ -36,39 +36,40 @@ Arrays = dict[str, Any]
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    return save_anytime(MODEL, tmp_path / "model", {"pinches": 40, "levels": [10.0, 60.0]})
+    return save_network(MODEL, tmp_path / "model", record=TrainingRecord(pinches=40))
 
 
 def _same(one: InContextModel, other: InContextModel) -> bool:
-    first, second = (m.answers(KNOWN) for m in (one, other))
+    first, second = (m.predict(KNOWN) for m in (one, other))
     return all(
         np.allclose(getattr(first, n), getattr(second, n), atol=1e-3)
-        for n in ("values", "spreads", "low", "high", "strange")
+        for n in ("value", "spread", "low", "high", "out_of_range")
     )
 
 
 def test_a_model_is_the_same_after_saving(folder: Path) -> None:
-    again = load_anytime(folder)
+    again = load_network(folder)
     assert _same(MODEL, again)
     assert sorted(again.rigs) == [ANY, 1]
     assert np.isnan(again.rigs[ANY].speed)
-    card = read_anytime_card(folder)
-    assert (card.pinches, card.levels, card.kind) == (40, (10.0, 60.0), MODEL.kind)
+    [part] = read_card(folder).predictors
+    assert (part.record.pinches, part.kind) == (40, MODEL.kind)
     assert sorted(p.name for p in folder.iterdir()) == [CARD, WEIGHTS]
 
 
 def test_saving_what_was_read_gives_the_same_bytes(folder: Path, tmp_path: Path) -> None:
-    again = save_anytime(load_anytime(folder), tmp_path / "again", {})
+    again = save_network(load_network(folder), tmp_path / "again")
     assert (again / WEIGHTS).read_bytes() == (folder / WEIGHTS).read_bytes()
 
 
 def test_a_model_of_no_rig_is_read_too(tmp_path: Path) -> None:
-    assert _same(pretrained(), load_anytime(save_anytime(pretrained(), tmp_path / "m", {})))
+    assert _same(pretrained(), load_network(save_network(pretrained(), tmp_path / "m")))
 
 
 def test_what_comes_with_the_package_is_small_and_vouched_for() -> None:
     assert (pretrained_folder() / WEIGHTS).stat().st_size <= 2_000_000
-    assert read_anytime_card(pretrained_folder()).trained
+    [part] = read_card(pretrained_folder()).predictors
+    assert part.record.training["trained"]
 
 
 @pytest.mark.parametrize("name", [CARD, WEIGHTS])
@@ -77,10 +78,10 @@ def test_what_is_missing_cut_or_flipped_is_refused(folder: Path, name: str) -> N
     for length in range(0, len(whole) - 2, len(whole) // 12):
         (folder / name).write_bytes(whole[:length])
         with pytest.raises(InputError, match=name):
-            load_anytime(folder)
+            load_network(folder)
     (folder / name).unlink()
     with pytest.raises(InputError, match=name):
-        load_anytime(folder)
+        load_network(folder)
 
 
 def test_a_flipped_bit_is_noticed(folder: Path) -> None:
@@ -88,14 +89,14 @@ def test_a_flipped_bit_is_noticed(folder: Path) -> None:
     whole[len(whole) // 2] ^= 1
     (folder / WEIGHTS).write_bytes(whole)
     with pytest.raises(InputError, match="sha256"):
-        load_anytime(folder)
+        load_network(folder)
 
 
 @pytest.mark.parametrize(
     "changes",
     [
-        {"format": "firstcontact-model"},
-        {"format_version": 2},
+        {"format": "firstcontact-detector"},
+        {"format_version": 1},
         {"kind": "svm"},
         {"kind": None},
         {"rate_hz": float("nan")},
@@ -104,16 +105,16 @@ def test_a_flipped_bit_is_noticed(folder: Path) -> None:
         {"level": "most"},
         {"sha256": "0" * 64},
         {"pinches": -1},
-        {"levels": ["soft"]},
+        {"trained_on": {"levels": ["soft"]}},
         {"scores": []},
-        {"contacts": 5},
+        {"trained_on": {"contacts": 5}},
     ],
     ids=str,
 )
 def test_a_card_of_something_else(folder: Path, changes: dict[str, Any]) -> None:
     edit(folder, CARD, **changes)
     with pytest.raises(InputError) as caught:
-        load_anytime(folder)
+        load_network(folder)
     assert str(folder) in str(caught.value)
     assert "\n" not in str(caught.value)
 
@@ -179,13 +180,13 @@ UNNAMED = ("no rig for any finger", "nothing at all")
 
 @pytest.mark.parametrize("attack", ATTACKS)
 def test_arrays_that_do_not_fit(folder: Path, attack: str) -> None:
-    vouch(folder, save(ATTACKS[attack](load_file(folder / WEIGHTS))), CARD, WEIGHTS)
+    replace_arrays(folder, ATTACKS[attack](arrays_of(folder)))
     with pytest.raises(InputError) as caught:
-        load_anytime(folder)
+        load_network(folder)
     assert WEIGHTS in str(caught.value)
     assert "\n" not in str(caught.value)
     if attack not in UNNAMED:
-        arrays = load_file(folder / WEIGHTS)
+        arrays = arrays_of(folder)
         layers = {name.rpartition(".")[0] for name in (*arrays, *MODEL.to_arrays())}
         assert any(name in str(caught.value) for name in (*layers, "factors"))
 
@@ -202,19 +203,18 @@ COMPACT = {
 
 @pytest.mark.parametrize("attack", COMPACT)
 def test_arrays_of_a_compact_network_that_do_not_fit(tmp_path: Path, attack: str) -> None:
-    folder = save_anytime(compacted(MODEL, KNOWN, 4), tmp_path / "model", {})
-    load_anytime(folder)
-    vouch(folder, save(COMPACT[attack](load_file(folder / WEIGHTS))), CARD, WEIGHTS)
+    folder = save_network(compacted(MODEL, KNOWN, 4), tmp_path / "model")
+    load_network(folder)
+    replace_arrays(folder, COMPACT[attack](arrays_of(folder)))
     with pytest.raises(InputError, match=r"thin|body|query") as caught:
-        load_anytime(folder)
+        load_network(folder)
     assert WEIGHTS in str(caught.value)
 
 
 def test_weights_that_overflow_end_every_command_with_one_sentence(
     folder: Path, tmp_path: Path, shore: Dataset, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    arrays = ATTACKS["weights that overflow"](load_file(folder / WEIGHTS))
-    vouch(folder, save(arrays), CARD, WEIGHTS)
+    replace_arrays(folder, ATTACKS["weights that overflow"](arrays_of(folder)))
     header = Header(shore.layout, "synthetic", str(shore.pinches[0].data.dtype))
     recording = write_dataset(shore, tmp_path, header)[0]
     live = ["live", "--device", str(recording), "--speed", "inf", "--model", str(folder)]
@@ -230,7 +230,7 @@ def test_a_prediction_that_is_no_number_is_never_silent() -> None:
     signals = KNOWN.signals.copy()
     signals[3] = np.nan
     with pytest.raises(InputError, match="contact 3"), np.errstate(invalid="ignore"):
-        MODEL.answers(replace(KNOWN, signals=signals))
+        MODEL.predict(replace(KNOWN, signals=signals))
 
 
 def test_a_file_that_is_too_large_or_no_file_is_not_read(folder: Path) -> None:
@@ -238,11 +238,11 @@ def test_a_file_that_is_too_large_or_no_file_is_not_read(folder: Path) -> None:
         before = (folder / name).read_bytes()
         os.truncate(folder / name, 1 << 40)
         with pytest.raises(InputError, match=name):
-            load_anytime(folder)
+            load_network(folder)
         (folder / name).unlink()
         os.mkfifo(folder / name)
         with pytest.raises(InputError, match=name):
-            load_anytime(folder)
+            load_network(folder)
         (folder / name).unlink()
         (folder / name).write_bytes(before)
 
@@ -250,5 +250,5 @@ def test_a_file_that_is_too_large_or_no_file_is_not_read(folder: Path) -> None:
 def test_what_could_not_be_read_again_is_not_written(folder: Path) -> None:
     before = {p.name: p.read_bytes() for p in folder.iterdir()}
     with pytest.raises(InputError, match="pinches"):
-        save_anytime(MODEL, folder, {"pinches": -3})
+        save_network(MODEL, folder, record=TrainingRecord(pinches=-3))
     assert {p.name: p.read_bytes() for p in folder.iterdir()} == before

@@ -20,8 +20,8 @@ from firstcontact.core import FINGERTIP_RATE as RATE
 from firstcontact.models import (
     ANY,
     BEFORE,
-    Answers,
     InContextModel,
+    Predictions,
     Rig,
     Touches,
     Values,
@@ -57,35 +57,35 @@ def objects(name: str, lasting: int = SHORTEST) -> tuple[Touches, Values]:
     return its.touches.take(which), its.windows.y[which]
 
 
-def width(answers: Answers) -> float:
+def width(answers: Predictions) -> float:
     return float(np.mean(answers.high - answers.low))
 
 
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("samples", TIMES)
 def test_intervals_lie_on_the_scale_around_their_answers(name: str, samples: int) -> None:
-    answers = knowing(name).answers(objects(name)[0].until(samples))
+    answers = knowing(name).predict(objects(name)[0].until(samples))
     assert (answers.low >= 0).all()
     assert (answers.high <= 100).all()
-    assert ((answers.low <= answers.values) & (answers.values <= answers.high)).all()
-    assert (answers.spreads > 0).all()
+    assert ((answers.low <= answers.value) & (answers.value <= answers.high)).all()
+    assert (answers.spread > 0).all()
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_rig_that_is_not_known_has_wider_intervals(name: str) -> None:
     touches, truth = objects(name)
-    known, unknown = knowing(name).answers(touches), pretrained().answers(touches)
+    known, unknown = knowing(name).predict(touches), pretrained().predict(touches)
     assert width(unknown) > 1.2 * width(known)
-    error, blind = (np.mean((a.values - truth) ** 2) for a in (known, unknown))
+    error, blind = (np.mean((a.value - truth) ** 2) for a in (known, unknown))
     assert error < blind
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_more_signal_makes_answers_no_less_sure(name: str) -> None:
     touches, truth = objects(name, LONGEST)
-    early, late = (knowing(name).answers(touches.until(n)) for n in (SHORTEST, LONGEST))
+    early, late = (knowing(name).predict(touches.until(n)) for n in (SHORTEST, LONGEST))
     assert width(late) <= width(early)
-    assert np.mean((late.values - truth) ** 2) <= np.mean((early.values - truth) ** 2) * 1.1
+    assert np.mean((late.value - truth) ** 2) <= np.mean((early.value - truth) ** 2) * 1.1
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -93,14 +93,14 @@ def test_most_truths_lie_in_their_intervals(name: str) -> None:
     """Far below the level: coverage is judged on many rigs, not on one."""
     touches, truth = objects(name)
     for samples in TIMES:
-        answers = knowing(name).answers(touches.until(samples))
+        answers = knowing(name).predict(touches.until(samples))
         assert np.mean((answers.low <= truth) & (truth <= answers.high)) > 0.7
 
 
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("samples", [*TIMES, 20, 45, 62, 70])  # at stages, and between them
 def test_the_twins_own_contacts_are_rarely_strange(name: str, samples: int) -> None:
-    assert knowing(name).answers(objects(name)[0].until(samples)).strange.mean() <= 0.05
+    assert knowing(name).predict(objects(name)[0].until(samples)).out_of_range.mean() <= 0.05
 
 
 def _dead(signals: np.ndarray, before: int, level: float) -> None:
@@ -152,7 +152,7 @@ def test_what_is_like_nothing_is_strange(
     fault(signals, touches.before, knowing(name).rigs[ANY].level)
     whole = np.full(len(touches), LONGEST)
     faulty = replace(touches, signals=signals.astype(np.float32), valid=whole)
-    assert knowing(name).answers(faulty.until(samples)).strange.mean() >= least
+    assert knowing(name).predict(faulty.until(samples)).out_of_range.mean() >= least
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -164,7 +164,7 @@ def test_a_model_that_knows_no_rig_rarely_calls_a_touch_strange(
     """Of an unknown rig no gain is known: it must not matter."""
     touches, _ = objects(name)
     louder = replace(touches, signals=np.float32(gain) * touches.signals)
-    assert pretrained().answers(louder.until(samples)).strange.mean() <= 0.05
+    assert pretrained().predict(louder.until(samples)).out_of_range.mean() <= 0.05
 
 
 def foreign(make: Callable[[np.ndarray, np.random.Generator], np.ndarray]) -> Touches:
@@ -199,7 +199,7 @@ def hiss(t: np.ndarray, rng: np.random.Generator) -> np.ndarray:
 def test_a_signal_unlike_a_touch_is_strange(name: str, make: Any) -> None:
     model = pretrained() if name == "no rig" else knowing(name)
     for samples in TIMES[2:]:  # the first half of a wave looks like a touch
-        assert model.answers(foreign(make).until(samples)).strange.mean() >= 0.95
+        assert model.predict(foreign(make).until(samples)).out_of_range.mean() >= 0.95
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -209,5 +209,5 @@ def test_a_sensor_that_stands_still_is_strange_on_any_rig(name: str) -> None:
     stuck[:, touches.before + 2 :] = stuck[:, touches.before + 2, None]
     unknown = pretrained()
     for samples in TIMES[1:]:
-        assert unknown.answers(replace(touches, signals=stuck).until(samples)).strange.all()
-        assert not unknown.answers(touches.until(samples)).strange.any()
+        assert unknown.predict(replace(touches, signals=stuck).until(samples)).out_of_range.all()
+        assert not unknown.predict(touches.until(samples)).out_of_range.any()

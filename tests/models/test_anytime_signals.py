@@ -60,27 +60,27 @@ def test_features_do_not_depend_on_gain(gain: float) -> None:
 
 @pytest.mark.parametrize("gain", [0.5, 20.0])
 def test_answers_do_not_depend_on_the_gain_of_the_rig(gain: float) -> None:
-    plain = knowing(KNOWN).answers(ASKED)
-    loud = knowing(scaled(KNOWN, gain)).answers(scaled(ASKED, gain))
+    plain = knowing(KNOWN).predict(ASKED)
+    loud = knowing(scaled(KNOWN, gain)).predict(scaled(ASKED, gain))
     # What the converter could not tell from silence is added to spectra: they are near, not equal.
-    assert np.allclose(plain.values, loud.values, atol=0.5)
-    assert np.allclose(plain.spreads, loud.spreads, atol=0.5)
+    assert np.allclose(plain.value, loud.value, atol=0.5)
+    assert np.allclose(plain.spread, loud.spread, atol=0.5)
 
 
 def test_a_disc_that_is_wired_backwards_gives_the_same_answers() -> None:
-    plain = knowing(KNOWN).answers(ASKED)
-    backwards = knowing(scaled(KNOWN, -1.0)).answers(scaled(ASKED, -1.0))
-    assert np.allclose(plain.values, backwards.values)
-    assert np.array_equal(plain.strange, backwards.strange)
+    plain = knowing(KNOWN).predict(ASKED)
+    backwards = knowing(scaled(KNOWN, -1.0)).predict(scaled(ASKED, -1.0))
+    assert np.allclose(plain.value, backwards.value)
+    assert np.array_equal(plain.out_of_range, backwards.out_of_range)
 
 
 @pytest.mark.parametrize("with_", [np.nan, np.inf, 1e30, -1e30])
 def test_samples_after_the_valid_ones_are_never_looked_at(with_: float) -> None:
     known = replace(KNOWN, valid=np.resize(ENDS, len(KNOWN)))
     asked = replace(ASKED, valid=ENDS)
-    plain = knowing(known).answers(asked)
-    other = knowing(spoilt(known, with_)).answers(spoilt(asked, with_))
-    for name in ("values", "spreads", "low", "high", "strange"):
+    plain = knowing(known).predict(asked)
+    other = knowing(spoilt(known, with_)).predict(spoilt(asked, with_))
+    for name in ("value", "spread", "low", "high", "out_of_range"):
         assert np.array_equal(getattr(plain, name), getattr(other, name))
         assert np.isfinite(getattr(plain, name)).all()
 
@@ -103,22 +103,22 @@ def test_a_signal_of_nothing_has_finite_features_and_answers() -> None:
     nothing = replace(ASKED, signals=np.zeros_like(ASKED.signals))
     level = np.full(len(ASKED), 0.3)
     assert np.isfinite(features(np.zeros((40, LONGEST)), ENDS, level)).all()
-    assert np.isfinite(knowing(KNOWN).answers(nothing).values).all()
+    assert np.isfinite(knowing(KNOWN).predict(nothing).value).all()
 
 
 def test_answers_of_one_are_those_among_others() -> None:
     model = knowing(KNOWN)
     asked = replace(ASKED, valid=ENDS)
-    together = model.answers(asked)
-    alone = [model.answers(asked.take(np.array([i]))) for i in range(len(asked))]
-    assert np.allclose([a.values[0] for a in alone], together.values, atol=1e-3)
-    assert [bool(a.strange[0]) for a in alone] == together.strange.tolist()
+    together = model.predict(asked)
+    alone = [model.predict(asked.take(np.array([i]))) for i in range(len(asked))]
+    assert np.allclose([a.value[0] for a in alone], together.value, atol=1e-3)
+    assert [bool(a.out_of_range[0]) for a in alone] == together.out_of_range.tolist()
 
 
 def test_what_was_worked_out_before_gives_the_same_answers() -> None:
     model = knowing(KNOWN)
     known = model.rig_features(ASKED.until(SHORTEST))
-    assert np.array_equal(model.answers(ASKED, known).values, model.answers(ASKED).values)
+    assert np.array_equal(model.predict(ASKED, known).value, model.predict(ASKED).value)
 
 
 def test_each_finger_has_its_rig_and_others_that_of_any() -> None:
@@ -127,16 +127,14 @@ def test_each_finger_has_its_rig_and_others_that_of_any() -> None:
     model = pretrained().conditioned_on(rigs)
     for finger, gain in ((-1, 1.0), (0, 1.0), (1, 5.0)):
         its = replace(scaled(ASKED, gain), fingers=np.full(len(ASKED), finger))
-        assert np.allclose(
-            model.answers(its).values, knowing(KNOWN).answers(ASKED).values, atol=0.5
-        )
+        assert np.allclose(model.predict(its).value, knowing(KNOWN).predict(ASKED).value, atol=0.5)
 
 
 def test_another_rate_and_too_few_samples_are_refused() -> None:
     with pytest.raises(InputError, match="resample"):
-        knowing(KNOWN).answers(replace(ASKED, rate=2000.0))
+        knowing(KNOWN).predict(replace(ASKED, rate=2000.0))
     with pytest.raises(InputError, match="wait for more"):
-        knowing(KNOWN).answers(ASKED.until(SHORTEST - 1))
+        knowing(KNOWN).predict(ASKED.until(SHORTEST - 1))
     with pytest.raises(InputError, match="there is none"):
         Rig.of(KNOWN.take(np.zeros(len(KNOWN), np.bool_)), SHORE_A[:0])
 

@@ -11,14 +11,13 @@ import numpy as np
 import pytest
 import torch
 
-from firstcontact.core import InputError
-from firstcontact.models import Provenance, Spec, Task, load_window_model, save_model
+from firstcontact.models import Task
 from firstcontact.models._cnn import Cnn, as_input
-from firstcontact.models._cnn_model import CnnModel
-from firstcontact.models._efficientnet import ConvNorm, EfficientNet
+from firstcontact.models._efficientnet import EfficientNet
 from firstcontact.models._network import Network
 from firstcontact.models._network_export import export
 from firstcontact.testing._windows import RATE, toy_windows
+from saved import load_window, save_window
 
 
 def used(channels: int, outputs: int, samples: int = 74) -> tuple[EfficientNet, torch.Tensor]:
@@ -103,41 +102,6 @@ def test_training_leaves_the_random_state_of_others_alone() -> None:
     assert torch.equal(torch.rand(3), expected)
 
 
-def older_arrays(network: EfficientNet, model: CnnModel) -> dict[str, np.ndarray]:
-    """What was written before files held ONNX: folded weights by the names of their layers."""
-    arrays = {name: a for name, a in model.to_arrays().items() if name != "onnx"}
-    folded = network.folded()
-    for name, module in folded.named_modules():
-        layer = module[0] if isinstance(module, ConvNorm) else module
-        if isinstance(layer, torch.nn.Linear) or isinstance(module, ConvNorm):
-            arrays[f"network.{name}.weight"] = layer.weight.detach().numpy()
-            arrays[f"network.{name}.bias"] = layer.bias.detach().numpy()
-    return arrays
-
-
-def test_files_with_weights_alone_are_read() -> None:
-    network, _ = used(1, 1)
-    X = toy_windows(32)[0]
-    model = CnnModel(
-        Spec(Task.REGRESSION, RATE, 74),
-        np.array([1.0, 0.0, 1.0]),
-        np.array([0.0, 1.0]),
-        np.array([1.0, 8.0]),
-        export(network, 74),
-    )
-    arrays = older_arrays(network, model)
-    assert "network.stem.weight" in arrays
-    assert "network.blocks.2.layers.2.squeeze.bias" in arrays
-    read = CnnModel.from_arrays(model.spec, arrays)
-    np.testing.assert_allclose(read.predict(X), model.predict(X), rtol=1e-5)
-    with pytest.raises(InputError, match=r"head\.bias"):
-        CnnModel.from_arrays(
-            model.spec, {k: v for k, v in arrays.items() if k != "network.head.bias"}
-        )
-    with pytest.raises(InputError, match=r"stem\.weight"):
-        CnnModel.from_arrays(Spec(Task.REGRESSION, RATE, 74, 2), arrays)
-
-
 def test_a_model_travels_between_processes() -> None:
     X, y, _ = toy_windows(32)
     model = Cnn(Task.REGRESSION, RATE, epochs=1).fit(X, y)
@@ -148,14 +112,15 @@ def test_a_model_travels_between_processes() -> None:
 def test_running_a_saved_model_imports_no_training_library(tmp_path: Path) -> None:
     X, y, _ = toy_windows(32)
     model = Cnn(Task.REGRESSION, RATE, epochs=1).fit(X, y)
-    save_model(model, tmp_path / "model", Provenance())
-    assert load_window_model(tmp_path / "model").predict_one(X[0]) == model.predict_one(X[0])
+    save_window(model, tmp_path / "model")
+    assert load_window(tmp_path / "model").predict_one(X[0]) == model.predict_one(X[0])
     np.save(tmp_path / "window.npy", X[0])
     script = (
         "import sys, numpy as np; from pathlib import Path; "
-        "from firstcontact.models import load_window_model; "
+        "from firstcontact.models import load_model; "
         f"folder = Path({str(tmp_path)!r}); "
-        "load_window_model(folder / 'model').predict_one(np.load(folder / 'window.npy')); "
+        "model = load_model(folder / 'model').windows[0].model; "
+        "model.predict_one(np.load(folder / 'window.npy')); "
         "assert not {'torch', 'sklearn', 'onnxscript'} & set(sys.modules)"
     )
     subprocess.run([sys.executable, "-W", "error", "-c", script], check=True)

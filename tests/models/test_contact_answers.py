@@ -45,13 +45,13 @@ def test_each_moment_is_that_of_the_model(seed: int, finger: int, due: set[int])
         so_far = touches.signals.copy()
         so_far[:, LEAD + samples :] = 0.0
         rows = replace(touches, signals=so_far, valid=np.full(1, samples))
-        expected = model.answers(rows)
+        expected = model.predict(rows)
         answer = followed.at(so_far[0, LEAD:], samples)
         assert answer is not None
-        assert (answer.value, answer.low, answer.high, answer.strange) == (
-            expected.values[0],
+        assert (answer.value, answer.low, answer.high, answer.out_of_range) == (
+            expected.value[0],
             expected.low[0],
             expected.high[0],
-            expected.strange[0],
+            expected.out_of_range[0],
         )
-        assert answer.half_width == model.half_widths(expected.spreads, samples, RATE)[0]
+        assert answer.half_width == model.half_widths(expected.spread, samples, RATE)[0]

@@ -10,14 +10,12 @@ import pytest
 from firstcontact.core import Serial
 from firstcontact.models import (
     LabelledWindows,
-    Provenance,
     Task,
-    load_interval,
-    load_window_model,
-    save_model,
+    load_model,
     train_final_model,
 )
 from firstcontact.testing._windows import RATE, toy_windows
+from saved import save_window
 
 
 def test_a_gaussian_process_is_kept_with_its_own_spread(tmp_path: Path) -> None:
@@ -29,8 +27,9 @@ def test_a_gaussian_process_is_kept_with_its_own_spread(tmp_path: Path) -> None:
     assert kept.interval is not None
     assert kept.interval.scaled
     assert kept.conformal["held_out"]["coverage"] == pytest.approx(0.9, abs=0.06)
-    folder = save_model(kept.model, tmp_path / "m", Provenance(interval=kept.interval))
-    model, interval = load_window_model(folder), load_interval(folder)
+    folder = save_window(kept.model, tmp_path / "m", interval=kept.interval)
+    [window] = load_model(folder).windows
+    model, interval = window.model, window.interval
     assert interval is not None
     value, spread = model.predict_one(X[0]), model.spread(X[:1])
     assert spread is not None

@@ -10,24 +10,19 @@ from typing import Any, Self
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from safetensors.numpy import load_file, save
 
 from firstcontact.core import InputError
 from firstcontact.models import (
     ESTIMATORS,
     Interval,
-    Provenance,
     Spec,
     Task,
     WindowModel,
-    load_window_model,
     make_estimator,
-    save_model,
     window_estimators,
 )
-from firstcontact.models._model_file import WEIGHTS
 from firstcontact.testing._windows import RATE, toy_windows
-from saved import vouch
+from saved import arrays_of, load_window, replace_arrays, save_window
 
 
 class Told(WindowModel):
@@ -118,15 +113,15 @@ def test_windows_at_the_ends_of_float32(name: str, task: Task, scale: float) -> 
 def test_weights_of_a_file_that_overflow(name: str, task: Task, tmp_path: Path) -> None:
     X, y, _ = toy_windows(24)
     estimator = make_estimator(name, task, RATE, **ESTIMATORS[name].quick)
-    folder = save_model(estimator.fit(X, y), tmp_path / "m", Provenance())
-    arrays = load_file(folder / WEIGHTS)
+    folder = save_window(estimator.fit(X, y), tmp_path / "m")
+    arrays = arrays_of(folder)
     for key, array in arrays.items():
         if key == "weights":
             arrays[key] = np.full_like(array, 3e38)
         elif key == "onnx":
             arrays[key] = _overflowing(array)
-    vouch(folder, save(arrays))
-    model = load_window_model(folder)
+    replace_arrays(folder, arrays)
+    model = load_window(folder)
     with pytest.raises(InputError, match="not a finite number"):
         model.predict_one(X[0])
     with pytest.raises(InputError, match="not a finite number"):

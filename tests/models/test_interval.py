@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,15 +17,13 @@ from hypothesis import strategies as st
 
 from firstcontact.core import InputError
 from firstcontact.models import (
+    CARD,
     SHORE_A,
     Interval,
-    Provenance,
     Task,
-    load_interval,
-    load_window_model,
+    TrainingRecord,
+    load_model,
     make_estimator,
-    model_folders,
-    save_model,
 )
 from firstcontact.models._conformal import (
     RANGE_PINCHES,
@@ -35,7 +33,7 @@ from firstcontact.models._conformal import (
     refusal,
 )
 from firstcontact.testing._windows import RATE, toy_windows
-from saved import edit
+from saved import edit, save_window
 
 STEPPED = Interval(0.9, (20.0, 40.0), (1.0, 3.0, 8.0))
 
@@ -160,30 +158,22 @@ def test_too_little_for_an_interval(n: int, names: list[str], words: str) -> Non
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     model = make_estimator("peak", Task.REGRESSION, RATE).fit(*toy_windows(60))
-    card = Provenance(interval=STEPPED, conformal={"pinches": 60})
-    return save_model(model, tmp_path / "m", card)
+    record = TrainingRecord(calibration={"pinches": 60})
+    return save_window(model, tmp_path / "m", interval=STEPPED, record=record)
 
 
 def test_the_card_carries_it(folder: Path) -> None:
-    assert load_interval(folder) == STEPPED
-    assert load_interval(folder / "card.json") == STEPPED
-    card = json.loads((folder / "card.json").read_text(encoding="utf-8"))
-    assert card["interval"] == {
+    assert load_model(folder).windows[0].interval == STEPPED
+    assert load_model(folder / CARD).windows[0].interval == STEPPED
+    [part] = json.loads((folder / CARD).read_text(encoding="utf-8"))["predictors"]
+    assert part["interval"] == {
         "level": 0.9,
         "edges": [20.0, 40.0],
         "half_widths": [1.0, 3.0, 8.0],
         "limits": [0.0, 100.0],
+        "scaled": False,
     }
-    assert card["calibration"] == {"pinches": 60}
-
-
-def test_a_card_from_before_intervals_still_loads(folder: Path) -> None:
-    path = folder / "card.json"
-    card = json.loads(path.read_text(encoding="utf-8"))
-    del card["interval"], card["calibration"]
-    path.write_text(json.dumps(card), encoding="utf-8")
-    assert load_interval(folder) is None
-    assert load_window_model(folder).kind == "peak"
+    assert part["record"]["calibration"] == {"pinches": 60}
 
 
 @pytest.mark.parametrize(
@@ -192,39 +182,27 @@ def test_a_card_from_before_intervals_still_loads(folder: Path) -> None:
         {},
         [],
         "wide",
-        STEPPED.to_json() | {"level": 2},
-        STEPPED.to_json() | {"edges": [1.0]},
-        STEPPED.to_json() | {"half_widths": ["wide", 1, 1]},
-        STEPPED.to_json() | {"limits": [1, 2, 3]},
-        STEPPED.to_json() | {"half_widths": None},
+        asdict(STEPPED) | {"level": 2},
+        asdict(STEPPED) | {"edges": [1.0]},
+        asdict(STEPPED) | {"half_widths": ["wide", 1, 1]},
+        asdict(STEPPED) | {"limits": [1, 2, 3]},
+        asdict(STEPPED) | {"half_widths": None},
     ],
     ids=str,
 )
 def test_an_interval_that_is_none(folder: Path, tree: Any) -> None:
     edit(folder, interval=tree)
-    with pytest.raises(InputError, match=r"card\.json: interval") as caught:
-        load_interval(folder)
+    with pytest.raises(InputError, match=r"model\.json: .*interval") as caught:
+        load_model(folder)
     assert "\n" not in str(caught.value)
-
-
-def test_models_of_one_training_are_found(folder: Path, tmp_path: Path) -> None:
-    assert model_folders(folder) == [folder]
-    assert model_folders(folder / "card.json") == [folder]
-    many = tmp_path / "many"
-    for name in ("15ms", "03ms", "08ms"):
-        save_model(load_window_model(folder), many / name, Provenance())
-    assert [f.name for f in model_folders(many)] == ["03ms", "08ms", "15ms"]
-    with pytest.raises(InputError, match="model"):
-        model_folders(tmp_path / "nothing")
 
 
 def test_at_run_time_neither_mapie_nor_scikit_learn_is_imported(folder: Path) -> None:
     code = (
         "import sys\n"
         "from pathlib import Path\n"
-        "from firstcontact.models import load_interval, load_window_model\n"
-        "model, interval = load_window_model(Path(sys.argv[1])), load_interval(Path(sys.argv[1]))\n"
-        "interval.around(30.0)\n"
+        "from firstcontact.models import load_model\n"
+        "load_model(Path(sys.argv[1])).windows[0].interval.around(30.0)\n"
         "heavy = {'mapie', 'sklearn', 'scipy', 'torch'} & set(sys.modules)\n"
         "print(', '.join(sorted(heavy)))\n"
     )
@@ -252,5 +230,5 @@ def test_an_interval_on_a_spread_is_wide_where_the_spread_is_and_holds_its_level
     low, high = scaled.around(50.0, 2.0)
     narrow = scaled.around(50.0, 1.0)
     assert high - low == pytest.approx(2 * (narrow[1] - narrow[0]))
-    again = msgspec.convert(json.loads(json.dumps(scaled.to_json())), Interval)
+    again = msgspec.convert(json.loads(json.dumps(asdict(scaled))), Interval)
     assert again == scaled

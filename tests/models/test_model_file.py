@@ -11,29 +11,29 @@ from typing import Any
 
 import numpy as np
 import pytest
-from safetensors.numpy import load_file, save
+from numpy.typing import NDArray
+from safetensors.numpy import save
 
 from firstcontact.core import InputError
 from firstcontact.models import (
     CARD,
-    LearnedFrom,
-    Provenance,
+    WEIGHTS,
+    Model,
     Task,
+    TrainingData,
+    TrainingRecord,
+    WindowCard,
     WindowModel,
-    load_window_model,
+    WindowPredictor,
+    load_model,
     make_estimator,
     read_card,
-    save_model,
 )
-from firstcontact.models._model_file import WEIGHTS
 from firstcontact.testing._windows import RATE, toy_windows
-from saved import edit, vouch
+from saved import arrays_of, edit, load_window, replace_arrays, save_window, vouch
 
-CONTENT = Provenance(
-    data=LearnedFrom(source="synthetic", pinches=60, sessions=("a", "b"), specimens=("x",)),
-    split="session b held out",
-    scores={"rmse": 2.5},
-)
+DATA = TrainingData(source="synthetic", pinches=60, sessions=("a", "b"), specimens=("x",))
+RECORD = TrainingRecord(split="session b held out", scores={"rmse": 2.5})
 
 
 @cache
@@ -43,32 +43,36 @@ def svm() -> WindowModel:
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    return save_model(svm(), tmp_path / "model", CONTENT)
+    return Model(predictors=(WindowPredictor(svm(), record=RECORD),), trained_on=DATA).save(
+        tmp_path / "model"
+    )
 
 
 def test_the_card_says_where_the_model_comes_from(folder: Path) -> None:
     card = read_card(folder)
-    assert card.data == CONTENT.data
-    assert card.split == CONTENT.split
-    assert card.scores == CONTENT.scores
-    assert card.rate_hz == RATE
-    assert card.samples == 74
-    assert card.channels == 1
-    assert card.classes == (10.0, 29.0, 60.0)
-    assert card.training["support_vectors"] > 0
+    assert card.trained_on == DATA
+    [part] = card.predictors
+    assert isinstance(part, WindowCard)
+    assert part.record.split == RECORD.split
+    assert part.record.scores == RECORD.scores
+    assert part.rate_hz == RATE
+    assert part.samples == 74
+    assert part.channels == 1
+    assert part.classes == (10.0, 29.0, 60.0)
+    assert part.record.training["support_vectors"] > 0
     assert {"firstcontact", "numpy", "scikit-learn"} <= set(card.versions)
     assert sorted(p.name for p in folder.iterdir()) == [CARD, WEIGHTS]
 
 
 def test_the_card_itself_may_be_named(folder: Path) -> None:
-    assert load_window_model(folder / CARD).spec == load_window_model(folder).spec
+    assert load_window(folder / CARD).spec == load_window(folder).spec
 
 
 @pytest.mark.parametrize("name", [CARD, WEIGHTS])
 def test_a_missing_file(folder: Path, name: str) -> None:
     (folder / name).unlink()
     with pytest.raises(InputError, match=name):
-        load_window_model(folder)
+        load_window(folder)
 
 
 @pytest.mark.parametrize("name", [CARD, WEIGHTS])
@@ -78,7 +82,7 @@ def test_every_truncation_is_noticed(folder: Path, name: str) -> None:
     for length in lengths:
         (folder / name).write_bytes(whole[:length])
         with pytest.raises(InputError, match=name):
-            load_window_model(folder)
+            load_window(folder)
 
 
 def test_a_flipped_bit_is_noticed(folder: Path) -> None:
@@ -86,14 +90,14 @@ def test_a_flipped_bit_is_noticed(folder: Path) -> None:
     whole[len(whole) // 2] ^= 1
     (folder / WEIGHTS).write_bytes(whole)
     with pytest.raises(InputError, match="sha256"):
-        load_window_model(folder)
+        load_window(folder)
 
 
 @pytest.mark.parametrize(
     "changes",
     [
         {"format": "other"},
-        {"format_version": 2},
+        {"format_version": 3},
         {"format_version": None},
         {"kind": "forest"},
         {"kind": ["svm"]},
@@ -110,11 +114,15 @@ def test_a_flipped_bit_is_noticed(folder: Path) -> None:
         {"channel_order": ["strip"]},
         {"sha256": 5},
         {"sha256": "0"},
-        {"data": []},
-        {"data": {"objects": {"apple": "soft"}}},
-        {"data": {"objects": {"apple": 1e18}}},
-        {"data": {"objects": {"apple": float("inf")}}},
-        {"data": {"target": "weight"}},
+        {"trained_on": []},
+        {"trained_on": {"objects": {"apple": "soft"}}},
+        {"trained_on": {"objects": {"apple": 1e18}}},
+        {"trained_on": {"objects": {"apple": float("inf")}}},
+        {"trained_on": {"target": "weight"}},
+        {"predictors": {}},
+        {"predictors": [{"takes": "whole recordings"}]},
+        {"takes": "contact"},
+        {"record": None},
         {"rate_hz": 10**400},
         {"rate_hz": 1e18},
         {"samples": 10**18},
@@ -124,7 +132,7 @@ def test_a_flipped_bit_is_noticed(folder: Path) -> None:
         {"classes": [60.0, 29.0, 10.0]},
         {"classes": list(range(2000))},
         {"detector": "0"},
-        {"pinches_sha256": 3},
+        {"sha256": None},
         {"scores": [1]},
         {"interval": {"level": 0.9, "edges": [], "half_widths": [1e300]}},
     ],
@@ -133,7 +141,7 @@ def test_a_flipped_bit_is_noticed(folder: Path) -> None:
 def test_a_card_of_something_else(folder: Path, changes: dict[str, Any]) -> None:
     edit(folder, **changes)
     with pytest.raises(InputError) as caught:
-        load_window_model(folder)
+        load_window(folder)
     assert str(folder) in str(caught.value)
     assert "\n" not in str(caught.value)
 
@@ -144,7 +152,7 @@ def test_a_card_of_something_else(folder: Path, changes: dict[str, Any]) -> None
 def test_a_card_that_is_no_card(folder: Path, text: str) -> None:
     (folder / CARD).write_bytes(text.encode("latin-1"))
     with pytest.raises(InputError, match=CARD):
-        load_window_model(folder)
+        load_window(folder)
 
 
 def _without_bias(arrays: dict[str, Any]) -> dict[str, Any]:
@@ -179,9 +187,9 @@ def _whole_numbers(arrays: dict[str, Any]) -> dict[str, Any]:
     "change", [_without_bias, _with_nan, _cut, _flat, _squared, _backwards, _whole_numbers]
 )
 def test_arrays_that_do_not_fit(folder: Path, change: Callable[[Any], Any]) -> None:
-    vouch(folder, save(change(load_file(folder / WEIGHTS))))
+    replace_arrays(folder, change(arrays_of(folder)))
     with pytest.raises(InputError, match=WEIGHTS):
-        load_window_model(folder)
+        load_window(folder)
 
 
 class Hostile:
@@ -198,7 +206,7 @@ def test_a_pickle_in_place_of_the_weights_is_not_run(folder: Path) -> None:
     mark = folder / "ran"
     vouch(folder, pickle.dumps(Hostile(mark)))
     with pytest.raises(InputError, match="not a safetensors file"):
-        load_window_model(folder)
+        load_window(folder)
     assert not mark.exists()
 
 
@@ -207,7 +215,7 @@ def test_a_model_that_cannot_be_written_leaves_the_old_one(folder: Path) -> None
     model = make_estimator("train_mean", Task.REGRESSION, RATE).fit(X, y, groups)
     before = {p.name: p.read_bytes() for p in folder.iterdir()}
     with pytest.raises(ValueError, match="JSON"):
-        save_model(model, folder, Provenance(scores={"rmse": float("nan")}))
+        save_window(model, folder, record=TrainingRecord(scores={"rmse": float("nan")}))
     assert {p.name: p.read_bytes() for p in folder.iterdir()} == before
 
 
@@ -217,7 +225,7 @@ def test_a_file_that_is_too_large_is_not_read(folder: Path) -> None:
         before = (folder / name).read_bytes()
         os.truncate(folder / name, 1 << 40)
         with pytest.raises(InputError, match=name):
-            load_window_model(folder)
+            load_window(folder)
         (folder / name).write_bytes(before)
 
 
@@ -226,23 +234,25 @@ def test_a_pipe_is_not_waited_for(folder: Path) -> None:
         (folder / name).unlink()
         os.mkfifo(folder / name)
         with pytest.raises(InputError, match=name):
-            load_window_model(folder)
+            load_window(folder)
 
 
 def test_a_header_that_declares_terabytes(folder: Path) -> None:
     header = b'{"vectors":{"dtype":"F32","shape":[1099511627776],"data_offsets":[0,4398046511104]}}'
     vouch(folder, len(header).to_bytes(8, "little") + header)
     with pytest.raises(InputError, match="not a safetensors file"):
-        load_window_model(folder)
+        load_window(folder)
     vouch(folder, (1 << 62).to_bytes(8, "little") + header)
     with pytest.raises(InputError, match="not a safetensors file"):
-        load_window_model(folder)
+        load_window(folder)
 
 
 def test_what_could_not_be_read_again_is_not_written(folder: Path) -> None:
     before = {p.name: p.read_bytes() for p in folder.iterdir()}
+    data = TrainingData(sessions=("x" * 1000,))
+    model = Model(predictors=(WindowPredictor(svm()),), trained_on=data)
     with pytest.raises(InputError, match="sessions"):
-        save_model(svm(), folder, Provenance(data=LearnedFrom(sessions=("x" * 1000,))))
+        model.save(folder)
     assert {p.name: p.read_bytes() for p in folder.iterdir()} == before
 
 
@@ -250,18 +260,35 @@ def test_what_could_not_be_read_again_is_not_written(folder: Path) -> None:
 @pytest.mark.parametrize("shape", [(), (0,), (2,), (1, 1)])
 def test_small_models_with_other_shapes(tmp_path: Path, kind: str, shape: tuple[int, ...]) -> None:
     X, y, _ = toy_windows(60)
-    folder = save_model(
-        make_estimator(kind, Task.REGRESSION, RATE).fit(X, y), tmp_path / "s", Provenance()
-    )
-    (name,) = load_file(folder / WEIGHTS)
-    vouch(folder, save({name: np.zeros(shape)}))
+    folder = save_window(make_estimator(kind, Task.REGRESSION, RATE).fit(X, y), tmp_path / "s")
+    (name,) = arrays_of(folder)
+    replace_arrays(folder, {name: np.zeros(shape)})
     with pytest.raises(InputError, match=WEIGHTS):
-        load_window_model(folder)
+        load_window(folder)
 
 
 def test_a_constant_that_is_no_class(tmp_path: Path) -> None:
     model = make_estimator("train_mean", Task.CLASSIFICATION, RATE).fit(*toy_windows(60)[:2])
-    folder = save_model(model, tmp_path / "s", Provenance())
-    vouch(folder, save({"value": np.array([11.0])}))
+    folder = save_window(model, tmp_path / "s")
+    replace_arrays(folder, {"value": np.array([11.0])})
     with pytest.raises(InputError, match="none of the classes"):
-        load_window_model(folder)
+        load_window(folder)
+
+
+@pytest.mark.parametrize("name", ["card.json", "anytime.json", "15ms/card.json"])
+def test_a_folder_of_an_earlier_version_names_the_command(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).parent.mkdir(exist_ok=True)
+    (tmp_path / name).write_text("{}", encoding="utf-8")
+    for use in (lambda: load_model(tmp_path), lambda: save_window(svm(), tmp_path)):
+        with pytest.raises(InputError, match="firstcontact train"):
+            use()
+
+
+@pytest.mark.parametrize(
+    "digests", [np.zeros(8, np.float32), np.zeros(7, np.uint8), np.zeros((1, 8), np.uint8)]
+)
+def test_digests_that_are_none(folder: Path, digests: NDArray[Any]) -> None:
+    arrays = {f"0.{name}": array for name, array in arrays_of(folder).items()}
+    vouch(folder, save({**arrays, "pinches": digests}))
+    with pytest.raises(InputError, match=WEIGHTS):
+        load_window(folder)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 import firstcontact as fc
@@ -42,8 +41,7 @@ def test_training_the_network_is_adapting_it(data: Dataset, tmp_path: Path) -> N
 
 def test_known_contacts_are_taken_where_they_are_asked_for(data: Dataset) -> None:
     model = fc.train(data, "network", contacts="known")
-    assert model.network is not None
-    assert "known" in model.network.about["contacts"]
+    assert "known" in model.trained_on.contacts
 
 
 @pytest.mark.parametrize(
@@ -61,12 +59,3 @@ def test_it_is_registered_and_learns_from_no_windows() -> None:
     assert "network" not in window_estimators()
     with pytest.raises(InputError):
         make_estimator("network", Task.REGRESSION, RATE).fit(*toy_windows(20))
-
-
-def test_a_card_of_before_with_the_former_name_is_read(data: Dataset, tmp_path: Path) -> None:
-    model = fc.adapt(data)
-    card = model.save(tmp_path / "m") / "anytime.json"
-    text = card.read_text(encoding="utf-8")
-    card.write_text(text.replace('"kind": "network"', '"kind": "in_context"'), encoding="utf-8")
-    former = fc.load_model(tmp_path / "m")
-    np.testing.assert_array_equal(former.predict(data).value, model.predict(data).value)

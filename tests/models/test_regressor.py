@@ -21,17 +21,14 @@ import firstcontact as fc
 from firstcontact.core import Dataset, InputError
 from firstcontact.models import (
     ESTIMATORS,
-    LearnedFrom,
-    Provenance,
     Task,
     find_estimator,
-    load_window_model,
-    save_model,
 )
 from firstcontact.models._regressor import RegressorModel, from_skops, to_skops
 from firstcontact.recording import load_dataset
 from firstcontact.testing import check_estimator
 from firstcontact.testing._windows import RATE, toy_windows
+from saved import load_window, save_window
 from trainings import recordings
 
 PIPELINE = make_pipeline(StandardScaler(), Ridge(10))
@@ -78,8 +75,7 @@ def test_a_classifier_keeps_the_promises_of_estimators() -> None:
 def test_a_saved_model_predicts_the_same(regressor: Any, tmp_path: Path) -> None:
     X, y, groups = toy_windows(90)
     model = find_estimator(regressor)(Task.REGRESSION, RATE).fit(X, y, groups)
-    card = Provenance(data=LearnedFrom(source="synthetic", pinches=90))
-    loaded = load_window_model(save_model(model, tmp_path / "m", card))
+    loaded = load_window(save_window(model, tmp_path / "m"))
     assert isinstance(loaded, RegressorModel)
     np.testing.assert_array_equal(loaded.predict(X), model.predict(X))
     assert loaded.notes == model.notes

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from firstcontact.core import InputError
 from firstcontact.models import LEVEL_WEIGHT, Svm, SvmModel, Task, machine_of, shape_and_level
-from firstcontact.models._folds import inner_folds
+from firstcontact.models._splits import inner_folds
 from firstcontact.models._svm import _first_close
 from firstcontact.testing._windows import RATE, toy_windows
 
@@ -109,5 +109,5 @@ def test_arrays_of_two_machines_do_not_mix() -> None:
     X, y, groups = toy_windows(60)
     model = Svm(Task.REGRESSION, RATE).fit(X, y, groups)
     arrays = model.to_arrays()
-    with pytest.raises(InputError, match="do not fit together"):
+    with pytest.raises(InputError, match="train again"):
         SvmModel.from_arrays(model.spec, arrays | {"vectors": arrays["vectors"][:-1]})

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from firstcontact.core import InputError
 from firstcontact.models import in_words, radius_of
-from firstcontact.models._shape_hint import LEAST, MOST
+from firstcontact.models._touches import LEAST, MOST
 
 
 @given(st.floats(LEAST, MOST))

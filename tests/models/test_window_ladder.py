@@ -38,9 +38,9 @@ def test_every_estimator_answers_at_every_length(name: str) -> None:
     model = fit_window_ladder(learn, TOUCHES, SHORE_A, SESSIONS)
     assert model.lengths == (10, 15, 25, 39, 74)
     for samples in model.lengths:
-        answers = model.answers(TOUCHES.until(samples))
-        assert not answers.strange.any()
-        assert ((answers.low <= answers.values) & (answers.values <= answers.high)).all()
+        answers = model.predict(TOUCHES.until(samples))
+        assert not answers.out_of_range.any()
+        assert ((answers.low <= answers.value) & (answers.value <= answers.high)).all()
         assert (answers.low >= 0).all()
         assert (answers.high <= 100).all()
 
@@ -57,32 +57,32 @@ def test_what_comes_after_the_valid_samples_is_not_looked_at(conditioned: bool) 
         fit_window_ladder(registered("svm"), given, SHORE_A, SESSIONS, conditioned=conditioned)
         for given in (short, replace(short, signals=spoilt))
     ]
-    first, second = (m.answers(replace(short, signals=spoilt)) for m in models)
-    assert np.isfinite(first.values).all()
-    assert np.array_equal(first.values, second.values)
+    first, second = (m.predict(replace(short, signals=spoilt)) for m in models)
+    assert np.isfinite(first.value).all()
+    assert np.array_equal(first.value, second.value)
 
 
 def test_a_contact_is_answered_for_by_the_longest_window_that_it_fills() -> None:
     model = fitted()
     for samples, shorter in ((24, 15), (25, 25), (73, 39)):
-        some = model.answers(TOUCHES.until(samples))
-        assert np.array_equal(some.values, model.answers(TOUCHES.until(shorter)).values)
+        some = model.predict(TOUCHES.until(samples))
+        assert np.array_equal(some.value, model.predict(TOUCHES.until(shorter)).value)
 
 
 def test_what_is_too_short_or_constant_is_strange_with_the_whole_scale() -> None:
     dead = replace(TOUCHES, signals=np.zeros_like(TOUCHES.signals))
     for asked in (TOUCHES.until(SHORTEST - 1), dead):
-        answers = fitted().answers(asked)
-        assert answers.strange.all()
+        answers = fitted().predict(asked)
+        assert answers.out_of_range.all()
         assert (answers.low == 0).all()
         assert (answers.high == 100).all()
-        assert np.isfinite(answers.values).all()
+        assert np.isfinite(answers.value).all()
 
 
 def test_intervals_hold_what_was_promised_of_alike_contacts() -> None:
     others, truth, _ = ringing(400, seed=9)
     for level in (0.5, 0.9):
-        answers = fitted(level=level).answers(others)
+        answers = fitted(level=level).predict(others)
         share = np.mean((answers.low <= truth) & (truth <= answers.high))
         # 120 calibrate, 400 are asked: three standard deviations of both.
         assert abs(share - level) < 3 * np.sqrt(level * (1 - level) * (1 / 120 + 1 / 400)) + 0.03
@@ -91,7 +91,7 @@ def test_intervals_hold_what_was_promised_of_alike_contacts() -> None:
 def test_with_few_contacts_there_is_an_answer_and_no_interval() -> None:
     few = np.arange(20)
     model = fit_window_ladder(registered("peak"), TOUCHES.take(few), SHORE_A[few])
-    answers = model.answers(TOUCHES)
+    answers = model.predict(TOUCHES)
     assert (answers.high - answers.low == 100).all()
     with pytest.raises(InputError, match="too few"):
         fit_window_ladder(registered("peak"), TOUCHES.take(few[:5]), SHORE_A[few[:5]])
@@ -110,8 +110,8 @@ def test_a_class_of_anybody_gets_copies_of_two_dimensions() -> None:
             return np.full((len(X), 1), self.mean)
 
     before, truth = TOUCHES.signals.copy(), SHORE_A.copy()
-    answers = fit_window_ladder(registered(Mine), TOUCHES, SHORE_A, SESSIONS).answers(TOUCHES)
-    assert np.allclose(answers.values, SHORE_A.mean())
+    answers = fit_window_ladder(registered(Mine), TOUCHES, SHORE_A, SESSIONS).predict(TOUCHES)
+    assert np.allclose(answers.value, SHORE_A.mean())
     assert np.array_equal(TOUCHES.signals, before)
     assert np.array_equal(SHORE_A, truth)
     assert {s[1] for s in seen} == {10, 15, 25, 39, 74}
@@ -156,8 +156,8 @@ def test_any_instance_with_fit_and_predict_will_do() -> None:
             return np.full(len(X), self.value)
 
     given = Mean()
-    answers = fit_window_ladder(registered(given), TOUCHES, SHORE_A, SESSIONS).answers(TOUCHES)
-    assert np.allclose(answers.values, SHORE_A.mean())
+    answers = fit_window_ladder(registered(given), TOUCHES, SHORE_A, SESSIONS).predict(TOUCHES)
+    assert np.allclose(answers.value, SHORE_A.mean())
     assert given.value == 0.0
 
 
@@ -187,4 +187,4 @@ def test_windows_are_the_signal_itself_unless_they_are_filtered() -> None:
 
 def test_touches_of_nobody() -> None:
     nobody: Touches = TOUCHES.take(np.zeros(len(TOUCHES), np.bool_))
-    assert len(fitted().answers(nobody)) == 0
+    assert len(fitted().predict(nobody)) == 0

@@ -96,7 +96,7 @@ def test_one_that_was_not_chosen_has_no_effect(
     assert run("import", tmp_path / "a.h5", "--out", tmp_path / "back") == 0
     device = ("--device", next(pinches.glob("*.mcap")), "--speed", "inf")
     assert run("live", *device, "--model", tmp_path / "m", "--hand", "print") == 0
-    assert (tmp_path / "m" / "card.json").is_file()
+    assert (tmp_path / "m" / "model.json").is_file()
     assert module not in sys.modules
     assert "bad" not in capsys.readouterr().err
 

@@ -12,7 +12,6 @@ from firstcontact.core import Dataset, Label, Pinch
 from firstcontact.models import (
     ANY,
     InContextModel,
-    Provenance,
     Rig,
     Task,
     WindowPredictor,
@@ -63,7 +62,7 @@ def models(training: Dataset, detector: Detector) -> list[WindowPredictor]:
         windows, kept = contact_windows(training, found, duration)
         estimator = make_estimator("svm", Task.REGRESSION, training.layout.rate)
         model = estimator.fit(windows, np.asarray(training.shore_a[kept]), seed=0)
-        out.append(WindowPredictor(model, Provenance()))
+        out.append(WindowPredictor(model))
     return out
 
 

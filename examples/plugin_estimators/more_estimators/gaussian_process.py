@@ -15,9 +15,11 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import INPUT, PURPLE, InputError, Program, RbfKernel, steps
+from firstcontact.core import INPUT, PURPLE, Program, RbfKernel, steps
 from firstcontact.models import (
     LEVEL_WEIGHT,
+    TARGET,
+    ArrayCheck,
     ArraysModel,
     Estimator,
     Reference,
@@ -64,28 +66,25 @@ class GaussianProcessModel(ArraysModel):
     """
 
     kind: ClassVar[str] = "gaussian_process"
-    names = ("level", "inputs", "weights", "inverse", "kernel", "target")
+    declared: ClassVar[Mapping[str, ArrayCheck]] = {
+        "level": ArrayCheck((2,), positive=1),
+        "inputs": ArrayCheck(("windows", "shape and level")),
+        "weights": ArrayCheck(("windows",)),
+        "inverse": ArrayCheck(("windows", "windows")),
+        "kernel": ArrayCheck((3,), positive=...),
+        "target": TARGET,
+    }
 
-    def __init__(
-        self,
-        spec: Spec,
-        level: NDArray[np.float64],
-        inputs: NDArray[np.float32],
-        weights: NDArray[np.float64],
-        inverse: NDArray[np.float32],
-        kernel: NDArray[np.float64],
-        target: NDArray[np.float64],
-    ) -> None:
-        given: tuple[NDArray[Any], ...] = (level, inputs, weights, inverse, kernel, target)
-        m = len(inputs) if inputs.ndim else 0
-        shapes = ((2,), (m, spec.samples * spec.channels + 1), (m,), (m, m), (3,), (2,))
-        if tuple(a.shape for a in given) != shapes:
-            raise InputError("the arrays of the Gaussian process do not fit together: train again")
-        if not (level[1] > 0 and target[1] > 0 and (kernel > 0).all()):
-            raise InputError("a scale of the Gaussian process is not above 0: train again")
-        super().__init__(spec, *given)
+    def __init__(self, spec: Spec, *arrays: NDArray[Any]) -> None:
+        super().__init__(spec, *arrays)
+        _, inputs, _, _, kernel, _ = self._arrays.values()
         self._signal, self._length, self._noise = (float(k) for k in kernel)
         self._shape = RbfKernel(inputs.astype(np.float64) / self._length, 0.5)
+
+    @classmethod
+    def sizes(cls, spec: Spec) -> dict[str, int]:
+        """See :meth:`ArraysModel.sizes`."""
+        return {"shape and level": spec.samples * spec.channels + 1}
 
     @property
     def notes(self) -> Mapping[str, Any]:

@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 from firstcontact.core import INPUT, ORANGE, InputError, Program, steps
 from firstcontact.core.shape_steps import shares_above
 from firstcontact.models import (
+    TARGET,
+    ArrayCheck,
     ArraysModel,
     Estimator,
     Spec,
@@ -97,33 +99,24 @@ class MiniRocketModel(ArraysModel):
     """
 
     kind: ClassVar[str] = "minirocket"
-    names = ("dilations", "biases", "mean", "scale", "weights", "target", "ridge")
+    declared: ClassVar[Mapping[str, ArrayCheck]] = {
+        "dilations": ArrayCheck(("dilations",)),
+        "biases": ArrayCheck(("dilations", len(KERNELS), "quantiles")),
+        "mean": ArrayCheck(("features",)),
+        "scale": ArrayCheck(("features",), positive=...),
+        "weights": ArrayCheck(("outputs", "features and offset")),
+        "target": TARGET,
+        "ridge": ArrayCheck((1,)),
+    }
 
-    def __init__(
-        self,
-        spec: Spec,
-        steps: NDArray[np.float64],
-        biases: NDArray[np.float32],
-        mean: NDArray[np.float32],
-        scale: NDArray[np.float32],
-        weights: NDArray[np.float32],
-        target: NDArray[np.float64],
-        ridge: NDArray[np.float64],
-    ) -> None:
-        given: tuple[NDArray[Any], ...] = (steps, biases, mean, scale, weights, target, ridge)
-        features = biases.size + 1
-        rows = len(spec.classes) or 1
-        k = biases.shape[-1] if biases.ndim else 0
-        shapes = ((len(steps),) if steps.ndim else (-1,), (len(given[0]), len(KERNELS), k))
-        expected = (*shapes, (features,), (features,), (rows, features + 1), (2,), (1,))
-        if tuple(a.shape for a in given) != expected:
+    def __init__(self, spec: Spec, *arrays: NDArray[Any]) -> None:
+        super().__init__(spec, *arrays)
+        dilations, biases, mean, scale, weights, *_ = self._arrays.values()
+        if (len(mean), weights.shape[1]) != (biases.size + 1, biases.size + 2):
             raise InputError("the arrays of MiniRocket do not fit together: train again")
         longest = spec.samples * spec.channels
-        if not ((steps >= 1) & (steps <= longest) & (steps == np.floor(steps))).all():
+        if not ((dilations >= 1) & (dilations <= longest) & (dilations % 1 == 0)).all():
             raise InputError("a dilation of MiniRocket does not fit its windows: train again")
-        if not ((scale > 0).all() and target[1] > 0):
-            raise InputError("a scale of MiniRocket is not above 0: train again")
-        super().__init__(spec, *given)
         self._weights = (weights[:, :-1] / scale).astype(np.float32)
         self._offsets = weights[:, -1] - self._weights @ mean
 

@@ -49,9 +49,10 @@ def left_out(model: Model, predictor: Predictor | None, estimator: str | None) -
 
 def landmarks(model: Model) -> dict[str, float]:
     """Return the Shore A of the objects that a model was trained on, by name."""
-    objects = dict(model.windows[0].provenance.data.objects) if model.windows else {}
-    levels = () if model.network is None else model.network.about.get("levels", ())
-    return objects or {f"{level:g} Shore A": level for level in levels}
+    data = model.trained_on
+    if model.windows and data.objects:
+        return dict(data.objects)
+    return {} if model.network is None else {f"{level:g} Shore A": level for level in data.levels}
 
 
 def device_model_line(device: DevicePredictor, model: Path | None) -> str:

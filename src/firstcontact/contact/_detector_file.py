@@ -114,7 +114,7 @@ def load_detector(path: AnyPath) -> Detector:
     Parameters
     ----------
     path
-        Folder of the detector, folder of a model one level below, or the card.
+        Folder of the detector, or a card in it.
 
     Raises
     ------
@@ -124,8 +124,6 @@ def load_detector(path: AnyPath) -> Detector:
     """
     path = Path(path)
     folder = path.parent if path.is_file() else path
-    if not (folder / CARD).exists() and (folder.parent / CARD).exists():
-        folder = folder.parent
     file = folder / CARD
     card = read_card(file, "detector", DETECTOR_FORMAT, FORMAT_VERSION, DetectorCard)
     if card.name not in DETECTORS:

@@ -22,7 +22,7 @@ def write(trained: Trained, out: Path) -> list[str]:
             "folder that `firstcontact adapt` wrote"
         )
     model_image(trained.detector, trained.anytime, None)  # refused before anything is written
-    Model(trained.detector, network=NetworkPredictor(trained.anytime)).write(out)
+    Model(trained.detector, (NetworkPredictor(trained.anytime),)).write(out)
     image = hand_image(out)
     return [
         f"model {image.digest}: {len(image.data)} bytes on the hand, without its rig's noise floors"

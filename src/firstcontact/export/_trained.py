@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 
 from firstcontact.contact import Detector
@@ -61,7 +60,7 @@ def trained_of(model: Model) -> Trained:
     """Return the parts of a model that are exported."""
     models = tuple(
         NamedModel(
-            "stiffness" + (window.name and "_" + re.sub(r"\W", "_", window.name)),
+            "stiffness" + ("" if len(model.windows) == 1 else _length(window.duration)),
             window.model,
             window.interval,
         )
@@ -69,3 +68,9 @@ def trained_of(model: Model) -> Trained:
     )
     network = None if model.network is None else model.network.model
     return Trained(models, model.detector, network)
+
+
+def _length(duration: float) -> str:
+    """Return the suffix of a name for windows of this length, s: 0.0075 becomes "_07_5ms"."""
+    digits, dot, decimals = f"{1e3 * duration:.6g}".partition(".")
+    return f"_{digits:0>2}{dot and '_'}{decimals}ms"

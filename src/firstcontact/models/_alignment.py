@@ -20,7 +20,7 @@ from firstcontact.contact import (
     untrained_detector,
 )
 from firstcontact.core import Contact, Dataset, InputError, Runner
-from firstcontact.models._folds import inner_folds
+from firstcontact.models._splits import inner_folds
 
 Places = NDArray[np.intp]
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import fields
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.models._anytime_model import Answering, Answers
 from firstcontact.models._metrics import cluster_intervals
+from firstcontact.models._predictions import ContactPredictor, Predictions
 from firstcontact.models._scores import AnytimeScores, Ends
 from firstcontact.models._spec import Values
 from firstcontact.models._touches import TIMES, Touches
@@ -23,28 +22,22 @@ _STATISTICS: Mapping[str, Callable[[Values], Values]] = {
 }
 
 
-def answers_by_time(
-    model: Answering, touches: Touches, times: Sequence[int] = TIMES
-) -> dict[int, Answers]:
+def predictions_by_time(
+    model: ContactPredictor, touches: Touches, times: Sequence[int] = TIMES
+) -> dict[int, Predictions]:
     """Return predictions by time after the contact, ms, or at the second contact if earlier."""
-    return {ms: model.answers(touches.until(samples_in(1e-3 * ms, touches.rate))) for ms in times}
-
-
-def joined_answers(parts: Sequence[Answers]) -> Answers:
-    """One after the other."""
-    arrays = ([getattr(part, field.name) for part in parts] for field in fields(Answers))
-    return Answers(*(np.concatenate(array) for array in arrays))
+    return {ms: model.predict(touches.until(samples_in(1e-3 * ms, touches.rate))) for ms in times}
 
 
 def anytime_scores(
-    answers: Mapping[int, Answers], truth: Values, clusters: NDArray[Any], seed: int
+    predictions: Mapping[int, Predictions], truth: Values, clusters: NDArray[Any], seed: int
 ) -> AnytimeScores:
     """Errors and intervals at each time, with bootstrap intervals over whole clusters.
 
     Parameters
     ----------
-    answers
-        By time, ms, to the same contacts at each.
+    predictions
+        By time, ms, of the same contacts at each.
     truth
         Shore A, shape (n,).
     clusters
@@ -58,18 +51,18 @@ def anytime_scores(
         No contact.
     """
     if not len(truth):
-        raise ValueError("there is no contact to score answers to")
+        raise ValueError("there is no contact to score")
     scores: dict[str, dict[str, float]] = {name: {} for name in _STATISTICS}
     intervals: dict[str, dict[str, Ends]] = {name: {} for name in _STATISTICS}
-    strange = {}
-    for ms, predictions in answers.items():
-        is_inside = (predictions.low <= truth) & (truth <= predictions.high)
+    out_of_range = {}
+    for ms, at_time in predictions.items():
+        is_inside = (at_time.low <= truth) & (truth <= at_time.high)
         columns = np.stack(
             [
                 np.ones_like(truth),
-                (predictions.values - truth) ** 2,
+                (at_time.value - truth) ** 2,
                 is_inside,
-                predictions.high - predictions.low,
+                at_time.high - at_time.low,
             ],
             axis=1,
         )
@@ -79,10 +72,10 @@ def anytime_scores(
             scores[name][str(ms)] = float(statistic(total))
             if name in ends:
                 intervals[name][str(ms)] = ends[name]
-        strange[str(ms)] = float(predictions.strange.mean())
+        out_of_range[str(ms)] = float(at_time.out_of_range.mean())
     return AnytimeScores(
         n=len(truth),
         **scores,
-        strange=strange,
+        strange=out_of_range,
         intervals={name: ends for name, ends in intervals.items() if ends},
     )

@@ -4,27 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import GREEN, GREY, INPUT, InputError, Program, steps
 from firstcontact.models._estimator import Estimator, training_spec
-from firstcontact.models._model import WindowModel
-from firstcontact.models._spec import Arrays, Spec, Task, Values, Windows
+from firstcontact.models._spec import Spec, Task, Values, Windows
+from firstcontact.models._window_model import ArrayCheck, ArraysModel, WindowModel
 
 
-@dataclass(frozen=True, eq=False)
-class ConstantModel(WindowModel):
+class ConstantModel(ArraysModel):
     """Always the same answer."""
 
-    spec: Spec
-    value: float
     kind: ClassVar[str] = "constant"
+    declared: ClassVar[Mapping[str, ArrayCheck]] = {"value": ArrayCheck((1,))}
 
-    def __post_init__(self) -> None:
-        if self.spec.classes and self.value not in self.spec.classes:
+    def __init__(self, spec: Spec, *arrays: NDArray[Any]) -> None:
+        super().__init__(spec, *arrays)
+        self.value = float(self._arrays["value"][0])
+        if spec.classes and self.value not in spec.classes:
             raise InputError(f"the constant {self.value:g} is none of the classes: train it again")
 
     @property
@@ -47,18 +47,6 @@ class ConstantModel(WindowModel):
         values = (classes == self.value) * 1.0 if spec.classes else np.array([self.value])
         return Program(n, (steps.given(INPUT, "value", values),), "value")
 
-    def to_arrays(self) -> Arrays:
-        """The answer."""
-        return {"value": np.array([self.value])}
-
-    @classmethod
-    def from_arrays(cls, spec: Spec, arrays: Arrays) -> Self:
-        """The inverse of :meth:`to_arrays`."""
-        value = arrays["value"]
-        if value.shape != (1,):
-            raise InputError(f"a constant model needs 1 value, not {value.shape}: train it again")
-        return cls(spec, float(value[0]))
-
 
 @dataclass(frozen=True)
 class TrainMean(Estimator):
@@ -76,9 +64,9 @@ class TrainMean(Estimator):
         """See :meth:`Estimator.fit`."""
         spec = training_spec(self.task, self.rate, X, y, groups)
         if self.task is Task.REGRESSION:
-            return ConstantModel(spec, float(y.mean()))
+            return ConstantModel(spec, np.array([y.mean()]))
         values, counts = np.unique(y, return_counts=True)
-        return ConstantModel(spec, float(values[counts.argmax()]))
+        return ConstantModel(spec, values[[counts.argmax()]])
 
 
 def _log_peak(X: NDArray[Any]) -> Values:
@@ -87,8 +75,7 @@ def _log_peak(X: NDArray[Any]) -> Values:
     return peak
 
 
-@dataclass(frozen=True, eq=False)
-class PeakModel(WindowModel):
+class PeakModel(ArraysModel):
     """A parabola in the log peak, or the class with the nearest mean log peak.
 
     ``weights`` holds the parabola (highest power first) and the range of the
@@ -96,16 +83,17 @@ class PeakModel(WindowModel):
     classification the mean log peak of each class.
     """
 
-    spec: Spec
-    weights: Values
     kind: ClassVar[str] = "peak"
+    declared: ClassVar[Mapping[str, ArrayCheck]] = {"weights": ArrayCheck(("weights",))}
 
-    def __post_init__(self) -> None:
-        expected = len(self.spec.classes) or 5
-        if self.weights.shape != (expected,):
-            raise InputError(
-                f"a peak model needs {expected} weights, not {self.weights.shape}: train it again"
-            )
+    def __init__(self, spec: Spec, *arrays: NDArray[Any]) -> None:
+        super().__init__(spec, *arrays)
+        self.weights = self._arrays["weights"]
+
+    @classmethod
+    def sizes(cls, spec: Spec) -> dict[str, int]:
+        """See :meth:`ArraysModel.sizes`."""
+        return {"weights": len(spec.classes) or 5}
 
     @property
     def notes(self) -> Mapping[str, Any]:
@@ -131,15 +119,6 @@ class PeakModel(WindowModel):
         low, high = (float(end) for end in self.weights[3:])
         fitted = steps.parabola("peak", "fitted", self.weights[:3], low, high)
         return Program(n, (peak, fitted), "fitted")
-
-    def to_arrays(self) -> Arrays:
-        """The weights."""
-        return {"weights": self.weights}
-
-    @classmethod
-    def from_arrays(cls, spec: Spec, arrays: Arrays) -> Self:
-        """The inverse of :meth:`to_arrays`."""
-        return cls(spec, arrays["weights"])
 
 
 @dataclass(frozen=True)

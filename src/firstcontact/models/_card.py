@@ -1,9 +1,9 @@
-"""Card of a window model: provenance when it is saved, checked record when it is read."""
+"""Card of a model folder: training data, and one part for each predictor."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Annotated, Any, Literal
 
 import msgspec
@@ -18,30 +18,30 @@ Classes = Annotated[tuple[float, ...], msgspec.Meta(max_length=1000)]
 ShoreA = Annotated[float, msgspec.Meta(ge=0, le=100)]
 
 
-@dataclass(frozen=True, slots=True)
-class LearnedFrom:
-    """The pinches that a model learned from.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrainingData:
+    """Pinches that a model was trained on.
 
     Parameters
     ----------
     source
-        As the recordings' headers say: "twin", "real" and so on.
+        Source in the recordings' headers: "twin", "real" and so on.
     pinches
-        How many.
+        Number of pinches.
     sessions, specimens
         Their names, each once.
     target
-        Which label was learned.
+        Label that the model predicts.
     levels
         Distinct values of it.
     objects
         Mean Shore A of each named object.
     contacts
-        How the windows were aligned, in words.
+        How the contacts were found, in words.
     seed
         Of the folds and the training.
     notes
-        What was done to the data, one sentence each.
+        Changes to the data, one sentence each.
     recorded_rate_hz
         Before they were resampled to the model's rate; None where they were not.
     """
@@ -58,82 +58,77 @@ class LearnedFrom:
     notes: tuple[Notes, ...] = ()
     recorded_rate_hz: Rate | None = None
 
-    def to_json(self) -> dict[str, Any]:
-        """A JSON-ready form."""
-        return asdict(self)
-
-
-@dataclass(frozen=True)
-class Provenance:
-    """Provenance of a model: training data, held-out scores, and interval.
-
-    Parameters
-    ----------
-    data
-        What it learned from.
-    split
-        How what the scores were computed on was held out, in words.
-    scores
-        On data that the scored model did not learn from.
-    interval
-        Around the answers of a regression; None where there is none.
-    conformal
-        What the interval was computed from and how many truths it held, or
-        ``none`` with the reason why there is no interval.
-    detector
-        SHA-256 of the card of the detector that goes with the model; None for
-        one that goes with any.
-    """
-
-    data: LearnedFrom = field(default_factory=LearnedFrom)
-    split: str = ""
-    scores: Mapping[str, Any] = field(default_factory=dict)
-    interval: Interval | None = None
-    conformal: Mapping[str, Any] = field(default_factory=dict)
-    detector: str | None = None
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ModelCard:
-    """A card as it stands in the file; see :class:`Provenance`.
+class TrainingRecord:
+    """Record of the training of one predictor, for people: nothing is computed from it.
 
     Parameters
     ----------
-    kind
-        Of the model, in the registry.
-    task, rate_hz, samples, channels, classes
-        What it takes and answers.
-    channel_order
-        What each channel of a window is.
-    data, split, scores, interval, detector
-        See :class:`Provenance`. Scores, calibration and training are for people:
-        nothing is computed from them.
+    pinches
+        Number of pinches that it was fitted to or conditioned on.
+    split
+        How the pinches of the scores were held out, in words.
+    scores
+        On data that the scored model was not trained on.
     calibration
-        What is called ``conformal`` in :class:`Provenance`; files keep the name that they had.
+        How the interval was calibrated and the share of truths that it held, or ``none`` with the
+        reason why there is no interval.
     training
-        What the training chose.
+        Hyper-parameters and scaling that the training chose.
+    """
+
+    pinches: Count = 0
+    split: Notes = ""
+    scores: Mapping[Name, Any] = field(default_factory=dict)
+    calibration: Mapping[Name, Any] = field(default_factory=dict)
+    training: Mapping[Name, Any] = field(default_factory=dict)
+
+
+class PredictorCard(msgspec.Struct, frozen=True, kw_only=True, tag_field="takes"):
+    """Part of a card for one predictor: kind in the registry, sampling rate, and training."""
+
+    kind: Name
+    rate_hz: Rate
+    record: TrainingRecord
+
+
+class WindowCard(PredictorCard, frozen=True, kw_only=True, tag="window"):
+    """Part of a card for a window model: windows, classes, and interval."""
+
+    task: Task
+    samples: Samples
+    channels: Annotated[int, msgspec.Meta(ge=1, le=2)]
+    channel_order: tuple[Name, ...]
+    classes: Classes = ()
+    interval: Interval | None = None
+
+
+class NetworkCard(PredictorCard, frozen=True, kw_only=True, tag="contact"):
+    """Part of a card for the network, which takes whole contacts: level of its intervals."""
+
+    level: Annotated[float, msgspec.Meta(gt=0, lt=1)]
+
+
+class ModelCard(msgspec.Struct, frozen=True, kw_only=True):
+    """Card of a model folder.
+
+    Parameters
+    ----------
+    trained_on
+        Training data.
+    predictors
+        One part for each.
+    detector
+        SHA-256 of the card of the detector that goes with the model; None for any.
     versions
         Of the libraries.
     sha256
         Of the weights.
-    pinches_sha256
-        Of the digests of the pinches learned from; None where there are none.
     """
 
-    kind: Name
-    task: Task
-    rate_hz: Rate
-    samples: Samples
-    channels: Annotated[int, msgspec.Meta(ge=1, le=2)]
-    channel_order: tuple[Name, ...]
-    classes: Classes
-    data: LearnedFrom
-    sha256: Sha256
-    split: Notes = ""
-    scores: Mapping[Name, Any] = field(default_factory=dict)
-    interval: Interval | None = None
-    calibration: Mapping[Name, Any] = field(default_factory=dict)
-    training: Mapping[Name, Any] = field(default_factory=dict)
-    versions: Mapping[Name, Name] = field(default_factory=dict)
+    sha256: Sha256 | None = None
+    trained_on: TrainingData = TrainingData()
+    predictors: Annotated[tuple[WindowCard | NetworkCard, ...], msgspec.Meta(max_length=100)]
     detector: Sha256 | None = None
-    pinches_sha256: Sha256 | None = None
+    versions: Mapping[Name, Name] = msgspec.field(default_factory=dict)

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from firstcontact.core import RED
 from firstcontact.models._cnn_model import CnnModel, compress
 from firstcontact.models._estimator import Estimator, Reference, target_scale, training_spec
-from firstcontact.models._model import WindowModel
 from firstcontact.models._spec import Task, Values, Windows
+from firstcontact.models._window_model import WindowModel
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -87,7 +87,8 @@ class Cnn(Estimator):
             compress(X, scale), wanted.astype(np.float32), epochs, self.published, seed
         )
         training = np.array([epochs, _batch(len(X))], dtype=np.float64)
-        return CnnModel(spec, scale, target, training, export(network, spec.samples))
+        onnx = np.frombuffer(export(network, spec.samples), dtype=np.uint8)
+        return CnnModel(spec, scale, target, training, onnx)
 
     def reference(self, model: CnnModel, X: Windows, y: Values) -> Reference:
         """Eager PyTorch, with fresh weights, which change no time."""

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import INPUT, InputError, Program, require_modules
+from firstcontact.core import INPUT, InputError, Program
 from firstcontact.core.layer_steps import compress as compress_step
-from firstcontact.models._model import WindowModel
 from firstcontact.models._network import Network
-from firstcontact.models._spec import Arrays, Spec, Windows
+from firstcontact.models._spec import Spec, Windows
+from firstcontact.models._window_model import TARGET, ArrayCheck, ArraysModel
 
 #: Windows that ONNX Runtime is given at once: more of them only cost memory.
 _BATCH = 256
@@ -38,7 +38,7 @@ def compress(X: NDArray[Any], scale: NDArray[np.float64]) -> NDArray[np.float32]
     return out
 
 
-class CnnModel(WindowModel):
+class CnnModel(ArraysModel):
     """EfficientNetV2 for one dimension, as PyTorch exported it.
 
     Parameters
@@ -51,8 +51,8 @@ class CnnModel(WindowModel):
         Mean and standard deviation of the targets of a regression, else (0, 1).
     training
         Epochs and batch size, for the card.
-    network
-        A serialised ONNX model, as :func:`network_export.export` makes it.
+    onnx
+        Bytes of an ONNX model, as :func:`network_export.export` makes it.
 
     Raises
     ------
@@ -64,22 +64,20 @@ class CnnModel(WindowModel):
     modules: ClassVar[tuple[str, ...]] = ("onnx", "onnxruntime")
     extra: ClassVar[str] = "cnn"
 
-    def __init__(
-        self,
-        spec: Spec,
-        scale: NDArray[np.float64],
-        target: NDArray[np.float64],
-        training: NDArray[np.float64],
-        network: bytes,
-    ) -> None:
-        if (scale.shape, target.shape, training.shape) != ((3,), (2,), (2,)):
-            raise InputError("the arrays of the CNN do not fit together: train it again")
-        if not (scale[0] > 0 and scale[2] > 0 and target[1] > 0 and training.min() >= 0):
-            raise InputError("a scale of the CNN is not above 0: train it again")
-        self.spec = spec
-        self._scale, self._training, self._raw = scale, training, network
-        self.target = float(target[0]), float(target[1])
-        self._network = Network(network, spec.samples, spec.channels, len(spec.classes) or 1)
+    declared: ClassVar[Mapping[str, ArrayCheck]] = {
+        "scale": ArrayCheck((3,), positive=slice(0, 3, 2)),
+        "target": TARGET,
+        "training": ArrayCheck((2,)),
+        "onnx": ArrayCheck(("bytes",), dtype=np.uint8),
+    }
+
+    def __init__(self, spec: Spec, *arrays: NDArray[Any]) -> None:
+        super().__init__(spec, *arrays)
+        self._scale, _, self._training, onnx = self._arrays.values()
+        if self._training.min() < 0:
+            raise InputError("epochs or batch of the CNN are below 0: train it again")
+        self._raw = onnx.tobytes()
+        self._network = Network(self._raw, spec.samples, spec.channels, len(spec.classes) or 1)
 
     @property
     def notes(self) -> Mapping[str, Any]:
@@ -117,28 +115,6 @@ class CnnModel(WindowModel):
         first = compress_step(INPUT, "compressed", n, 1.0 / amplitude, mean, 1.0 / deviation)
         network = NetworkSteps(self._raw, self.spec.samples, self.spec.channels, first.gives)
         return Program(n, (first, *network.steps), network.output)
-
-    def to_arrays(self) -> Arrays:
-        """The constructor's arrays, by name; the network as its bytes."""
-        arrays = {"scale": self._scale, "target": np.array(self.target), "training": self._training}
-        return arrays | {"onnx": np.frombuffer(self._raw, dtype=np.uint8)}
-
-    @classmethod
-    def from_arrays(cls, spec: Spec, arrays: Arrays) -> Self:
-        """The inverse of :meth:`to_arrays`; also of the weights that older files hold instead."""
-        older = {
-            name.removeprefix("network."): array
-            for name, array in arrays.items()
-            if name.startswith("network.")
-        }
-        if older and "onnx" not in arrays:
-            require_modules(cls.extra, "torch", "onnxscript")
-            from firstcontact.models._network_export import export_older
-
-            raw = export_older(older, spec.samples, spec.channels, len(spec.classes) or 1)
-        else:
-            raw = arrays["onnx"].astype(np.uint8, copy=False).tobytes()
-        return cls(spec, arrays["scale"], arrays["target"], arrays["training"], raw)
 
     def __reduce__(self) -> tuple[Any, ...]:
         # A session cannot travel between processes; what it is built from can.

@@ -170,20 +170,17 @@ def coverage(
         ``coverage`` (share), ``mean_width`` (unit of the answer) and ``n``;
         empty when nothing was asked.
     """
-    inside: list[bool] = []
-    widths: list[float] = []
-    for interval, in_fold in pairs:
-        units = np.ones(len(answers)) if spreads is None else spreads
-        for answer, true, unit in zip(
-            answers[in_fold], truth[in_fold], units[in_fold], strict=True
-        ):
-            low, high = interval.around(float(answer), float(unit))
-            inside.append(bool(low <= true <= high))
-            widths.append(high - low)
-    if not inside:
+    inside, widths = [], []
+    for interval, rows in pairs:
+        units = None if spreads is None else spreads[rows]
+        low, high = interval.around_all(answers[rows], units)
+        inside.append((low <= truth[rows]) & (truth[rows] <= high))
+        widths.append(high - low)
+    if not sum(map(len, inside)):
         return {}
+    is_inside = np.concatenate(inside)
     return {
-        "coverage": float(np.mean(inside)),
-        "mean_width": float(np.mean(widths)),
-        "n": len(inside),
+        "coverage": float(is_inside.mean()),
+        "mean_width": float(np.concatenate(widths).mean()),
+        "n": len(is_inside),
     }

@@ -3,7 +3,7 @@
 A call of NumPy takes a microsecond whatever it works on, and a live estimate must not wait for 200
 of them. This module repeats the network's arithmetic for a single contact. It keeps what a later
 moment of the same contact needs again. The numbers are those of
-:meth:`InContextModel.answers` for one contact, bit by bit.
+:meth:`InContextModel.predict` for one contact, bit by bit.
 """
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ def _stage_of(valid: int, rate: float) -> int:
 
 
 class Answer(NamedTuple):
-    """Prediction for one contact; see :class:`firstcontact.models.Answers`."""
+    """Prediction for one contact; see :class:`firstcontact.models.Predictions`."""
 
     value: float
     low: float
     high: float
     half_width: float
-    strange: bool
+    out_of_range: bool
 
 
 class ContactAnswers:
@@ -108,7 +108,7 @@ class ContactAnswers:
             min(max(value - half, lowest), highest),
             min(max(value + half, lowest), highest),
             half,
-            self._familiar.is_strange(traits, stage, self._has_level),
+            self._familiar.is_out_of_range(traits, stage, self._has_level),
         )
 
     def _take(self, after: NDArray[np.floating], valid: int) -> None:

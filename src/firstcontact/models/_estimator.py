@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import SKY, InputError
-from firstcontact.models._model import WindowModel
 from firstcontact.models._spec import Spec, Task, Values, Windows
+from firstcontact.models._window_model import WindowModel
 
 
 @dataclass(frozen=True)

@@ -12,25 +12,18 @@ from numpy.typing import NDArray
 from firstcontact.contact import Detector
 from firstcontact.core import Dataset, InputError, Progress, counted, is_same_rate, progress_steps
 from firstcontact.models._alignment import Alignment, found, known
-from firstcontact.models._anytime_scores import answers_by_time, anytime_scores
-from firstcontact.models._bundle import (
-    Model,
-    NetworkPredictor,
-    WindowPredictor,
-    require_dataset,
-)
-from firstcontact.models._final_model import covered, score
-from firstcontact.models._labelled_touches import LabelledTouches
+from firstcontact.models._anytime_scores import anytime_scores, predictions_by_time
+from firstcontact.models._final_model import Target, covered, score
 from firstcontact.models._metrics import per_object
+from firstcontact.models._model import Model, require_dataset
+from firstcontact.models._predictors import NetworkPredictor, WindowPredictor
 from firstcontact.models._scores import Ends, SpecimenErrors, TaskScores
-from firstcontact.models._train import Target, known_contacts
-from firstcontact.models._train_overlap import train_overlap
-from firstcontact.models._training import labelled_windows
+from firstcontact.models._train import known_contacts
+from firstcontact.models._train_overlap import SEEN, TrainOverlap, train_overlap
+from firstcontact.models._training import LabelledTouches, labelled_windows
 from firstcontact.signal import resample_dataset
 
 T = TypeVar("T")
-#: Title of the group of pinches that the model was trained on.
-SEEN = "seen in training"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -194,22 +187,22 @@ def evaluate(
         return aligned[rate]
 
     out = []
-    total = len(model.windows) + (model.network is not None)
-    with progress_steps(progress, total, "model", "scoring") as step:
+    overlap = train_overlap(data, model.trained_on, model.digests)
+    with progress_steps(progress, len(model.predictors), "model", "scoring") as step:
         if model.network is not None:
-            out.append(_of_network(model.network, data, *at(model.network.model.rate)))
+            out.append(_of_network(model.network, overlap, *at(model.network.rate)))
             step(1)
         for window in model.windows:
-            out.append(_of_window(window, data, *at(window.model.spec.rate)))
+            target = model.trained_on.target
+            out.append(_of_window(window, target, overlap, *at(window.rate)))
             step(1)
     return tuple(out)
 
 
 def _of_network(
-    predictor: NetworkPredictor, loaded: Dataset, dataset: Dataset, aligned: Alignment
+    predictor: NetworkPredictor, overlap: TrainOverlap, dataset: Dataset, aligned: Alignment
 ) -> Evaluation:
     model = predictor.model
-    familiar = train_overlap(loaded, predictor, predictor.digests)
     labelled = LabelledTouches.of(dataset, aligned.contacts)
     labelled = labelled.take(labelled.touches.answerable)
     if not len(labelled):
@@ -219,10 +212,10 @@ def _of_network(
             parameter="data",
         )
     groups = []
-    for title, members in familiar.groups().items():
+    for title, members in overlap.groups().items():
         part = labelled.take(members[labelled.which])
         if len(part):
-            answers = answers_by_time(model, part.touches)
+            answers = predictions_by_time(model, part.touches)
             scores = anytime_scores(answers, part.shore_a, part.clusters, 0)
             groups.append(
                 GroupScores(
@@ -238,33 +231,25 @@ def _of_network(
                     level=model.level,
                 )
             )
-    pinches = int(predictor.about.get("pinches", 0))
-    if familiar.by_samples:
-        warnings = familiar.warnings(labelled.which)
-    elif pinches:
-        warnings = [
-            f"note: the model knows its rig by {pinches} pinches and not which they were: about "
-            "these very ones the scores below flatter"
-        ]
-    else:
-        warnings = []
     return Evaluation(
         predictor=model.kind,
         target="shore_a",
         contacts=aligned.how,
         scored=len(labelled),
         left_out=len(dataset) - len(labelled),
-        warnings=tuple(warnings),
+        warnings=tuple(overlap.warnings(labelled.which)),
         groups=tuple(groups),
     )
 
 
 def _of_window(
-    predictor: WindowPredictor, loaded: Dataset, dataset: Dataset, aligned: Alignment
+    predictor: WindowPredictor,
+    target: Target,
+    overlap: TrainOverlap,
+    dataset: Dataset,
+    aligned: Alignment,
 ) -> Evaluation:
-    model, card = predictor.model, predictor.provenance
-    familiar = train_overlap(loaded, card.data, predictor.digests)
-    target: Target = card.data.target
+    model = predictor.model
     values = dataset.hardness_rank if target == "hardness_rank" else dataset.shore_a
     cut = labelled_windows(dataset, aligned.contacts, model.spec.duration, values)
     if not len(cut):
@@ -274,8 +259,8 @@ def _of_window(
             parameter="data",
         )
     groups = []
-    warnings = familiar.warnings(cut.which)
-    for title, members in familiar.groups().items():
+    warnings = overlap.warnings(cut.which)
+    for title, members in overlap.groups().items():
         part = cut.take(members[cut.which])
         inside: NDArray[np.bool_] = np.ones(len(part), np.bool_)
         if model.spec.classes:

@@ -4,21 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import InputError, Runner
+from firstcontact.core import InputError, Runner, counted, percent
 from firstcontact.models._conformal import conformal_interval, coverage, held_out_bounds, refusal
-from firstcontact.models._folds import inner_folds
 from firstcontact.models._interval import SHORE_A, Interval
 from firstcontact.models._metrics import classification_scores, regression_scores
-from firstcontact.models._model import WindowModel
 from firstcontact.models._registry import find_estimator
 from firstcontact.models._scores import TaskScores
 from firstcontact.models._spec import Task, Values
-from firstcontact.models._splits import Group, Split, by_session
+from firstcontact.models._splits import Group, Split, by_session, inner_folds
 from firstcontact.models._training import (
     Fit,
     LabelledWindows,
@@ -26,7 +24,11 @@ from firstcontact.models._training import (
     fit_model,
     held_out_with_spread,
 )
+from firstcontact.models._window_model import WindowModel
 
+Target = Literal["shore_a", "hardness_rank"]
+#: Unit of the errors of each target.
+UNITS: dict[Target, str] = {"shore_a": "Shore A", "hardness_rank": "ranks"}
 #: Fewer pinches cannot be learned from and held out, too.
 LEAST = 10
 
@@ -155,3 +157,30 @@ def covered(
     """
     everyone: NDArray[np.bool_] = np.ones(len(answers), dtype=np.bool_)
     return {} if interval is None else coverage([(interval, everyone)], answers, truth, spreads)
+
+
+def scores_in_words(scores: TaskScores, target: Target) -> str:
+    """Format scores on one line, errors in the unit of the target."""
+    unit = UNITS[target]
+    units = {"rmse": unit, "mae": unit, "mse": f"{unit}²", "bias": unit}
+    numbers = [
+        f"{name} {value:.2f} {unit}"
+        for name, unit in units.items()
+        if (value := getattr(scores, name, None)) is not None
+    ]
+    if (accuracy := getattr(scores, "accuracy", None)) is not None:
+        numbers.insert(0, f"accuracy {percent(accuracy)}")
+    return f"{', '.join(numbers)}, {counted(scores.n, 'pinch')}"
+
+
+def interval_in_words(final: FinalModel, target: Target) -> str:
+    if final.interval is None:
+        return f"no interval: {final.conformal['none']}"
+    checked = final.conformal["held_out"]
+    if not checked:
+        return f"interval at level {final.interval.level:g}: too few pinches to check it on"
+    return (
+        f"held out, interval from other folds: interval at level {final.interval.level:g} held "
+        f"{percent(checked['coverage'])} of {checked['n']} pinches, mean width "
+        f"{checked['mean_width']:.1f} {UNITS[target]}"
+    )

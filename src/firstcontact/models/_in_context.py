@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import FINGERTIP_RATE, InputError, is_same_rate, parse_int, take_array
-from firstcontact.models._anytime_model import Answers, AnytimeModel, Arrays
 from firstcontact.models._contact_answers import ContactAnswers
 from firstcontact.models._contact_features import Shape
 from firstcontact.models._context_network import Context, Network
@@ -21,8 +20,9 @@ from firstcontact.models._interval import SHORE_A
 from firstcontact.models._motor_pitch import POINTS, MotorPitch
 from firstcontact.models._network_inputs import BESIDE, beside, network_inputs
 from firstcontact.models._out_of_range import Familiar, shape_traits
+from firstcontact.models._predictions import Predictions
 from firstcontact.models._rig import GENERAL, STAGES, TOKEN, Rig, stage_of
-from firstcontact.models._spec import Values
+from firstcontact.models._spec import Arrays, Values
 from firstcontact.models._touches import Touches, lengths
 
 #: Number of the rig that stands for any finger.
@@ -31,7 +31,7 @@ ANY = -1
 LOUD = 1e-9, 1e9
 
 
-class InContextModel(AnytimeModel):
+class InContextModel:
     """Pre-trained network with the rigs that it is conditioned on.
 
     Parameters
@@ -51,6 +51,7 @@ class InContextModel(AnytimeModel):
         Arrays that do not fit together.
     """
 
+    #: Name of the runtime in model files.
     kind: ClassVar[str] = "network"
 
     def __init__(
@@ -118,18 +119,33 @@ class InContextModel(AnytimeModel):
         return InContextModel(self._network, self._familiar, factors, self.level, self.rigs)
 
     def rig_features(self, touches: Touches) -> NDArray[np.float64]:
-        """Return the inputs of :meth:`answers` besides the signal after the contacts."""
+        """Return the inputs of :meth:`predict` besides the signal after the contacts."""
         out = np.empty((len(touches), BESIDE))
         for finger, rows in self.by_rig(touches):
             out[rows] = beside(touches.take(rows), self.rigs[finger])
         return out
 
-    def answers(self, touches: Touches, rig_features: NDArray[np.float64] | None = None) -> Answers:
-        """See :meth:`AnytimeModel.answers`; ``rig_features`` saves working it out again."""
+    def predict(
+        self, touches: Touches, rig_features: NDArray[np.float64] | None = None
+    ) -> Predictions:
+        """Return predictions from the valid part of each contact.
+
+        Parameters
+        ----------
+        touches
+            Contacts.
+        rig_features
+            Of :meth:`rig_features`, where they are there already.
+
+        Raises
+        ------
+        InputError
+            Contacts at another rate, or with fewer valid samples than a prediction takes.
+        """
         self._check(touches)
         n = len(touches)
         values, spreads = np.empty(n), np.empty(n)
-        strange = np.zeros(n, np.bool_)
+        out_of_range = np.zeros(n, np.bool_)
         beside_signal = self.rig_features(touches) if rig_features is None else rig_features
         stages = stage_of(touches.valid, touches.rate)
         for finger, rows in self.by_rig(touches):
@@ -142,7 +158,7 @@ class InContextModel(AnytimeModel):
             values[rows], spreads[rows] = mean_and_spread(mixture)
             trait_values = shape_traits(shape, part.signals[:, : part.before])
             has_level = rig.tokens.shape[1] > 0
-            strange[rows] = self._familiar.strange(trait_values, stages[rows], has_level)
+            out_of_range[rows] = self._familiar.out_of_range(trait_values, stages[rows], has_level)
         wrong = np.flatnonzero(~np.isfinite(values + spreads))
         if len(wrong):
             raise InputError(
@@ -152,7 +168,8 @@ class InContextModel(AnytimeModel):
         half = self.half_widths(spreads, touches.valid, touches.rate)
         values = np.clip(values, *SHORE_A)
         low, high = (np.clip(values + side * half, *SHORE_A) for side in (-1, 1))
-        return Answers(values, spreads, low, high, strange)
+        elapsed = touches.valid / touches.rate
+        return Predictions(values, spreads, low, high, out_of_range, elapsed)
 
     def _check(self, touches: Touches) -> None:
         if not is_same_rate(touches.rate, self.rate):

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from dataclasses import dataclass
-from typing import Any
+
+import numpy as np
+
+from firstcontact.models._spec import Values
 
 #: The ends of the Shore A scale.
 SHORE_A = (0.0, 100.0)
@@ -78,12 +81,12 @@ class Interval:
         least, most = self.limits
         return min(max(low, least), most), min(max(high, least), most)
 
-    def to_json(self) -> dict[str, Any]:
-        """A JSON-ready form."""
-        return {
-            "level": self.level,
-            "edges": list(self.edges),
-            "half_widths": list(self.half_widths),
-            "limits": None if self.limits is None else list(self.limits),
-            **({"scaled": True} if self.scaled else {}),
-        }
+    def around_all(self, values: Values, spreads: Values | None = None) -> tuple[Values, Values]:
+        """Return the lower and upper bounds of :meth:`around` for predictions, shape (n,) each."""
+        half = np.array(self.half_widths)[np.searchsorted(self.edges, values, side="right")]
+        if self.scaled and spreads is not None:
+            half = half * spreads
+        low, high = values - half, values + half
+        if self.limits is None:
+            return low, high
+        return np.clip(low, *self.limits), np.clip(high, *self.limits)

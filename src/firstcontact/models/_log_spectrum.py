@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from firstcontact.core import SKY, InputError, Program
 from firstcontact.models._estimator import Estimator, target_scale, training_spec
-from firstcontact.models._folds import inner_folds
-from firstcontact.models._model import ArraysModel, WindowModel
 from firstcontact.models._spec import Spec, Task, Values, Windows
 from firstcontact.models._spectral_features import KINDS, features
 from firstcontact.models._spectral_steps import spectral_program
+from firstcontact.models._splits import inner_folds
+from firstcontact.models._window_model import TARGET, ArrayCheck, ArraysModel, WindowModel
 
 #: Inverse strength of the regularisation, strongest first; with each kind of input it is
 #: searched on groups that the candidate has not seen.
@@ -59,31 +59,24 @@ class LogSpectrumModel(ArraysModel):
     """
 
     kind: ClassVar[str] = "log_spectrum"
-    names = ("kind", "scale", "weights", "bias", "target", "parameters")
+    declared: ClassVar[Mapping[str, ArrayCheck]] = {
+        "kind": ArrayCheck((1,)),
+        "scale": ArrayCheck((2, "features"), positive=1),
+        "weights": ArrayCheck(("features", "outputs")),
+        "bias": ArrayCheck(("outputs",)),
+        "target": TARGET,
+        "parameters": ArrayCheck((1,)),
+    }
 
-    def __init__(
-        self,
-        spec: Spec,
-        kind: Values,
-        scale: Values,
-        weights: Values,
-        bias: Values,
-        target: Values,
-        parameters: Values,
-    ) -> None:
-        given: tuple[NDArray[Any], ...] = (kind, scale, weights, bias, target, parameters)
-        if kind.shape != (1,) or float(kind[0]) not in range(len(KINDS)):
+    def __init__(self, spec: Spec, *arrays: NDArray[Any]) -> None:
+        super().__init__(spec, *arrays)
+        kind, scale, *_ = self._arrays.values()
+        if float(kind[0]) not in range(len(KINDS)):
             raise InputError("the inputs of the log spectrum are not known: train again")
         self._features = list(KINDS)[int(kind[0])]
         blank = np.ones((1, spec.samples, spec.channels), np.float32)
-        inputs = features(self._features, blank, spec.rate).shape[1]
-        outputs = len(spec.classes) or 1
-        shapes = ((1,), (2, inputs), (inputs, outputs), (outputs,), (2,), (1,))
-        if tuple(a.shape for a in given) != shapes:
-            raise InputError("the arrays of the log spectrum do not fit together: train again")
-        if not ((scale[1] > 0).all() and target[1] > 0):
-            raise InputError("a scale of the log spectrum is not above 0: train again")
-        super().__init__(spec, *given)
+        if features(self._features, blank, spec.rate).shape[1] != scale.shape[1]:
+            raise InputError("the arrays of the log spectrum do not fit its inputs: train again")
 
     @property
     def notes(self) -> Mapping[str, Any]:

@@ -1,169 +1,277 @@
-"""A trained estimator: what all of them share around their own arithmetic."""
+"""Model of a rig: a contact detector, and what predicts stiffness after a contact.
+
+This is what a model folder holds, and what ``train`` and ``adapt`` return.
+"""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
-from math import isfinite
-from typing import Any, ClassVar, Self
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from firstcontact.core import InputError, Program
-from firstcontact.models._spec import Arrays, Spec, Task, Values, Windows
+from firstcontact.contact import Detector, load_detector, pretrained_detector, save_detector
+from firstcontact.core import (
+    DETECTOR_CARD,
+    Contact,
+    Dataset,
+    InputError,
+    is_same_rate,
+    replacing_folder,
+)
+from firstcontact.models._alignment import found
+from firstcontact.models._card import TrainingData
+from firstcontact.models._model_file import (
+    check_replaceable,
+    has_model,
+    model_folder,
+    pretrained,
+    read_model,
+    write_model,
+)
+from firstcontact.models._predictions import Predictions
+from firstcontact.models._predictors import (
+    MOMENTS,
+    NetworkPredictor,
+    Predictor,
+    WindowPredictor,
+)
+from firstcontact.models._train_overlap import Digests
+from firstcontact.signal import resample_dataset
 
-#: Answers are smaller: no target is as large, and squares of errors stay finite.
-LARGEST = 1e9
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Model:
+    """Contact detector and stiffness predictors of one rig.
 
-class WindowModel(ABC):
-    """A trained estimator, frozen: arrays and arithmetic, no training library.
+    Parameters
+    ----------
+    detector
+        Fitted contact detector; None where its file is missing from the folder.
+    predictors
+        Window models, the shortest window first, and the network conditioned on the rig.
+    trained_on
+        Training data.
+    digests
+        Of the training pinches.
+    notes
+        Sentences about the training: held-out scores, and what was left out.
+    detector_data
+        Data that the detector was fitted to, for its card.
+    folder
+        Folder that the model was loaded from; None for one that was just trained.
 
-    Windows that cannot be used are refused before its arithmetic, and what is not
-    a finite number after it: here, for every kind of model.
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> data = fc.load("recordings")
+    >>> model = fc.adapt()
+    >>> predictions = model.predict(data[:3], at=0.005)
+    >>> len(predictions), bool((predictions.low < predictions.high).all())
+    (3, True)
     """
 
-    #: Name of the runtime in model files.
-    kind: ClassVar[str]
-    #: Modules that it needs and the base install lacks, and the extra that brings them.
-    modules: ClassVar[tuple[str, ...]] = ()
-    extra: ClassVar[str] = ""
-    #: What it takes and answers.
-    spec: Spec
-    #: Mean and scale that make answers of the outputs of a regression.
-    target: tuple[float, float] = (0.0, 1.0)
+    detector: Detector | None = None
+    predictors: tuple[Predictor, ...] = ()
+    trained_on: TrainingData = field(default_factory=TrainingData)
+    digests: Digests = field(default_factory=lambda: np.zeros(0, np.uint64))
+    notes: tuple[str, ...] = ()
+    detector_data: Mapping[str, Any] = field(default_factory=dict)
+    folder: Path | None = None
+
+    def __repr__(self) -> str:
+        parts = [f"detector={None if self.detector is None else self.detector.name!r}"]
+        parts += [f"{w.model.kind!r} at {1e3 * w.duration:.3g} ms" for w in self.windows]
+        if self.network is not None:
+            parts.append(f"{self.network.model.kind!r} from 2 to 15 ms")
+        return f"Model({', '.join(parts)})"
 
     @property
-    @abstractmethod
-    def notes(self) -> Mapping[str, Any]:
-        """Return hyper-parameters and scaling that the training chose, JSON-ready, for the card."""
+    def windows(self) -> tuple[WindowPredictor, ...]:
+        """Window models, the shortest window first."""
+        return tuple(p for p in self.predictors if isinstance(p, WindowPredictor))
 
-    @abstractmethod
-    def outputs(self, X: Windows) -> NDArray[Any]:
-        """Return outputs for usable windows (n, samples, channels).
+    @property
+    def network(self) -> NetworkPredictor | None:
+        """Network conditioned on the rig; None without one."""
+        return next((p for p in self.predictors if isinstance(p, NetworkPredictor)), None)
 
-        Shape (n, outputs): one for a regression, for a classification whatever
-        :meth:`choose` chooses from. It need not be finite.
-        """
+    @property
+    def rate(self) -> float:
+        """Sampling rate of the signals that it takes, Hz."""
+        if not self.predictors:
+            raise InputError("model: it holds a detector only: train with an estimator")
+        return self.predictors[0].rate
 
-    def output(self, window: Windows) -> NDArray[Any]:
-        """Return outputs for one window (samples, channels), fast: shape (outputs,)."""
-        return np.asarray(self.outputs(window[None])[0])
+    @property
+    def moments(self) -> tuple[float, ...]:
+        """Elapsed times after a contact at which it predicts, s, ascending."""
+        return tuple(sorted({moment for p in self.predictors for moment in p.moments}))
 
-    def spread(self, X: Windows) -> Values | None:
-        """Standard deviation that the model itself gives each answer; None where it has none.
+    def predict(
+        self,
+        data: Dataset,
+        at: float | None = None,
+        contacts: Sequence[Contact | None] | None = None,
+        *,
+        estimator: str | None = None,
+    ) -> Predictions:
+        """Predict the stiffness of each pinch.
 
-        For usable windows (n, samples, channels), shape (n,), above 0, in the unit of the
-        answer. Intervals are then so many of them wide, conformal like any other.
-        """
-        return None
-
-    def program(self) -> Program:
-        """Return the steps of :meth:`output`, :meth:`spread` and :meth:`choose`.
-
-        Raises
-        ------
-        InputError
-            It has no such form; says why.
-        """
-        raise InputError(
-            f"a model of kind {self.kind!r} does not describe its arithmetic in steps, which an "
-            "export needs: train another estimator"
-        )
-
-    def smaller(self, X: Windows) -> Iterator[WindowModel]:
-        """Return cheaper models with similar predictions, the smallest first; none by default.
+        The network predicts where the model has one, else the longest window that fits. No sample
+        after a known second contact is used, as live: a window that reaches it gives no prediction.
 
         Parameters
         ----------
-        X
-            Windows that it learned from, for what is fitted to its answers.
-        """
-        return iter(())
-
-    def choose(self, outputs: NDArray[Any]) -> NDArray[np.intp]:
-        """Return the number of the predicted class for finite outputs (n, outputs), shape (n,)."""
-        return np.asarray(outputs.argmax(axis=1))
-
-    @abstractmethod
-    def to_arrays(self) -> Arrays:
-        """Return all arrays that predictions depend on."""
-
-    @classmethod
-    @abstractmethod
-    def from_arrays(cls, spec: Spec, arrays: Arrays) -> Self:
-        """The inverse of :meth:`to_arrays`; InputError if the arrays do not fit together."""
-
-    def predict(self, X: Windows) -> Values:
-        """Answers for windows (n, samples, channels), shape (n,).
+        data
+            Pinches; they are resampled to the model's rate where theirs differs.
+        at
+            Longest signal after the contact, s; the longest that the model takes by default.
+            ``Predictions.elapsed`` is shorter where the second finger touched earlier.
+        contacts
+            First contact of each pinch at the rate of ``data``; detected by default.
+        estimator
+            Name of the predictor to use, such as "svm", as ``repr`` shows it.
 
         Raises
         ------
         InputError
-            A window that cannot be used, or whose answer is not finite.
+            ``at`` is shorter than the first moment, or ``data`` has another kind of signal.
         """
-        self.spec.check(X)
-        with np.errstate(all="ignore"):  # what overflows is refused below
-            outputs = self.outputs(X)
-            sure = np.isfinite(outputs).all(axis=1)
-            if self.spec.task is Task.REGRESSION:
-                mean, scale = self.target
-                answers = outputs[:, 0].astype(np.float64) * scale + mean
-                sure &= np.abs(answers) < LARGEST
-            else:
-                answers = np.array(self.spec.classes)[self.choose(outputs)]
-        bad = np.flatnonzero(~sure)
-        if len(bad):
-            raise InputError(f"window {bad[0]} ({len(bad)} in all): {_NO_ANSWER}")
-        return answers
+        require_dataset(data)
+        if contacts is not None and len(contacts) != len(data):
+            raise InputError(
+                f"{len(data)} pinches need as many, and {len(contacts)} are given: None for a "
+                "pinch without one",
+                parameter="contacts",
+            )
+        if estimator is not None:
+            return self.only(estimator).predict(data, at, contacts)
+        if not self.moments:
+            raise InputError("it holds a detector only: train with an estimator", parameter="model")
+        latest = self.moments[-1] if at is None else at
+        first, last = self.moments[0], self.moments[-1]
+        if not first - 1e-9 <= latest <= 1.0:
+            raise InputError(
+                f"the model predicts from {first:.3g} to {last:.3g} s after a contact, "
+                f"and {latest:g} s is given",
+                parameter="at",
+            )
+        if not is_same_rate(data.layout.rate, self.rate):
+            if contacts is not None:
+                raise InputError(
+                    f"contacts: they count samples at {data.layout.rate:g} Hz and the model takes "
+                    f"{self.rate:g} Hz: resample the pinches first"
+                )
+            data = resample_dataset(data, self.rate)
+        firsts = found(data, self.own_detector).contacts if contacts is None else list(contacts)
+        if self.network is not None and latest >= MOMENTS[0] - 1e-9:
+            return self.network.predict(data, firsts, latest)
+        out = Predictions.empty(firsts)
+        for window in self.windows:
+            if window.duration <= latest + 1e-9:
+                out = window.predict(data, firsts).filled(out)
+        return out
 
-    def predict_one(self, window: Windows) -> float:
-        """Answer for one window (samples, channels), the quick way of the live pipeline.
+    def only(self, estimator: str) -> Model:
+        """Return the model with the predictors of this estimator alone."""
+        predictors = tuple(p for p in self.predictors if p.model.kind == estimator)
+        if not predictors:
+            kinds = dict.fromkeys(p.model.kind for p in self.predictors)
+            raise InputError(
+                f"{estimator!r} is none of {', '.join(kinds)}, which the model has",
+                parameter="estimator",
+            )
+        return replace(self, predictors=predictors)
+
+    def save(self, folder: str | os.PathLike[str]) -> Path:
+        """Write the model folder whole; a former training in it is replaced.
+
+        Returns
+        -------
+        Path
+            The folder.
 
         Raises
         ------
         InputError
-            As :meth:`predict`.
+            ``folder`` holds files that no training wrote, or cannot be written.
         """
-        with np.errstate(all="ignore"):
-            self.spec.check_one(window)
-            output = self.output(window)
-            if self.spec.task is Task.REGRESSION:
-                mean, scale = self.target
-                answer = float(output[0]) * scale + mean
-                sure = abs(answer) < LARGEST
-            else:
-                answer = self.spec.classes[int(self.choose(output[None])[0])]
-                sure = isfinite(float(np.add.reduce(output)))
-        if not sure:
-            raise InputError(_NO_ANSWER)
-        return answer
+        folder = Path(folder)
+        windows = [window.duration for window in self.windows]
+        check_replaceable(folder, windows, network=self.network is not None)
+        with replacing_folder(folder) as making:
+            self.write(making)
+        return folder
+
+    def write(self, folder: Path) -> None:
+        """Write the files of the model into an empty folder, as :meth:`save` does."""
+        if self.detector is not None:
+            save_detector(self.detector, folder, self.detector_data)
+        if self.predictors:
+            write_model(folder, self.predictors, self.trained_on, self.digests)
+
+    @property
+    def own_detector(self) -> Detector:
+        """Contact detector; InputError where the folder had none."""
+        if self.detector is None:
+            raise InputError(
+                f"{self.folder}: there is no detector here: name a folder that `firstcontact "
+                "train` wrote"
+            )
+        return self.detector
 
 
-class ArraysModel(WindowModel):
-    """A model whose constructor takes a spec and arrays, ``target`` among them, and checks them."""
+def load_model(path: str | os.PathLike[str], detector: Detector | None = None) -> Model:
+    """Load the model folder that ``train`` or ``adapt`` wrote. Nothing in it is executed.
 
-    #: Names of the arrays in files, in the order of the constructor.
-    names: ClassVar[tuple[str, ...]]
+    Parameters
+    ----------
+    path
+        The folder.
+    detector
+        Contact detector to use in place of the one in the folder.
 
-    def __init__(self, spec: Spec, *arrays: NDArray[Any]) -> None:
-        self.spec = spec
-        self._arrays = dict(zip(self.names, arrays, strict=True))
-        mean, scale = self._arrays["target"]
-        self.target = float(mean), float(scale)
+    Raises
+    ------
+    InputError
+        A file is missing, damaged, or of another program or version.
 
-    def to_arrays(self) -> Arrays:
-        """The constructor's arrays, by name."""
-        return dict(self._arrays)
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> folder = fc.adapt().save("general")
+    >>> fc.load_model(folder)
+    Model(detector='logistic', 'network' from 2 to 15 ms)
+    """
+    folder = model_folder(path)
+    has_detector = (folder / DETECTOR_CARD).exists()
+    saved = read_model(folder) if has_model(folder) or not has_detector else None
+    if detector is None and has_detector:
+        detector = load_detector(folder)
+    if saved is None:
+        return Model(detector, folder=folder)
+    return Model(detector, saved.predictors, saved.trained_on, saved.digests, folder=folder)
 
-    @classmethod
-    def from_arrays(cls, spec: Spec, arrays: Arrays) -> Self:
-        """The inverse of :meth:`to_arrays`."""
-        return cls(spec, *(arrays[name] for name in cls.names))
+
+def require_dataset(data: object) -> None:
+    """Refuse what is not a dataset, such as a path.
+
+    Raises
+    ------
+    InputError
+        Names the parameter and the function that loads one.
+    """
+    if not isinstance(data, Dataset):
+        raise InputError(
+            f"a Dataset is needed, not {type(data).__name__}: load(path) gives one",
+            parameter="data",
+        )
 
 
-_NO_ANSWER = (
-    "the model's answer is not a finite number below 1e9: leave this pinch out, or train the model "
-    "again"
-)
+def shipped_model() -> Model:
+    """Return the model of the package: trained on the twin, it knows no rig."""
+    return Model(pretrained_detector(), (NetworkPredictor(pretrained()),))

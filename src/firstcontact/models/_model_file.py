@@ -1,11 +1,15 @@
-"""Models on disk: a folder with numbers in safetensors and a card in JSON. No code in either."""
+"""Model folder: a typed card, all arrays in one safetensors file, and the detector. No code."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.resources import files
 from pathlib import Path
 
-import numpy as np
+import msgspec
 
+from firstcontact.contact import DETECTOR_FORMAT, DETECTOR_WEIGHTS, card_digest
 from firstcontact.core import (
     DETECTOR_CARD,
     LONGEST_CARD,
@@ -13,49 +17,55 @@ from firstcontact.core import (
     InputError,
     digest,
     displaced_folder,
+    read_record,
     read_regular,
     read_weights,
-    replacing,
     require_extra,
     write_weights,
 )
 from firstcontact.core import read_card as read_checked
-from firstcontact.models._card import ModelCard, Provenance
-from firstcontact.models._interval import Interval
-from firstcontact.models._learned_from import FILE as PINCHES
-from firstcontact.models._learned_from import Digests, read_digests, to_bytes
-from firstcontact.models._model import WindowModel
-from firstcontact.models._spec import Spec, Task
+from firstcontact.models._card import ModelCard, NetworkCard, TrainingData, WindowCard
+from firstcontact.models._in_context import InContextModel
+from firstcontact.models._predictors import NetworkPredictor, Predictor, WindowPredictor
+from firstcontact.models._registry import model_kind
+from firstcontact.models._spec import Arrays
+from firstcontact.models._train_overlap import Digests, from_array, to_array
+from firstcontact.signal import samples_in
 
 FORMAT = "firstcontact-model"
-#: Raised whenever older files can no longer be read.
-FORMAT_VERSION = 1
-CARD = "card.json"
-WEIGHTS = "model.safetensors"
-#: Longest window that a model may ask for, s.
-LONGEST_WINDOW = 10.0
+#: Version of the format, raised when older folders can no longer be read.
+FORMAT_VERSION = 2
+CARD = "model.json"
+WEIGHTS = "weights.safetensors"
+#: Array of the digests of the training pinches.
+PINCHES = "pinches"
+#: Cards of format version 1, in the folder or one below.
+_FORMER = ("card.json", "anytime.json", "*/card.json")
 
 
-def save_model(
-    model: WindowModel, directory: AnyPath, card: Provenance, learned_from: Digests | None = None
-) -> Path:
-    """Write a model folder: the weights first, last the card with their checksum.
+@dataclass(frozen=True, slots=True, eq=False)
+class SavedModel:
+    """Content of a model folder without its detector.
 
     Parameters
     ----------
-    model
-        Any registered model.
-    directory
-        Made if it does not exist; a model in it is replaced.
-    card
-        What the model was trained on and how it scored.
-    learned_from
-        Of the pinches, by :func:`pinch_digests`; None where they are not known.
+    predictors
+        Window models, the shortest window first, then the network.
+    trained_on
+        Training data.
+    digests
+        Of the training pinches.
+    """
 
-    Returns
-    -------
-    Path
-        The folder.
+    predictors: tuple[Predictor, ...]
+    trained_on: TrainingData
+    digests: Digests
+
+
+def write_model(
+    folder: Path, predictors: Sequence[Predictor], trained_on: TrainingData, digests: Digests
+) -> None:
+    """Write card and weights into a folder that holds the detector already, if there is one.
 
     Raises
     ------
@@ -64,206 +74,221 @@ def save_model(
     ValueError
         A card that JSON cannot hold.
     """
-    directory, spec = Path(directory), model.spec
-    digests = None if learned_from is None else to_bytes(learned_from)
-    tree = {
-        "format": FORMAT,
-        "format_version": FORMAT_VERSION,
-        "kind": model.kind,
-        "task": spec.task.value,
-        "rate_hz": spec.rate,
-        "window_s": spec.duration,
-        "samples": spec.samples,
-        "channels": spec.channels,
-        "channel_order": _order(spec.channels),
-        "classes": list(spec.classes),
-        "training": dict(model.notes),
-        "data": card.data.to_json(),
-        "split": card.split,
-        "scores": dict(card.scores),
-        "interval": None if card.interval is None else card.interval.to_json(),
-        "calibration": dict(card.conformal),
-        "detector": card.detector,
-        "pinches_sha256": None if digests is None else digest(digests),
+    card = ModelCard(
+        trained_on=trained_on,
+        predictors=tuple(predictor.card() for predictor in predictors),
+        detector=card_digest(folder) if (folder / DETECTOR_CARD).exists() else None,
+    )
+    arrays = {
+        f"{number}.{name}": array
+        for number, predictor in enumerate(predictors)
+        for name, array in predictor.model.to_arrays().items()
     }
-    file = directory / PINCHES
-    if digests is not None:
-        with replacing(file) as temporary:
-            temporary.write_bytes(digests)
-    write_weights(directory / CARD, directory / WEIGHTS, tree, model.to_arrays(), ModelCard)
-    if digests is None:
-        file.unlink(missing_ok=True)
-    return directory
+    if len(digests):
+        arrays[PINCHES] = to_array(digests)
+    tree = {"format": FORMAT, "format_version": FORMAT_VERSION, **msgspec.to_builtins(card)}
+    write_weights(folder / CARD, folder / WEIGHTS, tree, arrays, ModelCard)
 
 
-def _order(channels: int) -> list[str]:
-    """Return the description of each channel of a window."""
-    if channels == 1:
-        return ["piezo of the finger that touched"]
-    return ["piezo of the finger that touched", "piezo of the other finger"][:channels]
+def has_model(folder: Path) -> bool:
+    """Return True if a folder holds a card."""
+    return (folder / CARD).exists()
 
 
-def load_window_model(path: AnyPath) -> WindowModel:
-    """Read a model folder. Nothing in it is executed.
-
-    Parameters
-    ----------
-    path
-        The folder, or the card in it.
+def read_model(folder: Path) -> SavedModel:
+    """Read card and weights of a folder. Nothing in them is executed.
 
     Raises
     ------
     InputError
-        A file that is missing, damaged, of another program or version, or
-        whose numbers do not fit together; a detector beside it that is of
-        another training.
+        A file that is missing, damaged, of another program or version, or whose numbers do not
+        fit together; a detector beside it that is of another training.
     """
-    from firstcontact.models._registry import model_kind
-
-    directory = _folder(path)
-    card = read_card(directory)
-    spec = _spec(directory / CARD, card)
+    card = read_card(folder)
+    for part in card.predictors:
+        if isinstance(part, WindowCard):
+            _require_kind(folder, part)
+    _check_detector(folder, card)
+    if card.sha256 is None:
+        raise InputError(f"{folder / CARD}: sha256 is missing: train again")
+    arrays = read_weights(folder / WEIGHTS, card.sha256, CARD)
     try:
-        kind = model_kind(card.kind)
+        digests = from_array(arrays.pop(PINCHES, None))
     except InputError as error:
-        raise InputError(
-            f"{directory / CARD}: {error}: update firstcontact or train again"
-        ) from None
-    require_extra(kind)
-    _check_detector(directory, card)
-    arrays = read_weights(directory / WEIGHTS, card.sha256, CARD)
-    try:
-        with np.errstate(all="ignore"):  # what overflows here is refused where it is asked for
-            return kind.from_arrays(spec, arrays)
-    except KeyError as error:
-        raise InputError(
-            f"{directory / WEIGHTS}: the array {error} is missing: train again"
-        ) from None
-    except InputError as error:
-        raise InputError(f"{directory / WEIGHTS}: {error}") from None
-    except (ValueError, TypeError, IndexError, ArithmeticError):
-        raise InputError(
-            f"{directory / WEIGHTS}: the arrays are not those of a model of kind "
-            f"{card.kind!r}: train again"
-        ) from None
+        raise InputError(f"{folder / WEIGHTS}: {error}: train again") from None
+    predictors = []
+    for number, part in enumerate(card.predictors):
+        start = f"{number}."
+        selected = {n.removeprefix(start): a for n, a in arrays.items() if n.startswith(start)}
+        predictors.append(_predictor(folder, part, selected))
+    return SavedModel(tuple(predictors), card.trained_on, digests)
 
 
 def read_card(path: AnyPath) -> ModelCard:
-    """The card of a model folder, its fields checked; InputError as :func:`load_model`."""
-    return read_checked(_folder(path) / CARD, "model", FORMAT, FORMAT_VERSION, ModelCard)
-
-
-def _folder(path: AnyPath) -> Path:
-    folder = Path(path)
-    return folder.parent if folder.name == CARD else folder
-
-
-def load_interval(path: AnyPath) -> Interval | None:
-    """The interval in a model's card, None where the model has none.
-
-    Parameters
-    ----------
-    path
-        The folder, or the card in it.
+    """Return the card of a model folder, its fields checked.
 
     Raises
     ------
     InputError
-        As :func:`load_model`, and for an interval whose numbers do not fit.
+        The card is missing or damaged, or an earlier version wrote the folder.
     """
-    return read_card(path).interval
-
-
-def load_digests(path: AnyPath) -> Digests | None:
-    """Digests of the pinches that a model learned from; None where it does not say.
-
-    Raises
-    ------
-    InputError
-        As :func:`load_model`.
-    """
-    folder = _folder(path)
-    vouched = read_card(folder).pinches_sha256
-    return None if vouched is None else read_digests(folder / PINCHES, vouched, CARD)
-
-
-def has_models(path: AnyPath) -> bool:
-    """Return True if a model is in a folder, or in one below it."""
-    folder = _folder(path)
-    return (folder / CARD).exists() or any(folder.glob(f"*/{CARD}"))
-
-
-def model_folders(path: AnyPath) -> list[Path]:
-    """Folders of the models that one training left: ``path`` itself, or those in it.
-
-    Parameters
-    ----------
-    path
-        What ``firstcontact train`` was given as ``--out``, or one model's folder.
-
-    Returns
-    -------
-    list of Path
-        Shortest window first, where they are named as training names them.
-
-    Raises
-    ------
-    InputError
-        No model is there.
-    """
-    folder = _folder(path)
-    if (folder / CARD).exists():
-        return [folder]
-    folders = sorted(card.parent for card in folder.glob(f"*/{CARD}"))
-    if not folders:
+    folder = model_folder(path)
+    if not has_model(folder):
+        check_former(folder)
         aside = displaced_folder(folder)
         if aside is not None:
             raise InputError(
                 f"{folder}: a training was killed while it replaced this folder: rename {aside}, "
                 "which was here, or train again"
             )
-        raise InputError(
-            f"{folder}: there is no model here: name a folder that `firstcontact train` wrote"
-        )
-    return folders
+    return read_checked(folder / CARD, "model", FORMAT, FORMAT_VERSION, ModelCard)
 
 
-def _check_detector(directory: Path, card: ModelCard) -> None:
-    """Refuse the detector beside a model, or above it, that is not the one it was trained with."""
-    if card.detector is None:
-        return
-    for folder in (directory, directory.parent):
-        file = folder / DETECTOR_CARD
-        if not file.exists():
-            continue
-        try:
-            card_bytes = read_regular(file, LONGEST_CARD)
-        except OSError as error:
-            raise InputError(f"{file}: cannot be read ({error.strerror}): check the file") from None
-        if digest(card_bytes) != card.detector:
+def model_folder(path: AnyPath) -> Path:
+    """Return the folder of a model, for the folder itself or for the card in it."""
+    folder = Path(path)
+    return folder.parent if folder.name == CARD else folder
+
+
+def check_former(folder: Path) -> None:
+    """Refuse a folder of format version 1; InputError names the command that makes it again."""
+    for pattern in _FORMER:
+        for card in folder.glob(pattern):
             raise InputError(
-                f"{file}: is not the detector that {directory / CARD} was trained with: "
-                "copy the whole folder again, or train again"
+                f"{card}: an earlier version wrote this model: make it again in a new folder with "
+                "`firstcontact train` or `firstcontact adapt`"
             )
+
+
+def _require_kind(folder: Path, part: WindowCard) -> None:
+    try:
+        kind = model_kind(part.kind)
+    except InputError as error:
+        raise InputError(f"{folder / CARD}: {error}: update firstcontact or train again") from None
+    require_extra(kind)
+
+
+def _predictor(folder: Path, part: WindowCard | NetworkCard, arrays: Arrays) -> Predictor:
+    remedy = "train again"
+    try:
+        if isinstance(part, WindowCard):
+            return WindowPredictor.from_card(part, arrays)
+        remedy = "make it again with `firstcontact adapt`"
+        return NetworkPredictor.from_card(part, arrays)
+    except KeyError as error:
+        reason = f"the array {error} is missing"
+    except InputError as error:
+        reason = str(error)
+    except (ValueError, TypeError, IndexError, ArithmeticError):
+        reason = f"the arrays are not those of a model of kind {part.kind!r}"
+    raise InputError(f"{folder / WEIGHTS} with {CARD}: {reason}: {remedy}")
+
+
+def _check_detector(folder: Path, card: ModelCard) -> None:
+    """Refuse a detector beside a model that was trained with another one."""
+    file = folder / DETECTOR_CARD
+    if card.detector is None or not file.exists():
         return
+    try:
+        card_bytes = read_regular(file, LONGEST_CARD)
+    except OSError as error:
+        raise InputError(f"{file}: cannot be read ({error.strerror}): check the file") from None
+    if digest(card_bytes) != card.detector:
+        raise InputError(
+            f"{file}: is not the detector that {folder / CARD} was trained with: "
+            "copy the whole folder again, or train again"
+        )
 
 
-def _spec(path: Path, card: ModelCard) -> Spec:
-    spec = Spec(card.task, card.rate_hz, card.samples, card.channels, card.classes)
-    if spec.duration > LONGEST_WINDOW:
+def pretrained() -> InContextModel:
+    """Return the network of the package, which knows no rig yet.
+
+    Raises
+    ------
+    InputError
+        A package that is damaged.
+    """
+    [predictor] = read_model(pretrained_folder()).predictors
+    assert isinstance(predictor, NetworkPredictor)
+    return predictor.model
+
+
+def pretrained_folder() -> Path:
+    """Return the folder of the pre-trained network."""
+    return Path(str(files("firstcontact.models"))) / "pretrained"
+
+
+@dataclass(frozen=True, slots=True)
+class _Format:
+    """Field of a card that names its format."""
+
+    format: str
+
+
+def check_replaceable(out: Path, windows: Sequence[float], network: bool) -> bool:
+    """Refuse a folder that holds anything but models and a detector that are made again.
+
+    Parameters
+    ----------
+    out
+        The folder; it need not be there.
+    windows
+        Lengths of the window models to come, s.
+    network
+        True if a network is to come.
+
+    Returns
+    -------
+    bool
+        True if a former training is there, which is to be replaced.
+
+    Raises
+    ------
+    InputError
+        Names what would be lost.
+    """
+    if not out.is_dir():
+        return False
+    check_former(out)
+    for path in sorted(out.iterdir()):
+        if path.name not in (CARD, WEIGHTS, DETECTOR_CARD, DETECTOR_WEIGHTS) or path.is_dir():
+            raise _foreign(path)
+    _check_format(out / CARD, FORMAT)
+    _check_format(out / DETECTOR_CARD, DETECTOR_FORMAT)
+    if has_model(out):
+        _check_made_again(out, windows, network)
+    return any(out.iterdir())
+
+
+def _check_made_again(out: Path, windows: Sequence[float], network: bool) -> None:
+    try:
+        parts = read_card(out).predictors
+    except InputError:
+        return  # damaged: nothing is lost
+    former = [part for part in parts if isinstance(part, WindowCard)]
+    lost = [p for p in former if p.samples not in [samples_in(s, p.rate_hz) for s in windows]]
+    if len(former) == len(windows) == 1:
+        lost = []  # one window replaces another
+    if lost or (len(former) < len(parts) and not network):
         raise InputError(
-            f"{path}: {spec.samples} samples at {spec.rate:g} Hz are more than "
-            f"{LONGEST_WINDOW:g} s: train again"
+            f"{out}: a model is here that would not be made again: "
+            "name another folder for --out, or remove it"
         )
-    if (spec.task is Task.CLASSIFICATION) != (len(spec.classes) > 1) or any(
-        not one < other for one, other in zip(spec.classes, spec.classes[1:], strict=False)
-    ):
-        raise InputError(
-            f"{path}: classes do not fit the task {spec.task}, or do not ascend: train again"
-        )
-    if list(card.channel_order) != _order(spec.channels):
-        raise InputError(
-            f"{path}: channel_order is {list(card.channel_order)!r} but windows here hold "
-            f"{_order(spec.channels)!r}: train again"
-        )
-    return spec
+
+
+def _check_format(path: Path, expected: str) -> None:
+    if not path.exists():
+        return
+    try:
+        card = read_record(read_regular(path, LONGEST_CARD), _Format, "", "", LONGEST_CARD)
+    except InputError:
+        raise _foreign(path) from None
+    if card.format != expected:
+        raise _foreign(path)
+
+
+def _foreign(path: Path) -> InputError:
+    return InputError(
+        f"{path.parent} holds {path.name}, which no training wrote, and would be replaced whole: "
+        "name another folder for --out, or move it away"
+    )

@@ -1,19 +1,230 @@
-"""Pre-trained network as an estimator: its fit summarises the rig of the training pinches."""
+"""Pre-trained network as an estimator: it is conditioned on a rig by a summary of its pinches."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import ceil
 from typing import Any, ClassVar
 
+import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import GREEN, InputError
-from firstcontact.models._adapting import Adapted, adapt_network
-from firstcontact.models._anytime_file import pretrained
+from firstcontact.core import GREEN, Dataset, Finger, InputError, counted, is_same_rate, percent
+from firstcontact.models._alignment import Alignment
+from firstcontact.models._card import TrainingRecord
 from firstcontact.models._estimator import Estimator
-from firstcontact.models._in_context import InContextModel
-from firstcontact.models._labelled_touches import LabelledTouches
+from firstcontact.models._in_context import ANY, InContextModel
+from firstcontact.models._model_file import pretrained
+from firstcontact.models._predictors import NetworkPredictor
+from firstcontact.models._rig import STAGES, Rig, stage_of
 from firstcontact.models._spec import Task, Values, Windows
+from firstcontact.models._splits import inner_folds
+from firstcontact.models._touches import TIMES, Touches
+from firstcontact.models._training import DURATION, LabelledTouches
+from firstcontact.signal import samples_in
+
+#: A finger with fewer pinches than this is not known by itself.
+LEAST_OF_FINGER = 8
+#: Of more pinches of a level, so many: the network was trained with hardly fewer, and on sessions
+#: that were held out twenty-five times as many scored alike.
+MOST_OF_LEVEL = 20
+#: Folds in which the ways to know the rig are compared.
+FOLDS = 3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Adapted:
+    """A model that knows a rig.
+
+    Parameters
+    ----------
+    model
+        The model; its intervals are widened where they held too few of the held-out pinches.
+    way
+        How the rig is known: what scored best on pinches that were held out.
+    scores
+        RMSE in Shore A of each way on those, 15 ms or what the second contact leaves of it.
+    mean_rmse
+        RMSE of always answering the mean of the other pinches, NaN where none were held out.
+    check
+        The intervals on the held-out pinches; None where none were held out.
+    """
+
+    model: InContextModel
+    way: str
+    scores: Mapping[str, float]
+    mean_rmse: float = float("nan")
+    check: IntervalCheck | None = None
+
+    @property
+    def refusal(self) -> str:
+        """Return why the model is of no use for this rig, "" if it is of use."""
+        if not self.scores or self.scores[self.way] < self.mean_rmse:
+            return ""
+        return (
+            f"on held-out pinches the RMSE is {self.scores[self.way]:.1f} Shore A, and always "
+            f"answering their mean scores {self.mean_rmse:.1f}: the model cannot read this rig. "
+            "Check the Shore A labels, the contacts and that the sensor touches as a fingertip "
+            "does, or use `firstcontact train`"
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class IntervalCheck:
+    """Intervals of a model on pinches that its rig is not known by.
+
+    Parameters
+    ----------
+    n
+        Number of held-out pinches.
+    coverage
+        Share of truths in the intervals as shipped, at the time where it is lowest.
+    scales
+        Factor at each stage that makes the intervals hold their share, at least 1.
+    """
+
+    n: int
+    coverage: float
+    scales: NDArray[np.float64]
+
+
+def adapt_network(
+    base: InContextModel,
+    touches: Touches,
+    shore_a: Values,
+    sessions: NDArray[np.str_] | None = None,
+    seed: int = 0,
+) -> Adapted:
+    """Tell a pre-trained model of a rig.
+
+    Both fingers may be alike, or two rigs of their own: what answers better for pinches that
+    were held out is kept. Intervals that hold too few of these are widened.
+
+    Parameters
+    ----------
+    base
+        Pre-trained.
+    touches, shore_a
+        Of things of known Shore A, shape (n,).
+    sessions
+        Held out whole where there are several, shape (n,).
+    seed
+        Of the folds.
+
+    Raises
+    ------
+    InputError
+        Fewer than two levels of Shore A, or fewer pinches than two of each.
+    """
+    lasting = touches.answerable
+    longest, shore_a = touches.take(lasting), shore_a[lasting]
+    sessions = None if sessions is None else sessions[lasting]
+    if len(np.unique(shore_a)) < 2 or len(longest) < 4:
+        raise InputError(
+            f"a rig is known by pinches of two Shore A levels at least, and {len(longest)} of "
+            f"{len(np.unique(shore_a))} are here: record more blocks"
+        )
+    tested = {
+        scheme: held_out
+        for scheme in WAYS
+        if (held_out := _held_out(base, longest, shore_a, sessions, scheme, seed)) is not None
+    }
+    if not tested:
+        return Adapted(base.conditioned_on(_rigs(longest, shore_a, WAYS[0], seed)), WAYS[0], {})
+    scores = {scheme: _rms(held_out.errors) for scheme, held_out in tested.items()}
+    best = min(scores, key=lambda scheme: scores[scheme])
+    check = tested[best].check(base.level, touches.rate)
+    model = base.conditioned_on(_rigs(longest, shore_a, best, seed)).widened(check.scales)
+    return Adapted(model, best, scores, _rms(tested[best].from_mean), check)
+
+
+#: Ways to know a rig: all fingers as one, or each by itself.
+WAYS = ("one", "each finger")
+
+
+def _rigs(touches: Touches, shore_a: Values, scheme: str, seed: int) -> dict[int, Rig]:
+    def rig(members: NDArray[np.intp]) -> Rig:
+        chosen = members[_some(shore_a[members], seed)]
+        return Rig.of(touches.take(chosen), shore_a[chosen])
+
+    rigs = {ANY: rig(np.arange(len(touches)))}
+    if scheme == WAYS[1]:
+        for finger in range(len(Finger)):
+            positions = np.flatnonzero(touches.fingers == finger)
+            if len(positions) >= LEAST_OF_FINGER and len(np.unique(shore_a[positions])) > 1:
+                rigs[finger] = rig(positions)
+    return rigs
+
+
+def _some(shore_a: Values, seed: int) -> NDArray[np.intp]:
+    """Positions of no more than ``MOST_OF_LEVEL`` of each level, ascending."""
+    rng = np.random.default_rng(seed)
+    chosen = []
+    for level in np.unique(shore_a):
+        positions = np.flatnonzero(shore_a == level)
+        chosen.append(rng.permutation(positions)[:MOST_OF_LEVEL])
+    return np.sort(np.concatenate(chosen))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _HeldOut:
+    """Predictions for pinches that the rig is not known by.
+
+    Parameters
+    ----------
+    errors, from_mean
+        Error of the model at the longest time, and of the mean of the other pinches, Shore A,
+        shape (n,).
+    ratios
+        Absolute error over the half width of the interval at each of ``TIMES``,
+        shape (times, n).
+    """
+
+    errors: Values
+    from_mean: Values
+    ratios: Values
+
+    def check(self, level: float, rate: float) -> IntervalCheck:
+        """Split conformal (Lei et al. 2018) at each time, and between them along the stages."""
+        n = len(self.errors)
+        rank = min(ceil((n + 1) * level), n)
+        needed = np.sort(self.ratios, axis=1)[:, rank - 1]
+        stages = [STAGES[stage_of(samples_in(1e-3 * ms, rate), rate)] for ms in TIMES]
+        scales = np.maximum(np.interp(STAGES, stages, needed), 1.0)
+        return IntervalCheck(n, float((self.ratios <= 1).mean(axis=1).min()), scales)
+
+
+def _held_out(
+    base: InContextModel,
+    touches: Touches,
+    shore_a: Values,
+    sessions: NDArray[np.str_] | None,
+    scheme: str,
+    seed: int,
+) -> _HeldOut | None:
+    """Predict for pinches that the rig is not known by; None where none can be held out."""
+    parts = []
+    for learn, ask in inner_folds(shore_a, sessions, seed, FOLDS):
+        if len(np.unique(shore_a[learn])) < 2 or not len(ask):
+            continue
+        model = base.conditioned_on(_rigs(touches.take(learn), shore_a[learn], scheme, seed))
+        test_touches, truth = touches.take(ask), shore_a[ask]
+        errors = model.predict(test_touches).value - truth
+        ratios = []
+        for ms in TIMES:
+            early = test_touches.until(samples_in(1e-3 * ms, touches.rate))
+            predictions = model.predict(early)
+            half = model.half_widths(predictions.spread, early.valid, touches.rate)
+            ratios.append(np.abs(predictions.value - truth) / half)
+        parts.append((errors, shore_a[learn].mean() - truth, np.array(ratios)))
+    if not parts:
+        return None
+    return _HeldOut(*(np.concatenate(arrays, axis=-1) for arrays in zip(*parts, strict=True)))
+
+
+def _rms(errors: Values) -> float:
+    return float(np.sqrt(np.mean(errors**2)))
 
 
 @dataclass(frozen=True)
@@ -54,3 +265,85 @@ class NetworkEstimator(Estimator):
         return adapt_network(
             pretrained(), labelled.touches, labelled.shore_a, labelled.named_sessions, seed
         )
+
+
+class UnknownRigError(InputError):
+    """The pinches do not describe a rig."""
+
+
+def check_network(task: str, windows: Sequence[float], level: float, rate: float | None) -> None:
+    """Refuse what the network cannot do; InputError names the parameter."""
+    base = pretrained()
+    if task != Task.REGRESSION:
+        raise InputError(f"network does not learn {task}: choose regression", parameter="task")
+    if tuple(windows) != (DURATION,):
+        raise InputError(
+            "the network predicts from 2 to 15 ms after a contact: leave the lengths out",
+            parameter="windows",
+        )
+    if level != base.level:
+        raise InputError(f"intervals of the network have {base.level:g}", parameter="level")
+    if rate is not None and not is_same_rate(rate, base.rate):
+        raise InputError(f"the network takes {base.rate:g} Hz: leave it out", parameter="rate")
+
+
+def condition(
+    dataset: Dataset, seed: int, contacts: Alignment
+) -> tuple[NetworkPredictor, list[str]]:
+    """Return the network conditioned on the rig of these pinches, and sentences about it.
+
+    Raises
+    ------
+    UnknownRigError
+        The pinches do not describe a rig.
+    """
+    base = pretrained()
+    if not is_same_rate(dataset.layout.rate, base.rate):
+        raise UnknownRigError(
+            f"it takes {base.rate:g} Hz and these pinches have {dataset.layout.rate:g} Hz",
+            parameter="data",
+        )
+    if not np.isfinite(dataset.shore_a).any():
+        raise UnknownRigError(
+            "no pinch has a Shore A, and a rig is known by objects of known Shore A: record with "
+            "--shore-a or a plan with a column shore, or import with a column shore_a",
+            parameter="data",
+        )
+    labelled = LabelledTouches.of(dataset, contacts.contacts)
+    try:
+        made = NetworkEstimator(Task.REGRESSION, base.rate).fit_contacts(labelled, seed)
+    except InputError as error:
+        raise UnknownRigError(error.message, parameter="data") from None
+    if made.refusal:
+        raise UnknownRigError(made.refusal, parameter="data")
+    record = TrainingRecord(pinches=len(labelled), scores=_held_out_scores(made))
+    return NetworkPredictor(made.model, record), [
+        f"the rig is known by {counted(len(labelled), 'pinch')} of "
+        f"{counted(len(np.unique(labelled.shore_a)), 'Shore A level')}",
+        *_checked_in_words(base, made),
+    ]
+
+
+def _held_out_scores(made: Adapted) -> dict[str, float]:
+    scores = {f"held out, {scheme}": round(score, 3) for scheme, score in made.scores.items()}
+    if made.check is not None:
+        scores |= {
+            "held out, always the mean": round(made.mean_rmse, 3),
+            "held out, least coverage": round(made.check.coverage, 3),
+            "intervals widened": round(float(made.check.scales.max()), 3),
+        }
+    return scores
+
+
+def _checked_in_words(base: InContextModel, made: Adapted) -> list[str]:
+    if made.check is None:
+        return ["errors and intervals are not checked: too few pinches to hold some out"]
+    compared = ", ".join(f"{scheme}: rmse {score:.2f}" for scheme, score in made.scores.items())
+    widest = made.check.scales.max()
+    widened = f"now up to {widest:.2f} times as wide" if widest > 1 else "kept"
+    return [
+        f"fingers as one or each by itself, on pinches held out: {compared} Shore A (always "
+        f"answering the mean: {made.mean_rmse:.2f}); kept: {made.way}",
+        f"{100 * base.level:.0f} % intervals held at least {percent(made.check.coverage)} of "
+        f"{counted(made.check.n, 'pinch')} held out, at each time: {widened}",
+    ]

@@ -15,10 +15,8 @@ import torch
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from firstcontact.core import InputError
-from firstcontact.models._efficientnet import ConvNorm, EfficientNet
+from firstcontact.models._efficientnet import EfficientNet
 from firstcontact.models._network import INPUT, OPSET
-from firstcontact.models._spec import Arrays
 
 
 def export(network: EfficientNet, samples: int) -> bytes:
@@ -39,30 +37,6 @@ def export(network: EfficientNet, samples: int) -> bytes:
     folded = network.folded()
     weights = {name: tensor.detach().numpy() for name, tensor in folded.state_dict().items()}
     return _filled(samples, network.channels, network.last.out_features, weights)
-
-
-def export_older(weights: Arrays, samples: int, channels: int, outputs: int) -> bytes:
-    """The same of the folded weights that model files held before they held ONNX.
-
-    Raises
-    ------
-    InputError
-        A weight is missing or has another shape.
-    """
-    network = EfficientNet(channels, outputs).folded()
-    blocks = {name for name, module in network.named_modules() if isinstance(module, ConvNorm)}
-    arrays: dict[str, NDArray[np.float32]] = {}
-    for name, tensor in network.state_dict().items():
-        layer, kind = name.rsplit(".", 1)
-        block = layer.removesuffix(".0")  # of the convolution in a block
-        older = f"{block}.{kind}" if block in blocks else name
-        array = weights.get(older)
-        if array is None or array.shape != tuple(tensor.shape) or array.dtype != np.float32:
-            raise InputError(
-                f"the weight {older} of the CNN is missing or of another network: train it again"
-            )
-        arrays[name] = array
-    return _filled(samples, channels, outputs, arrays)
 
 
 def _filled(

@@ -110,7 +110,7 @@ class Familiar:
             limits.append(np.quantile(distance, 1 - FALSE_ALARMS))
         return cls(np.array(means), np.array(whitenings), np.array(limits))
 
-    def strange(
+    def out_of_range(
         self, trait_values: NDArray[np.float64], stages: NDArray[np.intp], has_level: bool = True
     ) -> NDArray[np.bool_]:
         """Return True for traits (n, TRAITS) that lie outside at their stages, shape (n,).
@@ -130,13 +130,13 @@ class Familiar:
         out: NDArray[np.bool_] = np.sqrt(square) > self.limit[stages]
         return out if has_level else out | still(trait_values)
 
-    def is_strange(
+    def is_out_of_range(
         self, trait_values: NDArray[np.float64], stage: int, has_level: bool = True
     ) -> bool:
-        """Return True if the traits (TRAITS,) of one contact lie outside; see :meth:`strange`."""
+        """Return True if the traits (TRAITS,) of one contact lie outside."""
         if not has_level:
             stages = np.full(1, stage, np.intp)
-            return bool(self.strange(trait_values[None], stages, has_level)[0])
+            return bool(self.out_of_range(trait_values[None], stages, has_level)[0])
         far = trait_values - self.mean[stage]
         far[NAMES.index("length")] = 0.0
         away = self.whitening[stage] @ far

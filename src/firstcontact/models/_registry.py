@@ -8,8 +8,8 @@ from firstcontact.core import InputError, Registry
 
 if TYPE_CHECKING:
     from firstcontact.models._estimator import Estimator
-    from firstcontact.models._model import WindowModel
     from firstcontact.models._spec import Task
+    from firstcontact.models._window_model import WindowModel
 
 ESTIMATORS: Registry[type[Estimator]] = Registry(
     "estimator",

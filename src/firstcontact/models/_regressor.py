@@ -27,8 +27,8 @@ from firstcontact.core import (
     summarize_error,
 )
 from firstcontact.models._estimator import Estimator, training_spec
-from firstcontact.models._model import WindowModel
 from firstcontact.models._spec import Arrays, Spec, Task, Values, Windows
+from firstcontact.models._window_model import WindowModel
 
 #: Types of scikit-learn that hold numbers only, beside those that skops trusts itself: the trees
 #: of forests and of boosting, and the kernels of Gaussian processes.

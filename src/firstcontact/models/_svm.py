@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from firstcontact.core import BLUE
 from firstcontact.models._estimator import Estimator, Reference, target_scale, training_spec
-from firstcontact.models._folds import inner_folds
-from firstcontact.models._model import WindowModel
 from firstcontact.models._spec import Spec, Task, Values, Windows
+from firstcontact.models._splits import inner_folds
 from firstcontact.models._svm_model import SvmModel, level_of, shape_and_level
+from firstcontact.models._window_model import WindowModel
 
 #: Windows of a search, unless told otherwise.
 SEARCH_WINDOWS = 800

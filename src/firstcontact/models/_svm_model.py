@@ -10,10 +10,10 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import INPUT, InputError, Program, RbfKernel, steps
-from firstcontact.models._model import ArraysModel
+from firstcontact.core import INPUT, Program, RbfKernel, steps
 from firstcontact.models._reduced_set import reduced_sets
 from firstcontact.models._spec import Spec, Task, Windows
+from firstcontact.models._window_model import TARGET, ArrayCheck, ArraysModel
 
 #: Weight of the level beside the samples of the shape, each of unit variance.
 #: With 74 samples the level then carries about a tenth of all variance.
@@ -90,35 +90,32 @@ class SvmModel(ArraysModel):
     """
 
     kind: ClassVar[str] = "svm"
-    names = ("level", "vectors", "weights", "bias", "target", "parameters")
+    declared: ClassVar[Mapping[str, ArrayCheck]] = {
+        "level": ArrayCheck((2,), positive=1),
+        "vectors": ArrayCheck(("vectors", "shape and level")),
+        "weights": ArrayCheck(("decisions", "vectors")),
+        "bias": ArrayCheck(("decisions",)),
+        "target": TARGET,
+        "parameters": ArrayCheck((3,), positive=1),
+    }
 
-    def __init__(
-        self,
-        spec: Spec,
-        level: NDArray[np.float64],
-        vectors: NDArray[np.float32],
-        weights: NDArray[np.float32],
-        bias: NDArray[np.float32],
-        target: NDArray[np.float64],
-        parameters: NDArray[np.float64],
-    ) -> None:
+    def __init__(self, spec: Spec, *arrays: NDArray[Any]) -> None:
+        super().__init__(spec, *arrays)
+        level, vectors, weights, bias, _, self.parameters = self._arrays.values()
         k = len(spec.classes)
-        rows = 1 if spec.task is Task.REGRESSION else k * (k - 1) // 2
-        m = vectors.shape[0] if vectors.ndim else 0
-        expected = ((2,), (m, spec.samples * spec.channels + 1), (rows, m), (rows,), (2,), (3,))
-        given: tuple[NDArray[Any], ...] = (level, vectors, weights, bias, target, parameters)
-        if tuple(a.shape for a in given) != expected:
-            raise InputError("the arrays of the SVM do not fit together: train it again")
-        if not (level[1] > 0 and target[1] > 0 and parameters[1] > 0):
-            raise InputError("a scale of the SVM is not above 0: train it again")
-        super().__init__(spec, *given)
-        self.parameters = parameters
         self._level, self._slope = float(level[0]), LEVEL_WEIGHT / float(level[1])
-        self._kernel = RbfKernel(vectors.astype(np.float32), float(parameters[1]))
+        self._kernel = RbfKernel(vectors.astype(np.float32), float(self.parameters[1]))
         self._weights = np.ascontiguousarray(weights, dtype=np.float32)
         self._bias = bias.astype(np.float32)
         pairs = np.array(list(combinations(range(k), 2)), dtype=np.intp).reshape(-1, 2)
         self._first, self._second = pairs[:, 0].copy(), pairs[:, 1].copy()
+
+    @classmethod
+    def sizes(cls, spec: Spec) -> dict[str, int]:
+        """See :meth:`ArraysModel.sizes`."""
+        k = len(spec.classes)
+        decisions = 1 if spec.task is Task.REGRESSION else k * (k - 1) // 2
+        return {"shape and level": spec.samples * spec.channels + 1, "decisions": decisions}
 
     @property
     def notes(self) -> Mapping[str, Any]:

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Record
 from firstcontact.models._estimator import Reference
-from firstcontact.models._model import WindowModel
 from firstcontact.models._spec import Windows
+from firstcontact.models._window_model import WindowModel
 
 #: Calls before the clock counts: caches and parts that are built late.
 WARM_UP = 200

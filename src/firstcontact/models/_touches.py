@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
@@ -9,7 +10,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import FINGERTIP_WINDOW, ChannelKind, Contact, Dataset, Finger, Pinch
+from firstcontact.core import (
+    FINGERTIP_WINDOW,
+    ChannelKind,
+    Contact,
+    Dataset,
+    Finger,
+    InputError,
+    Pinch,
+    parse_float,
+)
 from firstcontact.signal import BASELINE, BASELINE_GUARD, DeviceSmoothing, samples_in
 
 #: So much of the signal before the contact is looked at, s: there the motor is heard.
@@ -156,21 +166,15 @@ def touches_of(
     which : ndarray
         Their positions in the dataset, shape (n,).
     """
-    second_contacts = [p.second for p in dataset.pinches] if seconds is None else list(seconds)
-    signals, valid, fingers, positions = [], [], [], []
-    for place, (pinch, first, second) in enumerate(
-        zip(dataset.pinches, contacts, second_contacts, strict=True)
-    ):
+    valid = np.minimum(
+        valid_samples(dataset, contacts, seconds), samples_in(LONGEST, dataset.layout.rate)
+    )
+    signals, fingers, positions = [], [], []
+    for place, (pinch, first) in enumerate(zip(dataset.pinches, contacts, strict=True)):
         signal = None if first is None else _signal(pinch, first)
         if first is None or signal is None:
             continue
-        start = first.sample - pinch.first_sample
-        most = min(samples_in(LONGEST, pinch.layout.rate), len(pinch.data) - start)
-        if second is not None:
-            # What was placed behind the second contact has no samples of the first alone.
-            most = min(most, max(second.sample - first.sample, 0))
         signals.append(signal)
-        valid.append(most)
         fingers.append(finger_number(first.finger))
         positions.append(place)
     rate = dataset.layout.rate
@@ -178,12 +182,46 @@ def touches_of(
     return (
         Touches.untold(
             np.array(signals, np.float32).reshape(-1, width),
-            np.array(valid, np.intp),
+            valid[positions],
             np.array(fingers, np.intp),
             rate,
         ),
         np.array(positions, np.intp),
     )
+
+
+def valid_samples(
+    dataset: Dataset,
+    contacts: Sequence[Contact | None],
+    seconds: Sequence[Contact | None] | None = None,
+) -> NDArray[np.intp]:
+    """Return the number of samples after each contact of the first finger alone.
+
+    They end with the pinch, or before the second contact. No model uses samples after these.
+
+    Parameters
+    ----------
+    dataset
+        The pinches.
+    contacts
+        First contact of each, None where none is known.
+    seconds
+        Second contacts; by default those that the pinches themselves know.
+
+    Returns
+    -------
+    ndarray
+        Shape (n,); 0 without a contact, or with one placed after the second.
+    """
+    second_contacts = [p.second for p in dataset.pinches] if seconds is None else list(seconds)
+    out = np.zeros(len(dataset), np.intp)
+    triples = zip(dataset.pinches, contacts, second_contacts, strict=True)
+    for place, (pinch, first, second) in enumerate(triples):
+        if first is not None:
+            end = pinch.first_sample + len(pinch.data)
+            end = end if second is None else min(end, second.sample)
+            out[place] = max(end - first.sample, 0)
+    return out
 
 
 def finger_number(finger: Finger | None) -> int:
@@ -198,3 +236,44 @@ def _signal(pinch: Pinch, contact: Contact) -> Signals | None:
     volts = pinch.layout.physical(pinch.data, columns)
     smooth = DeviceSmoothing(pinch.layout, columns).update(volts)
     return cut_touch(smooth[:, 0], contact.sample - pinch.first_sample, pinch.layout.rate)
+
+
+#: Shape hint of a flat object.
+FLAT = "flat"
+#: Least and largest radius that can be told, mm: rounder ones were not learned from, and what is
+#: less curved is flat.
+LEAST, MOST = 5.0, 200.0
+
+
+def radius_of(text: str) -> float:
+    """Return the radius in m of a hint, "flat" or a number of mm; infinite for flat.
+
+    NaN where nothing is told, as by "".
+
+    Raises
+    ------
+    InputError
+        Neither, or a radius beyond what was learned from.
+    """
+    word = text.strip().lower()
+    if not word:
+        return math.nan
+    if word == FLAT:
+        return math.inf
+    try:
+        radius = parse_float(word.removesuffix("mm"))
+    except ValueError:
+        radius = math.nan
+    if not LEAST <= radius <= MOST:
+        raise InputError(
+            f"the shape {text.strip()!r} cannot be told: give {FLAT}, or a radius "
+            f"from {LEAST:g} to {MOST:g} mm"
+        )
+    return radius / 1000
+
+
+def in_words(radius: float | None) -> str:
+    """Return the hint of a radius as text, "" for None or NaN."""
+    if radius is None or math.isnan(radius):
+        return ""
+    return FLAT if math.isinf(radius) else f"radius {1000 * radius:g} mm"

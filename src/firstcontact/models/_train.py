@@ -16,47 +16,35 @@ from firstcontact.core import (
     counted,
     is_same_rate,
     parallel,
-    percent,
     progress_steps,
     require_extra,
     to_tree,
     worker_count,
 )
-from firstcontact.models._adapting import Adapted
 from firstcontact.models._alignment import Alignment, fit_detector, found_as_live, known
-from firstcontact.models._anytime_file import pretrained
-from firstcontact.models._bundle import (
-    Model,
-    NetworkPredictor,
-    WindowPredictor,
-    require_dataset,
+from firstcontact.models._card import TrainingData, TrainingRecord
+from firstcontact.models._final_model import (
+    Target,
+    interval_in_words,
+    scores_in_words,
+    train_final_model,
 )
-from firstcontact.models._card import LearnedFrom, Provenance
-from firstcontact.models._final_model import FinalModel, train_final_model
-from firstcontact.models._in_context import InContextModel
-from firstcontact.models._labelled_touches import LabelledTouches
-from firstcontact.models._learned_from import Digests, pinch_digests
-from firstcontact.models._network_estimator import NetworkEstimator
+from firstcontact.models._model import Model, require_dataset
+from firstcontact.models._model_file import pretrained
+from firstcontact.models._network_estimator import UnknownRigError, check_network, condition
+from firstcontact.models._predictors import NetworkPredictor, Predictor, WindowPredictor
 from firstcontact.models._registry import ESTIMATORS, find_estimator
 from firstcontact.models._regressor import RegressorEstimator
-from firstcontact.models._scores import TaskScores
 from firstcontact.models._spec import Task, Values
-from firstcontact.models._train_folder import folder_name
+from firstcontact.models._train_overlap import pinch_digests
 from firstcontact.models._training import DURATION, LabelledWindows, labelled_windows
 from firstcontact.recording import check_rate
 from firstcontact.signal import resample_dataset
 
-Target = Literal["shore_a", "hardness_rank"]
 Contacts = Literal["auto", "known", "detected"]
-#: Unit of the errors of each target.
-UNITS: dict[Target, str] = {"shore_a": "Shore A", "hardness_rank": "ranks"}
 #: Longest and shortest window, s.
 WINDOWS = (0.001, 1.0)
 MOST_SEEDS = 1 << 32
-
-
-class UnknownRigError(InputError):
-    """The pinches do not describe a rig."""
 
 
 def train(
@@ -134,65 +122,66 @@ def train(
         kind.check_saved(seed)
     if task not in tuple(Task):
         raise InputError(f"{task!r} is none of {', '.join(Task)}", parameter="task")
-    if not kind.takes_windows:
-        _check_network(task, windows, level, rate)
-        return _train_network(data, detector, contacts, seed, workers, progress)
+    takes_windows = kind.takes_windows
+    if not takes_windows:
+        check_network(task, windows, level, rate)
     dataset = _training_pinches(data)
     digests = pinch_digests(dataset.pinches)
-    if rate is None and np.isfinite(dataset.shore_a).any():
-        rate = pretrained().rate
+    has_shore = bool(np.isfinite(dataset.shore_a).any())
+    if rate is None and (has_shore or not takes_windows):
+        rate = pretrained().rate  # also of the detector: all listen to one stream
     dataset, notes = _resampled(dataset, rate)
+    lengths = sorted(windows) if takes_windows else []
     with (
         parallel(worker_count(workers)) as runner,
-        progress_steps(progress, 3 + len(windows), "step", "training") as step,
+        progress_steps(progress, 3 + len(lengths), "step", "training") as step,
     ):
         fitted = fit_detector(dataset, detector)
-        target, values = _target(dataset)
         step(1)
-        if known_contacts(contacts, dataset):
+        has_known = known_contacts(contacts, dataset)
+        if has_known and (takes_windows or contacts == "known"):
             aligned = known(dataset)
         else:
             aligned = found_as_live(dataset, fitted, seed, runner)
         step(1)
-        cuts = {}
-        for length in sorted(windows):
-            cut = labelled_windows(dataset, aligned.contacts, length, values)
-            if len(cut) < 2:
-                raise InputError(
-                    f"{len(cut)} of {len(dataset)} pinches have a contact, a whole window of "
-                    f"{1e3 * length:g} ms and a {target}: record or import longer pinches",
-                    parameter="data",
-                )
-            cuts[length] = cut
-        models = []
-        for length, cut in cuts.items():
+        cuts = [(length, _cut(dataset, aligned, length)) for length in lengths]
+        predictors: list[Predictor] = []
+        for length, cut in cuts:
+            target, _ = _target(dataset)
             final = train_final_model(
                 cut, estimator, Task(task), seed, level, runner, target == "shore_a"
             )
-            provenance = Provenance(
-                data=_learned_from(cut, dataset, aligned, target, seed),
+            record = TrainingRecord(
+                pinches=len(cut),
                 split=f"scores: {final.split}; the saved model learned from all pinches",
                 scores=to_tree(final.scores),
-                interval=final.interval,
-                conformal=final.conformal,
+                calibration=final.conformal,
             )
-            name = "" if len(cuts) == 1 else folder_name(round(1e3 * length, 6))
-            models.append(WindowPredictor(final.model, provenance, digests[cut.which], name))
+            predictors.append(WindowPredictor(final.model, final.interval, record))
             notes += [
                 f"{kind.name} ({Task(task)}), {1e3 * length:g} ms: {counted(len(cut), 'pinch')}",
                 f"held out ({final.split}): {scores_in_words(final.scores, target)}",
-                _interval_in_words(final, target),
+                interval_in_words(final, target),
             ]
             step(1)
-        network = None
-        if target == "shore_a":
+        if has_shore or not takes_windows:
             try:
-                network, sentences = _conditioned(dataset, digests, seed, aligned)
-                notes += [f"network: {line}" for line in sentences]
+                network, sentences = condition(dataset, seed, aligned)
+                predictors.append(network)
+                notes += [f"network: {line}" if takes_windows else line for line in sentences]
             except UnknownRigError as error:
+                if not takes_windows:
+                    raise
                 notes.append(f"no network: {error.message}")
         step(1)
-    return Model(fitted, tuple(models), network, tuple(notes), detector_data(fitted, dataset))
+    return Model(
+        fitted,
+        tuple(predictors),
+        _training_data(dataset, aligned, seed),
+        digests,
+        tuple(notes),
+        detector_data(fitted, dataset),
+    )
 
 
 def train_detector(
@@ -216,7 +205,7 @@ def train_detector(
     """
     dataset, notes = _resampled(_training_pinches(data), rate)
     fitted = fit_detector(dataset, detector)
-    return Model(fitted, (), None, tuple(notes), detector_data(fitted, dataset))
+    return Model(fitted, notes=tuple(notes), detector_data=detector_data(fitted, dataset))
 
 
 def adapt(
@@ -266,8 +255,8 @@ def adapt(
                     f"{detector} has to be fitted: name recordings, too", parameter="detector"
                 )
             fallback = make_detector(detector)
-        return Model(fallback, (), NetworkPredictor(pretrained()))
-    return _train_network(data, detector, "auto", seed, 1, progress)
+        return Model(fallback, (NetworkPredictor(pretrained()),))
+    return train(data, "network", detector=detector, seed=seed, progress=progress)
 
 
 def known_contacts(contacts: str, dataset: Dataset) -> bool:
@@ -289,20 +278,6 @@ def known_contacts(contacts: str, dataset: Dataset) -> bool:
             parameter="contacts",
         )
     return contacts == "known" or (contacts == "auto" and has_known)
-
-
-def scores_in_words(scores: TaskScores, target: Target) -> str:
-    """Format scores on one line, errors in the unit of the target."""
-    unit = UNITS[target]
-    units = {"rmse": unit, "mae": unit, "mse": f"{unit}²", "bias": unit}
-    numbers = [
-        f"{name} {value:.2f} {unit}"
-        for name, unit in units.items()
-        if (value := getattr(scores, name, None)) is not None
-    ]
-    if (accuracy := getattr(scores, "accuracy", None)) is not None:
-        numbers.insert(0, f"accuracy {percent(accuracy)}")
-    return f"{', '.join(numbers)}, {counted(scores.n, 'pinch')}"
 
 
 def detector_data(detector: Detector, dataset: Dataset) -> dict[str, Any]:
@@ -349,6 +324,18 @@ def _resampled(dataset: Dataset, rate: float | None) -> tuple[Dataset, list[str]
     return resampled, [resampled.notes[-1]]
 
 
+def _cut(dataset: Dataset, aligned: Alignment, length: float) -> LabelledWindows:
+    target, values = _target(dataset)
+    cut = labelled_windows(dataset, aligned.contacts, length, values)
+    if len(cut) < 2:
+        raise InputError(
+            f"{len(cut)} of {len(dataset)} pinches have a contact, a whole window of "
+            f"{1e3 * length:g} ms and a {target}: record or import longer pinches",
+            parameter="data",
+        )
+    return cut
+
+
 def _target(dataset: Dataset) -> tuple[Target, Values]:
     targets: dict[Target, Values] = {
         "shore_a": dataset.shore_a,
@@ -362,18 +349,18 @@ def _target(dataset: Dataset) -> tuple[Target, Values]:
     )
 
 
-def _learned_from(
-    cut: LabelledWindows, dataset: Dataset, aligned: Alignment, target: Target, seed: int
-) -> LearnedFrom:
-    names = sorted({str(name) for name in cut.objects} - {""})
-    shore = {name: float(cut.y[cut.objects == name].mean()) for name in names}
-    return LearnedFrom(
+def _training_data(dataset: Dataset, aligned: Alignment, seed: int) -> TrainingData:
+    target, values = _target(dataset)
+    has_value = np.isfinite(values)
+    names = _names(dataset.objects[has_value & (dataset.objects != "")])
+    shore = {name: float(values[(dataset.objects == name) & has_value].mean()) for name in names}
+    return TrainingData(
         source=dataset.source,
-        pinches=len(cut),
-        sessions=_names(cut.sessions),
-        specimens=_names(cut.specimens),
+        pinches=len(dataset),
+        sessions=_names(dataset.sessions),
+        specimens=_names(dataset.specimens),
         target=target,
-        levels=tuple(sorted({float(v) for v in cut.y})),
+        levels=tuple(np.unique(values[has_value]).tolist()),
         objects=shore if target == "shore_a" else {},
         contacts=aligned.how,
         seed=seed,
@@ -384,133 +371,3 @@ def _learned_from(
 
 def _names(names: NDArray[np.str_]) -> tuple[str, ...]:
     return tuple(sorted({str(name) for name in names}))
-
-
-def _interval_in_words(final: FinalModel, target: Target) -> str:
-    if final.interval is None:
-        return f"no interval: {final.conformal['none']}"
-    checked = final.conformal["held_out"]
-    if not checked:
-        return f"interval at level {final.interval.level:g}: too few pinches to check it on"
-    return (
-        f"held out, interval from other folds: interval at level {final.interval.level:g} held "
-        f"{percent(checked['coverage'])} of {checked['n']} pinches, mean width "
-        f"{checked['mean_width']:.1f} {UNITS[target]}"
-    )
-
-
-def _check_network(task: str, windows: Sequence[float], level: float, rate: float | None) -> None:
-    """Refuse what the network cannot do; InputError names the parameter."""
-    base = pretrained()
-    if task != Task.REGRESSION:
-        raise InputError(f"network does not learn {task}: choose regression", parameter="task")
-    if tuple(windows) != (DURATION,):
-        raise InputError(
-            "the network predicts from 2 to 15 ms after a contact: leave the lengths out",
-            parameter="windows",
-        )
-    if level != base.level:
-        raise InputError(f"intervals of the network have {base.level:g}", parameter="level")
-    if rate is not None and not is_same_rate(rate, base.rate):
-        raise InputError(f"the network takes {base.rate:g} Hz: leave it out", parameter="rate")
-
-
-def _train_network(
-    data: Dataset,
-    detector: str | None,
-    contacts: Contacts,
-    seed: int,
-    workers: int,
-    progress: Progress,
-) -> Model:
-    """Return a detector and the network conditioned on the rig of these pinches."""
-    dataset = _training_pinches(data)
-    digests = pinch_digests(dataset.pinches)
-    # The detector gets the network's rate, too: both listen to one stream.
-    dataset, notes = _resampled(dataset, pretrained().rate)
-    with progress_steps(progress, 3, "step", "adapting") as step:
-        fitted = fit_detector(dataset, detector)
-        step(1)
-        if contacts != "auto" and known_contacts(contacts, dataset):
-            aligned = known(dataset)
-        else:
-            with parallel(worker_count(workers)) as runner:
-                aligned = found_as_live(dataset, fitted, seed, runner)
-        step(1)
-        network, sentences = _conditioned(dataset, digests, seed, aligned)
-        step(1)
-    return Model(fitted, (), network, (*notes, *sentences))
-
-
-def _conditioned(
-    dataset: Dataset, digests: Digests, seed: int, contacts: Alignment
-) -> tuple[NetworkPredictor, list[str]]:
-    """Condition the network on the rig of these pinches; give it with what there is to say.
-
-    ``digests`` are of the pinches as they were recorded.
-
-    Raises
-    ------
-    UnknownRigError
-        The pinches do not describe a rig.
-    """
-    base = pretrained()
-    if not is_same_rate(dataset.layout.rate, base.rate):
-        raise UnknownRigError(
-            f"it takes {base.rate:g} Hz and these pinches have {dataset.layout.rate:g} Hz",
-            parameter="data",
-        )
-    if not np.isfinite(dataset.shore_a).any():
-        raise UnknownRigError(
-            "no pinch has a Shore A, and a rig is known by objects of known Shore A: record with "
-            "--shore-a or a plan with a column shore, or import with a column shore_a",
-            parameter="data",
-        )
-    labelled = LabelledTouches.of(dataset, contacts.contacts)
-    try:
-        made = NetworkEstimator(Task.REGRESSION, base.rate).fit_contacts(labelled, seed)
-    except InputError as error:
-        raise UnknownRigError(error.message, parameter="data") from None
-    if made.refusal:
-        raise UnknownRigError(made.refusal, parameter="data")
-    levels = [float(level) for level in np.unique(labelled.shore_a)]
-    about = {
-        "pinches": len(labelled),
-        "levels": levels,
-        "contacts": contacts.how,
-        "source": dataset.source,
-        "sessions": list(_names(labelled.sessions)),
-        "specimens": list(_names(labelled.specimens)),
-        "scores": _held_out_scores(made),
-    }
-    predictor = NetworkPredictor(made.model, about, digests[labelled.which])
-    return predictor, [
-        f"the rig is known by {counted(len(labelled), 'pinch')} of "
-        f"{counted(len(levels), 'Shore A level')}",
-        *_checked_in_words(base, made),
-    ]
-
-
-def _held_out_scores(made: Adapted) -> dict[str, float]:
-    scores = {f"held out, {scheme}": round(score, 3) for scheme, score in made.scores.items()}
-    if made.check is not None:
-        scores |= {
-            "held out, always the mean": round(made.mean_rmse, 3),
-            "held out, least coverage": round(made.check.coverage, 3),
-            "intervals widened": round(float(made.check.scales.max()), 3),
-        }
-    return scores
-
-
-def _checked_in_words(base: InContextModel, made: Adapted) -> list[str]:
-    if made.check is None:
-        return ["errors and intervals are not checked: too few pinches to hold some out"]
-    compared = ", ".join(f"{scheme}: rmse {score:.2f}" for scheme, score in made.scores.items())
-    widest = made.check.scales.max()
-    widened = f"now up to {widest:.2f} times as wide" if widest > 1 else "kept"
-    return [
-        f"fingers as one or each by itself, on pinches held out: {compared} Shore A (always "
-        f"answering the mean: {made.mean_rmse:.2f}); kept: {made.way}",
-        f"{100 * base.level:.0f} % intervals held at least {percent(made.check.coverage)} of "
-        f"{counted(made.check.n, 'pinch')} held out, at each time: {widened}",
-    ]

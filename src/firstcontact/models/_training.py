@@ -1,18 +1,19 @@
-"""Training on one side of splits, and prediction for the other."""
+"""Labelled windows and contacts, training on one side of splits, prediction for the other."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import FINGERTIP_WINDOW, Contact, Dataset, Label, Runner
-from firstcontact.models._model import WindowModel
 from firstcontact.models._spec import Task
 from firstcontact.models._splits import Split
+from firstcontact.models._touches import Touches, touches_of
+from firstcontact.models._window_model import WindowModel
 from firstcontact.signal import contact_windows
 
 Windows = NDArray[np.float32]
@@ -145,6 +146,62 @@ def labelled_windows(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class LabelledTouches:
+    """Contacts with a Shore A; all arrays share their first axis.
+
+    Parameters
+    ----------
+    touches
+        The contacts.
+    shore_a
+        Of what was touched, shape (n,).
+    which
+        Their pinches' positions in the dataset, shape (n,).
+    sessions, specimens
+        "" where none is named, shape (n,).
+    """
+
+    touches: Touches
+    shore_a: Values
+    which: NDArray[np.intp]
+    sessions: NDArray[np.str_]
+    specimens: NDArray[np.str_]
+
+    def __len__(self) -> int:
+        return len(self.touches)
+
+    @classmethod
+    def of(cls, dataset: Dataset, contacts: Sequence[Contact | None]) -> LabelledTouches:
+        """Return the labelled contacts of a dataset, given each pinch's first contact."""
+        touches, rows = touches_of(dataset, contacts)
+        labelled = np.isfinite(dataset.shore_a[rows])
+        rows = rows[labelled]
+        return cls(
+            touches.take(labelled),
+            dataset.shore_a[rows],
+            rows,
+            dataset.sessions[rows],
+            distinct_specimens(dataset)[rows],
+        )
+
+    def take(self, rows: NDArray[Any]) -> LabelledTouches:
+        """Return the rows at these positions, or where a mask is true."""
+        arrays = [getattr(self, f.name)[rows] for f in fields(self)[1:]]
+        return LabelledTouches(self.touches.take(rows), *arrays)
+
+    @property
+    def named_sessions(self) -> NDArray[np.str_] | None:
+        """The sessions, where there are several and all have a name."""
+        several = len(np.unique(self.sessions)) > 1 and (self.sessions != "").all()
+        return self.sessions if several else None
+
+    @property
+    def clusters(self) -> NDArray[np.str_]:
+        """Return the cluster of each: its specimen, or the pinch itself if that has no name."""
+        return np.where(self.specimens == "", self.which.astype(np.str_), self.specimens)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Fit:
     """One training and what is asked of its model.
 
@@ -174,8 +231,8 @@ class Fit:
 
 def fit_model(fit: Fit) -> WindowModel:
     """Train the model of a fit."""
-    from firstcontact.models._model import WindowModel
     from firstcontact.models._registry import ESTIMATORS, make_estimator
+    from firstcontact.models._window_model import WindowModel
 
     estimator = make_estimator(fit.model, fit.task, fit.learn.rate, **fit.options)
     sessions = fit.learn.sessions

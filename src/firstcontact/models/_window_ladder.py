@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import InputError
-from firstcontact.models._anytime_model import Answers
 from firstcontact.models._conformal import conformal_interval, least_answers
-from firstcontact.models._folds import inner_folds
 from firstcontact.models._interval import SHORE_A, Interval
+from firstcontact.models._predictions import Predictions
 from firstcontact.models._registry import make_estimator
 from firstcontact.models._spec import Task, Values, Windows, usable
+from firstcontact.models._splits import inner_folds
 from firstcontact.models._touches import TIMES, Touches
 from firstcontact.signal import SavitzkyGolay, samples_in
 
@@ -88,21 +88,26 @@ class WindowLadder:
         """Samples of the windows."""
         return tuple(model.samples for model in self._models)
 
-    def answers(self, touches: Touches) -> Answers:
-        """Answers about the valid part of each contact.
+    def predict(self, touches: Touches) -> Predictions:
+        """Return predictions from the valid part of each contact.
 
-        A window that is constant, or shorter than any that was learned from, is answered for by
-        the mean of what was learned, with the whole scale as its interval, and called strange.
+        A window that is constant, or shorter than any that was learned from, gets the mean of the
+        training contacts with the whole scale as its interval, and is out of range.
 
         Raises
         ------
         InputError
-            Answers that are not one finite number a window.
+            Predictions that are not one finite number a window.
         """
         n, shortest = len(touches), self._models[0]
-        values, spreads = np.full(n, shortest.mean), np.full(n, shortest.sd)
-        low, high = np.full(n, SHORE_A[0]), np.full(n, SHORE_A[1])
-        strange = np.ones(n, np.bool_)
+        out = Predictions(
+            value=np.full(n, shortest.mean),
+            spread=np.full(n, shortest.sd),
+            low=np.full(n, SHORE_A[0]),
+            high=np.full(n, SHORE_A[1]),
+            out_of_range=np.ones(n, np.bool_),
+            elapsed=touches.valid / touches.rate,
+        )
         place = np.searchsorted(self.lengths, touches.valid, side="right") - 1
         for number, model in enumerate(self._models):
             rows = np.flatnonzero(place == number)
@@ -110,13 +115,13 @@ class WindowLadder:
             rows, X = rows[usable(X)], X[usable(X)]
             if not len(rows):
                 continue
-            values[rows] = np.clip(_checked(model.ask(X), len(X)), *SHORE_A)
-            spreads[rows] = model.sd
-            strange[rows] = False
+            out.value[rows] = np.clip(_checked(model.ask(X), len(X)), *SHORE_A)
+            out.spread[rows] = model.sd
+            out.out_of_range[rows] = False
+            out.elapsed[rows] = model.samples / touches.rate
             if model.interval is not None:
-                ends = np.array([model.interval.around(float(v)) for v in values[rows]])
-                low[rows], high[rows] = ends.T
-        return Answers(values, spreads, low, high, strange)
+                out.low[rows], out.high[rows] = model.interval.around_all(out.value[rows])
+        return out
 
 
 def fit_window_ladder(

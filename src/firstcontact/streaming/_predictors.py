@@ -197,19 +197,19 @@ class _NetworkStream:
                 yield self._predict(self._answers, after, samples)
             return
         features = np.repeat(self._answers.features, len(touches), axis=0)
-        rows = self._model.answers(touches, features)
-        if not (np.isfinite(rows.values) & np.isfinite(rows.low) & np.isfinite(rows.high)).all():
+        rows = self._model.predict(touches, features)
+        if not (np.isfinite(rows.value) & np.isfinite(rows.low) & np.isfinite(rows.high)).all():
             raise InputError(_NOT_FINITE)
-        half_widths = self._model.half_widths(rows.spreads, touches.valid, self._rate)
+        half_widths = self._model.half_widths(rows.spread, touches.valid, self._rate)
         for i, samples in enumerate(touches.valid.tolist()):
             yield Prediction(
-                value=float(rows.values[i]),
+                value=float(rows.value[i]),
                 low=float(rows.low[i]),
                 high=float(rows.high[i]),
                 level=self._model.level,
                 elapsed=samples / self._rate,
                 complete=self._contact.sample + samples - 1,
-                out_of_range=bool(rows.strange[i]),
+                out_of_range=bool(rows.out_of_range[i]),
                 half_width=float(half_widths[i]),
             )
 
@@ -226,7 +226,7 @@ class _NetworkStream:
             level=self._model.level,
             elapsed=samples / self._rate,
             complete=self._contact.sample + samples - 1,
-            out_of_range=answer.strange,
+            out_of_range=answer.out_of_range,
             half_width=answer.half_width,
         )
 

@@ -15,12 +15,11 @@ from firstcontact.core import missing_modules
 from firstcontact.models import (
     ESTIMATORS,
     Estimator,
-    LearnedFrom,
-    Provenance,
+    Model,
     Task,
     WindowModel,
-    load_window_model,
-    save_model,
+    WindowPredictor,
+    load_model,
 )
 from firstcontact.testing._checks import refused
 from firstcontact.testing._windows import RATE, toy_windows
@@ -148,9 +147,9 @@ def _check_saved(kind: type[Estimator], model: WindowModel) -> None:
     if ESTIMATORS.get(kind.name) is not kind:
         return
     X = toy_windows(40, seed=1)[0]
-    card = Provenance(data=LearnedFrom(source="synthetic", pinches=180, sessions=("0",)))
     with tempfile.TemporaryDirectory() as folder:
-        loaded = load_window_model(save_model(model, Path(folder) / "mödel", card))
+        saved = Model(predictors=(WindowPredictor(model),)).save(Path(folder) / "mödel")
+        loaded = load_model(saved).windows[0].model
     assert loaded.spec == model.spec, "its spec changes by saving and loading"
     assert dict(loaded.notes) == dict(model.notes), "its notes change by saving and loading"
     assert np.array_equal(loaded.predict(X), model.predict(X)), (

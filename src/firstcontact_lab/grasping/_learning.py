@@ -55,8 +55,14 @@ def learn(settings: GraspStudySettings, out: Path, runner: Runner) -> Learned:
     InputError
         Recordings or models are there that no study made.
     """
-    from firstcontact.contact import card_digest, save_detector
-    from firstcontact.models import LearnedFrom, Provenance, fit_detector, found_as_live, save_model
+    from firstcontact.models import (
+        Model,
+        TrainingData,
+        TrainingRecord,
+        WindowPredictor,
+        fit_detector,
+        found_as_live,
+    )
     from firstcontact.recording import load_dataset
     from firstcontact.twin import simulate
 
@@ -72,31 +78,31 @@ def learn(settings: GraspStudySettings, out: Path, runner: Runner) -> Learned:
     )
     dataset = load_dataset(recordings)
     detector = fit_detector(dataset, settings.detector)
-    save_detector(detector, models, {"source": dataset.source})
     contacts = found_as_live(dataset, detector, settings.seed, runner)
     model, seed = settings.model, settings.seed
     learned = runner.map(_learned, settings.windows, dataset, contacts, model, seed)
-    rmse, width = {}, {}
+    rmse, width, predictors = {}, {}, []
     for duration, (cut, saved) in zip(settings.windows, learned, strict=True):
-        card = Provenance(
-            data=LearnedFrom(
-                source=dataset.source,
-                pinches=len(cut),
-                sessions=tuple(sorted({str(s) for s in cut.sessions})),
-                contacts=contacts.how,
-                seed=settings.seed,
-            ),
+        record = TrainingRecord(
+            pinches=len(cut),
             split=saved.split,
             scores=to_tree(saved.scores),
-            interval=saved.interval,
-            conformal=saved.conformal,
-            detector=card_digest(models),
+            calibration=saved.conformal,
         )
-        save_model(saved.model, models / f"{1e3 * duration:04.1f}ms", card)
+        predictors.append(WindowPredictor(saved.model, saved.interval, record))
         held_out = saved.conformal.get("held_out") or {}
         assert isinstance(saved.scores, RegressionScores)
         rmse[f"{1e3 * duration:g}"] = saved.scores.rmse
         width[f"{1e3 * duration:g}"] = float(held_out.get("mean_width", 0.0))
+    trained_on = TrainingData(
+        source=dataset.source,
+        pinches=len(dataset),
+        sessions=tuple(sorted({str(s) for s in dataset.sessions})),
+        contacts=contacts.how,
+        seed=settings.seed,
+    )
+    data = {"source": dataset.source}
+    Model(detector, tuple(predictors), trained_on, detector_data=data).save(models)
     return Learned(models, rmse, width)
 
 

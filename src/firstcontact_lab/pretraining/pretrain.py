@@ -11,7 +11,7 @@ import numpy as np
 import torch
 
 from firstcontact.core import FINGERTIP_RATE, Runner
-from firstcontact.models import TIMES, InContextModel, save_anytime
+from firstcontact.models import TIMES, InContextModel, Model, NetworkPredictor, TrainingRecord
 from firstcontact.signal import samples_in
 from firstcontact.twin import FAMILIES
 from firstcontact_lab.pretraining._examples import Examples
@@ -104,7 +104,8 @@ def pretrain(
     calibration, test = (made(at, size.judgement, again=PINCHES) for at in (AGAIN, AGAIN_JUDGED))
     scores["same object"] = same_object(model, calibration, test, SAMPLES, seed + 1)
     trained = f"{size.rigs} random simulated rigs, {size.epochs} epochs, seed {seed}"
-    save_anytime(model, out, {"trained": trained, "scores": scores, "size": asdict(size)})
+    record = TrainingRecord(scores=scores, training={"trained": trained, "size": asdict(size)})
+    Model(predictors=(NetworkPredictor(model, record),)).write(out)
     return model
 
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from firstcontact.core import gent_shore_a
 from firstcontact.models import (
     SHORE_A,
-    Answering,
+    ContactPredictor,
     Fit,
     Task,
     Touches,
@@ -77,15 +77,15 @@ def _in_context(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: 
     query = rigs.touches.take(ask)
     if entrant.options.get("radii"):
         query = replace(query, radii=rigs.radii[ask])
-    return fit_on_set(entrant, rigs, learn, seed).answers(query).values
+    return fit_on_set(entrant, rigs, learn, seed).predict(query).value
 
 
 def _anybody(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int) -> Values:
     """A regressor of a user's own: a model a length, answering by the longest that is filled."""
-    return fit_on_set(entrant, rigs, learn, seed).answers(rigs.touches.take(ask)).values
+    return fit_on_set(entrant, rigs, learn, seed).predict(rigs.touches.take(ask)).value
 
 
-def fit_on_set(entrant: Entrant, rigs: RigSet, learn: Index, seed: int) -> Answering:
+def fit_on_set(entrant: Entrant, rigs: RigSet, learn: Index, seed: int) -> ContactPredictor:
     """Fit an entrant to pinches of a set; see :func:`fit_predictor`."""
     windows = rigs.windows
     return fit_predictor(
@@ -95,7 +95,7 @@ def fit_on_set(entrant: Entrant, rigs: RigSet, learn: Index, seed: int) -> Answe
 
 def fit_predictor(
     entrant: Entrant, touches: Touches, shore_a: Values, groups: NDArray[np.str_], seed: int
-) -> Answering:
+) -> ContactPredictor:
     """Condition the in-context network on contacts, or train one model a window length.
 
     Parameters

@@ -10,11 +10,11 @@ import numpy as np
 from firstcontact.core import Record, Runner
 from firstcontact.models import (
     ESTIMATORS,
-    Answers,
     AnytimeScores,
-    answers_by_time,
+    Predictions,
     anytime_scores,
-    joined_answers,
+    joined_predictions,
+    predictions_by_time,
 )
 from firstcontact.twin import condition
 from firstcontact_lab.study._comparison import (
@@ -122,20 +122,20 @@ def benchmark(
     return out
 
 
-def _timed(query: tuple[Entrant, int], sets: Sequence[RigSet], seed: int) -> dict[int, Answers]:
-    """Answers about the unseen objects of a set, by the time after the contact."""
+def _timed(query: tuple[Entrant, int], sets: Sequence[RigSet], seed: int) -> dict[int, Predictions]:
+    """Predictions about the unseen objects of a set, by the time after the contact."""
     entrant, place = query
     name = sets[place]
     learn, _ = sides(name, HOME)
     model = fit_on_set(entrant, name, learn, seed)
-    return answers_by_time(model, name.touches.take(name.indices(Use.OBJECTS)))
+    return predictions_by_time(model, name.touches.take(name.indices(Use.OBJECTS)))
 
 
 def _scores(
-    by_set: Sequence[Mapping[int, Answers]], sets: Sequence[RigSet], seed: int
+    by_set: Sequence[Mapping[int, Predictions]], sets: Sequence[RigSet], seed: int
 ) -> AnytimeScores:
     objects = [rig_data.windows.take(rig_data.indices(Use.OBJECTS)) for rig_data in sets]
-    joined = {ms: joined_answers([answers[ms] for answers in by_set]) for ms in by_set[0]}
+    joined = {ms: joined_predictions([answers[ms] for answers in by_set]) for ms in by_set[0]}
     truth = np.concatenate([windows.y for windows in objects])
     specimens = np.concatenate(
         [

@@ -11,18 +11,18 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Contact, Dataset, InputError, Record, Runner, counted, is_same_rate
 from firstcontact.models import (
-    Answers,
     AnytimeScores,
     LabelledTouches,
+    Predictions,
     Split,
-    answers_by_time,
     anytime_scores,
     by_session,
     fit_detector,
     found,
     found_as_live,
-    joined_answers,
+    joined_predictions,
     learns_one_value,
+    predictions_by_time,
     pretrained,
 )
 from firstcontact.recording import check_rate, load_dataset
@@ -213,7 +213,7 @@ def _scores(
     scores = {}
     for entrant in entrants:
         parts = [next(answers) for _ in splits]
-        joined = {ms: joined_answers([part[ms] for part in parts]) for ms in parts[0]}
+        joined = {ms: joined_predictions([part[ms] for part in parts]) for ms in parts[0]}
         scores[entrant.name] = anytime_scores(
             joined, labelled.shore_a[order], clusters[order], seed
         )
@@ -228,9 +228,9 @@ def _scores(
 
 def _predict(
     training: tuple[Entrant, Split], labelled: LabelledTouches, groups: Names, seed: int
-) -> dict[int, Answers]:
+) -> dict[int, Predictions]:
     """Fit an entrant to one side of a split and predict for the other, by time."""
     entrant, split = training
     train, test = labelled.take(split.train), labelled.take(split.test)
     model = fit_predictor(entrant, train.touches, train.shore_a, groups[split.train], seed)
-    return answers_by_time(model, test.touches)
+    return predictions_by_time(model, test.touches)

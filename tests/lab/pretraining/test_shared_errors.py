@@ -8,8 +8,7 @@ import pytest
 pytest.importorskip("numba")
 pytest.importorskip("torch")
 
-from firstcontact.models import read_anytime_card
-from firstcontact.models._anytime_file import pretrained_folder
+from firstcontact.models import pretrained_folder, read_card
 from firstcontact.models._pooling import SHARED
 from firstcontact_lab.pretraining._examples import ASKED, THINGS, rig_examples
 from firstcontact_lab.pretraining._same_object import PINCHES, coverage, shared_part
@@ -32,7 +31,7 @@ def test_the_part_that_errors_were_made_with_is_found(part: float) -> None:
 
 
 def test_the_share_that_is_taken_is_the_one_that_was_measured() -> None:
-    found = read_anytime_card(pretrained_folder()).scores["same object"]["ms"]
+    found = read_card(pretrained_folder()).predictors[0].record.scores["same object"]["ms"]
     assert round(max(its["shared"] for its in found.values()), 2) == SHARED
     assert all(0.88 <= held <= 0.92 for its in found.values() for held in its["coverage"].values())
 

@@ -11,10 +11,10 @@ import pytest
 pytest.importorskip("numba")
 pytest.importorskip("torch")
 
-from firstcontact.models import load_anytime, read_anytime_card
-from firstcontact.models._anytime_file import WEIGHTS
+from firstcontact.models import WEIGHTS, read_card
 from firstcontact.twin import FAMILIES
 from ringing import ringing
+from saved import load_network
 from trainings import run
 
 
@@ -23,11 +23,11 @@ def test_a_small_one_from_nothing_and_the_same_again(tmp_path: Path, capsys: Any
     assert run("pretrain", "--out", tmp_path / "a", *words) == 0
     said = capsys.readouterr().out
     assert "epoch 2 of 2" in said
-    card = read_anytime_card(tmp_path / "a")
-    assert "12 random simulated rigs" in card.trained
-    assert len(card.scores) == 2 + len(FAMILIES)
-    answers = load_anytime(tmp_path / "a").answers(ringing(10)[0])
-    assert np.isfinite(answers.values).all()
+    record = read_card(tmp_path / "a").predictors[0].record
+    assert "12 random simulated rigs" in record.training["trained"]
+    assert len(record.scores) == 2 + len(FAMILIES)
+    answers = load_network(tmp_path / "a").predict(ringing(10)[0])
+    assert np.isfinite(answers.value).all()
     # Everything is there already: no pass is made again, and the weights are the same.
     assert run("pretrain", "--out", tmp_path / "b", *words) == 0
     assert "epoch" not in capsys.readouterr().out.replace("epochs", "")

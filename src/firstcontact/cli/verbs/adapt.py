@@ -8,7 +8,6 @@ from typing import Annotated, ClassVar
 
 from firstcontact.cli.options import Option, one_of
 from firstcontact.contact import DETECTORS
-from firstcontact.models import check_replaceable, replaced
 
 
 @dataclass(frozen=True)
@@ -31,10 +30,10 @@ class Adapt:
     def run(self) -> None:
         """Condition the pre-trained network on the rig, save it, and print its held-out scores."""
         from firstcontact.core import replacing_folder
-        from firstcontact.models import adapt
+        from firstcontact.models import adapt, check_replaceable
         from firstcontact.recording import load_dataset
 
-        former = check_replaceable(self.out, (), anytime=True)
+        former = check_replaceable(self.out, (), network=True)
         data = None if self.data is None else load_dataset(self.data)
         with replacing_folder(self.out) as making:
             model = adapt(data, detector=self.detector_type, seed=self.seed)
@@ -44,4 +43,4 @@ class Adapt:
         rig = "of an unknown rig " if data is None else ""
         print(f"any-time model {rig}and detector {model.own_detector.name}: {self.out}")
         if former:
-            print(replaced(self.out))
+            print(f"replaced the former training in {self.out}")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 from firstcontact.cli.cluster import where
 from firstcontact.cli.options import Option, one_of
 from firstcontact.contact import DETECTORS
-from firstcontact.models import ESTIMATORS, check_replaceable, folder_name, replaced
+from firstcontact.models import ESTIMATORS
 
 if TYPE_CHECKING:
     from firstcontact.core import Dataset
@@ -60,11 +60,11 @@ class Train:
         """Train, save, and print the scores on held-out sessions."""
         from firstcontact.cli.losses import print_losses
         from firstcontact.core import replacing_folder
+        from firstcontact.models import check_replaceable
         from firstcontact.recording import check_rate, load_dataset
 
-        names = [folder_name(ms) for ms in self.window_ms] if len(self.window_ms) > 1 else [""]
-        names = [] if self.detector_only else names
-        former = check_replaceable(self.out, names, anytime=not self.detector_only)
+        windows = [] if self.detector_only else [1e-3 * ms for ms in self.window_ms]
+        former = check_replaceable(self.out, windows, network=not self.detector_only)
         if self.rate is not None:
             check_rate("--rate", self.rate)
         dataset = load_dataset(self.data)
@@ -72,7 +72,7 @@ class Train:
         with where(self.cluster), replacing_folder(self.out) as making:
             model = self._train(dataset)
             # The training decides whether there is an any-time model again.
-            check_replaceable(self.out, names, anytime=model.network is not None)
+            check_replaceable(self.out, windows, network=model.network is not None)
             model.write(making)
         for line in model.notes:
             print(line)
@@ -80,7 +80,7 @@ class Train:
             print(f"model: {self.out}")
         print(f"detector {model.own_detector.name}: {self.out}")
         if former:
-            print(replaced(self.out))
+            print(f"replaced the former training in {self.out}")
 
     def _train(self, dataset: Dataset) -> Model:
         from firstcontact.models import train, train_detector

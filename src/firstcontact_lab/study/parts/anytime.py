@@ -13,20 +13,20 @@ from firstcontact.models import (
     ESTIMATORS,
     TIMES,
     Adapted,
-    Answers,
     AnytimeScores,
     Bounded,
     Ends,
     InContextModel,
     LabelledTouches,
+    Predictions,
     adapt_network,
-    answers_by_time,
     anytime_scores,
     bounded,
     by_session,
-    joined_answers,
+    joined_predictions,
     learns_one_value,
     lengths,
+    predictions_by_time,
     pretrained,
     regression_scores,
 )
@@ -105,7 +105,7 @@ def anytime(subject: Subject, settings: StudySettings) -> PartResult:
     adapted = conditioned_model(model, home, settings.seed)
     blocks = _blocks(model, home, settings)
     if len(objects):
-        answers = answers_by_time(adapted.model, objects.touches)
+        answers = predictions_by_time(adapted.model, objects.touches)
         scores = anytime_scores(answers, objects.shore_a, objects.clusters, settings.seed)
     elif blocks is not None:
         scores = blocks
@@ -151,13 +151,13 @@ def _blocks(
     folds = by_session(home.sessions, home.shore_a, settings.seed, settings.folds)
     if learns_one_value(folds, home.shore_a):
         return None
-    by_time: dict[int, list[Answers]] = {ms: [] for ms in TIMES}
+    by_time: dict[int, list[Predictions]] = {ms: [] for ms in TIMES}
     for fold in folds:
         selected = conditioned_model(model, home.take(fold.train), settings.seed).model
-        for ms, answers in answers_by_time(selected, home.take(fold.test).touches).items():
+        for ms, answers in predictions_by_time(selected, home.take(fold.test).touches).items():
             by_time[ms].append(answers)
     order = np.concatenate([fold.test for fold in folds])
-    joined = {ms: joined_answers(parts) for ms, parts in by_time.items()}
+    joined = {ms: joined_predictions(parts) for ms, parts in by_time.items()}
     queries = home.take(order)
     return anytime_scores(joined, queries.shore_a, queries.sessions, settings.seed)
 

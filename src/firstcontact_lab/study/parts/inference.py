@@ -205,7 +205,7 @@ def _anytime(subject: Subject, settings: StudySettings) -> InferenceTime | None:
     queries = [home.touches.take(np.array([k])).until(first) for k in range(min(len(home), ASKED))]
     inputs = [(touch, adapted_model.rig_features(touch)) for touch in queries]
     with one_thread():
-        return time_calls(lambda pair: adapted_model.answers(*pair), inputs, settings.calls)
+        return time_calls(lambda pair: adapted_model.predict(*pair), inputs, settings.calls)
 
 
 def _train(job: tuple[str, Task], blocks: LabelledWindows, seed: int) -> WindowModel:

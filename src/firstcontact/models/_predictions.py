@@ -1,0 +1,97 @@
+"""Predictions of stiffness, and what predicts from contacts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import nan
+from typing import Any, Protocol, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import Contact
+from firstcontact.models._spec import Values
+from firstcontact.models._touches import Touches
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Predictions:
+    """Predicted stiffness with interval, one per pinch or contact; NaN without a prediction.
+
+    Parameters
+    ----------
+    value
+        Shore A, a hardness rank, or the class, shape (n,).
+    spread
+        Standard deviation that the model gives each value, shape (n,); NaN where it gives none.
+    low, high
+        Ends of the interval in the same unit, shape (n,); equal to the value without an interval.
+    out_of_range
+        True where the contact is unlike all that the model was trained on, shape (n,).
+    elapsed
+        Length of the signal after the contact that was used, s, shape (n,).
+    contacts
+        First contact of each pinch, None where there is none; empty for contacts by themselves.
+
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> data = fc.load("recordings")
+    >>> predictions: fc.Predictions = fc.adapt().predict(data[:2], at=0.003)
+    >>> predictions.elapsed.round(3).tolist()
+    [0.003, 0.003]
+    """
+
+    value: Values
+    spread: Values
+    low: Values
+    high: Values
+    out_of_range: NDArray[np.bool_]
+    elapsed: Values
+    contacts: Sequence[Contact | None] = ()
+
+    def __len__(self) -> int:
+        return len(self.value)
+
+    @property
+    def columns(self) -> tuple[NDArray[Any], ...]:
+        """Arrays of the predictions, one row each."""
+        return self.value, self.spread, self.low, self.high, self.out_of_range, self.elapsed
+
+    @classmethod
+    def empty(cls, contacts: Sequence[Contact | None]) -> Self:
+        """Return no prediction for any of these contacts."""
+        value, spread, low, high, elapsed = (np.full(len(contacts), nan) for _ in range(5))
+        is_out = np.zeros(len(contacts), np.bool_)
+        return cls(value, spread, low, high, is_out, elapsed, contacts)
+
+    def put(self, rows: NDArray[Any], predictions: Predictions) -> None:
+        """Replace the predictions at these positions, or where a mask is true."""
+        for column, new in zip(self.columns, predictions.columns, strict=True):
+            column[rows] = new
+
+    def filled(self, other: Predictions) -> Predictions:
+        """Return the predictions; another model fills the missing ones."""
+        missing = np.isnan(self.value)
+        pairs = zip(self.columns, other.columns, strict=True)
+        return _of_columns([np.where(missing, b, a) for a, b in pairs], self.contacts)
+
+
+class ContactPredictor(Protocol):
+    """Predictor of stiffness from the valid part of contacts."""
+
+    def predict(self, touches: Touches) -> Predictions:
+        """Return predictions from the valid part of each contact."""
+        ...
+
+
+def joined_predictions(parts: Sequence[Predictions]) -> Predictions:
+    """Return predictions for contacts one after the other."""
+    columns = zip(*(part.columns for part in parts), strict=True)
+    return _of_columns([np.concatenate(column) for column in columns], ())
+
+
+def _of_columns(columns: list[Any], contacts: Sequence[Contact | None]) -> Predictions:
+    value, spread, low, high, out_of_range, elapsed = columns
+    return Predictions(value, spread, low, high, out_of_range, elapsed, contacts)

@@ -1,0 +1,194 @@
+"""Predictors of a model, each with its interval and the record of its training."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from math import nan
+from typing import Self
+
+import numpy as np
+
+from firstcontact.core import Contact, Dataset, InputError
+from firstcontact.models._card import NetworkCard, TrainingRecord, WindowCard
+from firstcontact.models._compact import CompactModel
+from firstcontact.models._in_context import InContextModel
+from firstcontact.models._interval import Interval
+from firstcontact.models._predictions import Predictions
+from firstcontact.models._registry import model_kind
+from firstcontact.models._spec import Arrays, Spec, Task
+from firstcontact.models._touch_stream import STEP
+from firstcontact.models._touches import LONGEST, SHORTEST, touches_of, valid_samples
+from firstcontact.models._window_model import WindowModel
+from firstcontact.signal import SavitzkyGolay, contact_windows, samples_in
+
+#: Elapsed times after a contact at which the network predicts, s.
+MOMENTS = tuple(n / 1000 for n in range(round(SHORTEST / STEP), round(LONGEST / STEP) + 1))
+#: Longest window that a model may ask for, s.
+LONGEST_WINDOW = 10.0
+#: Content of the channels of a window.
+_CHANNELS = ("piezo of the finger that touched", "piezo of the other finger")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WindowPredictor:
+    """Model of windows of one length, with its interval.
+
+    Parameters
+    ----------
+    model
+        The window model.
+    interval
+        Interval around predictions, None without one.
+    record
+        Record of the training.
+    """
+
+    model: WindowModel
+    interval: Interval | None = None
+    record: TrainingRecord = field(default_factory=TrainingRecord)
+
+    @property
+    def rate(self) -> float:
+        """Sampling rate of the windows, Hz."""
+        return self.model.spec.rate
+
+    @property
+    def moments(self) -> tuple[float, ...]:
+        """Elapsed time after a contact at which it predicts, s."""
+        return (self.duration,)
+
+    @property
+    def duration(self) -> float:
+        """Length of the window, s: the roundest one that has this number of samples."""
+        spec = self.model.spec
+        for decimals in (3, 4):
+            length = round(spec.duration, decimals)
+            if samples_in(length, spec.rate) == spec.samples:
+                return length
+        return spec.duration
+
+    def predict(self, data: Dataset, contacts: Sequence[Contact | None]) -> Predictions:
+        """Predict each pinch whose window ends before the second contact, filter included."""
+        out = Predictions.empty(contacts)
+        needed = self.model.spec.samples + SavitzkyGolay().lookahead
+        is_valid = valid_samples(data, contacts) >= needed
+        alone = [c if valid else None for c, valid in zip(contacts, is_valid, strict=True)]
+        X, rows = contact_windows(data, alone, self.model.spec.duration)
+        if not len(X):
+            return out
+        values, spreads = self.model.predict(X), self.model.spread(X)
+        if spreads is None and self.interval is not None and self.interval.scaled:
+            raise InputError("the model's interval is scaled by a spread that it has not")
+        spreads = np.full(len(values), nan) if spreads is None else spreads
+        low = high = values
+        if self.interval is not None:
+            low, high = self.interval.around_all(values, spreads)
+        elapsed = np.full(len(values), self.duration)
+        is_out = np.zeros(len(values), np.bool_)
+        out.put(rows, Predictions(values, spreads, low, high, is_out, elapsed))
+        return out
+
+    def card(self) -> WindowCard:
+        """Return the part of a card."""
+        spec = self.model.spec
+        return WindowCard(
+            kind=self.model.kind,
+            rate_hz=spec.rate,
+            record=replace(self.record, training=dict(self.model.notes)),
+            task=spec.task,
+            samples=spec.samples,
+            channels=spec.channels,
+            channel_order=_CHANNELS[: spec.channels],
+            classes=spec.classes,
+            interval=self.interval,
+        )
+
+    @classmethod
+    def from_card(cls, card: WindowCard, arrays: Arrays) -> Self:
+        """Return the predictor of a card and its arrays.
+
+        Raises
+        ------
+        InputError
+            Fields or arrays that do not fit together.
+        """
+        kind = model_kind(card.kind)
+        with np.errstate(all="ignore"):  # predictions that overflow are refused
+            return cls(kind.from_arrays(_spec(card), arrays), card.interval, card.record)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NetworkPredictor:
+    """Pre-trained network conditioned on a rig.
+
+    Parameters
+    ----------
+    model
+        The network.
+    record
+        Record of the conditioning.
+    """
+
+    model: InContextModel
+    record: TrainingRecord = field(default_factory=TrainingRecord)
+
+    @property
+    def rate(self) -> float:
+        """Sampling rate of the signals, Hz."""
+        return self.model.rate
+
+    @property
+    def moments(self) -> tuple[float, ...]:
+        """Elapsed times after a contact at which it predicts, s, ascending."""
+        return MOMENTS
+
+    def predict(
+        self, data: Dataset, contacts: Sequence[Contact | None], at: float = LONGEST
+    ) -> Predictions:
+        """Predict each pinch from the signal up to ``at`` s, or to the second contact."""
+        out = Predictions.empty(contacts)
+        touches, rows = touches_of(data, contacts)
+        touches = touches.until(samples_in(at, touches.rate))
+        enough = touches.valid >= self.model.shortest
+        touches, rows = touches.take(enough), rows[enough]
+        if len(rows):
+            out.put(rows, self.model.predict(touches))
+        return out
+
+    def card(self) -> NetworkCard:
+        """Return the part of a card."""
+        model = self.model
+        return NetworkCard(
+            kind=model.kind, rate_hz=model.rate, record=self.record, level=model.level
+        )
+
+    @classmethod
+    def from_card(cls, card: NetworkCard, arrays: Arrays) -> Self:
+        """Return the predictor of a card and its arrays; InputError if they do not fit."""
+        kinds = {kind.kind: kind for kind in (InContextModel, CompactModel)}
+        if card.kind not in kinds:
+            raise InputError(f"no network is of kind {card.kind!r}")
+        return cls(kinds[card.kind].from_arrays(arrays, card.level), card.record)
+
+
+#: Predictor of a model.
+Predictor = WindowPredictor | NetworkPredictor
+
+
+def _spec(card: WindowCard) -> Spec:
+    spec = Spec(card.task, card.rate_hz, card.samples, card.channels, card.classes)
+    if spec.duration > LONGEST_WINDOW:
+        raise InputError(
+            f"{spec.samples} samples at {spec.rate:g} Hz are more than {LONGEST_WINDOW:g} s"
+        )
+    if (spec.task is Task.CLASSIFICATION) != (len(spec.classes) > 1) or any(
+        not one < other for one, other in zip(spec.classes, spec.classes[1:], strict=False)
+    ):
+        raise InputError(f"classes do not fit the task {spec.task}, or do not ascend")
+    if card.channel_order != _CHANNELS[: spec.channels]:
+        raise InputError(
+            f"channel_order is {list(card.channel_order)!r} but windows here hold "
+            f"{list(_CHANNELS[: spec.channels])!r}"
+        )
+    return spec

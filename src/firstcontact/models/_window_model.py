@@ -1,0 +1,231 @@
+"""A trained estimator: what all of them share around their own arithmetic."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from math import isfinite
+from types import EllipsisType
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import InputError, Program
+from firstcontact.models._spec import Arrays, Spec, Task, Values, Windows
+
+#: Answers are smaller: no target is as large, and squares of errors stay finite.
+LARGEST = 1e9
+
+
+class WindowModel(ABC):
+    """A trained estimator, frozen: arrays and arithmetic, no training library.
+
+    Windows that cannot be used are refused before its arithmetic, and what is not
+    a finite number after it: here, for every kind of model.
+    """
+
+    #: Name of the runtime in model files.
+    kind: ClassVar[str]
+    #: Modules that it needs and the base install lacks, and the extra that brings them.
+    modules: ClassVar[tuple[str, ...]] = ()
+    extra: ClassVar[str] = ""
+    #: What it takes and answers.
+    spec: Spec
+    #: Mean and scale that make answers of the outputs of a regression.
+    target: tuple[float, float] = (0.0, 1.0)
+
+    @property
+    @abstractmethod
+    def notes(self) -> Mapping[str, Any]:
+        """Return hyper-parameters and scaling that the training chose, JSON-ready, for the card."""
+
+    @abstractmethod
+    def outputs(self, X: Windows) -> NDArray[Any]:
+        """Return outputs for usable windows (n, samples, channels).
+
+        Shape (n, outputs): one for a regression, for a classification whatever
+        :meth:`choose` chooses from. It need not be finite.
+        """
+
+    def output(self, window: Windows) -> NDArray[Any]:
+        """Return outputs for one window (samples, channels), fast: shape (outputs,)."""
+        return np.asarray(self.outputs(window[None])[0])
+
+    def spread(self, X: Windows) -> Values | None:
+        """Standard deviation that the model itself gives each answer; None where it has none.
+
+        For usable windows (n, samples, channels), shape (n,), above 0, in the unit of the
+        answer. Intervals are then so many of them wide, conformal like any other.
+        """
+        return None
+
+    def program(self) -> Program:
+        """Return the steps of :meth:`output`, :meth:`spread` and :meth:`choose`.
+
+        Raises
+        ------
+        InputError
+            It has no such form; says why.
+        """
+        raise InputError(
+            f"a model of kind {self.kind!r} does not describe its arithmetic in steps, which an "
+            "export needs: train another estimator"
+        )
+
+    def smaller(self, X: Windows) -> Iterator[WindowModel]:
+        """Return cheaper models with similar predictions, the smallest first; none by default.
+
+        Parameters
+        ----------
+        X
+            Windows that it learned from, for what is fitted to its answers.
+        """
+        return iter(())
+
+    def choose(self, outputs: NDArray[Any]) -> NDArray[np.intp]:
+        """Return the number of the predicted class for finite outputs (n, outputs), shape (n,)."""
+        return np.asarray(outputs.argmax(axis=1))
+
+    @abstractmethod
+    def to_arrays(self) -> Arrays:
+        """Return all arrays that predictions depend on."""
+
+    @classmethod
+    @abstractmethod
+    def from_arrays(cls, spec: Spec, arrays: Arrays) -> Self:
+        """The inverse of :meth:`to_arrays`; InputError if the arrays do not fit together."""
+
+    def predict(self, X: Windows) -> Values:
+        """Answers for windows (n, samples, channels), shape (n,).
+
+        Raises
+        ------
+        InputError
+            A window that cannot be used, or whose answer is not finite.
+        """
+        self.spec.check(X)
+        with np.errstate(all="ignore"):  # what overflows is refused below
+            outputs = self.outputs(X)
+            sure = np.isfinite(outputs).all(axis=1)
+            if self.spec.task is Task.REGRESSION:
+                mean, scale = self.target
+                answers = outputs[:, 0].astype(np.float64) * scale + mean
+                sure &= np.abs(answers) < LARGEST
+            else:
+                answers = np.array(self.spec.classes)[self.choose(outputs)]
+        bad = np.flatnonzero(~sure)
+        if len(bad):
+            raise InputError(f"window {bad[0]} ({len(bad)} in all): {_NO_ANSWER}")
+        return answers
+
+    def predict_one(self, window: Windows) -> float:
+        """Answer for one window (samples, channels), the quick way of the live pipeline.
+
+        Raises
+        ------
+        InputError
+            As :meth:`predict`.
+        """
+        with np.errstate(all="ignore"):
+            self.spec.check_one(window)
+            output = self.output(window)
+            if self.spec.task is Task.REGRESSION:
+                mean, scale = self.target
+                answer = float(output[0]) * scale + mean
+                sure = abs(answer) < LARGEST
+            else:
+                answer = self.spec.classes[int(self.choose(output[None])[0])]
+                sure = isfinite(float(np.add.reduce(output)))
+        if not sure:
+            raise InputError(_NO_ANSWER)
+        return answer
+
+
+@dataclass(frozen=True, slots=True)
+class ArrayCheck:
+    """Declared array of a model.
+
+    Parameters
+    ----------
+    shape
+        Length of each axis: a number, or a symbol. A symbol is a length that the class gives by
+        :meth:`ArraysModel.sizes`, or any length that is the same wherever the symbol stands.
+    positive
+        Index of the values that must be above 0, ``...`` for all; None for none.
+    dtype
+        Type of the values; floating numbers, which must be finite, by default.
+    """
+
+    shape: tuple[int | str, ...]
+    positive: int | slice | EllipsisType | None = None
+    dtype: type[np.generic] = np.floating
+
+    def is_met(self, array: NDArray[Any], sizes: dict[str, int]) -> bool:
+        """Return True if an array is as declared; ``sizes`` takes the lengths of new symbols."""
+        if array.ndim != len(self.shape) or not np.issubdtype(array.dtype, self.dtype):
+            return False
+        for size, wanted in zip(array.shape, self.shape, strict=True):
+            if size != (wanted if isinstance(wanted, int) else sizes.setdefault(wanted, size)):
+                return False
+        if self.dtype is np.floating and not np.isfinite(array).all():
+            return False
+        return self.positive is None or bool((array[self.positive] > 0).all())
+
+
+class ArraysModel(WindowModel):
+    """A model whose constructor takes a spec and the arrays that it declares, in their order.
+
+    An array ``target`` holds mean and scale of the targets of a regression.
+
+    Raises
+    ------
+    InputError
+        An array is not as declared.
+    """
+
+    #: Arrays in files, by name.
+    declared: ClassVar[Mapping[str, ArrayCheck]]
+
+    def __init__(self, spec: Spec, *arrays: NDArray[Any]) -> None:
+        self.spec = spec
+        self._arrays = dict(zip(self.declared, arrays, strict=True))
+        sizes = self.sizes(spec)
+        for name, check in self.declared.items():
+            array = self._arrays[name]
+            if not check.is_met(array, sizes):
+                shape = ", ".join(str(size) for size in check.shape)
+                raise InputError(
+                    f"the array {name} of a model of kind {self.kind!r} has shape {array.shape}; "
+                    f"expected ({shape}), finite, and scales above 0: train again"
+                )
+        if "target" in self._arrays:
+            mean, scale = self._arrays["target"]
+            self.target = float(mean), float(scale)
+
+    @classmethod
+    def sizes(cls, spec: Spec) -> dict[str, int]:
+        """Return the lengths of symbols in the declared shapes that follow from the spec.
+
+        ``inputs`` are the samples of a window, ``outputs`` the classes or the one output.
+        """
+        return {"inputs": spec.samples * spec.channels, "outputs": len(spec.classes) or 1}
+
+    def to_arrays(self) -> Arrays:
+        """The constructor's arrays, by name."""
+        return dict(self._arrays)
+
+    @classmethod
+    def from_arrays(cls, spec: Spec, arrays: Arrays) -> Self:
+        """The inverse of :meth:`to_arrays`."""
+        return cls(spec, *(arrays[name] for name in cls.declared))
+
+
+#: Declared mean and scale of the targets.
+TARGET = ArrayCheck((2,), positive=1)
+
+_NO_ANSWER = (
+    "the model's answer is not a finite number below 1e9: leave this pinch out, or train the model "
+    "again"
+)

@@ -20,24 +20,24 @@ assert len(smoothed(np.zeros(8, dtype=np.uint16))) == 8
 """
 
 
-def test_compiling_is_announced_once_and_cached_for_the_next_process(tmp_path: Path) -> None:
+def test_compilation_is_logged_once_and_cached(tmp_path: Path) -> None:
     announced = []
     for _ in range(2):
-        done = subprocess.run(
+        result = subprocess.run(
             [sys.executable, "-W", "error", "-c", FILTER],
             env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
             capture_output=True,
             text=True,
             check=True,
         )
-        announced.append(done.stderr.splitlines())
-    first, second = announced
-    assert len(first) == 1
-    assert "compiling" in first[0]
-    assert second == []
+        announced.append(result.stderr.splitlines())
+    first_log, second_log = announced
+    assert len(first_log) == 1
+    assert "compiling" in first_log[0]
+    assert second_log == []
 
 
-def test_a_function_without_a_place_for_its_cache_is_compiled(
+def test_function_without_a_cache_folder_is_compiled(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setattr(_compiled._notice, "_given", False)

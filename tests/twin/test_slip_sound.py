@@ -27,27 +27,27 @@ def sound(parameters: SlipParameters = SlipParameters()) -> SlipSound:  # noqa: 
     return SlipSound(FINGERS, MASS, FRICTION, parameters, np.random.default_rng(1))
 
 
-def heard(speed: float, force: float = 2.0, **changed: float) -> np.ndarray:
+def slip_signal(speed: float, force: float = 2.0, **changed: float) -> np.ndarray:
     forces, speeds = np.full((N, 2), force), np.full(N, speed)
     p = SlipParameters()._replace(**changed)  # type: ignore[arg-type]
     return sound(p).hear(forces, speeds, np.zeros(N))
 
 
-def test_what_rests_is_silent() -> None:
-    assert not heard(0.0).any()
+def test_resting_object_is_silent() -> None:
+    assert not slip_signal(0.0).any()
 
 
-def test_what_slides_rubs_and_the_louder_the_harder_it_is_pressed() -> None:
-    soft, hard = (heard(0.02, force).std() for force in (1.0, 4.0))
+def test_sliding_is_louder_at_higher_force() -> None:
+    soft, hard = (slip_signal(0.02, force).std() for force in (1.0, 4.0))
     assert 0 < soft < hard
 
 
-def test_the_coupling_scales_it_and_nothing_else() -> None:
-    once, twice = heard(0.02, coupling=0.1), heard(0.02, coupling=0.2)
-    np.testing.assert_allclose(twice, 2 * once, rtol=1e-9, atol=1e-15)
+def test_signal_is_proportional_to_the_coupling() -> None:
+    signal, doubled = slip_signal(0.02, coupling=0.1), slip_signal(0.02, coupling=0.2)
+    np.testing.assert_allclose(doubled, 2 * signal, rtol=1e-9, atol=1e-15)
 
 
-def test_a_load_that_friction_bears_only_shears_the_pad() -> None:
+def test_load_below_friction_only_shears_the_pad() -> None:
     """Slowly loaded, a patch is pulled as far as its spring says, and none lets go."""
     slow = np.minimum(np.arange(10 * N) / (9 * N), 1.0)
     voice = sound()
@@ -57,20 +57,20 @@ def test_a_load_that_friction_bears_only_shears_the_pad() -> None:
     np.testing.assert_allclose(voice._patches[..., 0], shear, rtol=1e-2)
 
 
-def test_pieces_and_forks_give_the_same() -> None:
+def test_pieces_and_forks_give_the_same_signal() -> None:
     rng = np.random.default_rng(2)
     forces, speeds = rng.uniform(0.5, 3.0, (N, 2)), rng.uniform(0.0, 0.1, N)
     hanging = np.linspace(0, 1, N)
-    whole = sound().hear(forces, speeds, hanging)
+    expected = sound().hear(forces, speeds, hanging)
     voice = sound()
     parts = [voice.hear(forces[:300], speeds[:300], hanging[:300])]
     aside = voice.fork()
     aside.hear(forces[:100], speeds[:100], hanging[:100])
     parts.append(voice.hear(forces[300:], speeds[300:], hanging[300:]))
-    np.testing.assert_array_equal(np.concatenate(parts), whole)
+    np.testing.assert_array_equal(np.concatenate(parts), expected)
 
 
-def closed(slip: SlipParameters | None, force: float, cut: int) -> tuple[GraspPlant, np.ndarray]:
+def lifted(slip: SlipParameters | None, force: float, cut: int) -> tuple[GraspPlant, np.ndarray]:
     rig = condition("paper-rig")
     block = draw_specimen(3, rig, BLOCKS[2], 0)
     draw = draw_pinch(3, rig, "one", block, "one")
@@ -83,13 +83,15 @@ def closed(slip: SlipParameters | None, force: float, cut: int) -> tuple[GraspPl
 
 
 @pytest.mark.parametrize(("force", "slips"), [(8.0, False), (0.7, True)])
-def test_a_plant_without_it_is_the_same_but_for_what_slips(force: float, slips: bool) -> None:
+def test_slip_sound_changes_only_the_piezos_during_a_slip(force: float, slips: bool) -> None:
     loud = SlipParameters(coupling=1.0)
-    silent, before = closed(None, force, 50)
-    plant, after = closed(loud, force, 50)
+    silent, silent_data = lifted(None, force, 50)
+    plant, loud_data = lifted(loud, force, 50)
     assert plant.outcome == silent.outcome
     assert (plant.slipped > 0) is slips
     begin = round(0.19 * FINGERTIP_RATE) + plant.contacts[0].sample
-    np.testing.assert_array_equal(after[:begin], before[:begin])
-    assert (after != before).any(axis=0).tolist()[2:] == [False] * 14, "the piezos alone hear it"
-    np.testing.assert_array_equal(after, closed(loud, force, 170)[1])
+    np.testing.assert_array_equal(loud_data[:begin], silent_data[:begin])
+    assert (loud_data != silent_data).any(axis=0).tolist()[2:] == [False] * 14, (
+        "the piezos alone hear it"
+    )
+    np.testing.assert_array_equal(loud_data, lifted(loud, force, 170)[1])

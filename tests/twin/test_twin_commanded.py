@@ -30,30 +30,30 @@ SILENT = MotorNoise(rotor=0.0, mesh=0.0, friction=0.0, click_rate=0.0, mains=0.0
 DT = 1 / FINGERTIP_RATE
 
 
-def quiet(number: int = 0) -> PinchDraw:
+def quiet_draw(number: int = 0) -> PinchDraw:
     return replace(drawn(BLOCKS[1], number), noise=(SILENT, SILENT), jitter=0.0)
 
 
-def started(draw: PinchDraw, drive: Drive, samples: int, duration: float = 1.0) -> PinchRun:
+def start_run(draw: PinchDraw, drive: Drive, samples: int, duration: float = 1.0) -> PinchRun:
     run = PinchRun(draw, duration, BURN_IN, drive, damped=True)
     run.advance(BURN_IN + samples)
     return run
 
 
-def tell(run: PinchRun, command: Command, drive: Drive) -> None:
+def order(run: PinchRun, command: Command, drive: Drive) -> None:
     run.order(command, run.done - 1 + drive.delay)
 
 
 @pytest.mark.parametrize("kind", [BLOCKS[0], EVERYDAY_OBJECTS[4]], ids=lambda k: k.name)
-def test_never_commanded_it_is_the_pinch_to_the_byte(kind: TwinObject) -> None:
-    whole = PinchRun(drawn(kind), 0.3, BURN_IN)
-    expected = whole.advance(whole.times.size)
+def test_run_without_commands_equals_the_pinch(kind: TwinObject) -> None:
+    full_run = PinchRun(drawn(kind), 0.3, BURN_IN)
+    expected = full_run.advance(full_run.times.size)
     run = PinchRun(drawn(kind), 0.3, BURN_IN, Drive(back_damping=0.0), damped=True)
     assert run.advance(run.times.size).tobytes() == expected.tobytes()
     # And with what damps the hold it is, until the grip first pushes a drive back.
     damped = PinchRun(drawn(kind), 0.3, BURN_IN, damped=True).advance(run.times.size)
-    both = int((expected[..., CONTACT_FORCE] > 0).all(axis=1).argmax())
-    until = both + round(0.02 * FINGERTIP_RATE)
+    second_contact = int((expected[..., CONTACT_FORCE] > 0).all(axis=1).argmax())
+    until = second_contact + round(0.02 * FINGERTIP_RATE)
     assert damped[:until].tobytes() == expected[:until].tobytes()
 
 
@@ -63,137 +63,135 @@ def test_any_pieces_give_the_same_bytes(cuts: list[int], latency: float) -> None
     drive = Drive(latency=latency)
 
     def run(edges: list[int]) -> NDArray[np.float64]:
-        here = PinchRun(drawn(BLOCKS[2]), 0.6, BURN_IN, drive, damped=True)
-        here.order(Command(0.06, 5.0), 500)
-        here.order(Command(0.02, 3.0), 700)
-        return np.concatenate([here.advance(b - a) for a, b in pairwise(edges) if b > a])
+        pinch_run = PinchRun(drawn(BLOCKS[2]), 0.6, BURN_IN, drive, damped=True)
+        pinch_run.order(Command(0.06, 5.0), 500)
+        pinch_run.order(Command(0.02, 3.0), 700)
+        return np.concatenate([pinch_run.advance(b - a) for a, b in pairwise(edges) if b > a])
 
     assert run(sorted([0, 2400, *cuts])).tobytes() == run([0, 2400]).tobytes()
 
 
 @pytest.mark.parametrize("latency", [0.0, 0.013, 0.02, 0.08])
-def test_a_command_takes_effect_after_exactly_the_latency(latency: float) -> None:
+def test_command_takes_effect_after_exactly_the_latency(latency: float) -> None:
     drive = Drive(latency=latency)
-    run = started(quiet(), drive, 100)
-    same = started(quiet(), drive, 100)
-    same.order(Command(same.nominal_speed, 12.0), same.done - 1)
-    tell(run, Command(0.0, 12.0), drive)
-    speeds = [r.advance(450)[..., DRIVE_SPEED].mean(axis=1) for r in (run, same)]
-    first = int(np.argmax(speeds[0] != speeds[1]))
+    run = start_run(quiet_draw(), drive, 100)
+    reference = start_run(quiet_draw(), drive, 100)
+    reference.order(Command(reference.nominal_speed, 12.0), reference.done - 1)
+    order(run, Command(0.0, 12.0), drive)
+    speeds = [r.advance(450)[..., DRIVE_SPEED].mean(axis=1) for r in (run, reference)]
+    first_change = int(np.argmax(speeds[0] != speeds[1]))
     # The sample after the interval in which the reference first was another.
-    assert first == round(latency * FINGERTIP_RATE)
+    assert first_change == round(latency * FINGERTIP_RATE)
 
 
 @pytest.mark.parametrize("latency", [0.0, 0.02, 0.05])
 @pytest.mark.parametrize("acceleration", [5.0, 10.0, 15.0])
-def test_the_way_to_a_stop_is_v_times_latency_and_v_squared_over_2a(
-    latency: float, acceleration: float
-) -> None:
+def test_stopping_distance_has_its_closed_form(latency: float, acceleration: float) -> None:
     drive = Drive(latency=latency, acceleration=acceleration)
-    draw = quiet()
-    run = started(draw, drive, 20)
-    tell(run, Command(0.0, 12.0), drive)
+    draw = quiet_draw()
+    run = start_run(draw, drive, 20)
+    order(run, Command(0.0, 12.0), drive)
     speed = run.nominal_speed
     moved = run.advance(590)[..., DRIVE_SPEED].mean(axis=1)
     assert abs(moved[-1]) < 1e-4
     # The speed loop follows its reference late by mass over gain.
     p = draw.fingers[0]
     late = (p.drive_mass + p.phalanx_mass + p.board_mass + p.skin_mass) / p.speed_gain
-    way = speed * latency + speed**2 / (2 * acceleration) + speed * late
-    assert moved.sum() * DT == pytest.approx(way, abs=1.5 * speed * DT)
+    expected = speed * latency + speed**2 / (2 * acceleration) + speed * late
+    assert moved.sum() * DT == pytest.approx(expected, abs=1.5 * speed * DT)
 
 
-def test_the_newest_command_wins_and_each_acts_in_its_turn() -> None:
+def test_newest_command_wins_and_each_takes_effect_in_turn() -> None:
     drive = Drive()
 
-    def speeds(*told: Command) -> NDArray[np.float64]:
-        run = started(quiet(), drive, 20)
-        for command in told:
-            tell(run, command, drive)
+    def speeds(*commands: Command) -> NDArray[np.float64]:
+        run = start_run(quiet_draw(), drive, 20)
+        for command in commands:
+            order(run, command, drive)
         return run.advance(500)[..., DRIVE_SPEED].mean(axis=1)
 
     slow, stop = Command(0.05, 12.0), Command(0.0, 12.0)
     assert (speeds(slow, stop) == speeds(stop)).all()
-    run = started(quiet(), drive, 20)
-    tell(run, stop, drive)
+    run = start_run(quiet_draw(), drive, 20)
+    order(run, stop, drive)
     run.advance(50)
-    tell(run, slow, drive)
+    order(run, slow, drive)
     moved = run.advance(450)[..., DRIVE_SPEED].mean(axis=1)
     assert moved[40:149].min() < 0.7 * run.nominal_speed
     assert moved[-1] == pytest.approx(0.05, abs=1e-3)
 
 
 @pytest.mark.parametrize("number", range(4))
-def test_closing_as_drawn_by_command_touches_at_the_drawn_instants(number: int) -> None:
+def test_command_at_the_drawn_speed_keeps_the_contact_times(number: int) -> None:
     timing = drawn(BLOCKS[2], number).timing
-    run = started(drawn(BLOCKS[2], number), Drive(latency=0.0), 20)
-    tell(run, Command(run.nominal_speed, 12.0), Drive(latency=0.0))
+    run = start_run(drawn(BLOCKS[2], number), Drive(latency=0.0), 20)
+    order(run, Command(run.nominal_speed, 12.0), Drive(latency=0.0))
     closed = run.advance(1500)[..., INDENTATION] > 0
     assert closed.any(axis=0).all()
-    came = (20 + np.sort(closed.argmax(axis=0))) * DT
-    assert came == pytest.approx(timing[:2], abs=1.1 * DT)
+    contact_times = (20 + np.sort(closed.argmax(axis=0))) * DT
+    assert contact_times == pytest.approx(timing[:2], abs=1.1 * DT)
 
 
-def test_a_drive_that_is_slowed_touches_when_its_skin_gets_there() -> None:
+def test_slowed_drive_touches_after_its_remaining_distance() -> None:
     drive = Drive(latency=0.0, acceleration=5.0)
-    draw = quiet(1)
-    run = started(draw, drive, 300)
-    left = run.nominal_speed * (draw.timing.first - run.times[run.done - 1] + BURN_IN * DT)
-    tell(run, Command(run.nominal_speed / 2, 12.0), drive)
+    draw = quiet_draw(1)
+    run = start_run(draw, drive, 300)
+    distance = run.nominal_speed * (draw.timing.first - run.times[run.done - 1] + BURN_IN * DT)
+    order(run, Command(run.nominal_speed / 2, 12.0), drive)
     motion = run.advance(1500)
-    first = int((motion[..., INDENTATION] > 0).any(axis=1).argmax())
-    gone = motion[:first, :, DRIVE_SPEED].mean(axis=1).sum() * DT
+    contact_sample = int((motion[..., INDENTATION] > 0).any(axis=1).argmax())
+    gone = motion[:contact_sample, :, DRIVE_SPEED].mean(axis=1).sum() * DT
     # The two fingers differ in speed by a per cent or two.
-    assert gone == pytest.approx(left, rel=0.04)
-    at_once = left / (run.nominal_speed / 2)
-    assert first * DT < at_once, "a drive that takes time to slow down gets further"
+    assert gone == pytest.approx(distance, rel=0.04)
+    at_once = distance / (run.nominal_speed / 2)
+    assert contact_sample * DT < at_once, "a drive that takes time to slow down gets further"
 
 
 @pytest.mark.parametrize("number", range(6))
-def test_stopped_before_the_second_contact_it_never_touches(number: int) -> None:
+def test_finger_stopped_before_its_contact_never_touches(number: int) -> None:
     drive = Drive(latency=0.0)
     draw = drawn(BLOCKS[4], number)
     timing = draw.timing._replace(second=draw.timing.first + 0.015)
     # Held fast: one that is held loosely may be knocked against the other finger.
-    held = draw.held._replace(clamp_stiffness=1e5, clamp_damping=100.0)
-    run = started(replace(draw, timing=timing, held=held), drive, 0)
+    clamped = draw.held._replace(clamp_stiffness=1e5, clamp_damping=100.0)
+    run = start_run(replace(draw, timing=timing, held=clamped), drive, 0)
     run.advance(round(timing.first * FINGERTIP_RATE) + 1)
-    tell(run, Command(0.0, 12.0), drive)
+    order(run, Command(0.0, 12.0), drive)
     motion = run.advance(2500)
-    second = 1 if timing.first_is_index else 0
-    assert (motion[:, 1 - second, CONTACT_FORCE] > 0).any()
-    assert not (motion[:, second, CONTACT_FORCE] > 0).any()
-    assert (motion[:, second, INDENTATION] < 0).all()
+    second_finger = 1 if timing.first_is_index else 0
+    assert (motion[:, 1 - second_finger, CONTACT_FORCE] > 0).any()
+    assert not (motion[:, second_finger, CONTACT_FORCE] > 0).any()
+    assert (motion[:, second_finger, INDENTATION] < 0).all()
 
 
 @pytest.mark.parametrize("force", [1.0, 4.0, 12.0])
-def test_held_it_presses_with_the_commanded_force_and_does_not_swing(force: float) -> None:
-    run = started(drawn(BLOCKS[2]), Drive(), 20, 1.2)
-    tell(run, Command(run.nominal_speed, force), Drive())
+def test_hold_has_the_commanded_force_without_oscillation(force: float) -> None:
+    run = start_run(drawn(BLOCKS[2]), Drive(), 20, 1.2)
+    order(run, Command(run.nominal_speed, force), Drive())
     motion = run.advance(round(0.9 * FINGERTIP_RATE))
-    held = motion[-round(0.2 * FINGERTIP_RATE) :, :, CONTACT_FORCE]
+    hold_forces = motion[-round(0.2 * FINGERTIP_RATE) :, :, CONTACT_FORCE]
     # What the hold takes besides is the clamp's.
-    assert held.mean() == pytest.approx(force, abs=0.15)
-    assert np.ptp(held, axis=0).max() < 0.15
+    assert hold_forces.mean() == pytest.approx(force, abs=0.15)
+    assert np.ptp(hold_forces, axis=0).max() < 0.15
 
 
-def test_undamped_it_would_swing() -> None:
+def test_undamped_hold_oscillates() -> None:
     drive = Drive(back_damping=0.0)
-    run = started(drawn(BLOCKS[2]), drive, 20, 1.2)
-    tell(run, Command(run.nominal_speed, 12.0), drive)
-    held = run.advance(round(0.9 * FINGERTIP_RATE))[-1000:, :, CONTACT_FORCE]
-    assert np.ptp(held, axis=0).min() > 0.5
+    run = start_run(drawn(BLOCKS[2]), drive, 20, 1.2)
+    order(run, Command(run.nominal_speed, 12.0), drive)
+    hold_forces = run.advance(round(0.9 * FINGERTIP_RATE))[-1000:, :, CONTACT_FORCE]
+    assert np.ptp(hold_forces, axis=0).min() > 0.5
 
 
 @pytest.mark.parametrize("field", ["latency", "acceleration", "force", "speed", "back_damping"])
-def test_a_drive_that_cannot_be_is_refused(field: str) -> None:
+def test_invalid_drives_are_refused(field: str) -> None:
     with pytest.raises(InputError, match=field):
         Drive(**{field: -1.0})
     with pytest.raises(InputError, match=field):
         Drive(**{field: float("nan")})
 
 
-def test_commands_are_clipped_to_what_the_drive_can_do() -> None:
+def test_commands_are_clipped_to_the_drive() -> None:
     drive = Drive(force=9.0, speed=0.2)
     assert drive.clipped(Command(1.0, 50.0)) == Command(0.2, 9.0)
     assert drive.clipped(Command(-1.0, -5.0)) == Command(-0.2, 0.0)

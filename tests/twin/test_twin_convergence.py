@@ -32,18 +32,18 @@ def output(
 
 @pytest.mark.parametrize("condition", [PAPER_RIG, EVERYDAY], ids=lambda c: c.name)
 @pytest.mark.parametrize("kind", [BLOCKS[0], BLOCKS[4], TENNIS_BALL, AVOCADO], ids=lambda k: k.name)
-def test_halving_the_step_moves_the_waveform_by_less_than_one_per_cent(
+def test_halving_the_step_changes_the_waveform_by_less_than_1_percent(
     kind: TwinObject, condition: Condition
 ) -> None:
     for number in range(4):
-        here = output(kind, number, condition, SUBSTEPS)
+        waveform = output(kind, number, condition, SUBSTEPS)
         finer = output(kind, number, condition, 2 * SUBSTEPS)
-        assert (here[-1, :, INDENTATION] > 0).all(), "both fingers have touched"
-        change = np.abs(here - finer)[..., BUFFER].max(axis=0)
+        assert (waveform[-1, :, INDENTATION] > 0).all(), "both fingers have touched"
+        change = np.abs(waveform - finer)[..., BUFFER].max(axis=0)
         assert (change / np.abs(finer[..., BUFFER]).max(axis=0) < 0.01).all()
 
 
-def test_the_error_falls_with_the_step() -> None:
+def test_error_decreases_with_the_step() -> None:
     reference = output(BLOCKS[4], 0, PAPER_RIG, 16 * SUBSTEPS)[..., BUFFER]
     errors = [
         np.abs(output(BLOCKS[4], 0, PAPER_RIG, n)[..., BUFFER] - reference).max()

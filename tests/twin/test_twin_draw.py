@@ -36,24 +36,24 @@ def test_offsets_are_positive_with_the_published_mean_and_spread() -> None:
     assert stats.kstest(offsets, stats.gamma(shape, scale=OFFSET_MEAN / shape).cdf).pvalue > 0.01
 
 
-def test_either_finger_is_first_about_as_often() -> None:
-    first = [drawn(BLOCKS[0], i).timing.first_is_index for i in range(1000)]
-    assert stats.binomtest(sum(first), len(first)).pvalue > 0.01
+def test_each_finger_is_first_in_about_half_of_the_pinches() -> None:
+    index_first = [drawn(BLOCKS[0], i).timing.first_is_index for i in range(1000)]
+    assert stats.binomtest(sum(index_first), len(index_first)).pvalue > 0.01
 
 
-def test_quiet_before_and_room_after_both_contacts() -> None:
+def test_contacts_have_quiet_before_and_time_after_them() -> None:
     assert FIRST_CONTACT[0] >= 0.1
     assert FIRST_CONTACT[1] + OFFSET_MAX + 0.05 < DURATION
 
 
-def test_a_pinch_depends_on_its_key_and_nothing_else() -> None:
+def test_pinch_depends_only_on_its_key() -> None:
     assert drawn(BLOCKS[1], 3).fingers == drawn(BLOCKS[1], 3).fingers
     assert drawn(BLOCKS[1], 3).fingers != drawn(BLOCKS[1], 4).fingers
     assert generator(1, "a", "b").random() != generator(1, "ab").random()
     assert generator(1, "a").random() != generator(2, "a").random()
 
 
-def test_the_two_fingers_differ_and_stay_themselves_through_a_session() -> None:
+def test_fingers_differ_and_are_constant_in_a_session() -> None:
     draws = [drawn(BLOCKS[1], 4 * i) for i in range(30)]
     for name in ("mount_stiffness", "gain", "phalanx_mass", "link_stiffness"):
         ratios = [getattr(d.fingers[0], name) / getattr(d.fingers[1], name) for d in draws]
@@ -61,7 +61,7 @@ def test_the_two_fingers_differ_and_stay_themselves_through_a_session() -> None:
         assert np.std(np.log(ratios)) < 1e-9, name
 
 
-def test_what_a_session_has_in_common_is_not_drawn_anew_in_each_pinch() -> None:
+def test_session_parameters_are_drawn_once() -> None:
     def gain(session: str, key: int) -> float:
         return draw_pinch(SEED, PAPER_RIG, session, BLOCKS[0], key).fingers[0].gain
 
@@ -78,15 +78,15 @@ def test_everyday_pinches_vary_more_than_those_of_the_rig(name: str) -> None:
     assert spread(EVERYDAY) > 2 * spread(PAPER_RIG)
 
 
-def test_specimens_differ_and_one_specimen_is_always_the_same() -> None:
+def test_specimens_differ_and_are_reproducible() -> None:
     moduli = [draw_specimen(SEED, EVERYDAY, BLOCKS[2], i).nominal.modulus for i in range(3)]
     assert len(set(moduli)) == 3
-    again = draw_specimen(SEED, EVERYDAY, BLOCKS[2], 1)
-    assert again.nominal.modulus == moduli[1]
-    assert again.shore_a == BLOCKS[2].shore_a
+    redrawn = draw_specimen(SEED, EVERYDAY, BLOCKS[2], 1)
+    assert redrawn.nominal.modulus == moduli[1]
+    assert redrawn.shore_a == BLOCKS[2].shore_a
 
 
-def test_scatter_between_specimens_is_what_the_object_says() -> None:
+def test_specimens_have_the_scatter_of_their_object() -> None:
     apple = EVERYDAY_OBJECTS[0]
     logs = [
         np.log(draw_specimen(SEED, PAPER_RIG, apple, i).nominal.modulus / apple.nominal.modulus)
@@ -97,7 +97,7 @@ def test_scatter_between_specimens_is_what_the_object_says() -> None:
     assert np.abs(logs).max() <= 2.5 * apple.modulus_scatter * 1.0001
 
 
-def test_an_unknown_condition_is_one_sentence_with_the_known_ones() -> None:
+def test_unknown_condition_is_refused_with_the_choices() -> None:
     with pytest.raises(InputError, match=r"'lab'.*paper-rig, everyday"):
         condition("lab")
     assert list(CONDITIONS) == ["paper-rig", "everyday"]

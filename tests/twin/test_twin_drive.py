@@ -15,35 +15,34 @@ SPEEDS = st.floats(-0.25, 0.25)
 
 
 @given(SPEEDS, SPEEDS, st.integers(0, 500), st.integers(1, 300))
-def test_a_command_is_reached_no_faster_than_the_drive_accelerates(
+def test_speed_changes_no_faster_than_the_acceleration(
     speed: float, commanded: float, sample: int, intervals: int
 ) -> None:
     drive = Drive()
     reference = DriveReference(drive, speed)
     assert (reference.after(sample, intervals) == speed).all()
     reference.obey(Command(commanded, 3.0), sample)
-    way = np.array([speed, *reference.after(sample, 400)])
-    assert np.abs(np.diff(way)).max() <= drive.acceleration / FINGERTIP_RATE * (1 + 1e-9)
-    assert (np.sign(np.diff(way)) * np.sign(commanded - speed) >= 0).all()
-    assert way[-1] == commanded
-    # However it is asked.
-    assert reference.at(sample + intervals) == way[intervals]
-    later = reference.after(sample + intervals, 50)
-    assert (later == reference.after(sample, intervals + 50)[intervals:]).all()
+    speeds = np.array([speed, *reference.after(sample, 400)])
+    assert np.abs(np.diff(speeds)).max() <= drive.acceleration / FINGERTIP_RATE * (1 + 1e-9)
+    assert (np.sign(np.diff(speeds)) * np.sign(commanded - speed) >= 0).all()
+    assert speeds[-1] == commanded
+    assert reference.at(sample + intervals) == speeds[intervals]
+    later_speeds = reference.after(sample + intervals, 50)
+    assert (later_speeds == reference.after(sample, intervals + 50)[intervals:]).all()
 
 
 @given(SPEEDS, SPEEDS, st.integers(-1, 500))
-def test_held_it_stays_where_it_is(speed: float, held: float, sample: int) -> None:
+def test_hold_keeps_the_speed(speed: float, hold_speed: float, sample: int) -> None:
     reference = DriveReference(Drive(force=9.0), speed)
     reference.obey(Command(0.1, 2.0), 10)
     assert reference.force == 2.0
-    reference.hold(held)
+    reference.hold(hold_speed)
     assert reference.command is None
     assert reference.force == 9.0
-    assert reference.at(sample) == held
+    assert reference.at(sample) == hold_speed
 
 
-def test_a_command_on_the_way_to_another_goes_on_from_there() -> None:
+def test_new_command_starts_at_the_current_speed() -> None:
     reference = DriveReference(Drive(), 0.13)
     reference.obey(Command(0.0, 12.0), 100)
     on_the_way = reference.at(130)

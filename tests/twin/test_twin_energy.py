@@ -46,25 +46,25 @@ def energy(
         hertz = 0.4 * contact_stiffness(p, o)
         total += hertz * max(depth[f], 0.0) ** 2.5
         total += hertz * o.arm_share * max(s[9], 0.0) ** 2.5
-    face, face_v, other, other_v = x[2 * FINGER_STATES :]
-    total += 0.5 * o.face_mass * (face_v**2 + other_v**2)
-    total += 0.5 * o.bulk_stiffness * (face - other) ** 2
-    total += 0.25 * o.clamp_stiffness * (face**2 + other**2)
+    face, face_v, other_face, other_face_v = x[2 * FINGER_STATES :]
+    total += 0.5 * o.face_mass * (face_v**2 + other_face_v**2)
+    total += 0.5 * o.bulk_stiffness * (face - other_face) ** 2
+    total += 0.25 * o.clamp_stiffness * (face**2 + other_face**2)
     return float(total)
 
 
-def scattered(rng: np.random.Generator, parameters: tuple[float, ...]) -> NDArray[np.float64]:
+def scatter(rng: np.random.Generator, parameters: tuple[float, ...]) -> NDArray[np.float64]:
     """Return the parameters, each times e^N(0, 0.5)."""
     return np.asarray(parameters) * np.exp(0.5 * rng.standard_normal(len(parameters)))
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_energy_never_grows(seed: int) -> None:
+def test_energy_never_increases(seed: int) -> None:
     rng = np.random.default_rng(seed)
     kinds = (*BLOCKS, *EVERYDAY_OBJECTS)
-    o = ObjectParameters(*scattered(rng, kinds[seed % len(kinds)].nominal))
+    o = ObjectParameters(*scatter(rng, kinds[seed % len(kinds)].nominal))
     fingers = tuple(
-        FingerParameters(*scattered(rng, FingerParameters()))._replace(drive_force=0.0)
+        FingerParameters(*scatter(rng, FingerParameters()))._replace(drive_force=0.0)
         for _ in range(2)
     )
     touch = (0.001, 0.001 + rng.uniform(0, 0.01))
@@ -78,7 +78,7 @@ def test_energy_never_grows(seed: int) -> None:
 
 
 @pytest.mark.parametrize("loss", [0.0, 60.0])
-def test_a_drive_that_is_pushed_back_gives_no_energy(loss: float) -> None:
+def test_backdriven_drive_adds_no_energy(loss: float) -> None:
     o = BLOCKS[1].nominal
     p = FingerParameters()._replace(drive_force=0.0)
     x, gap = moving((p, p)), np.full(2, np.nan)
@@ -93,7 +93,7 @@ def test_a_drive_that_is_pushed_back_gives_no_energy(loss: float) -> None:
     assert (history[-1] < 0.3 * history[0]) == (loss > 0)
 
 
-def test_momentum_is_only_handed_over() -> None:
+def test_momentum_is_conserved() -> None:
     o = BLOCKS[2].nominal._replace(clamp_stiffness=0.0, clamp_damping=0.0)
     p = FingerParameters()._replace(drive_force=0.0)
 
@@ -104,7 +104,7 @@ def test_momentum_is_only_handed_over() -> None:
         return float(masses @ (index - thumb) + o.face_mass * faces.sum())
 
     slower = p._replace(speed=0.05)
-    before, _ = run((p, slower), o, (0.001, 0.004), STEP)
-    after, depth = run((p, slower), o, (0.001, 0.004), 0.02)
+    start_state, _ = run((p, slower), o, (0.001, 0.004), STEP)
+    end_state, depth = run((p, slower), o, (0.001, 0.004), 0.02)
     assert (depth > 0).all()
-    assert momentum(after) == pytest.approx(momentum(before), rel=1e-9)
+    assert momentum(end_state) == pytest.approx(momentum(start_state), rel=1e-9)

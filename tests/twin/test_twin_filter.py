@@ -38,17 +38,17 @@ def reference(scans: NDArray[np.uint16]) -> list[list[int]]:
         for f in range(2):
             row[f] = scan[f] * SUBCOUNTS if i == 0 else (out[-1][f] + scan[f] * SUBCOUNTS) // 2
             for k in range(TAXELS):
-                read = scans[k : i + 1 : TAXELS, 2 + f].tolist()
-                if read:
-                    last = ([read[0]] * FORCE_READINGS + read)[-FORCE_READINGS:]
-                    row[2 + 6 * f + k] = sum(last) * SUBCOUNTS // FORCE_READINGS
+                readings = scans[k : i + 1 : TAXELS, 2 + f].tolist()
+                if readings:
+                    recent = ([readings[0]] * FORCE_READINGS + readings)[-FORCE_READINGS:]
+                    row[2 + 6 * f + k] = sum(recent) * SUBCOUNTS // FORCE_READINGS
             row[14 + f] = scan[4 + f]
         out.append(row)
     return out
 
 
 @given(st.integers(0, 2**32 - 1), st.lists(st.integers(0, 200), max_size=6))
-def test_any_blocks_give_the_plain_reference(seed: int, cuts: list[int]) -> None:
+def test_any_blocks_give_the_output_of_the_reference(seed: int, cuts: list[int]) -> None:
     scans = random_scans(seed, 200)
     device = DeviceFilter()
     edges = [0, *sorted(cuts), 200]
@@ -58,7 +58,7 @@ def test_any_blocks_give_the_plain_reference(seed: int, cuts: list[int]) -> None
 
 
 @given(arrays(np.uint16, (60, 6), elements=st.sampled_from([0, 5, ADC_COUNTS - 1, 1024, 65_535])))
-def test_whatever_is_read_stays_in_range(scans: NDArray[np.uint16]) -> None:
+def test_output_of_any_scans_is_in_range(scans: NDArray[np.uint16]) -> None:
     out = DeviceFilter().update(scans)
     assert 0 <= out.min() <= out.max() <= TOP
     possible = np.minimum(scans, ADC_COUNTS - 1)
@@ -66,7 +66,7 @@ def test_whatever_is_read_stays_in_range(scans: NDArray[np.uint16]) -> None:
     assert out.tolist() == reference(possible)
 
 
-def test_smoothing_is_the_float_one_within_one_subcount() -> None:
+def test_smoothing_equals_the_float_version_within_one_subcount() -> None:
     scans = random_scans(2, 4000)
     y = np.empty(len(scans))
     y[0] = scans[0, 0] * SUBCOUNTS
@@ -77,7 +77,7 @@ def test_smoothing_is_the_float_one_within_one_subcount() -> None:
     assert (error <= 0).all(), "rounding is down"
 
 
-def test_a_restart_forgets() -> None:
+def test_restart_clears_the_filter() -> None:
     scans = random_scans(3, 100)
     device = DeviceFilter()
     device.update(random_scans(4, 77))
@@ -90,32 +90,32 @@ def test_scans_of_another_shape_are_refused() -> None:
         DeviceFilter().update(np.zeros((5, 16), np.uint16))
 
 
-def test_a_simulated_pinch_is_its_scans_filtered_after_a_round_with_an_open_hand() -> None:
+def test_simulated_pinch_equals_its_filtered_scans() -> None:
     scans = pinch_scans(drawn(BLOCKS[1]))
-    before = np.repeat(scans[:1], ROUND, axis=0)
-    before[:, 2:4] = [open_reading(v) for v in drawn(BLOCKS[1]).velostat]
-    out = DeviceFilter().update(np.concatenate([before, scans]))[ROUND:]
+    open_hand = np.repeat(scans[:1], ROUND, axis=0)
+    open_hand[:, 2:4] = [open_reading(v) for v in drawn(BLOCKS[1]).velostat]
+    out = DeviceFilter().update(np.concatenate([open_hand, scans]))[ROUND:]
     assert (simulated(BLOCKS[1]).data == out).all()
 
 
-def test_a_file_of_scans_has_them_one_after_the_other(tmp_path: Path) -> None:
+def test_scan_file_stores_scans_in_order(tmp_path: Path) -> None:
     scans = random_scans(5, 100)
     write_scans(tmp_path / "scans.bin", (scans[:30], scans[30:]))
     assert (np.fromfile(tmp_path / "scans.bin", "<u2").reshape(-1, 6) == scans).all()
-    first = scan_bytes(np.array([[1, 2, 3, 4, 0, 0x0102]], np.uint16))
-    assert first == b"\1\0\2\0\3\0\4\0\0\0\2\1"
+    first_scan = scan_bytes(np.array([[1, 2, 3, 4, 0, 0x0102]], np.uint16))
+    assert first_scan == b"\1\0\2\0\3\0\4\0\0\0\2\1"
 
 
 @given(st.integers(0, 2**32 - 1))
-def test_the_smoothing_of_the_piezo_loses_nothing(seed: int) -> None:
-    """What the device sends is smoothed, and every reading can be had back from it."""
+def test_piezo_smoothing_is_invertible(seed: int) -> None:
+    """Every reading can be recovered from the smoothed samples of the device."""
     counts = random_scans(seed, 300)[:, 0]
-    sent = smoothed(counts).astype(np.int64)
+    samples = smoothed(counts).astype(np.int64)
     # y[i] = (y[i-1] + 32 x[i]) >> 1: doubled and without y[i-1] it is 32 x[i], or one less.
-    back = -(-(2 * sent[1:] - sent[:-1]) // SUBCOUNTS)
+    back = -(-(2 * samples[1:] - samples[:-1]) // SUBCOUNTS)
     assert back.tolist() == counts[1:].tolist()
 
 
-def test_a_piezo_alone_is_smoothed_as_the_device_does_it() -> None:
+def test_single_piezo_is_smoothed_as_on_the_device() -> None:
     scans = random_scans(3, 500)
     assert smoothed(scans[:, 0]).tolist() == DeviceFilter().update(scans)[:, 0].tolist()

@@ -39,13 +39,13 @@ def changed(line: int, **cells: str) -> str:
     return out.getvalue()
 
 
-def test_it_goes_from_raspberry_to_hammer() -> None:
+def test_household_has_unique_names_in_four_groups() -> None:
     assert len(HOUSEHOLD) >= 34
-    names = [thing.name for thing in HOUSEHOLD]
+    names = [item.name for item in HOUSEHOLD]
     assert len(set(names)) == len(names)
     assert "raspberry" in names
     assert any("hammer" in name for name in names)
-    assert {thing.group for thing in HOUSEHOLD} == {
+    assert {item.group for item in HOUSEHOLD} == {
         "soft fragile", "soft robust", "firm fragile", "firm robust",
     }  # fmt: skip
     paper = {kind.name for kind in (*BLOCKS, *EVERYDAY_OBJECTS, *BRITTLE)}
@@ -55,26 +55,26 @@ def test_it_goes_from_raspberry_to_hammer() -> None:
         household_named("anvil")
 
 
-def test_every_number_has_a_source_that_is_there() -> None:
+def test_every_number_has_a_listed_source() -> None:
     used = set()
-    for thing in HOUSEHOLD:
+    for item in HOUSEHOLD:
         for name in QUANTITIES:
-            quantity = getattr(thing.numbers, name)
+            quantity = getattr(item.numbers, name)
             if quantity is not None:
                 assert quantity.estimated or quantity.source in HOUSEHOLD_SOURCES
                 used.add(quantity.source)
     assert used - {"estimate"} == set(HOUSEHOLD_SOURCES), "a source that nothing is from"
 
 
-@pytest.mark.parametrize("thing", HOUSEHOLD, ids=lambda t: t.name)
-def test_the_twin_pinches_what_the_table_says(thing: object) -> None:
-    thing = household_named(thing.name)
-    kind, numbers = thing.kind, thing.numbers
+@pytest.mark.parametrize("item", HOUSEHOLD, ids=lambda t: t.name)
+def test_twin_objects_have_the_values_of_the_table(item: object) -> None:
+    item = household_named(item.name)
+    kind, numbers = item.kind, item.numbers
     assert kind.shore_a == numbers.shore_a.value
     assert kind.mass == pytest.approx(numbers.mass.value)
     assert kind.nominal.modulus == gent_modulus(numbers.shore_a.value)
     assert kind.nominal.bulk_stiffness > 0
-    assert (kind.fragility is None) == ("robust" in thing.group)
+    assert (kind.fragility is None) == ("robust" in item.group)
 
 
 @pytest.mark.parametrize(
@@ -96,13 +96,13 @@ def test_the_twin_pinches_what_the_table_says(thing: object) -> None:
         ({"bulk": "", "bulk_from": "", "radius": "", "radius_from": ""}, "bulk is empty"),
     ],
 )
-def test_a_wrong_row_is_refused(cells: dict[str, str], word: str) -> None:
+def test_invalid_rows_are_refused(cells: dict[str, str], word: str) -> None:
     with pytest.raises(InputError) as caught:
         read_household(changed(1, **cells), HOUSEHOLD_SOURCES, "here.csv")
     assert str(caught.value).startswith(f"here.csv, line 3: {word}")
 
 
-def test_a_table_of_another_form_is_refused() -> None:
+def test_table_with_other_columns_is_refused() -> None:
     for text in ("", TEXT.replace("shore_a,", "shore,", 1), TEXT + "raspberry,soft fragile\n"):
         with pytest.raises(InputError, match=r"columns|cells"):
             read_household(text, HOUSEHOLD_SOURCES, "here.csv")
@@ -118,34 +118,36 @@ def test_a_table_of_another_form_is_refused() -> None:
         ("new,,2000,b,c", "is empty"),
     ],
 )
-def test_a_wrong_source_is_refused(row: str, word: str) -> None:
+def test_invalid_sources_are_refused(row: str, word: str) -> None:
     with pytest.raises(InputError, match=word):
         read_sources(f"{SOURCES}{row}\n", "here.csv")
 
 
-def test_specimens_scatter_as_their_kind_does_and_come_again() -> None:
-    thing = household_named("raspberry")
-    many = [draw_household_specimen(3, PAPER_RIG, thing, n) for n in range(400)]
-    assert many[7] == draw_household_specimen(3, PAPER_RIG, thing, 7)
-    scatter = SCATTER[thing.origin]
-    masses = np.log([one.mass / thing.kind.mass for one in many])
-    moduli = np.log([one.nominal.modulus / thing.kind.nominal.modulus for one in many])
-    frictions = np.array([one.friction for one in many]) - thing.kind.friction
-    for found, expected in (
+def test_specimens_have_the_scatter_of_their_origin() -> None:
+    item = household_named("raspberry")
+    specimens = [draw_household_specimen(3, PAPER_RIG, item, n) for n in range(400)]
+    assert specimens[7] == draw_household_specimen(3, PAPER_RIG, item, 7)
+    scatter = SCATTER[item.origin]
+    masses = np.log([specimen.mass / item.kind.mass for specimen in specimens])
+    moduli = np.log(
+        [specimen.nominal.modulus / item.kind.nominal.modulus for specimen in specimens]
+    )
+    frictions = np.array([specimen.friction for specimen in specimens]) - item.kind.friction
+    for values, expected in (
         (masses, scatter.mass), (moduli, scatter.modulus), (frictions, scatter.friction)
     ):  # fmt: skip
-        assert found.std() == pytest.approx(expected, rel=0.15)
-        assert abs(found.mean()) < 0.2 * expected
-    assert thing.numbers.limit is not None
-    limits = np.array([one.fragility.scale for one in many])
-    below = (limits < thing.numbers.limit.value).mean()
+        assert values.std() == pytest.approx(expected, rel=0.15)
+        assert abs(values.mean()) < 0.2 * expected
+    assert item.numbers.limit is not None
+    limits = np.array([specimen.fragility.scale for specimen in specimens])
+    below = (limits < item.numbers.limit.value).mean()
     assert below == pytest.approx(1 - np.exp(-1), abs=0.06)
     # A specimen bears the same each time.
     rng = np.random.default_rng(0)
-    assert {many[0].fragility.draw(rng) for _ in range(5)} == {limits[0]}
+    assert {specimens[0].fragility.draw(rng) for _ in range(5)} == {limits[0]}
 
 
-def test_ranges_are_of_every_quantity() -> None:
+def test_every_quantity_has_a_range() -> None:
     assert tuple(RANGES) == QUANTITIES
     assert all(low < high for low, high in RANGES.values())
     heavy = replace(HOUSEHOLD[0].numbers.mass, value=1.0)

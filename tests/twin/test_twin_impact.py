@@ -39,7 +39,7 @@ def hertz_impact(
     return depth, hertz_stiffness(modulus, radius) * depth**1.5, 2.94 * depth / speed
 
 
-def test_an_elastic_impact_turns_all_motion_into_indentation() -> None:
+def test_elastic_impact_converts_all_motion_into_indentation() -> None:
     depth, force, _ = hertz_impact(0.01, 0.2, 1e6, 0.01)
     stored = 2 / 5 * hertz_stiffness(1e6, 0.01) * depth**2.5
     assert stored == pytest.approx(0.5 * 0.01 * 0.2**2, rel=1e-12)
@@ -57,21 +57,21 @@ def impact(
     return times, out[:, 0, CONTACT_FORCE], state
 
 
-def mass_of(p: FingerParameters) -> float:
+def effective_mass(p: FingerParameters) -> float:
     return p.skin_mass if p is SKIN_ALONE else p.skin_mass + p.board_mass + p.phalanx_mass
 
 
 @pytest.mark.parametrize("p", [SKIN_ALONE, RIGID], ids=["skin alone", "rigid finger"])
 @pytest.mark.parametrize("modulus", [0.4e6, 4e6])
 @pytest.mark.parametrize("radius", [1e3, 0.035], ids=["flat", "round"])
-def test_peak_force_and_contact_time_are_those_of_hertz(
+def test_peak_force_and_contact_time_follow_hertz(
     p: FingerParameters, modulus: float, radius: float
 ) -> None:
     speed = 0.13
     o = WALL._replace(modulus=modulus, radius=radius)
     tip = 1 / (1 / p.tip_radius + 1 / radius)
-    both = contact_modulus(p.pad_modulus, modulus)
-    _, peak, lasts = hertz_impact(mass_of(p), speed, both, tip)
+    modulus_pair = contact_modulus(p.pad_modulus, modulus)
+    _, peak, lasts = hertz_impact(effective_mass(p), speed, modulus_pair, tip)
     times, force, _ = impact(p, o, speed, 1.5 * lasts, 0.4e-6 if p is RIGID else 2e-6)
     pressed = times[force > 0]
     assert force.max() == pytest.approx(peak, rel=0.02)
@@ -79,7 +79,7 @@ def test_peak_force_and_contact_time_are_those_of_hertz(
 
 
 @pytest.mark.parametrize("loss", [0.05, 0.2, 0.4])
-def test_hunt_crossley_takes_the_share_of_speed_it_should(loss: float) -> None:
+def test_hunt_crossley_loses_its_share_of_speed(loss: float) -> None:
     speed = 0.13
     _, _, state = impact(SKIN_ALONE, WALL._replace(contact_loss=loss), speed, 0.02, 2e-6)
     restitution = -state[7] / speed
@@ -87,12 +87,12 @@ def test_hunt_crossley_takes_the_share_of_speed_it_should(loss: float) -> None:
     assert restitution == pytest.approx(1 - loss * speed, abs=(loss * speed) ** 2)
 
 
-def test_a_wall_without_loss_gives_all_speed_back() -> None:
+def test_lossless_wall_returns_all_speed() -> None:
     _, _, state = impact(SKIN_ALONE, WALL, 0.13, 0.02, 2e-6)
     assert state[7] == pytest.approx(-0.13, rel=1e-4)
 
 
-def test_the_maxwell_arm_takes_energy_and_never_pulls() -> None:
+def test_maxwell_arm_dissipates_energy_and_never_pulls() -> None:
     _, force, state = impact(SKIN_ALONE, WALL._replace(arm_share=0.5), 0.13, 0.02, 2e-6)
     assert 0.5 < -state[7] / 0.13 < 0.99
     assert force.min() >= 0

@@ -14,7 +14,7 @@ from firstcontact.twin import BLOCKS, Drive, GraspPlant, Lift
 from firstcontact.twin._outcome import slide
 
 
-def slid(
+def slide_states(
     forces: NDArray[np.float64], hanging: NDArray[np.float64], mass: float, friction: float
 ) -> NDArray[np.float64]:
     """Return distance and speed at each sample, shape (samples, 2)."""
@@ -23,53 +23,53 @@ def slid(
     return out
 
 
-@pytest.mark.parametrize("held", [0.0, 0.5, 0.9, 1.0, 1.5])
-def test_sliding_is_free_fall_less_friction(held: float) -> None:
+@pytest.mark.parametrize("grip_share", [0.0, 0.5, 0.9, 1.0, 1.5])
+def test_sliding_is_free_fall_minus_friction(grip_share: float) -> None:
     mass, friction, n = 0.2, 0.5, 1000
-    each = held * holding_force(mass, friction)
-    way, speed = slid(np.full((n, 2), each), np.ones(n), mass, friction)[-1]
+    force = grip_share * holding_force(mass, friction)
+    distance, speed = slide_states(np.full((n, 2), force), np.ones(n), mass, friction)[-1]
     time = n / FINGERTIP_RATE
-    pull = max(1 - held, 0.0) * GRAVITY
-    assert way == pytest.approx(pull * time**2 / 2, abs=1e-12)
+    pull = max(1 - grip_share, 0.0) * GRAVITY
+    assert distance == pytest.approx(pull * time**2 / 2, abs=1e-12)
     assert speed == pytest.approx(pull * time, abs=1e-12)
 
 
-def test_a_slide_ends_where_the_grip_comes_back() -> None:
+def test_slide_ends_when_the_grip_returns() -> None:
     forces = np.zeros((3000, 2))
     forces[100:] = 3 * holding_force(0.1, 0.5)
-    way, speed = slid(forces, np.ones(3000), 0.1, 0.5)[-1]
+    distance, speed = slide_states(forces, np.ones(3000), 0.1, 0.5)[-1]
     time = 100 / FINGERTIP_RATE
     assert speed == 0
     # Falls at g, then is braked at 2 g.
-    assert way == pytest.approx(GRAVITY * time**2 / 2 * 1.5, rel=0.02)
+    assert distance == pytest.approx(GRAVITY * time**2 / 2 * 1.5, rel=0.02)
 
 
 @given(st.floats(0.05, 0.99), st.floats(0.1, 1.0), st.integers(1, 400))
-def test_under_a_gradual_lift_it_slips_when_the_hanging_share_passes_what_friction_holds(
-    held: float, over: float, piece: int
+def test_gradual_lift_slips_when_the_load_exceeds_friction(
+    grip_share: float, over: float, piece: int
 ) -> None:
     mass, friction, lift = 0.3, 0.6, Lift(0.1, over)
     n = lift.samples + 50
-    forces = np.full((n, 2), held * holding_force(mass, friction))
+    forces = np.full((n, 2), grip_share * holding_force(mass, friction))
     hanging = lift.hanging(0, n)
-    whole = slid(forces, hanging, mass, friction)
-    begin = int(np.argmax(whole[:, 1] > 0)) / FINGERTIP_RATE
-    assert begin == pytest.approx(lift.after + held * over, abs=3 / FINGERTIP_RATE)
+    states = slide_states(forces, hanging, mass, friction)
+    begin = int(np.argmax(states[:, 1] > 0)) / FINGERTIP_RATE
+    assert begin == pytest.approx(lift.after + grip_share * over, abs=3 / FINGERTIP_RATE)
     # The fall then grows with the cube of time: g t^3 / 6 over the ramp's length.
     t = lift.samples / FINGERTIP_RATE - begin
     expected = GRAVITY / over * t**3 / 6
-    assert whole[lift.samples, 0] == pytest.approx(expected, rel=0.05, abs=1e-5)
+    assert states[lift.samples, 0] == pytest.approx(expected, rel=0.05, abs=1e-5)
     parts = np.zeros((n, 2))
-    for first in range(0, n, piece):
-        here = slice(first, first + piece)
+    for start in range(0, n, piece):
+        part = slice(start, start + piece)
         slide(
-            forces[here], lift.hanging(first, len(forces[here])), mass, friction,
-            1 / FINGERTIP_RATE, parts[max(first - 1, 0)].copy(), parts[here],
+            forces[part], lift.hanging(start, len(forces[part])), mass, friction,
+            1 / FINGERTIP_RATE, parts[max(start - 1, 0)].copy(), parts[part],
         )  # fmt: skip
-    assert np.array_equal(parts, whole), "it may be asked for piece by piece"
+    assert np.array_equal(parts, states), "pieces give the same slide"
 
 
-def test_a_lift_goes_evenly_and_an_abrupt_one_at_once() -> None:
+def test_lift_is_linear_or_abrupt() -> None:
     abrupt = Lift(0.1).hanging(0, 1000)
     assert abrupt.sum() == 1000 - Lift(0.1).begin
     assert set(abrupt) == {0.0, 1.0}
@@ -78,13 +78,13 @@ def test_a_lift_goes_evenly_and_an_abrupt_one_at_once() -> None:
     assert shares[slow.begin + 10] == 0
     assert shares[slow.samples + 10] == 1
     assert np.diff(shares).max() == pytest.approx(1 / (slow.samples - slow.begin))
-    for bad in (Lift, lambda after: Lift(0.1, after)):
+    for make_lift in (Lift, lambda over: Lift(0.1, over)):
         with pytest.raises(ValueError, match="from 0 s on"):
-            bad(-0.1)
+            make_lift(-0.1)
 
 
 @pytest.mark.parametrize("over", [0.0, 0.5])
-def test_the_slip_is_known_while_it_goes_on_and_a_firmer_grip_stops_it(over: float) -> None:
+def test_slip_is_reported_during_it_and_a_firmer_grip_stops_it(over: float) -> None:
     kind = BLOCKS[2]
     just = holding_force(kind.mass, kind.friction)
     hand = GraspPlant(drawn(kind, 2), Drive(latency=0.0), kind, lift=Lift(0.45, over))
@@ -107,18 +107,18 @@ def test_the_slip_is_known_while_it_goes_on_and_a_firmer_grip_stops_it(over: flo
     assert hand.outcome.held
 
 
-def test_a_copy_may_be_lifted_otherwise() -> None:
+def test_copy_may_have_another_lift() -> None:
     kind = BLOCKS[2]
-    begun = GraspPlant(drawn(kind, 2), Drive(), kind)
-    begun.command(Command(begun.nominal.speed, 0.5 * holding_force(kind.mass, kind.friction)))
-    begun.move(2000)
-    other = begun.copy(Lift(0.3, 0.2))
+    plant = GraspPlant(drawn(kind, 2), Drive(), kind)
+    plant.command(Command(plant.nominal.speed, 0.5 * holding_force(kind.mass, kind.friction)))
+    plant.move(2000)
+    copy = plant.copy(Lift(0.3, 0.2))
     expected = GraspPlant(drawn(kind, 2), Drive(), kind, lift=Lift(0.3, 0.2))
-    expected.command(Command(begun.nominal.speed, 0.5 * holding_force(kind.mass, kind.friction)))
+    expected.command(Command(plant.nominal.speed, 0.5 * holding_force(kind.mass, kind.friction)))
     while not expected.ended:
         expected.move(100)
-    while not other.ended:
-        other.move(expected.sample - 2000)
-    assert other.outcome == expected.outcome
-    assert other.outcome.dropped
-    assert begun.outcome.slipped == 0
+    while not copy.ended:
+        copy.move(expected.sample - 2000)
+    assert copy.outcome == expected.outcome
+    assert copy.outcome.dropped
+    assert plant.outcome.slipped == 0

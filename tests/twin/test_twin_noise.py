@@ -30,11 +30,11 @@ def level(x: np.ndarray, frequency: float) -> float:
     return float(np.sqrt(2 * p[near].max()))
 
 
-def test_nothing_makes_no_force() -> None:
+def test_zero_parameters_make_no_force() -> None:
     assert not series(QUIET).any()
 
 
-def test_the_rotor_and_its_harmonics_stand_where_the_speed_puts_them() -> None:
+def test_rotor_harmonics_have_the_frequency_of_the_speed() -> None:
     x = series(replace(QUIET, rotor=0.06, rotor_rate=150.0))
     assert level(x, 150) == pytest.approx(0.06, rel=0.05)
     assert level(x, 300) == pytest.approx(0.03, rel=0.05)
@@ -48,7 +48,7 @@ def test_the_band_of_rubbing_and_its_filter_are_scipys() -> None:
     np.testing.assert_allclose(_filtered(RUBBING, x), signal.sosfilt(RUBBING, x), rtol=1e-12)
 
 
-def test_rubbing_has_the_power_it_says_and_its_band() -> None:
+def test_rubbing_has_its_power_and_band() -> None:
     x = series(replace(QUIET, friction=0.04, wander=0.0))
     assert x.std() == pytest.approx(0.04, rel=0.1)
     f, p = signal.welch(x, RATE, nperseg=4096)
@@ -60,14 +60,14 @@ def test_the_noise_is_not_gaussian() -> None:
     assert stats.kurtosis(x) > 0.3
 
 
-def test_clicks_come_as_often_as_said() -> None:
+def test_clicks_have_their_rate() -> None:
     x = series(replace(QUIET, click_rate=2.0), duration=200.0)
     clicks = np.sum((x[1:] != 0) & (x[:-1] == 0))
     assert clicks == pytest.approx(400, abs=4 * 20)
 
 
 @pytest.mark.parametrize("mains", [50.0, 60.0])
-def test_mains_is_there_twice_as_torque_and_once_as_pickup(mains: float) -> None:
+def test_mains_appears_as_torque_and_pickup(mains: float) -> None:
     noise = replace(QUIET, mains=0.02, mains_rate=mains, electronics=0.0)
     assert level(series(noise), 2 * mains) == pytest.approx(0.02, rel=0.05)
     angle = 2 * np.pi * mains * np.arange(round(4 * RATE)) / RATE

@@ -17,7 +17,7 @@ from firstcontact.twin._outcome import stable_since
 _, CRISP, BERRY = BRITTLE
 
 
-def test_an_open_hand_never_grasps_and_the_object_stays_behind() -> None:
+def test_open_hand_never_lifts_the_object() -> None:
     hand = plant(BLOCKS[1], 0, Drive(latency=0.0))
     closed(hand, Command(-0.1, 12.0))
     outcome = hand.outcome
@@ -41,7 +41,7 @@ def test_gentler_commands_press_and_squeeze_less() -> None:
 
 
 @pytest.mark.parametrize("share", [0.9, 0.97, 1.03, 1.1])
-def test_it_is_dropped_exactly_when_friction_holds_less_than_its_weight(share: float) -> None:
+def test_object_drops_exactly_when_friction_is_below_its_weight(share: float) -> None:
     force = 4.0
     just = 2 * BLOCKS[2].nominal.face_mass * GRAVITY / (2 * force)
     kind = replace(BLOCKS[2], friction=just * share)
@@ -52,7 +52,7 @@ def test_it_is_dropped_exactly_when_friction_holds_less_than_its_weight(share: f
     assert (hand.outcome.slipped > 1e-4) == (share < 1)
 
 
-def test_a_grasp_is_stable_when_it_is_strong_and_steady_from_then_on() -> None:
+def test_grasp_is_stable_from_when_it_stays_strong_and_steady() -> None:
     t = np.arange(3000) / FINGERTIP_RATE
     rising = np.minimum(100 * t, 4.0)
     at = stable_since(rising, 2.0)
@@ -63,31 +63,31 @@ def test_a_grasp_is_stable_when_it_is_strong_and_steady_from_then_on() -> None:
     assert stable_since(4 + np.sin(2 * np.pi * 11 * t), 1.0) is None, "it swings"
     late = rising.copy()
     late[2000:2300] = 1.0
-    again = stable_since(late, 2.0)
-    assert again is not None
-    assert again >= 2300
+    later_start = stable_since(late, 2.0)
+    assert later_start is not None
+    assert later_start >= 2300
 
 
 @pytest.mark.parametrize("kind", BRITTLE, ids=lambda k: k.name)
-def test_it_breaks_when_a_contact_force_passes_its_limit(kind: TwinObject) -> None:
+def test_object_breaks_when_a_contact_force_exceeds_its_limit(kind: TwinObject) -> None:
     for number in range(4):
         for command in (Command(0.13, 12.0), Command(0.02, 1.0)):
             hand = plant(kind, number)
             closed(hand, command)
-            whole = plant(replace(kind, fragility=None), number)
-            closed(whole, command)
+            unbreakable = plant(replace(kind, fragility=None), number)
+            closed(unbreakable, command)
             outcome = hand.outcome
-            assert outcome.broken == (whole.forces.max() > hand.limit)
-            assert not whole.outcome.broken
+            assert outcome.broken == (unbreakable.forces.max() > hand.limit)
+            assert not unbreakable.outcome.broken
             if outcome.broken:
                 assert outcome.time_to_grasp is None
                 # Within what a force rises by in a sample.
                 assert outcome.peak_force < 1.3 * hand.limit
-                after = hand.forces[hand._run.broken_at - 90 :][:5]
-                assert after.max() < 0.6 * hand.limit, "its force collapses"
+                collapsed_forces = hand.forces[hand._run.broken_at - 90 :][:5]
+                assert collapsed_forces.max() < 0.6 * hand.limit, "its force collapses"
 
 
-def test_what_breaks_scatters_as_weibull_says() -> None:
+def test_breaking_force_has_a_weibull_distribution() -> None:
     fragility = Fragility(2.2, 4.0)
     rng = generator(SEED, "fragility")
     limits = np.array([fragility.draw(rng) for _ in range(20_000)])

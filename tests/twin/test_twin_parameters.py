@@ -112,7 +112,7 @@ def rows(section: str, mark: str = "##") -> dict[str, list[str]]:
 
 
 @pytest.mark.parametrize("kind", NOMINAL)
-def test_every_parameter_is_there_with_its_value_and_where_it_is_from(kind: str) -> None:
+def test_page_lists_every_parameter_with_value_and_source(kind: str) -> None:
     table = rows(kind)
     assert list(table) == list(NOMINAL[kind])
     for field, value in NOMINAL[kind].items():
@@ -124,7 +124,7 @@ def test_the_pad_is_65_shore_a() -> None:
     assert FingerParameters().pad_modulus == pytest.approx(physics.gent_modulus(65), rel=2e-3)
 
 
-def test_every_object_is_there_with_what_the_mechanics_sees() -> None:
+def test_page_lists_every_object_with_its_mechanics() -> None:
     table = rows("Objects")
     assert list(table) == [kind.name for kind in (*BLOCKS, *EVERYDAY_OBJECTS)]
     for kind in (*BLOCKS, *EVERYDAY_OBJECTS):
@@ -133,11 +133,11 @@ def test_every_object_is_there_with_what_the_mechanics_sees() -> None:
             kind.shore_a, o.modulus / 1e6, o.radius, o.face_mass, o.bulk_stiffness, o.bulk_damping,
             o.clamp_stiffness, o.clamp_damping, o.arm_share, o.contact_loss, kind.modulus_scatter,
         ]  # fmt: skip
-        for shown, value in zip(table[kind.name], values, strict=True):
-            assert shown == "flat" or float(shown) == pytest.approx(value, rel=5e-3), kind.name
+        for cell, value in zip(table[kind.name], values, strict=True):
+            assert cell == "flat" or float(cell) == pytest.approx(value, rel=5e-3), kind.name
 
 
-def shown(value: object) -> list[float]:
+def condition_numbers(value: object) -> list[float]:
     if isinstance(value, Spread):
         return [value.session, value.pinch]
     if isinstance(value, tuple):
@@ -146,24 +146,26 @@ def shown(value: object) -> list[float]:
     return [float(value)]
 
 
-def test_both_conditions_are_there() -> None:
+def test_page_lists_both_conditions() -> None:
     table = rows("Conditions")
     assert list(table) == [f.name for f in fields(Condition) if f.name != "name"]
     for field, cells in table.items():
         for cell, condition in zip(cells[:2], (PAPER_RIG, EVERYDAY), strict=True):
             numbers = [float(n) for n in re.split(r" / | or ", cell)]
-            assert numbers == shown(getattr(condition, field)), f"{condition.name}: {field}"
+            assert numbers == condition_numbers(getattr(condition, field)), (
+                f"{condition.name}: {field}"
+            )
 
 
 @pytest.mark.parametrize(
     ("section", "constants"), [("Constants", CONSTANTS), ("The running hand", RUNNING)]
 )
-def test_the_constants_are_there(section: str, constants: dict[str, float]) -> None:
+def test_page_lists_the_constants(section: str, constants: dict[str, float]) -> None:
     table = rows(section)
     assert {name: float(cells[0]) for name, cells in table.items()} == constants
 
 
-def test_the_drive_is_there() -> None:
+def test_page_lists_the_drive() -> None:
     table = rows("Drive", "###")
     assert {name: float(cells[0]) for name, cells in table.items()} == {
         f.name: getattr(Drive(), f.name) for f in fields(Drive)
@@ -171,14 +173,14 @@ def test_the_drive_is_there() -> None:
     assert Drive().force == FingerParameters().drive_force
 
 
-def test_what_is_held_is_there() -> None:
+def test_page_lists_the_grasped_objects() -> None:
     table = rows("Held things", "###")
     assert {name: float(cells[0]) for name, cells in table.items()} == HELD
     for kind in (*BLOCKS, *EVERYDAY_OBJECTS, *BRITTLE):
         assert kind.friction in (objects.FRICTION, objects.SKIN_FRICTION)
 
 
-def test_brittle_objects_are_there_with_their_limits() -> None:
+def test_page_lists_brittle_objects_with_their_limits() -> None:
     table = rows("Brittle objects", "###")
     assert list(table) == [kind.name for kind in BRITTLE]
     for kind in BRITTLE:
@@ -190,7 +192,7 @@ def test_brittle_objects_are_there_with_their_limits() -> None:
         assert kind.modulus_scatter == 0.15
 
 
-def test_the_optimistic_sheet_differs_only_in_what_is_listed() -> None:
+def test_optimistic_sheet_differs_only_in_the_listed_values() -> None:
     table = rows("OPTIMISTIC", "###")
     listed = {name: float(cells[0]) for name, cells in table.items()}
     assert VelostatParameters()._replace(**listed) == OPTIMISTIC

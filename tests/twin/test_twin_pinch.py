@@ -19,12 +19,12 @@ WINDOW = round(0.015 * LAYOUT.rate)
 
 
 @cache
-def pinches(condition: Condition = PAPER_RIG, each: int = 60) -> tuple[Pinch, ...]:
+def pinches(condition: Condition = PAPER_RIG, per_block: int = 60) -> tuple[Pinch, ...]:
     """Return ``each`` pinches of every block."""
-    return tuple(simulated(kind, i, condition) for kind in BLOCKS for i in range(each))
+    return tuple(simulated(kind, i, condition) for kind in BLOCKS for i in range(per_block))
 
 
-def test_a_pinch_is_what_the_device_sends() -> None:
+def test_pinch_has_the_format_of_the_device() -> None:
     for pinch in pinches():
         assert pinch.layout == LAYOUT
         assert pinch.data.dtype == np.int16
@@ -33,14 +33,14 @@ def test_a_pinch_is_what_the_device_sends() -> None:
         assert pinch.data[:, :14].max() <= 1023 * 32
 
 
-def test_sample_numbers_count_from_where_the_pinch_starts() -> None:
+def test_sample_numbers_start_at_the_given_one() -> None:
     at_zero = simulated(BLOCKS[0])
-    later = simulate_pinch(drawn(BLOCKS[0]), Label(), first_sample=5000)
-    assert (later.data == at_zero.data).all()
-    assert [c.sample - 5000 for c in later.truth] == [c.sample for c in at_zero.truth]
+    shifted = simulate_pinch(drawn(BLOCKS[0]), Label(), first_sample=5000)
+    assert (shifted.data == at_zero.data).all()
+    assert [c.sample - 5000 for c in shifted.truth] == [c.sample for c in at_zero.truth]
 
 
-def test_the_strips_tell_the_drawn_contacts_to_the_sample() -> None:
+def test_strips_close_at_the_drawn_contacts() -> None:
     for number in range(20):
         timing = drawn(BLOCKS[2], number).timing
         pinch = simulated(BLOCKS[2], number)
@@ -53,7 +53,7 @@ def test_the_strips_tell_the_drawn_contacts_to_the_sample() -> None:
             assert contact.decided == contact.sample
 
 
-def test_both_fingers_touch_once_and_at_least_100_ms_are_quiet() -> None:
+def test_fingers_touch_once_after_at_least_100_ms() -> None:
     for pinch in pinches():
         assert {c.finger for c in pinch.truth} == {0, 1}
         assert pinch.first is not None
@@ -62,7 +62,7 @@ def test_both_fingers_touch_once_and_at_least_100_ms_are_quiet() -> None:
         assert not strips[: pinch.first.sample].any()
 
 
-def test_offsets_read_off_the_strips_are_the_published_ones() -> None:
+def test_strip_offsets_have_the_published_statistics() -> None:
     offsets = np.array([p.offset for p in pinches()])
     error = OFFSET_SD / np.sqrt(offsets.size)
     assert offsets.mean() == pytest.approx(OFFSET_MEAN, abs=3 * error)
@@ -84,10 +84,10 @@ def test_force_is_silent_until_the_second_contact(condition: Condition) -> None:
         force = pinch.force(pinch.first.finger).sum(axis=1)
         start = pinch.first.sample
         stop = min(pinch.second.sample, start + WINDOW)
-        rest = force[:start].mean()
-        grip = force[-50:].mean() - rest
+        baseline = force[:start].mean()
+        grip = force[-50:].mean() - baseline
         assert grip > 1.0, "both fingers squeeze in the end"
-        rises.append((force[start : stop + 1].max() - rest) / grip)
+        rises.append((force[start : stop + 1].max() - baseline) / grip)
     assert np.median(rises) < 0.01
     assert np.percentile(rises, 95) < 0.05
 
@@ -99,10 +99,10 @@ def peaks(condition: Condition) -> np.ndarray:
         assert pinch.first is not None
         start = pinch.first.sample
         piezo = pinch.vibration()[:, pinch.first.finger]
-        after = piezo[start : start + WINDOW]
+        window = piezo[start : start + WINDOW]
         if pinch.second is not None:
-            after = after[: max(pinch.second.sample - start, 1)]
-        out.append(np.abs(after - piezo[:start].mean()).max())
+            window = window[: max(pinch.second.sample - start, 1)]
+        out.append(np.abs(window - piezo[:start].mean()).max())
     return np.array(out).reshape(len(BLOCKS), -1)
 
 
@@ -113,14 +113,14 @@ def test_the_piezo_peak_rises_about_in_proportion_to_shore_a() -> None:
     assert np.corrcoef(shore, medians)[0, 1] > 0.97
 
 
-def test_the_peak_alone_does_not_give_the_block_away() -> None:
+def test_peak_alone_does_not_separate_the_blocks() -> None:
     # A twin in which it does is too easy.
-    each = peaks(EVERYDAY)
-    overlap = [a.max() > b.min() for a, b in pairwise(each)]
+    block_peaks = peaks(EVERYDAY)
+    overlap = [a.max() > b.min() for a, b in pairwise(block_peaks)]
     assert all(overlap)
 
 
-def test_a_contact_stands_out_of_the_noise_but_the_noise_is_there() -> None:
+def test_contact_exceeds_noise_that_is_not_zero() -> None:
     for pinch in pinches():
         assert pinch.first is not None
         piezo = pinch.vibration()[:, pinch.first.finger]

@@ -23,7 +23,7 @@ def test_the_paper_size_has_its_pinches_in_sessions() -> None:
     assert len(sessions) == 12
 
 
-def test_no_pinch_is_planned_twice() -> None:
+def test_planned_pinches_are_unique() -> None:
     for condition in (PAPER_RIG, EVERYDAY):
         for s in plan_sessions(condition, 60, 10, 0):
             keys = [(p.label.specimen, p.number) for p in s.pinches]
@@ -39,7 +39,7 @@ def test_everyday_has_several_specimens_of_each_block_and_the_rig_one() -> None:
     assert specimens(EVERYDAY, 60) == 5 * EVERYDAY.specimens_per_block
 
 
-def test_specimens_of_one_name_are_one_thing_in_all_sessions() -> None:
+def test_specimens_are_the_same_in_all_sessions() -> None:
     moduli: dict[str, set[float]] = {}
     for s in plan_sessions(EVERYDAY, 60, 4, 3):
         for p in s.pinches:
@@ -52,10 +52,10 @@ def test_objects_are_in_shuffled_order() -> None:
     (session, *_) = plan_sessions(PAPER_RIG, 100, 0, 0)
     order = [p.label.object for p in session.pinches]
     assert order != sorted(order)
-    again = plan_sessions(PAPER_RIG, 100, 0, 0)[0]
-    other = plan_sessions(PAPER_RIG, 100, 0, 1)[0]
-    assert [p.label.object for p in again.pinches] == order
-    assert [p.label.object for p in other.pinches] != order
+    repeated = plan_sessions(PAPER_RIG, 100, 0, 0)[0]
+    other_seed = plan_sessions(PAPER_RIG, 100, 0, 1)[0]
+    assert [p.label.object for p in repeated.pinches] == order
+    assert [p.label.object for p in other_seed.pinches] != order
 
 
 @pytest.mark.parametrize(("blocks", "objects", "sessions"), [(2, 0, 2), (0, 1, 1), (3, 1, 4)])

@@ -35,7 +35,7 @@ _, CRISP, BERRY = BRITTLE
 
 
 @pytest.mark.parametrize("number", range(3))
-def test_never_commanded_it_sends_what_simulate_sends(number: int) -> None:
+def test_plant_without_commands_equals_simulate(number: int) -> None:
     kind = BLOCKS[number]
     hand = GraspPlant(
         drawn(kind, number), Drive(back_damping=0.0), kind, longest=DURATION, lift=Lift(1.0)
@@ -49,10 +49,8 @@ def test_never_commanded_it_sends_what_simulate_sends(number: int) -> None:
 
 @settings(max_examples=10)
 @given(st.integers(1, 400), st.sampled_from([0.0, 0.02, 0.08]))
-def test_same_draw_and_commands_same_bytes_however_it_is_advanced(
-    piece: int, latency: float
-) -> None:
-    def whole(step: int) -> tuple[bytes, object]:
+def test_any_steps_give_the_same_samples(piece: int, latency: float) -> None:
+    def run_plant(step: int) -> tuple[bytes, object]:
         hand = plant(BERRY, 3, Drive(latency=latency))
         parts = []
         while hand.sample < 2400:
@@ -62,26 +60,26 @@ def test_same_draw_and_commands_same_bytes_however_it_is_advanced(
             parts.append(hand.advance(min(step, stop - hand.sample)))
         return np.concatenate(parts).tobytes(), hand.outcome
 
-    assert whole(piece) == whole(2400)
+    assert run_plant(piece) == run_plant(2400)
 
 
 @pytest.mark.parametrize("latency", [0.0, 0.02])
-def test_the_future_is_not_made_before_it_can_be_commanded(latency: float) -> None:
+def test_command_affects_all_samples_after_its_latency(latency: float) -> None:
     drive = Drive(latency=latency)
-    one, other = plant(BLOCKS[2], 0, drive), plant(BLOCKS[2], 0, drive)
-    other.command(Command(other.nominal.speed, drive.force))
-    one.command(Command(one.nominal.speed, drive.force))
-    for hand in (one, other):
+    uncommanded, commanded = plant(BLOCKS[2], 0, drive), plant(BLOCKS[2], 0, drive)
+    commanded.command(Command(commanded.nominal.speed, drive.force))
+    uncommanded.command(Command(uncommanded.nominal.speed, drive.force))
+    for hand in (uncommanded, commanded):
         for _ in range(60):
             hand.advance(5)
-    one.command(Command(-0.2, 12.0))
-    a, b = (np.concatenate([h.advance(5) for _ in range(100)]) for h in (one, other))
-    first = int((a != b).any(axis=1).argmax())
-    assert first >= drive.delay
-    assert first < drive.delay + 60
+    uncommanded.command(Command(-0.2, 12.0))
+    a, b = (np.concatenate([h.advance(5) for _ in range(100)]) for h in (uncommanded, commanded))
+    first_change = int((a != b).any(axis=1).argmax())
+    assert first_change >= drive.delay
+    assert first_change < drive.delay + 60
 
 
-def test_numbers_go_on_and_it_ends_when_the_object_was_lifted_and_watched() -> None:
+def test_plant_ends_after_the_lift() -> None:
     hand = plant(BLOCKS[1])
     assert hand.now == 0
     data = closed(hand, hand.nominal, 5)
@@ -91,8 +89,8 @@ def test_numbers_go_on_and_it_ends_when_the_object_was_lifted_and_watched() -> N
     assert outcome.first_contact is not None
     assert hand.now == pytest.approx(outcome.first_contact + LIFT + WATCHED, abs=6 / FINGERTIP_RATE)
     strips = data[:, LAYOUT.columns(ChannelKind.STRIP)]
-    first = strips.any(axis=1).argmax()
-    assert first / FINGERTIP_RATE == outcome.first_contact
+    contact_sample = strips.any(axis=1).argmax()
+    assert contact_sample / FINGERTIP_RATE == outcome.first_contact
 
 
 @settings(max_examples=25)
@@ -102,11 +100,11 @@ def test_numbers_go_on_and_it_ends_when_the_object_was_lifted_and_watched() -> N
     st.sampled_from((0.0, 0.02)),
     st.lists(st.tuples(st.integers(5, 400), COMMANDS), max_size=8),
 )
-def test_whatever_is_commanded_it_stays_finite_and_ends(
-    kind: TwinObject, condition: Condition, latency: float, told: list[tuple[int, Command]]
+def test_any_commands_give_a_finite_outcome(
+    kind: TwinObject, condition: Condition, latency: float, commands: list[tuple[int, Command]]
 ) -> None:
     hand = GraspPlant(drawn(kind, 1, condition), Drive(latency=latency), kind)
-    for samples, command in told:
+    for samples, command in commands:
         hand.advance(samples)
         hand.command(command)
     closed(hand)
@@ -119,17 +117,17 @@ def test_whatever_is_commanded_it_stays_finite_and_ends(
     assert not (outcome.broken and kind.fragility is None)
 
 
-def test_an_optimistic_sheet_feels_the_same_pinch_sooner() -> None:
+def test_optimistic_sheet_responds_sooner() -> None:
     columns = list(LAYOUT.columns(ChannelKind.FORCE))
-    felt, heard = [], []
+    force_onsets, piezo_bytes = [], []
     for sheet in (None, OPTIMISTIC):
         hand = plant(BLOCKS[1], 0, velostat=sheet)
         data = closed(hand, hand.nominal)
         loud = data[:, columns].max(axis=1).astype(int)
-        felt.append(int(np.argmax(loud > loud[:100].max() + 600)))
-        heard.append(data[:, :2].tobytes())
-    assert heard[0] == heard[1], "the motion is the same"
-    assert felt[1] < felt[0] - 0.01 * FINGERTIP_RATE
+        force_onsets.append(int(np.argmax(loud > loud[:100].max() + 600)))
+        piezo_bytes.append(data[:, :2].tobytes())
+    assert piezo_bytes[0] == piezo_bytes[1], "the motion is the same"
+    assert force_onsets[1] < force_onsets[0] - 0.01 * FINGERTIP_RATE
 
 
 def test_a_plant_too_short_for_its_pinch_is_refused() -> None:
@@ -137,57 +135,55 @@ def test_a_plant_too_short_for_its_pinch_is_refused() -> None:
         GraspPlant(drawn(BLOCKS[0]), Drive(), BLOCKS[0], longest=0.13)
 
 
-TOLD = st.lists(st.tuples(st.integers(1, 700), COMMANDS), min_size=1, max_size=5)
+COMMAND_LISTS = st.lists(st.tuples(st.integers(1, 700), COMMANDS), min_size=1, max_size=5)
 
 
 @settings(max_examples=15)
-@given(TOLD, st.sampled_from([0.0, 0.02]), st.integers(1, 300))
-def test_what_was_made_ahead_is_made_again_where_a_command_changes_it(
-    told: list[tuple[int, Command]], latency: float, piece: int
+@given(COMMAND_LISTS, st.sampled_from([0.0, 0.02]), st.integers(1, 300))
+def test_samples_made_ahead_follow_later_commands(
+    commands: list[tuple[int, Command]], latency: float, piece: int
 ) -> None:
-    def whole(step: int, reads: bool) -> tuple[list[bytes], object]:
+    def run_plant(step: int, reads: bool) -> tuple[list[bytes], object]:
         hand = plant(BERRY, 3, Drive(latency=latency))
-        for samples, command in told:
+        for samples, command in commands:
             stop = hand.sample + samples
             while hand.sample < stop:
                 (hand.advance if reads else hand.move)(min(step, stop - hand.sample))
             hand.command(command)
-        seen = [hand.forces.tobytes(), hand.gaps.tobytes(), hand.slipped, hand.grip]
-        rest = hand.advance(500)
-        return [*seen, rest.tobytes()], hand.outcome
+        state = [hand.forces.tobytes(), hand.gaps.tobytes(), hand.slipped, hand.grip]
+        remainder = hand.advance(500)
+        return [*state, remainder.tobytes()], hand.outcome
 
-    assert whole(piece, reads=True) == whole(3000, reads=False)
+    assert run_plant(piece, reads=True) == run_plant(3000, reads=False)
 
 
 @settings(max_examples=10)
 @given(st.integers(0, 1500), st.lists(COMMANDS, min_size=1, max_size=2), st.booleans())
-def test_a_copy_goes_on_as_the_plant_would_have_and_leaves_it_alone(
-    at: int, commands: list[Command], commanded: bool
-) -> None:
-    def begun() -> GraspPlant:
+def test_copy_is_independent_and_equal(at: int, commands: list[Command], commanded: bool) -> None:
+    def make_plant() -> GraspPlant:
         hand = plant(CRISP, 1, Drive(latency=0.0))
         if commanded:
             hand.command(Command(0.05, 1.0))
         hand.advance(at)
         return hand
 
-    def ended(hand: GraspPlant) -> tuple[bytes, object]:
+    def finish(hand: GraspPlant) -> tuple[bytes, object]:
         parts = []
         for command in commands:
             hand.command(command)
             parts.append(hand.advance(300))
         return np.concatenate(parts).tobytes(), hand.outcome
 
-    one = begun()
-    copies = [one.copy(), one.copy()]
-    assert ended(copies[0]) == ended(begun())
-    assert ended(copies[1]) == ended(begun())
-    assert ended(one) == ended(begun())
-    assert [f.outcome for f in copies] == [one.outcome] * 2
+    original = make_plant()
+    copies = [original.copy(), original.copy()]
+    assert finish(copies[0]) == finish(make_plant())
+    assert finish(copies[1]) == finish(make_plant())
+    assert finish(original) == finish(make_plant())
+    assert [f.outcome for f in copies] == [original.outcome] * 2
 
 
 @pytest.mark.parametrize("kind", [*BRITTLE, BLOCKS[0], BLOCKS[4]], ids=lambda k: k.name)
-def test_quick_steps_change_no_force_by_much(kind: TwinObject) -> None:
+def test_quick_steps_change_forces_little(kind: TwinObject) -> None:
     hands = []
     for steps in (None, QUICK):
         hand = GraspPlant(
@@ -206,8 +202,8 @@ def test_quick_steps_change_no_force_by_much(kind: TwinObject) -> None:
 
 
 @pytest.mark.parametrize("shore_a", [5, 12.5, 70])
-def test_blocks_of_any_hardness_are_the_papers(shore_a: float) -> None:
-    made = block(shore_a)
-    assert made.shore_a == shore_a
-    assert made.mass == pytest.approx(0.189, abs=1e-3)
+def test_blocks_of_any_hardness_have_the_mass_of_the_paper(shore_a: float) -> None:
+    new_block = block(shore_a)
+    assert new_block.shore_a == shore_a
+    assert new_block.mass == pytest.approx(0.189, abs=1e-3)
     assert block(10) == BLOCKS[0]

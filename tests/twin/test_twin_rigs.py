@@ -32,7 +32,7 @@ def rng(seed: int) -> np.random.Generator:
     return np.random.default_rng([31, seed])
 
 
-def test_two_hundred_rigs_touch_without_a_number_that_is_none() -> None:
+def test_two_hundred_rigs_give_finite_signals() -> None:
     for seed in range(200):
         drawn = rng(seed)
         signal, speed = touch(
@@ -52,7 +52,7 @@ def test_the_same_seed_gives_the_same_touch() -> None:
     assert np.array_equal(one(), one())
 
 
-def test_a_hard_block_is_seen_and_seldom_clipped() -> None:
+def test_hard_block_is_visible_and_seldom_clipped() -> None:
     peaks = []
     for seed in range(40):
         drawn = rng(seed)
@@ -63,32 +63,32 @@ def test_a_hard_block_is_seen_and_seldom_clipped() -> None:
     assert np.mean(np.array(peaks) > 0.95) < 0.1
 
 
-def _extreme(which: int) -> tuple[RandomRig, RandomObject]:
+def _extreme(number: int) -> tuple[RandomRig, RandomObject]:
     """Return a rig three standard deviations off: stiff and light, or soft and heavy."""
-    drawn = rng(which)
+    drawn = rng(number)
     rig = draw_rig(drawn)
-    way = 3 if which % 2 else -3
+    deviation = 3 if number % 2 else -3
     light = {"phalanx_mass", "board_mass", "skin_mass", "drive_mass"}
     finger = rig.finger._replace(
         **{
             name: getattr(rig.finger, name)
-            * float(np.exp(-way * sd if name in light else way * sd))
+            * float(np.exp(-deviation * sd if name in light else deviation * sd))
             for name, sd in RIG_SPREAD.items()
             if name.endswith("stiffness") or name in light or name == "pad_modulus"
         }
     )
-    held = draw_block(drawn, HARDEST if way > 0 else SOFTEST, 0.0)
-    return replace(rig, finger=finger), held
+    target = draw_block(drawn, HARDEST if deviation > 0 else SOFTEST, 0.0)
+    return replace(rig, finger=finger), target
 
 
-@pytest.mark.parametrize("which", range(4))
+@pytest.mark.parametrize("number", range(4))
 def test_halved_steps_change_the_waveform_of_extreme_rigs_little(
-    which: int, monkeypatch: pytest.MonkeyPatch
+    number: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from firstcontact.twin import _rigs as rigs
 
-    rig, held = _extreme(which)
-    made = []
+    rig, target = _extreme(number)
+    waveforms = []
     for factor in (1, 2):
         run = partial(twin_run.PinchRun, substeps=factor * twin_run.SUBSTEPS)
         monkeypatch.setattr(rigs, "PinchRun", run)
@@ -96,9 +96,9 @@ def test_halved_steps_change_the_waveform_of_extreme_rigs_little(
             rig, noise=replace(rig.noise, rotor=0.0, mesh=0.0, friction=0.0, click_rate=0.0,
                                mains=0.0, hum=0.0, electronics=0.0), jitter=0.0,
         )  # fmt: skip
-        drawn = rng(100 + which)
-        made.append(rigs._touch_volts(quiet, draw_day(drawn), held, drawn, BEFORE, AFTER)[0])
-    coarse, fine = (volts[BURN_IN:] for volts in made)
+        drawn = rng(100 + number)
+        waveforms.append(rigs._touch_volts(quiet, draw_day(drawn), target, drawn, BEFORE, AFTER)[0])
+    coarse, fine = (volts[BURN_IN:] for volts in waveforms)
     assert np.isfinite(fine).all()
     assert np.abs(coarse - fine).max() < 0.01 * np.abs(fine).max()
 
@@ -111,55 +111,57 @@ def _drawn(seed: int) -> tuple[RandomRig, RandomObject]:
 #: What a family is outside of: a number of its rigs or things that no training draws, with the
 #: smallest and largest that training does draw in a few hundred.
 OUTSIDE = {
-    "linear_pad": lambda rig, held: rig.finger.pad_stiffening,
-    "duller_sensor": lambda rig, held: rig.finger.buffer_cutoff * (
+    "linear_pad": lambda rig, target: rig.finger.pad_stiffening,
+    "duller_sensor": lambda rig, target: rig.finger.buffer_cutoff * (
         rig.resonance.damping if rig.resonance else 1.0
     ),
-    "silent_motor": lambda rig, held: rig.noise.rotor + rig.noise.mesh,
-    "slow_closing": lambda rig, held: rig.finger.speed,
-    "edge": lambda rig, held: held.parameters.radius,
-    "thin_shell": lambda rig, held: held.parameters.bulk_stiffness,
-    "slow_material": lambda rig, held: held.parameters.arm_relaxation,
+    "silent_motor": lambda rig, target: rig.noise.rotor + rig.noise.mesh,
+    "slow_closing": lambda rig, target: rig.finger.speed,
+    "edge": lambda rig, target: target.parameters.radius,
+    "thin_shell": lambda rig, target: target.parameters.bulk_stiffness,
+    "slow_material": lambda rig, target: target.parameters.arm_relaxation,
 }  # fmt: skip
 
 
-def test_every_family_is_looked_at() -> None:
+def test_every_family_has_a_test_value() -> None:
     assert set(OUTSIDE) == set(FAMILIES)
 
 
 @pytest.mark.parametrize("name", FAMILIES)
-def test_a_family_leaves_what_training_draws(name: str) -> None:
+def test_family_is_outside_the_training_range(name: str) -> None:
     family, number = FAMILIES[name], OUTSIDE[name]
     usual = np.array([number(*_drawn(seed)) for seed in range(150)])
-    others = []
+    family_values = []
     for seed in range(150):
-        rig, held = _drawn(seed)
-        other = rng(seed + 1000)
-        others.append(number(family.rig(rig, other), family.change_object(held, other)))
+        rig, target = _drawn(seed)
+        family_rng = rng(seed + 1000)
+        family_values.append(
+            number(family.rig(rig, family_rng), family.change_object(target, family_rng))
+        )
     low, high = np.quantile(usual, (0.02, 0.98))
-    outside = (np.array(others) < low) | (np.array(others) > high)
+    outside = (np.array(family_values) < low) | (np.array(family_values) > high)
     assert outside.mean() > 0.8
 
 
 @pytest.mark.parametrize("name", FAMILIES)
-def test_what_a_family_touches_is_finite(name: str) -> None:
+def test_signals_of_a_family_are_not_flat(name: str) -> None:
     family = FAMILIES[name]
     for seed in range(10):
         drawn = rng(seed)
-        rig, held = _drawn(seed)
-        rig, held = family.rig(rig, drawn), family.change_object(held, drawn)
-        signal, _ = touch(rig, draw_day(drawn), held, drawn, BEFORE, AFTER)
+        rig, target = _drawn(seed)
+        rig, target = family.rig(rig, drawn), family.change_object(target, drawn)
+        signal, _ = touch(rig, draw_day(drawn), target, drawn, BEFORE, AFTER)
         assert np.ptp(signal) > 0
 
 
-def test_a_resonance_rings_at_its_frequency_and_dies_away() -> None:
+def test_resonance_rings_at_its_frequency_and_decays() -> None:
     from firstcontact.core import FINGERTIP_RATE
     from firstcontact.twin._rigs import Resonance
 
     step = np.zeros(4096)
     step[10:] = 1.0
-    rung = Resonance(800.0, 0.05, 0.8).apply(step) - step
-    spectrum = np.abs(np.fft.rfft(rung))
-    found = np.argmax(spectrum[50:]) + 50
-    assert found * FINGERTIP_RATE / 4096 == pytest.approx(800.0, rel=0.05)
-    assert np.abs(rung[2000:] - rung[-1]).max() < 1e-2 * np.abs(rung).max()
+    ringing = Resonance(800.0, 0.05, 0.8).apply(step) - step
+    spectrum = np.abs(np.fft.rfft(ringing))
+    peak = np.argmax(spectrum[50:]) + 50
+    assert peak * FINGERTIP_RATE / 4096 == pytest.approx(800.0, rel=0.05)
+    assert np.abs(ringing[2000:] - ringing[-1]).max() < 1e-2 * np.abs(ringing).max()

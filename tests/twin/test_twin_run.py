@@ -49,8 +49,8 @@ def test_any_pieces_give_the_same_bytes(
 ) -> None:
     run = PinchRun(drawn(kind, 1, condition), DURATION, BURN_IN)
     out = pieces(run, [0, *sorted(cuts), ALL])
-    times, whole = integrate_pinch(drawn(kind, 1, condition))
-    assert same(out[BURN_IN:], whole)
+    times, expected = integrate_pinch(drawn(kind, 1, condition))
+    assert same(out[BURN_IN:], expected)
     assert same(run.times[BURN_IN:] - BURN_IN / FINGERTIP_RATE, times)
 
 
@@ -61,22 +61,24 @@ def test_sample_by_sample_too() -> None:
 
 @settings(max_examples=20)
 @given(st.lists(st.integers(1, ALL - 1), max_size=6), st.sampled_from([0.05, -0.1, 0.0]))
-def test_a_command_counts_from_its_sample_whatever_the_pieces(
-    cuts: list[int], speed: float
-) -> None:
-    told = 800
+def test_command_takes_effect_at_its_sample_for_any_pieces(cuts: list[int], speed: float) -> None:
+    command_sample = 800
 
     def commanded(edges: list[int]) -> NDArray[np.float64]:
         run = PinchRun(drawn(BLOCKS[2]), DURATION, BURN_IN)
-        before = pieces(run, sorted({0, told, *(e for e in edges if e < told)}))
+        before_command = pieces(
+            run, sorted({0, command_sample, *(e for e in edges if e < command_sample)})
+        )
         run.speed = speed
-        after = pieces(run, sorted({told, ALL, *(e for e in edges if e > told)}))
-        return np.concatenate([before, after])
+        after_command = pieces(
+            run, sorted({command_sample, ALL, *(e for e in edges if e > command_sample)})
+        )
+        return np.concatenate([before_command, after_command])
 
     assert same(commanded(cuts), commanded([]))
 
 
-def test_telling_it_what_it_does_anyway_changes_nothing() -> None:
+def test_redundant_command_changes_nothing() -> None:
     run = PinchRun(drawn(BLOCKS[2]), DURATION, BURN_IN)
     begin = run.advance(500)
     run.speed = run.nominal_speed
@@ -84,7 +86,7 @@ def test_telling_it_what_it_does_anyway_changes_nothing() -> None:
     assert same(out[BURN_IN:], integrate_pinch(drawn(BLOCKS[2]))[1])
 
 
-def test_a_run_at_rest_stays_at_rest_and_is_silent() -> None:
+def test_run_at_rest_stays_at_rest() -> None:
     run = PinchRun(drawn(BLOCKS[1]), 0.5, at_rest=True)
     out = run.advance(run.times.size)
     assert not out[..., :INDENTATION].any()
@@ -92,7 +94,7 @@ def test_a_run_at_rest_stays_at_rest_and_is_silent() -> None:
 
 
 @pytest.mark.parametrize("share", [1.0, 0.5, 0.25])
-def test_a_slower_hand_touches_later_in_proportion(share: float) -> None:
+def test_slower_hand_touches_proportionally_later(share: float) -> None:
     timing = drawn(BLOCKS[2], 3).timing
     run = PinchRun(drawn(BLOCKS[2], 3), 1.0, at_rest=True)
     run.speed = share * run.nominal_speed
@@ -101,7 +103,7 @@ def test_a_slower_hand_touches_later_in_proportion(share: float) -> None:
     assert touched == pytest.approx(np.array(timing[:2]) / share, abs=1.1 / FINGERTIP_RATE)
 
 
-def test_a_hand_that_pauses_touches_that_much_later() -> None:
+def test_pause_delays_the_contact_by_its_length() -> None:
     timing = drawn(BLOCKS[2]).timing
     run = PinchRun(drawn(BLOCKS[2]), 1.0)
     run.advance(300)
@@ -110,15 +112,15 @@ def test_a_hand_that_pauses_touches_that_much_later() -> None:
     assert not (paused[..., INDENTATION] > 0).any()
     run.speed = run.nominal_speed
     closed = run.advance(1500)[..., INDENTATION] > 0
-    first = (1300 + closed.any(axis=1).argmax()) / FINGERTIP_RATE
-    assert first == pytest.approx(timing.first + 1000 / FINGERTIP_RATE, abs=1e-3)
+    contact_time = (1300 + closed.any(axis=1).argmax()) / FINGERTIP_RATE
+    assert contact_time == pytest.approx(timing.first + 1000 / FINGERTIP_RATE, abs=1e-3)
 
 
-def test_an_opening_hand_lets_go() -> None:
+def test_opening_hand_releases_the_object() -> None:
     run = PinchRun(drawn(BLOCKS[2]), 1.0, BURN_IN)
-    held = run.advance(ALL)
+    hold = run.advance(ALL)
     assert run.touched == (True, True)
-    assert (held[-1, :, CONTACT_FORCE] > 1).all()
+    assert (hold[-1, :, CONTACT_FORCE] > 1).all()
     run.speed = -run.nominal_speed
     out = run.advance(2000)
     assert (out[-1, :, INDENTATION] < 0).all()
@@ -126,7 +128,7 @@ def test_an_opening_hand_lets_go() -> None:
     assert run.drive_speed == pytest.approx(-run.nominal_speed, rel=0.05)
 
 
-def test_the_motor_fades_as_loudness_says() -> None:
+def test_motor_noise_follows_the_loudness() -> None:
     run = PinchRun(drawn(BLOCKS[2]), 1.0, at_rest=True)
     quiet = run.advance(1000)[..., 0].std()
     run.loudness = 1.0
@@ -140,6 +142,6 @@ def test_the_motor_fades_as_loudness_says() -> None:
 
 
 @pytest.mark.parametrize("samples", [0, -1, ALL + 1])
-def test_more_than_there_is_is_refused(samples: int) -> None:
+def test_advancing_past_the_end_is_refused(samples: int) -> None:
     with pytest.raises(ValueError, match=f"{samples} samples"):
         PinchRun(drawn(BLOCKS[0]), DURATION, BURN_IN).advance(samples)

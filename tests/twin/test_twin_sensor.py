@@ -22,8 +22,8 @@ def read(
     """Return the readings of each taxel, shape (turns, 6)."""
     felt = np.zeros((2, TAXELS))
     counts = force_readings(force, shares, p, np.full(force.size, noise), DT, felt, 0)
-    whole = counts.size - counts.size % TAXELS
-    return counts[:whole].astype(np.int64).reshape(-1, TAXELS)
+    full_turns = counts.size - counts.size % TAXELS
+    return counts[:full_turns].astype(np.int64).reshape(-1, TAXELS)
 
 
 @pytest.mark.parametrize(("volts", "count"), [(9.0, TOP), (-9.0, 0), (0.0, 512)])
@@ -31,7 +31,7 @@ def test_the_converter_clips_at_its_rails(volts: float, count: int) -> None:
     assert set(piezo_readings(np.full(50, volts))) == {count}
 
 
-def test_a_count_is_a_1024th_of_the_range() -> None:
+def test_count_is_a_1024th_of_the_range() -> None:
     volt = ADC_VOLTS / ADC_COUNTS
     assert list(piezo_readings(volt * np.array([-1.0, -0.4, 0.4, 1.4]))) == [511, 511, 512, 513]
 
@@ -50,25 +50,25 @@ def test_taxels_are_read_in_turn() -> None:
 
 
 @pytest.mark.parametrize("cut", [1, 5, 6, 250, 399])
-def test_readings_in_two_pieces_are_those_in_one(cut: int) -> None:
+def test_readings_do_not_depend_on_the_pieces(cut: int) -> None:
     rng = np.random.default_rng(4)
     force, noise = 20 * rng.random(400), 0.004 * rng.standard_normal(400)
     p = VelostatParameters()
-    whole = force_readings(force, EVEN, p, noise, DT, np.zeros((2, TAXELS)), 0)
+    expected = force_readings(force, EVEN, p, noise, DT, np.zeros((2, TAXELS)), 0)
     felt = np.zeros((2, TAXELS))
     begin = force_readings(force[:cut], EVEN, p, noise[:cut], DT, felt, 0)
-    rest = force_readings(force[cut:], EVEN, p, noise[cut:], DT, felt, cut)
-    assert (np.r_[begin, rest] == whole).all()
+    remainder = force_readings(force[cut:], EVEN, p, noise[cut:], DT, felt, cut)
+    assert (np.r_[begin, remainder] == expected).all()
 
 
-def test_an_open_hand_reads_the_same_from_the_first_sample_on() -> None:
+def test_open_hand_has_constant_readings() -> None:
     p = VelostatParameters()
     out = read(np.zeros(200), p)
     assert (out == open_reading(p)).all()
     assert 0 < open_reading(p) < TOP // 4
 
 
-def test_less_than_the_threshold_is_not_felt() -> None:
+def test_force_below_the_threshold_changes_no_reading() -> None:
     p = VelostatParameters()
     silent = read(np.full(2000, 0.95 * p.threshold * TAXELS), p)
     felt = read(np.full(2000, 2 * p.threshold * TAXELS), p)
@@ -76,19 +76,19 @@ def test_less_than_the_threshold_is_not_felt() -> None:
     assert (felt[-1] > silent[-1]).all()
 
 
-def test_the_sheet_is_slow_creeps_and_lets_go_later_than_it_took_hold() -> None:
+def test_sheet_is_slow_creeps_and_has_a_longer_decay() -> None:
     force = np.r_[np.zeros(498), np.full(3000, 12.0), np.zeros(3000)]
-    one = read(force, VelostatParameters()).astype(float)[:, 0]
-    one -= one[0]
+    readings = read(force, VelostatParameters()).astype(float)[:, 0]
+    readings -= readings[0]
     on, off = 498 // TAXELS, 3498 // TAXELS
-    up = int(np.argmax(one[on:off] > 0.5 * one[off - 1])) * TAXELS * DT
-    down = int(np.argmax(one[off:] < 0.5 * one[off - 1])) * TAXELS * DT
+    up = int(np.argmax(readings[on:off] > 0.5 * readings[off - 1])) * TAXELS * DT
+    down = int(np.argmax(readings[off:] < 0.5 * readings[off - 1])) * TAXELS * DT
     assert 0.005 < up < down
-    creeping = one[[on + (off - on) * k // 4 for k in (1, 2, 3)]]
-    assert (np.diff([*creeping, one[off - 1]]) > 0).all(), "creep"
+    creeping = readings[[on + (off - on) * k // 4 for k in (1, 2, 3)]]
+    assert (np.diff([*creeping, readings[off - 1]]) > 0).all(), "creep"
 
 
-def test_a_row_neighbour_is_seen_through_the_divider() -> None:
+def test_neighbour_in_a_row_has_crosstalk() -> None:
     only_first = np.array([1.0, 0, 0, 0, 0, 0])
     out = read(np.full(3000, 8.0), VelostatParameters(), only_first)[-1]
     assert out[0] > out[1] > out[2]
@@ -96,5 +96,5 @@ def test_a_row_neighbour_is_seen_through_the_divider() -> None:
 
 
 @pytest.mark.parametrize(("noise", "count"), [(9.0, TOP), (-9.0, 0)])
-def test_the_force_converter_clips_too(noise: float, count: int) -> None:
+def test_force_converter_clips_at_its_rails(noise: float, count: int) -> None:
     assert (read(np.zeros(100), VelostatParameters(), noise=noise) == count).all()

@@ -19,30 +19,34 @@ def digests(folder: Path) -> dict[str, str]:
     return {p.name: hashlib.sha256(p.read_bytes()).hexdigest() for p in sorted(folder.iterdir())}
 
 
-def made(folder: Path, seed: int = 3, workers: int = 1, condition: str = "everyday") -> Path:
+def simulate_set(
+    folder: Path, seed: int = 3, workers: int = 1, condition: str = "everyday"
+) -> Path:
     simulate(folder, condition, 4, 2, seed, workers)
     return folder
 
 
 @pytest.fixture(scope="module")
 def simulated(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return made(tmp_path_factory.mktemp("set") / "new")
+    return simulate_set(tmp_path_factory.mktemp("set") / "new")
 
 
 @pytest.mark.parametrize("workers", [1, 2, 4])
-def test_same_seed_same_bytes_whatever_the_workers(
+def test_same_seed_gives_the_same_bytes_for_any_workers(
     simulated: Path, tmp_path: Path, workers: int
 ) -> None:
-    assert digests(made(tmp_path / "again", workers=workers)) == digests(simulated)
+    assert digests(simulate_set(tmp_path / "again", workers=workers)) == digests(simulated)
 
 
 def test_another_seed_or_condition_gives_another_set(simulated: Path, tmp_path: Path) -> None:
-    here = set(digests(simulated).values())
-    assert here.isdisjoint(digests(made(tmp_path / "seed", seed=4)).values())
-    assert here.isdisjoint(digests(made(tmp_path / "rig", condition="paper-rig")).values())
+    set_digests = set(digests(simulated).values())
+    assert set_digests.isdisjoint(digests(simulate_set(tmp_path / "seed", seed=4)).values())
+    assert set_digests.isdisjoint(
+        digests(simulate_set(tmp_path / "rig", condition="paper-rig")).values()
+    )
 
 
-def test_the_set_is_read_back_with_labels_and_contacts(simulated: Path) -> None:
+def test_set_has_labels_and_contacts(simulated: Path) -> None:
     dataset = load_dataset(simulated)
     assert len(dataset) == 5 * 4 + 8 * 2
     assert dataset.source == "twin"
@@ -57,7 +61,7 @@ def test_the_set_is_read_back_with_labels_and_contacts(simulated: Path) -> None:
             assert np.argmax(strip > 0) == contact.sample - pinch.first_sample
 
 
-def test_a_recording_says_how_it_was_made(simulated: Path) -> None:
+def test_recording_header_has_condition_and_seed(simulated: Path) -> None:
     for path in simulated.iterdir():
         header = read_recording(path).header
         assert header.source == "twin"
@@ -66,9 +70,9 @@ def test_a_recording_says_how_it_was_made(simulated: Path) -> None:
 
 
 def test_progress_counts_every_pinch(tmp_path: Path) -> None:
-    done: list[int] = []
-    simulate(tmp_path, "paper-rig", 1, 1, 0, 2, done.append)
-    assert sum(done) == 5 + 8
+    counts: list[int] = []
+    simulate(tmp_path, "paper-rig", 1, 1, 0, 2, counts.append)
+    assert sum(counts) == 5 + 8
 
 
 @pytest.mark.parametrize(
@@ -82,7 +86,7 @@ def test_progress_counts_every_pinch(tmp_path: Path) -> None:
         (("paper-rig", 1, 1, 0, 0), "workers is 0"),
     ],
 )
-def test_what_cannot_be_made_is_refused_and_nothing_is_written(
+def test_invalid_arguments_are_refused_and_write_nothing(
     tmp_path: Path, arguments: tuple[str, int, int, int, int], words: str
 ) -> None:
     with pytest.raises(InputError, match=words):
@@ -90,21 +94,21 @@ def test_what_cannot_be_made_is_refused_and_nothing_is_written(
     assert not list(tmp_path.iterdir())
 
 
-def test_a_folder_with_something_in_it_is_left_alone(tmp_path: Path) -> None:
+def test_folder_with_files_is_refused(tmp_path: Path) -> None:
     (tmp_path / "mine.txt").write_text("mine")
     with pytest.raises(InputError, match="not an empty folder"):
         simulate(tmp_path, "paper-rig", 1, 0)
     assert [p.name for p in tmp_path.iterdir()] == ["mine.txt"]
 
 
-def test_a_folder_that_cannot_be_made_is_one_sentence(tmp_path: Path) -> None:
+def test_folder_that_cannot_be_created_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="out cannot be written"):
         simulate(tmp_path / "file" / "out", "paper-rig", 1, 0)
 
 
-def test_an_error_on_the_way_leaves_no_half_file(tmp_path: Path) -> None:
-    def stop(done: int) -> None:
+def test_error_leaves_no_partial_file(tmp_path: Path) -> None:
+    def stop(count: int) -> None:
         raise RuntimeError("stop")
 
     with pytest.raises(RuntimeError, match="stop"):
@@ -128,15 +132,15 @@ simulate(Path(sys.argv[1]), "everyday", 4, 2, 3, 1, progress)
 """
 
 
-def test_a_killed_simulation_leaves_no_recordings_to_take_for_a_set(tmp_path: Path) -> None:
+def test_killed_simulation_leaves_no_recordings(tmp_path: Path) -> None:
     out = tmp_path / "out"
     (tmp_path / "beside").mkdir()
-    done = subprocess.run([sys.executable, "-c", KILLED, str(out)], check=False)
-    assert done.returncode == -signal.SIGKILL
+    result = subprocess.run([sys.executable, "-c", KILLED, str(out)], check=False)
+    assert result.returncode == -signal.SIGKILL
     assert not out.exists()
     with pytest.raises(InputError):
         load_dataset(tmp_path)  # nor what was left half made beside it
-    made(out)
+    simulate_set(out)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["beside", "out"]
 
 
@@ -146,16 +150,16 @@ def test_an_empty_folder_is_filled(tmp_path: Path) -> None:
     assert simulate(out, "paper-rig", 1, 0) == sorted(out.iterdir())
 
 
-def test_a_full_disk_is_told_of_the_recording_that_was_to_be(tmp_path: Path) -> None:
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+def test_full_disk_is_refused_with_the_folder(tmp_path: Path) -> None:
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     out = tmp_path / "out"
     try:
         # The kernel refuses to write a file any longer than this, as a full disk does.
-        resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, before[1]))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, limits[1]))
         with pytest.raises(InputError, match=r"out cannot be written \(File too"):
             simulate(out, "paper-rig", 4, 0)
     finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
         signal.signal(signal.SIGXFSZ, ignored)
     assert not list(tmp_path.iterdir())

@@ -32,7 +32,7 @@ def streamed(condition: str) -> tuple[NDArray[np.uint16], tuple[StreamPinch, ...
 
 @settings(max_examples=15)
 @given(st.lists(st.integers(0, 9000), max_size=6))
-def test_same_seed_same_scans_however_they_are_read(cuts: list[int]) -> None:
+def test_same_seed_gives_the_same_scans_for_any_reads(cuts: list[int]) -> None:
     stream = TwinStream("paper-rig", seed=6)
     edges = [0, *sorted(cuts), 9000]
     parts = []
@@ -56,7 +56,7 @@ def test_scans_are_counts_and_strips(condition: str) -> None:
 
 
 @pytest.mark.parametrize("condition", CONDITIONS)
-def test_the_truth_of_each_pinch_is_what_the_strips_show(condition: str) -> None:
+def test_truth_of_each_pinch_matches_the_strips(condition: str) -> None:
     scans, pinches = streamed(condition)
     ends = [p.start for p in pinches[1:]] + [len(scans)]
     for pinch, end in zip(pinches, ends, strict=True):
@@ -68,25 +68,27 @@ def test_the_truth_of_each_pinch_is_what_the_strips_show(condition: str) -> None
 
 
 @pytest.mark.parametrize("condition", CONDITIONS)
-def test_each_pinch_runs_up_touches_holds_lets_go_and_rests(condition: str) -> None:
+def test_each_pinch_has_all_phases(condition: str) -> None:
     scans, pinches = streamed(condition)
     for pinch, following in pairwise(pinches):
-        first = pinch.truth[0].sample
-        assert 0.13 < (first - pinch.start) / FINGERTIP_RATE < 0.3
+        contact_sample = pinch.truth[0].sample
+        assert 0.13 < (contact_sample - pinch.start) / FINGERTIP_RATE < 0.3
         strips = scans[pinch.start : following.start, 4:].all(axis=1)
         assert 0.3 < strips.sum() / FINGERTIP_RATE < 1.2
-        rest = scans[following.start - round(0.6 * FINGERTIP_RATE) : following.start]
-        assert not rest[:, 4:].any()
+        rest_scans = scans[following.start - round(0.6 * FINGERTIP_RATE) : following.start]
+        assert not rest_scans[:, 4:].any()
         # The hum and the electronics alone.
-        assert rest[:, :2].astype(float).std() < 1.5
-        running = scans[first - round(0.12 * FINGERTIP_RATE) : first, :2].astype(float)
-        assert (running.std(axis=0) > rest[:, :2].astype(float).std(axis=0)).all()
-        squeezed = scans[first + round(0.3 * FINGERTIP_RATE), 2:4].astype(int)
-        assert (squeezed > rest[-1, 2:4].astype(int) + 100).all()
+        assert rest_scans[:, :2].astype(float).std() < 1.5
+        running = scans[contact_sample - round(0.12 * FINGERTIP_RATE) : contact_sample, :2].astype(
+            float
+        )
+        assert (running.std(axis=0) > rest_scans[:, :2].astype(float).std(axis=0)).all()
+        squeezed = scans[contact_sample + round(0.3 * FINGERTIP_RATE), 2:4].astype(int)
+        assert (squeezed > rest_scans[-1, 2:4].astype(int) + 100).all()
 
 
 @pytest.mark.parametrize("condition", CONDITIONS)
-def test_nothing_jumps_where_one_pinch_follows_another(condition: str) -> None:
+def test_signal_is_continuous_between_pinches(condition: str) -> None:
     scans, pinches = streamed(condition)
     for pinch in pinches:
         around = scans[pinch.start - 60 : pinch.start + 60].astype(int)
@@ -95,7 +97,7 @@ def test_nothing_jumps_where_one_pinch_follows_another(condition: str) -> None:
         assert np.abs(np.diff(turns, axis=0)).max() <= SHEET_STEP
 
 
-def test_every_object_has_its_turn_in_each_round() -> None:
+def test_each_round_has_every_object() -> None:
     stream = TwinStream(objects=["block 10", BLOCKS[4], "apple 1"], seed=1)
     while len(stream.pinches) < 9:
         stream.read(1000)
@@ -104,7 +106,7 @@ def test_every_object_has_its_turn_in_each_round() -> None:
         assert sorted(names[k : k + 3]) == ["apple 1", "block 10", "block 60"]
 
 
-def test_a_chosen_object_is_taken_from_the_next_closing_on() -> None:
+def test_chosen_object_applies_from_the_next_closing() -> None:
     stream = TwinStream(seed=2)
     stream.choose("block 29")
     while len(stream.pinches) < 3:
@@ -128,7 +130,7 @@ def test_a_chosen_object_is_taken_from_the_next_closing_on() -> None:
         (("paper-rig", None, 0, -0.01), "latency is -0.01"),
     ],
 )
-def test_what_cannot_be_streamed_is_refused(
+def test_invalid_streams_are_refused(
     arguments: tuple[str, list[str] | None, int, float], words: str
 ) -> None:
     with pytest.raises(InputError, match=words):
@@ -146,13 +148,13 @@ WATCHED = 4
 
 
 def closings(
-    tell: Tell | None = None, at: int = 1, place: str = "touched", **given: float
+    tell: Tell | None = None, at: int = 1, place: str = "touched", **settings: float
 ) -> tuple[list[StreamPinch], NDArray[np.uint16], TwinStream]:
     """The first closings, the one of number ``at`` commanded when its first finger touched.
 
     Or where its motor starts.
     """
-    stream = TwinStream(seed=6, **given)  # type: ignore[arg-type]
+    stream = TwinStream(seed=6, **settings)  # type: ignore[arg-type]
     parts = []
     while sum(p.end is not None for p in stream.pinches) < WATCHED:
         parts.append(stream.read(STEP))
@@ -176,12 +178,12 @@ def since_start(pinch: StreamPinch) -> tuple[object, ...]:
     return pinch.label, truth, pinch.end - pinch.start, pinch.peak
 
 
-def test_a_stream_that_is_never_commanded_knows_no_latency() -> None:
+def test_stream_without_commands_does_not_depend_on_latency() -> None:
     _, scans = uncommanded()
     assert (closings(latency=0.08)[1] == scans).all()
 
 
-def test_each_closing_says_how_hard_it_squeezed_until_the_hand_opened() -> None:
+def test_each_closing_has_its_peak_force() -> None:
     pinches, scans = uncommanded()
     for pinch in pinches:
         assert pinch.end is not None
@@ -194,42 +196,42 @@ def test_each_closing_says_how_hard_it_squeezed_until_the_hand_opened() -> None:
 
 
 @pytest.mark.parametrize("at", range(3))
-def test_a_commanded_closing_presses_less_and_the_others_do_as_before(at: int) -> None:
+def test_command_changes_the_peak_of_its_closing_only(at: int) -> None:
     as_drawn, _ = uncommanded()
     pinches, _, stream = closings(lambda s: s.command(Command(0.05, 2.0)), at)
     peaks = [(p.peak, q.peak) for p, q in zip(pinches, as_drawn, strict=True)]
-    told, drawn = peaks.pop(at)
-    assert told is not None
-    assert drawn is not None
-    assert told < 0.6 * drawn
+    commanded_peak, drawn_peak = peaks.pop(at)
+    assert commanded_peak is not None
+    assert drawn_peak is not None
+    assert commanded_peak < 0.6 * drawn_peak
     assert all(p == q for p, q in peaks)
     for k in {0, 1, 2, 3} - {at}:
         assert since_start(pinches[k]) == since_start(as_drawn[k])
     assert stream.ignored == 0
 
 
-def test_nothing_is_otherwise_before_the_latency_and_all_of_it_counts() -> None:
+def test_command_changes_scans_only_after_the_latency() -> None:
     _, scans = uncommanded()
-    first: dict[float, int] = {}
+    first_changes: dict[float, int] = {}
     for latency in (0.0, 0.02, 0.05):
-        told: list[int] = []
+        command_samples: list[int] = []
 
-        def tell(stream: TwinStream, told: list[int] = told) -> None:
-            told.append(stream.sample)
+        def tell(stream: TwinStream, command_samples: list[int] = command_samples) -> None:
+            command_samples.append(stream.sample)
             stream.command(Command(0.0, 0.0))
 
-        _, other, _ = closings(tell, latency=latency)
-        n = min(len(other), len(scans))
-        differs = (other[:n] != scans[:n]).any(axis=1)
-        first[latency] = int(differs.argmax()) - told[0]
+        _, commanded_scans, _ = closings(tell, latency=latency)
+        n = min(len(commanded_scans), len(scans))
+        differs = (commanded_scans[:n] != scans[:n]).any(axis=1)
+        first_changes[latency] = int(differs.argmax()) - command_samples[0]
         # What is made ahead is a piece at most.
-        assert first[latency] >= round(latency * FINGERTIP_RATE)
+        assert first_changes[latency] >= round(latency * FINGERTIP_RATE)
     # A drive that stops is felt some milliseconds later, through gears and link.
-    spread = [first[k] - round(k * FINGERTIP_RATE) for k in first]
+    spread = [first_changes[k] - round(k * FINGERTIP_RATE) for k in first_changes]
     assert max(spread) < 0.03 * FINGERTIP_RATE
 
 
-def test_slowed_down_before_the_second_contact_it_touches_later_and_more_gently() -> None:
+def test_slowed_closing_touches_later_and_more_gently() -> None:
     pinches, _ = uncommanded()
     gaps = [p.truth[1].sample - p.truth[0].sample for p in pinches]
     # The one whose second finger comes last: the drive has time to act.
@@ -237,37 +239,37 @@ def test_slowed_down_before_the_second_contact_it_touches_later_and_more_gently(
     assert gaps[at] > 0.015 * FINGERTIP_RATE
     tell: Tell = lambda s: s.command(Command(0.04, 12.0))  # noqa: E731
     slowed, scans, _ = closings(tell, at, latency=0.0)
-    after = slowed[at].truth[1].sample - slowed[at].truth[0].sample
-    assert after > 1.5 * gaps[at]
+    gap = slowed[at].truth[1].sample - slowed[at].truth[0].sample
+    assert gap > 1.5 * gaps[at]
     finger = slowed[at].truth[1].finger
 
     def knock(pinch: StreamPinch, scans: NDArray[np.uint16]) -> float:
-        second = pinch.truth[1].sample
-        return float(np.ptp(scans[second : second + 40, finger].astype(float)))
+        contact_sample = pinch.truth[1].sample
+        return float(np.ptp(scans[contact_sample : contact_sample + 40, finger].astype(float)))
 
     assert knock(slowed[at], scans) < 0.7 * knock(pinches[at], uncommanded()[1])
 
 
-def test_commanded_to_close_as_drawn_it_touches_when_it_would_have() -> None:
+def test_command_at_the_drawn_speed_keeps_the_contacts() -> None:
     pinches, _ = uncommanded()
 
     def tell(stream: TwinStream) -> None:
         # The drawn speeds of this hand are within a few per cent of it.
         stream.command(Command(0.13, 12.0))
 
-    told, _, _ = closings(tell, 1, latency=0.0)
-    for a, b in zip(told[1].truth, pinches[1].truth, strict=True):
+    commanded, _, _ = closings(tell, 1, latency=0.0)
+    for a, b in zip(commanded[1].truth, pinches[1].truth, strict=True):
         assert a.finger == b.finger
-        assert abs((a.sample - told[1].start) - (b.sample - pinches[1].start)) < 15
+        assert abs((a.sample - commanded[1].start) - (b.sample - pinches[1].start)) < 15
 
 
-def test_a_release_opens_at_once_and_the_next_closing_is_as_before() -> None:
+def test_release_opens_at_once_and_leaves_later_closings() -> None:
     as_drawn, _ = uncommanded()
     for place in ("touched", "start"):
-        told: list[int] = []
+        command_log: list[int] = []
 
-        def tell(stream: TwinStream, told: list[int] = told) -> None:
-            told.append(stream.sample)
+        def tell(stream: TwinStream, command_log: list[int] = command_log) -> None:
+            command_log.append(stream.sample)
             stream.release()
             stream.release()
 
@@ -275,28 +277,28 @@ def test_a_release_opens_at_once_and_the_next_closing_is_as_before() -> None:
         end = pinches[1].end
         assert end is not None
         # To the next piece and no longer.
-        assert 0 <= end - told[0] - round(0.02 * FINGERTIP_RATE) <= 50
+        assert 0 <= end - command_log[0] - round(0.02 * FINGERTIP_RATE) <= 50
         if place == "start":
             assert pinches[1].truth == ()
             assert pinches[1].peak == 0.0
         assert since_start(pinches[2]) == since_start(as_drawn[2])
 
 
-def test_a_command_without_a_closing_is_ignored_and_counted() -> None:
+def test_command_without_a_closing_is_counted_as_ignored() -> None:
     stream = TwinStream(seed=6)
     assert not stream.command(Command(0.0, 0.0))
     stream.release()
     stream.read(round(0.3 * FINGERTIP_RATE))
     assert not stream.command(Command(0.0, 0.0))
     assert stream.ignored == 2
-    there = len(uncommanded()[1])
-    rest = stream.read(there - stream.sample)
-    assert (rest == uncommanded()[1][-len(rest) :]).all()
+    total = len(uncommanded()[1])
+    remainder = stream.read(total - stream.sample)
+    assert (remainder == uncommanded()[1][-len(remainder) :]).all()
     with pytest.raises(InputError, match="speed"):
         stream.command(Command(float("nan"), 1.0))
 
 
-def test_what_the_hand_opens_before_counts_as_ignored() -> None:
+def test_command_overtaken_by_the_opening_is_counted_as_ignored() -> None:
     def late(stream: TwinStream) -> None:
         stream.release()
         assert not stream.command(Command(0.1, 1.0))
@@ -321,7 +323,7 @@ def test_what_the_hand_opens_before_counts_as_ignored() -> None:
     ),
     st.sampled_from([0.0, 0.02, 0.08, 5.0]),
 )
-def test_no_orders_keep_the_hand_from_going_on(
+def test_closings_continue_after_any_orders(
     condition: str, orders: list[tuple[int, tuple[float, float] | None]], latency: float
 ) -> None:
     stream = TwinStream(condition, seed=6, latency=latency)
@@ -331,12 +333,12 @@ def test_no_orders_keep_the_hand_from_going_on(
             stream.release()
         else:
             stream.command(Command(*order))
-    before = len(stream.pinches)
+    count = len(stream.pinches)
     stream.read(round(6 * FINGERTIP_RATE))
-    assert len(stream.pinches) > before
+    assert len(stream.pinches) > count
 
 
-def test_a_hand_picks_from_the_household_and_says_what_it_loses() -> None:
+def test_household_stream_reports_lost_objects() -> None:
     breaks = TwinStream("paper-rig", ["potato crisp"], 1)
     breaks.read(15_000)
     assert breaks.pinches[0].lost == "broken"
@@ -354,7 +356,7 @@ def test_a_hand_picks_from_the_household_and_says_what_it_loses() -> None:
         TwinStream("paper-rig", ["anvil"])
 
 
-def test_a_set_is_picked_from_whole() -> None:
+def test_stream_draws_from_the_complete_set() -> None:
     household = TwinStream("paper-rig", ["household"], 2)
     assert len(household._objects) >= 34
     assert TwinStream("paper-rig", ["paper"], 2).read(2000).tobytes() == (

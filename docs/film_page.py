@@ -29,7 +29,7 @@ COLOURS = 96
 
 
 def pictures(folder: Path) -> list[Image.Image]:
-    """What a viewer sees, one picture each sixth of a second."""
+    """Return what a viewer sees, one picture each sixth of a second."""
     command = [sys.executable, "-m", "firstcontact.cli.main", "live", "--device", "twin", "--page"]
     with subprocess.Popen(
         [*command, "--port", "0", "--seed", "3"], stdout=subprocess.DEVNULL,

@@ -44,7 +44,7 @@ sys.exit(main(sys.argv[1:]))
 
 
 def told(*arguments: str) -> str:
-    """What the longest help of a command prints, 96 columns wide, without colours."""
+    """Return what the longest help of a command prints, 96 columns wide, without colours."""
     option = "--help-all" if arguments else "--help"
     command = [sys.executable, "-c", ALONE, *arguments, option]
     environment = {
@@ -61,7 +61,7 @@ def told(*arguments: str) -> str:
 
 
 def page() -> str:
-    """The page."""
+    """Return the page."""
     parts = [HEAD, f"```text\n{told()}\n```\n"]
     parts += [f"## {verb}\n\n```text\n{told(verb)}\n```\n" for verb in verb_places()]
     return "\n".join(parts)

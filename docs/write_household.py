@@ -37,7 +37,7 @@ def _cell(quantity: Quantity | None, factor: float, marks: dict[str, int]) -> st
 
 
 def tables() -> dict[str, str]:
-    """The objects, and the sources that they name by number."""
+    """Return the objects, and the sources that they name by number."""
     marks = {key: i + 1 for i, key in enumerate(HOUSEHOLD_SOURCES)}
     heads = ["object", "group", "origin", *(SHOWN[name][0] for name in QUANTITIES)]
     lines = ["| " + " | ".join(heads) + " |", "| " + " | ".join(["---"] * len(heads)) + " |"]
@@ -52,7 +52,7 @@ def tables() -> dict[str, str]:
 
 
 def filled(text: str) -> str:
-    """The page with its tables in place."""
+    """Return the page with its tables in place."""
     made = tables()
     return TABLE.sub(lambda m: f"{m['open']}\n{made[m['name']]}\n{m['close']}", text)
 

@@ -138,7 +138,7 @@ def strikes(folder: Path) -> Iterator[Touches]:
 
 
 def impacts(folder: Path) -> Iterator[Touches]:
-    """The first onset of each recorded impact."""
+    """Return the first onset of each recorded impact."""
     for file in sorted((folder / "wav").glob("*.wav")):
         rate, sound = read_wav(file)
         yield cut_at(sound, rate, None, 1)
@@ -248,7 +248,7 @@ def table(rows: dict[str, Any]) -> str:
 
 
 def filled(text: str) -> str:
-    """The page with its table in place."""
+    """Return the page with its table in place."""
     made = table(json.loads(RESULTS.read_text(encoding="utf-8")))
     return TABLE.sub(lambda m: f"{m['open']}\n{made}\n{m['close']}", text)
 

@@ -126,7 +126,7 @@ def copy(source: Path, name: str) -> None:
 
 
 def filled(text: str, made: dict[str, str]) -> str:
-    """A page with its tables in place.
+    """Return a page with its tables in place.
 
     Raises
     ------
@@ -137,7 +137,7 @@ def filled(text: str, made: dict[str, str]) -> str:
 
 
 def pages(root: Path) -> list[Path]:
-    """The pages that may have tables."""
+    """Return the pages that may have tables."""
     return [root / "README.md", *sorted(root.glob("docs/**/*.md"))]
 
 

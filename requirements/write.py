@@ -49,28 +49,28 @@ def resolve(*extras: str) -> dict[str, str]:
 
 
 def entries(text: str) -> dict[str, str]:
-    """The entries of a requirements file by the names of their packages."""
+    """Return the entries of a requirements file by the names of their packages."""
     return {name(entry): entry for entry in _ENTRY.findall(text)}
 
 
 def name(entry: str) -> str:
-    """The normal form of the name that an entry begins with."""
+    """Return the normal form of the name that an entry begins with."""
     return re.sub(r"[-_.]+", "-", entry.partition("==")[0]).lower()
 
 
 def version(entry: str) -> str:
-    """The version that an entry pins."""
+    """Return the version that an entry pins."""
     return entry.partition("==")[2].split()[0]
 
 
 def with_hashes(entry: str, hashes: Iterable[str]) -> str:
-    """The entry with these hashes only."""
+    """Return the entry with these hashes only."""
     head = entry.partition("\\")[0].strip()
     return " \\\n    --hash=".join((head, *sorted(set(hashes)))) + "\n"
 
 
 def for_cpus(torch: str, folders: Iterable[Path], before: str) -> str:
-    """The entry of the PyTorch for CPUs, "" where no wheel of it is known.
+    """Return the entry of the PyTorch for CPUs, or "" if no wheel of it is known.
 
     Parameters
     ----------

@@ -103,12 +103,12 @@ class GaussianProcessModel(ArraysModel):
         return covariance
 
     def outputs(self, X: Windows) -> Values:
-        """The mean for each window, shape (n, 1)."""
+        """Return the mean for each window, shape (n, 1)."""
         mean: Values = self._covariance(X) @ self._arrays["weights"][:, None]
         return mean
 
     def spread(self, X: Windows) -> Values:
-        """Standard deviation of each answer, noise included, in the unit of the target."""
+        """Return the standard deviation of each prediction, noise included."""
         projected = self._covariance(X) @ self._arrays["inverse"].T
         variance = self._signal + self._noise - np.einsum("ij,ij->i", projected, projected)
         spread: Values = np.sqrt(np.maximum(variance, self._noise)) * self.target[1]

@@ -126,7 +126,7 @@ class MiniRocketModel(ArraysModel):
         return {"features": self._weights.shape[1], "ridge": float(self._arrays["ridge"][0])}
 
     def outputs(self, X: Windows) -> NDArray[np.float32]:
-        """The linear model's, shape (n, outputs)."""
+        """Return the output of the linear model, shape (n, outputs)."""
         steps, biases = self._arrays["dilations"], self._arrays["biases"]
         parts = [
             features(X[i : i + _BATCH], steps, biases) @ self._weights.T

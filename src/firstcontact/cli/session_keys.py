@@ -67,7 +67,7 @@ def session_keys(session: LiveSession) -> Iterator[None]:
 
 
 def _standard_input() -> int | None:
-    """The file behind standard input; None where there is none, or it is closed."""
+    """Return the file behind standard input, or None if it is missing or closed."""
     try:
         return None if sys.stdin is None else sys.stdin.fileno()
     except (OSError, ValueError):

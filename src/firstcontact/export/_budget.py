@@ -38,7 +38,7 @@ def small_enough(
     budget_us: float | None,
     parts: Collection[Part] = frozenset(Part),
 ) -> Trained:
-    """The training with models that keep to a budget, the costliest that do.
+    """Return the training with the costliest models within a budget.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def small_enough(
 
 
 def forms(named: NamedModel, X: Windows, sessions: NDArray[np.str_]) -> list[NamedModel]:
-    """A model and the smaller ones, the smallest first.
+    """Return a model and the smaller ones, the smallest first.
 
     A smaller one is fitted to four fifths of the sessions; on the others, which did not choose
     it, is seen how far its answers are from the model's, and its interval becomes so much wider.

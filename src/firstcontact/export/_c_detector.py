@@ -90,7 +90,7 @@ def write_detector(detector: Detector, rate: float | None = None) -> CUnit:
 
 
 def _judge(kernel: str) -> tuple[str, ...]:
-    """The files of a judge, and of kernels of steps that it asks."""
+    """Return the files of a classifier and of the kernels that it uses."""
     name = f"fc_judge_{kernel}"
     source = files("firstcontact.export") / "c" / f"{name}.c"
     text = source.read_text(encoding="utf-8") if source.is_file() else ""

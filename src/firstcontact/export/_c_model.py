@@ -67,7 +67,7 @@ fc_status fc_{name}(const float *window, fc_estimate *answer)
 
 
 def write_model(named: NamedModel) -> CUnit:
-    """The C of one model; InputError where its kind cannot be described."""
+    """Return the C code of one model; raise InputError if its kind has none."""
     spec, name = named.model.spec, named.name
     program = named.model.program()
     places, words = _places(program)

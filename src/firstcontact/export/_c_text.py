@@ -23,7 +23,7 @@ def c_type(array: NDArray[Any]) -> str:
 
 
 def literal(value: float | np.generic) -> str:
-    """The shortest text that reads back as the same number."""
+    """Return the shortest text that reads back as the same number."""
     if isinstance(value, (bool, np.bool_)):
         return "true" if value else "false"
     if isinstance(value, (int, np.integer)):
@@ -36,13 +36,13 @@ def literal(value: float | np.generic) -> str:
 
 
 def c_array(name: str, array: NDArray[Any]) -> str:
-    """A constant array that stays in flash."""
+    """Return a constant array that stays in flash."""
     numbers = fill(", ".join(map(literal, array.reshape(-1))), 100, break_long_words=False)
     return f"static const {c_type(array)} {name}[{array.size}] FC_FLASH = {{\n{numbers}}};\n"
 
 
 def c_struct(kind: str, name: str, fields: Mapping[str, int | float | str | NDArray[Any]]) -> str:
-    """A constant struct and the arrays that it points to; text stands as it is."""
+    """Return a constant struct and the arrays that it points to; text stands as it is."""
     arrays, members = [], []
     for field, value in fields.items():
         if isinstance(value, np.ndarray):

@@ -38,7 +38,7 @@ def _inner(vector: str) -> str:
 
 
 def to_onnx(program: Program) -> bytes:
-    """A serialised graph: ``window`` (n, inputs) to ``outputs`` and, if it has one, ``spread``.
+    """Return a serialised graph from ``window`` (n, inputs) to ``outputs`` and any ``spread``.
 
     Raises
     ------

@@ -93,7 +93,7 @@ _ANYTIME = """\
 
 
 def sketch(trained: Trained) -> str:
-    """An Arduino sketch that asks every part of a training."""
+    """Return an Arduino sketch that asks every part of a training."""
     names = [f"fc_{m.name}" for m in trained.models]
     rounds = [_ROUND.format(name=m.name, upper=m.name.upper()) for m in trained.models]
     if trained.detector is not None:

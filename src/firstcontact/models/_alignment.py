@@ -60,7 +60,7 @@ def found(dataset: Dataset, detector: Detector, how: str = "") -> Alignment:
 
 
 def fit_detector(dataset: Dataset, name: str | None = None) -> Detector:
-    """A detector that learned from these pinches.
+    """Return a detector that learned from these pinches.
 
     Parameters
     ----------

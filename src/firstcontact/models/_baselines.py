@@ -33,15 +33,15 @@ class ConstantModel(ArraysModel):
         return {"value": self.value}
 
     def outputs(self, X: Windows) -> Values:
-        """The same answer for every window, shape (n, 1)."""
+        """Return the same answer for every window, shape (n, 1)."""
         return np.full((len(X), 1), self.value)
 
     def choose(self, outputs: NDArray[Any]) -> NDArray[np.intp]:
-        """Number of the class with that value."""
+        """Return the number of the class with that value."""
         return np.searchsorted(self.spec.classes, outputs[:, 0])
 
     def program(self) -> Program:
-        """The answer, or a 1 at its class."""
+        """Return the program that gives the value, or a 1 at its class."""
         n, spec = self.spec.samples * self.spec.channels, self.spec
         classes = np.array(spec.classes)
         values = (classes == self.value) * 1.0 if spec.classes else np.array([self.value])
@@ -101,7 +101,7 @@ class PeakModel(ArraysModel):
         return {}
 
     def outputs(self, X: Windows) -> Values:
-        """The parabola's value, or how near each class is: shape (n, outputs)."""
+        """Return the parabola's value, or the nearness of each class, shape (n, outputs)."""
         peak = _log_peak(X)[:, None]
         if self.spec.task is Task.REGRESSION:
             low, high = self.weights[3:]
@@ -111,7 +111,7 @@ class PeakModel(ArraysModel):
         return near
 
     def program(self) -> Program:
-        """The logarithm of the peak, and what follows from it."""
+        """Return the program: the logarithm of the peak, then the parabola."""
         n = self.spec.samples * self.spec.channels
         peak = steps.log_peak(INPUT, "peak", n)
         if self.spec.task is Task.CLASSIFICATION:

@@ -101,13 +101,13 @@ class CnnModel(ArraysModel):
         return np.concatenate(parts) if parts else np.zeros((0, width), dtype=np.float32)
 
     def output(self, window: Windows) -> NDArray[np.float32]:
-        """The same for one window (samples, channels), shape (outputs,)."""
+        """Return the output for one window (samples, channels), shape (outputs,)."""
         x = compress(window, self._scale).T.reshape(1, self.spec.channels, 1, self.spec.samples)
         out: NDArray[np.float32] = self._network.run(np.ascontiguousarray(x))[0]
         return out
 
     def program(self) -> Program:
-        """The compressed window, and the layers of the network."""
+        """Return the compressed window, and the layers of the network."""
         from firstcontact.models._network_steps import NetworkSteps
 
         n = self.spec.samples * self.spec.channels

@@ -49,7 +49,7 @@ class Rounded:
 
     @classmethod
     def of(cls, weight: NDArray[np.floating], bias: NDArray[np.floating]) -> Rounded:
-        """The nearest to a layer."""
+        """Return the integers that are nearest to a layer."""
         most = np.maximum(np.abs(weight).sum(axis=1) / MOST, np.abs(weight).max(axis=1) / 32_000)
         scale = np.maximum(most, 1e-30).astype(np.float32)
         whole = np.rint(weight / scale[:, None]).astype(np.int16)
@@ -117,12 +117,12 @@ class CompactNetwork(Network):
         return thin.out(thin.into(moving) + fixed @ thin.rest.T)
 
     def _parted(self, name: str, x: Matrix) -> tuple[Matrix, Matrix]:
-        """Inputs of a layer that change with a contact, and those that do not."""
+        """Return the inputs of a layer that change with a contact, and the fixed ones."""
         is_moving = moving(name, x.shape[1], self._hidden, self._rest)
         return x[:, is_moving], x[:, ~is_moving]
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
-        """The whole network's, and ``thin.LAYER.PART`` of each thin layer."""
+        """Return the arrays of the network and ``thin.LAYER.PART`` of each thin layer."""
         arrays = super().to_arrays()
         for name, layer in self.thin.items():
             for part, rounded in (("into", layer.into), ("out", layer.out)):
@@ -135,7 +135,7 @@ class CompactNetwork(Network):
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
-        """The inverse of :meth:`to_arrays`; InputError where arrays do not fit together."""
+        """Return the inverse of :meth:`to_arrays`; InputError where arrays do not fit together."""
         made = cls(Network(arrays), {})
         made.thin = {name: made._thin_layer(name, arrays) for name in THIN}
         made.check_reach()
@@ -197,7 +197,7 @@ class CompactModel(InContextModel):
 
     @classmethod
     def network_of(cls, arrays: Mapping[str, NDArray[Any]]) -> Network:
-        """The network in a file's arrays."""
+        """Return the network in a file's arrays."""
         return CompactNetwork.from_arrays(arrays)
 
 
@@ -225,12 +225,12 @@ class _Listening(Network):
 
 
 def deaf(model: InContextModel) -> InContextModel:
-    """The same without an ear for the motor's pitch: a spectrum for each contact is dear."""
+    """Return a model that ignores the motor's pitch, which costs a spectrum for each contact."""
     return _told_nothing(model, False)
 
 
 def _told_nothing(model: InContextModel, listening: bool) -> InContextModel:
-    """The same where the hand tells no closing speed."""
+    """Return a model without the closing speed as an input."""
     rigs = {
         finger: replace(rig, pitch=rig.pitch if listening else None, speed=float("nan"))
         for finger, rig in model.rigs.items()
@@ -241,7 +241,7 @@ def _told_nothing(model: InContextModel, listening: bool) -> InContextModel:
 def compacted(
     model: InContextModel, touches: Touches, directions: int, listening: bool = False
 ) -> CompactModel:
-    """The same model with a compact network.
+    """Return the same model with a compact network.
 
     Parameters
     ----------

@@ -103,7 +103,7 @@ def _half_width(answers: Values, truth: Values, level: float) -> float:
 
 
 def _identity() -> Any:
-    """A regressor in scikit-learn's form whose input is the answer itself."""
+    """Return a regressor in scikit-learn's form whose input is the answer itself."""
     from sklearn.base import BaseEstimator, RegressorMixin
 
     class Identity(RegressorMixin, BaseEstimator):  # type: ignore[misc]

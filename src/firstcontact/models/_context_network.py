@@ -142,7 +142,7 @@ class Network:
         return float((weight.sum(axis=1) * most + bias).max())
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
-        """The inverse of the constructor."""
+        """Return the inverse of the constructor."""
         out: dict[str, NDArray[Any]] = {}
         for name, (weight, bias) in self._layers.items():
             out[f"{name}.weight"], out[f"{name}.bias"] = weight, bias

@@ -178,7 +178,7 @@ class EfficientNet(nn.Module):
         return out
 
     def folded(self) -> Self:
-        """A copy in evaluation mode, its normalisations multiplied into their convolutions."""
+        """Return a copy in evaluation mode with normalisations folded into convolutions."""
         copy = deepcopy(self).eval()
         for module in list(copy.modules()):
             if isinstance(module, ConvNorm):

@@ -90,7 +90,7 @@ class Estimator(ABC):
         """
 
     def reference(self, model: Any, X: Windows, y: Values) -> Reference | None:
-        """The training library's own way to answer, for the clock; by default there is none.
+        """Return the training library's own prediction, for timing; by default there is none.
 
         Parameters
         ----------

@@ -110,7 +110,7 @@ class InContextModel:
         return lengths(self.rate)[0]
 
     def conditioned_on(self, rigs: Mapping[int, Rig]) -> InContextModel:
-        """The same network for other rigs."""
+        """Return the same network for other rigs."""
         return InContextModel(self._network, self._familiar, self._factors, self.level, rigs)
 
     def widened(self, scales: NDArray[np.float64]) -> InContextModel:
@@ -193,7 +193,7 @@ class InContextModel:
 
     @classmethod
     def network_of(cls, arrays: Mapping[str, NDArray[Any]]) -> Network:
-        """The network in a file's arrays."""
+        """Return the network in a file's arrays."""
         return Network(arrays)
 
     def to_arrays(self) -> Arrays:
@@ -207,7 +207,7 @@ class InContextModel:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]], level: float) -> Self:
-        """The inverse of :meth:`to_arrays`.
+        """Return the inverse of :meth:`to_arrays`.
 
         Raises
         ------

@@ -134,7 +134,7 @@ class LogSpectrum(Estimator):
     def _search(
         self, X: Windows, y: Values, groups: NDArray[Any] | None, seed: int
     ) -> tuple[str, float]:
-        """The kind of input and C with the least loss on groups that were left out."""
+        """Return the kind of input and C with the least loss on groups that were left out."""
         rng = np.random.default_rng(seed)
         chosen = np.sort(rng.permutation(len(y))[: self.search_windows])
         y, groups = y[chosen], None if groups is None else groups[chosen]

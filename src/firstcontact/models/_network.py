@@ -78,7 +78,7 @@ def _require(fulfilled: bool, why: str) -> None:
 
 
 def _checked(raw: bytes, window: tuple[int, ...], outputs: int) -> Any:
-    """The model, all of it of kinds that are known, its values of sizes that are bounded."""
+    """Return the checked model: known operators only, and bounded sizes."""
     from google.protobuf.message import DecodeError
     from onnx import ModelProto, checker, shape_inference
 

@@ -20,7 +20,7 @@ from firstcontact.models._network import INPUT, OPSET
 
 
 def export(network: EfficientNet, samples: int) -> bytes:
-    """The network as ONNX: windows (n, channels, 1, samples) to answers (n, outputs).
+    """Return the network as ONNX: windows (n, channels, 1, samples) to answers (n, outputs).
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def export(network: EfficientNet, samples: int) -> bytes:
 def _filled(
     samples: int, channels: int, outputs: int, weights: Mapping[str, NDArray[np.float32]]
 ) -> bytes:
-    """The exported graph with these weights, by their names in the folded network."""
+    """Return the exported graph with these weights, by their names in the folded network."""
     from onnx import ModelProto, numpy_helper
 
     model = ModelProto()

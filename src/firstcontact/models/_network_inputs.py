@@ -70,7 +70,7 @@ def relative_inputs(
     sign: Values,
     known: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Inputs about the valid part of each contact.
+    """Return inputs about the valid part of each contact.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def relative_inputs(
 
 
 def network_inputs(shape: Shape, rig_features: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The same where the shape of the contacts is known already."""
+    """Return the inputs for contacts whose shape is computed already."""
     v = shape.v
     peak = np.maximum(v.max(axis=1), LEAST * shape.level)[:, None]
     # A hard thing on a soft rig is many times the level: its logarithm keeps it in bounds.

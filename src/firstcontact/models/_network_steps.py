@@ -52,7 +52,7 @@ class NetworkSteps:
         self.output = self._vectors[graph.output[0].name]
 
     def _add(self, node: Any, make: Callable[[str], Step], shape: Shape) -> None:
-        """A step of a node, named after its place: names of a file are not taken over."""
+        """Return the step of a node, named after its place and not after its name in the file."""
         gives = f"layer{len(self.steps)}"
         self.steps.append(make(gives))
         self._vectors[node.output[0]], self._shapes[node.output[0]] = gives, shape

@@ -46,7 +46,7 @@ def traits(
 
 
 def shape_traits(shape: Shape, lead_signals: NDArray[np.floating]) -> NDArray[np.float64]:
-    """The same where the shape of the contacts is known already; signals before them."""
+    """Return the traits of contacts whose shape is computed already."""
     # A converter at its end, or a dead one, repeats itself.
     counted = shape.there[:, 1:]
     still = (shape.v[:, 1:] == shape.v[:, :-1]) & counted

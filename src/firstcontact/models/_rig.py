@@ -58,7 +58,7 @@ class Rig:
 
     @classmethod
     def unknown(cls) -> Rig:
-        """A rig of which no pinch is known."""
+        """Return a rig without known pinches."""
         tokens = np.zeros((len(STAGES), 0, TOKEN))
         return cls(USUAL_LEVEL, 1.0, None, float("nan"), tokens, np.zeros(GENERAL))
 

@@ -112,6 +112,6 @@ class Bounded(NamedTuple):
 
 
 def bounded(scores: Scores | None, name: str) -> Bounded | None:
-    """A score of a record with its interval; None where it is not there."""
+    """Return a score of a record with its interval, or None."""
     value = getattr(scores, name, None)
     return None if scores is None or value is None else Bounded(value, scores.intervals.get(name))

@@ -29,7 +29,7 @@ Features = Callable[[Values, float], Values]
 
 
 def features(kind: str, X: Windows, rate: float) -> Values:
-    """Inputs of windows (n, samples, channels), shape (n, inputs); ``kind`` is one of KINDS."""
+    """Return the inputs (n, inputs) of windows (n, samples, channels) for one of KINDS."""
     waves = X.astype(np.float64)
     # Squares of the largest and the smallest floats stay within range.
     waves /= np.maximum(np.abs(waves).max(axis=(1, 2), keepdims=True), _TINY)
@@ -75,7 +75,7 @@ def _power(waves: Values, length: int) -> Values:
 
 
 def _fade(n: int) -> Values:
-    """The contact is at the window's start: only its end is faded out."""
+    """Return weights that fade out the end of a window; the contact is at its start."""
     fade: Values = np.hanning(2 * n + 1)[n : 2 * n]
     return fade
 

@@ -221,7 +221,7 @@ def inner_folds(
 
 
 def _strata(y: NDArray[Any], k: int) -> NDArray[np.intp]:
-    """Number of each target's value or range; all 0 where some are too rare for k folds."""
+    """Return the class number of each target; all 0 if a class is too rare for k folds."""
     values, numbers = np.unique(y, return_inverse=True)
     if len(values) > RANGES:
         edges = np.quantile(y, np.arange(1, RANGES) / RANGES)

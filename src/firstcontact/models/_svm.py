@@ -76,7 +76,7 @@ class Svm(Estimator):
 
 
 def machine_of(task: Task, parameters: tuple[float, float, float]) -> Any:
-    """An untrained SVC or SVR with these C, gamma and epsilon."""
+    """Return an untrained SVC or SVR with these C, gamma and epsilon."""
     from sklearn.svm import SVC, SVR
 
     c, gamma, epsilon = parameters
@@ -196,7 +196,7 @@ def _model(
 
 
 def _one_against_one(dual: NDArray[np.float64], counts: NDArray[Any]) -> NDArray[np.float64]:
-    """A row of weights for each pair of classes, from libsvm's packed coefficients.
+    """Return a row of weights for each pair of classes, from libsvm's packed coefficients.
 
     ``dual`` is (classes - 1, m); the vector of class i holds its coefficient
     against class j in row j - 1 if j > i, else in row j.

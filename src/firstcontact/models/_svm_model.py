@@ -161,7 +161,7 @@ class SvmModel(ArraysModel):
         return Program(n, (*chain, steps.votes("decisions", "votes", k)), "votes")
 
     def smaller(self, X: Windows) -> Iterator[SvmModel]:
-        """The same with a reduced set of vectors."""
+        """Yield models with ever fewer support vectors."""
         a = self._arrays
         inputs = shape_and_level(X, a["level"])
         gamma = float(self.parameters[1])
@@ -177,7 +177,7 @@ class SvmModel(ArraysModel):
             )
 
     def choose(self, outputs: NDArray[Any]) -> NDArray[np.intp]:
-        """The class that wins most pairs."""
+        """Return the class that wins most pairs."""
         winners = np.where(outputs > steps.LEAST_DECISION, self._first, self._second)
         votes = (winners[:, :, None] == np.arange(len(self.spec.classes))).sum(axis=1)
         return np.asarray(votes.argmax(axis=1))

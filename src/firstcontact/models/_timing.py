@@ -74,7 +74,7 @@ def preemptions() -> int:
 
 
 def load() -> float:
-    """Processes that wanted a core in the last minute, on average."""
+    """Return the mean number of processes that wanted a core in the last minute."""
     return os.getloadavg()[0]
 
 

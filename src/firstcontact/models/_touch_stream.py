@@ -24,7 +24,7 @@ STEP = 0.001
 
 
 def moments(rate: float) -> tuple[int, ...]:
-    """Samples after a contact at which there is an answer: each whole millisecond's."""
+    """Return the numbers of samples after a contact at which the model predicts."""
     first, last = round(SHORTEST / STEP), round(LONGEST / STEP)
     return tuple(samples_in(n * STEP, rate) for n in range(first, last + 1))
 

@@ -207,7 +207,7 @@ def _fitted(
 
 
 def windows(touches: Touches, samples: int, conditioned: bool = False) -> Windows:
-    """The first samples after each contact, shape (n, samples, 1), V.
+    """Return the first samples after each contact, shape (n, samples, 1), V.
 
     Parameters
     ----------

@@ -54,7 +54,7 @@ class WindowModel(ABC):
         return np.asarray(self.outputs(window[None])[0])
 
     def spread(self, X: Windows) -> Values | None:
-        """Standard deviation that the model itself gives each answer; None where it has none.
+        """Return the model's own standard deviation of each prediction, or None.
 
         For usable windows (n, samples, channels), shape (n,), above 0, in the unit of the
         answer. Intervals are then so many of them wide, conformal like any other.
@@ -95,7 +95,7 @@ class WindowModel(ABC):
     @classmethod
     @abstractmethod
     def from_arrays(cls, spec: Spec, arrays: Arrays) -> Self:
-        """The inverse of :meth:`to_arrays`; InputError if the arrays do not fit together."""
+        """Return the inverse of :meth:`to_arrays`; InputError if the arrays do not fit together."""
 
     def predict(self, X: Windows) -> Values:
         """Answers for windows (n, samples, channels), shape (n,).
@@ -213,12 +213,12 @@ class ArraysModel(WindowModel):
         return {"inputs": spec.samples * spec.channels, "outputs": len(spec.classes) or 1}
 
     def to_arrays(self) -> Arrays:
-        """The constructor's arrays, by name."""
+        """Return the constructor's arrays, by name."""
         return dict(self._arrays)
 
     @classmethod
     def from_arrays(cls, spec: Spec, arrays: Arrays) -> Self:
-        """The inverse of :meth:`to_arrays`."""
+        """Return the inverse of :meth:`to_arrays`."""
         return cls(spec, *(arrays[name] for name in cls.declared))
 
 

@@ -157,7 +157,7 @@ def write_dataset(dataset: Dataset, directory: AnyPath, header: Header) -> tuple
 
 
 def pause_between(pinches: Sequence[Pinch]) -> tuple[Pinch, ...]:
-    """Number pinches one after the other, with one number left out in between.
+    """Return pinches numbered one after the other, with one number left out in between.
 
     Sources without sample numbers use this. The gap shows that a pinch does not continue the
     previous one.

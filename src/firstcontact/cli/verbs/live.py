@@ -202,7 +202,7 @@ class Live:
         )
 
     def _own_model(self, source: Source) -> Path | None:
-        """The twin's, where the twin is what is listened to, now or when it was recorded."""
+        """Return the twin's model if the samples come from the twin, live or recorded."""
         from firstcontact.cli.twin_model import ORIGIN, twin_model
 
         device = source_kind(self.device)
@@ -211,7 +211,7 @@ class Live:
         return None
 
     def _measured(self, source: Source) -> Calibration | None:
-        """The noise floor, as it was recorded or as it is now."""
+        """Return the recorded noise floor, or measure it."""
         from firstcontact.collect import rest_request
         from firstcontact.device import REST, measure_noise
 

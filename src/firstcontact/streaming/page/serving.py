@@ -77,7 +77,7 @@ def answer(request: Request, guard: Guard, served: Files) -> Response | None:
 
 
 def listen(host: str, port: int) -> socket.socket:
-    """A socket that listens; InputError where the address cannot be had."""
+    """Return a listening socket; raise InputError if the address cannot be used."""
     if not 0 <= port <= LAST_PORT:  # the system takes the rest of its division for it
         raise InputError(
             f"port {port} is none: name one from 1 to {LAST_PORT}, or 0 for a free port"
@@ -136,7 +136,7 @@ def serve_page(
 
 
 def plain(status: HTTPStatus, sentence: str) -> Response:
-    """A sentence."""
+    """Return a response with a sentence as plain text."""
     return _response(status, "text/plain; charset=utf-8", sentence.encode())
 
 

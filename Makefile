@@ -124,9 +124,10 @@ MINUTES ?= 60
 soak: $(VENV)/.dev ## all live sources at once (MINUTES, SEED) with faults: exact counts in soak.json
 	$(BIN)/python tests/soak/soak.py --minutes $(MINUTES) --seed $(SEED) --out soak.json
 
-lint: $(VENV)/.dev ## ruff: rules and format
+lint: $(VENV)/.dev ## ruff: rules and format; codespell: misspelt words
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(BIN)/codespell docs src tests examples firmware benchmarks *.md
 
 format: $(VENV)/.dev ## let ruff rewrite what it can
 	$(BIN)/ruff check --fix .

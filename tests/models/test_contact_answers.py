@@ -46,7 +46,7 @@ def test_each_moment_is_that_of_the_model(seed: int, finger: int, due: set[int])
         so_far[:, LEAD + samples :] = 0.0
         rows = replace(touches, signals=so_far, valid=np.full(1, samples))
         expected = model.predict(rows)
-        answer = followed.at(so_far[0, LEAD:], samples)
+        answer = followed.predict(so_far[0, LEAD:], samples)
         assert answer is not None
         assert (answer.value, answer.low, answer.high, answer.out_of_range) == (
             expected.value[0],

@@ -29,7 +29,7 @@ _log = logging.getLogger(__name__)
 
 #: Longest wait for the first answer after opening the port, s.
 PATIENCE = 5.0
-#: Time between two checks whether somebody reads, s. The buffer of a pseudo terminal holds 23 ms.
+#: Time between two checks whether a reader reads, s. The buffer of a pseudo terminal holds 23 ms.
 LOOK = 6e-3
 #: Silence after which a device is asked whether it was reset, s. If it answers but sends no samples
 #: for the same time again, it counts as disconnected ...
@@ -277,7 +277,7 @@ class SerialSource:
                 self._flush_pending()
 
     def _communicate(self, transport: SerialTransport) -> None:
-        """Connect, then read whenever nobody else does, until closed."""
+        """Connect, then read the port while no reader does, until closed."""
         self._opened = time.monotonic()
         self._heard = self._asked = -math.inf
         while not self._closing.is_set():
@@ -319,7 +319,7 @@ class SerialSource:
             transport.send(FrameType.START)
 
     def _is_needed(self) -> bool:
-        """Return True if nobody reads the port and there is room for samples."""
+        """Return True if no reader reads the port and there is room for samples."""
         now = time.monotonic()
         if now - self._looked < LOOK:
             return False

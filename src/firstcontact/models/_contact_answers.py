@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 _LENGTH = NAMES.index("length")
 
 
-def _stage_of(valid: int, rate: float) -> int:
+def _stage_index(valid: int, rate: float) -> int:
     """Return :func:`firstcontact.models._rig.stage_of` for one contact."""
     share = valid * (STAGES[-1] / lengths(rate)[1])
     return min(bisect_left(STAGES, share - 1e-9), len(STAGES) - 1)
@@ -81,18 +81,18 @@ class ContactAnswers:
         self._traits = np.empty(TRAITS)
         self._traits[-2] = noise[0]
 
-    def at(self, after: NDArray[np.floating], valid: int) -> Answer | None:
+    def predict(self, signal: NDArray[np.floating], valid: int) -> Answer | None:
         """Return the prediction from the first ``valid`` samples; None if it is not finite.
 
         Parameters
         ----------
-        after
+        signal
             Signal from the contact on, V, shape (samples,).
         valid
             Number of samples that may be used, more than before.
         """
-        stage = _stage_of(valid, self._rate)
-        self._take(after, valid)
+        stage = _stage_index(valid, self._rate)
+        self._take(signal, valid)
         traits = self._features(valid)
         mixture = self._network.outputs_of_one(self._x, self._context, stage)
         weight, mean, sd = mixture
@@ -111,21 +111,21 @@ class ContactAnswers:
             self._familiar.is_out_of_range(traits, stage, self._has_level),
         )
 
-    def _take(self, after: NDArray[np.floating], valid: int) -> None:
+    def _take(self, signal: NDArray[np.floating], valid: int) -> None:
         """Add the samples since the last moment."""
-        done, self._done = self._done, valid
-        new = slice(done, valid)
+        taken, self._done = self._done, valid
+        new = slice(taken, valid)
         v = self._v
-        v[new] = self._rig.sign * after[new]
+        v[new] = self._rig.sign * signal[new]
         part = v[new]
         np.multiply(part, part, out=self._energy[0, new])
-        first = max(done, 1)
+        first = max(taken, 1)
         steps = self._steps[first - 1 : valid - 1]
         np.subtract(v[first:valid], v[first - 1 : valid - 1], out=steps)
         # The first of the network's waves; the others depend on the peak so far.
         logs = np.log1p(np.abs(part) * (2 / self._rig.level))
         self._x[new] = np.copysign(logs, part) / 2
-        self._x[2 * len(v) + done : 2 * len(v) + valid] = 1.0
+        self._x[2 * len(v) + taken : 2 * len(v) + valid] = 1.0
 
     def _features(self, valid: int) -> NDArray[np.float64]:
         """Fill in the inputs that change; return the traits that mark unfamiliar contacts.

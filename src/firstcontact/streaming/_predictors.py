@@ -152,8 +152,8 @@ class NetworkPredictor:
 
     def warm(self) -> None:
         """Predict for a made-up contact."""
-        contact, after, valid = self._warming
-        contact.at(after, valid)
+        contact, signal, valid = self._warming
+        contact.predict(signal, valid)
 
 
 def _made_up_contact(rate: float) -> Touches:
@@ -193,8 +193,8 @@ class _NetworkStream:
         if self._answers is None:
             self._answers = self._model.follow(touches.take(np.zeros(1, np.intp)))
         if len(touches) <= self._few:
-            for after, samples in zip(touches.after, touches.valid.tolist(), strict=True):
-                yield self._predict(self._answers, after, samples)
+            for signal, samples in zip(touches.after, touches.valid.tolist(), strict=True):
+                yield self._predict(self._answers, signal, samples)
             return
         features = np.repeat(self._answers.features, len(touches), axis=0)
         rows = self._model.predict(touches, features)
@@ -214,9 +214,9 @@ class _NetworkStream:
             )
 
     def _predict(
-        self, answers: ContactAnswers, after: NDArray[np.float32], samples: int
+        self, answers: ContactAnswers, signal: NDArray[np.float32], samples: int
     ) -> Prediction:
-        answer = answers.at(after, samples)
+        answer = answers.predict(signal, samples)
         if answer is None or self._contact is None:
             raise InputError(_NOT_FINITE)
         return Prediction(

@@ -63,9 +63,9 @@ class Readiness:
     def _raise_priority(self) -> None:
         if sys.platform != "linux":
             return
-        before = os.sched_getscheduler(0), os.sched_getparam(0).sched_priority
+        scheduling = os.sched_getscheduler(0), os.sched_getparam(0).sched_priority
         # Threads and processes that this one starts are scheduled as usual.
         policy = os.SCHED_RR | os.SCHED_RESET_ON_FORK
         with suppress(OSError):
             os.sched_setscheduler(0, policy, os.sched_param(1))
-            self._scheduling = before
+            self._scheduling = scheduling

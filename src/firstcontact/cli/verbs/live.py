@@ -304,7 +304,7 @@ def _at_rate(source: Source, detector: Detector | None, predictor: Predictor | N
 
 
 def _shore_a(source: Source, device: str) -> Callable[[str], float | None]:
-    """Of an object by its name, where the source is a simulated hand or was one."""
+    """Return a function for the Shore A of an object of a simulated hand by its name."""
     origin = source.descriptor.source
     kinds = [source_kind(device), *(SOURCES[name] for name in SOURCES.own)]
     its = next((k.shore_a for k in kinds if k.shore_a is not None and k.origin == origin), None)
@@ -322,5 +322,5 @@ def _shore_a(source: Source, device: str) -> Callable[[str], float | None]:
 
 
 def _say(line: str) -> None:
-    """To a person, whatever goes to standard output."""
+    """Print a line for a person to standard error."""
     print(line, file=sys.stderr, flush=True)

@@ -29,7 +29,7 @@ from firstcontact_lab.grasping.results import (
     Tuning,
 )
 from firstcontact_lab.grasping.settings import GraspStudySettings
-from firstcontact_lab.report.folder import sole_use
+from firstcontact_lab.report.folder import sole_use, without_worker_warnings
 from firstcontact_lab.report.results import write_results
 
 
@@ -59,7 +59,7 @@ def run_grasp_study(settings: GraspStudySettings, out: Path, quick: bool, comman
         another one, or recordings or models that no study made.
     """
     options = _options(settings)
-    with sole_use(out, options):
+    with sole_use(out, options), without_worker_warnings():
         return _run(settings, out, quick, command, options)
 
 
@@ -160,4 +160,4 @@ def _options(settings: GraspStudySettings) -> dict[str, Any]:
     return {"verb": "grasp-study", **sizes}
 
 
-_BAR = "{desc}: {percentage:3.0f} %|{bar}| {n_fmt}/{total_fmt} [{elapsed}]"
+_BAR = "{desc}: {percentage:3.0f} %|{bar}| {elapsed}, {remaining} left"

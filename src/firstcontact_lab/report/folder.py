@@ -6,6 +6,7 @@ import fcntl
 import json
 import os
 import shutil
+import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -62,6 +63,14 @@ def sole_use(out: Path, options: Mapping[str, Any]) -> Iterator[None]:
         raise
     finally:
         os.close(handle)
+
+
+@contextmanager
+def without_worker_warnings() -> Iterator[None]:
+    """Hide warnings of workers that ended early: others take their jobs."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "A worker stopped while some jobs", UserWarning)
+        yield
 
 
 def _claim(out: Path, options: Mapping[str, Any]) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 
 from firstcontact.core import Dataset, parallel, resolve_path
 from firstcontact_lab.report.findings import Findings
-from firstcontact_lab.report.folder import sole_use
+from firstcontact_lab.report.folder import sole_use, without_worker_warnings
 from firstcontact_lab.report.state import State
 from firstcontact_lab.study import _protocol as protocol
 from firstcontact_lab.study._sources import CONDITIONS, check_sources, recorded, simulated
@@ -52,8 +52,6 @@ def run_study(
         On Ctrl-C, with all processes ended and the report as far
         as it came.
     """
-    import warnings
-
     from tqdm import tqdm
 
     options = _options(settings, recordings)
@@ -61,9 +59,7 @@ def run_study(
     often = 0.1 if sys.stderr.isatty() else 10.0
     with ExitStack() as opened:
         opened.enter_context(sole_use(out, options))
-        opened.enter_context(warnings.catch_warnings())
-        # Workers that end early are replaced; nobody needs to know.
-        warnings.filterwarnings("ignore", "A worker stopped while some jobs", UserWarning)
+        opened.enter_context(without_worker_warnings())
         check_sources(recordings, out)  # refused before a bar is drawn
         bar = opened.enter_context(tqdm(bar_format=_BAR, miniters=0, mininterval=often))
         finished = step_cost = 0.0

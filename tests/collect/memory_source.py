@@ -1,4 +1,4 @@
-"""A source of samples that are there already, and a hand that closes as it is told to."""
+"""Source of prepared samples, and a simulated hand that closes on command."""
 
 from __future__ import annotations
 
@@ -106,10 +106,10 @@ class Hand:
     ) -> Touch:
         motor = self.at
         self.phase(0.2, 3.0)
-        first = self.at
+        contact_sample = self.at
         touching = self.phase(0.12, 3.0)
-        one = Finger(int(self._rng.integers(2)))
-        starts = {one: 0, one.other: samples(offset)}
+        first_finger = Finger(int(self._rng.integers(2)))
+        starts = {first_finger: 0, first_finger.other: samples(offset)}
         t = np.arange(len(touching)) / RATE
         ring = 0.3 * loud * np.exp(-t / 0.01) * np.sin(2 * np.pi * 150 * t)
         for finger, start in starts.items():
@@ -125,10 +125,10 @@ class Hand:
         opening = self.phase(0.25, 3.0)
         opening[:, 2:4] = np.exp(-np.arange(len(opening)) / RATE / 0.03)[:, None]
         self.rest()
-        return Touch(motor, {f: first + start for f, start in starts.items()})
+        return Touch(motor, {f: contact_sample + start for f, start in starts.items()})
 
     def raw(self) -> NDArray[np.int16]:
-        """All of it, as the device sends it."""
+        """Return the whole signal as the device sends it."""
         x = np.concatenate(self._phases)
         out = np.zeros((len(x), 16), dtype=np.int16)
         piezo = LAYOUT.channels[0]
@@ -147,9 +147,9 @@ def arrivals(
     epoch: int = 0,
 ) -> list[Arrival]:
     """Samples cut into blocks, each with its markers."""
-    made = []
+    cut_arrivals = []
     for start in range(0, len(data), length):
         block = Block(data[start : start + length], first + start, epoch)
-        own = tuple(m for m in markers if block.first_sample <= m.sample < block.end)
-        made.append(Arrival(block, 0.0, own))
-    return made
+        block_markers = tuple(m for m in markers if block.first_sample <= m.sample < block.end)
+        cut_arrivals.append(Arrival(block, 0.0, block_markers))
+    return cut_arrivals

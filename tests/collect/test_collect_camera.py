@@ -13,7 +13,7 @@ RATE = fingertip_layout().rate
 FPS = 960.0
 
 
-def recorded(seed: int, pinches: int = 40, epochs: int = 1) -> tuple[Recording, dict]:
+def random_recording(seed: int, pinches: int = 40, epochs: int = 1) -> tuple[Recording, dict]:
     """A recording's marks, and when its contacts really were, s since each epoch's start."""
     rng = np.random.default_rng(seed)
     marks, truth = [], {}
@@ -30,13 +30,13 @@ def recorded(seed: int, pinches: int = 40, epochs: int = 1) -> tuple[Recording, 
     return recording, truth
 
 
-def filmed(truth: dict, offset: float, drift: float) -> dict:
-    """What a camera would tell: the first frame after each contact, in its own time."""
-    seen = {}
+def film(truth: dict, offset: float, drift: float) -> dict:
+    """Return the camera time of the first frame after each contact."""
+    frame_times = {}
     for key, (epoch, t) in truth.items():
         time = offset + 1000.0 * epoch + (1 + drift) * t
-        seen[key] = np.ceil(time * FPS) / FPS
-    return seen
+        frame_times[key] = np.ceil(time * FPS) / FPS
+    return frame_times
 
 
 @given(
@@ -45,9 +45,9 @@ def filmed(truth: dict, offset: float, drift: float) -> dict:
     st.floats(-500e-6, 500e-6),
     st.integers(1, 3),
 )
-def test_offset_and_drift_are_found_and_frames_are_all_that_is_left(seed, offset, drift, epochs):
-    recording, truth = recorded(seed, epochs=epochs)
-    agreement = compare(recording, filmed(truth, offset, drift), FPS)
+def test_compare_recovers_offset_and_drift_to_one_frame(seed, offset, drift, epochs):
+    recording, truth = random_recording(seed, epochs=epochs)
+    agreement = compare(recording, film(truth, offset, drift), FPS)
     assert agreement.within == 1.0
     assert agreement.disagreeing == ()
     assert agreement.largest <= 1 / FPS
@@ -58,18 +58,18 @@ def test_offset_and_drift_are_found_and_frames_are_all_that_is_left(seed, offset
 
 
 @given(st.integers(0, 2**31), st.integers(0, 39), st.sampled_from(["swapped", "other", "late"]))
-def test_one_pinch_labelled_wrongly_is_named_and_spoils_nothing(seed, wrong, how):
-    recording, truth = recorded(seed)
-    seen = filmed(truth, 12.5, 80e-6)
+def test_compare_names_one_wrong_label_and_keeps_the_fit(seed, wrong, how):
+    recording, truth = random_recording(seed)
+    frame_times = film(truth, 12.5, 80e-6)
     pair = [(wrong, f) for f in Finger]
     if how == "swapped":
-        seen[pair[0]], seen[pair[1]] = seen[pair[1]], seen[pair[0]]
+        frame_times[pair[0]], frame_times[pair[1]] = frame_times[pair[1]], frame_times[pair[0]]
     else:
         for key in pair:
-            seen[key] += 3.0 if how == "other" else 0.02
-    agreement = compare(recording, seen, FPS)
-    apart = abs(truth[pair[0]][1] - truth[pair[1]][1])
-    if how != "swapped" or apart > 2 / FPS:
+            frame_times[key] += 3.0 if how == "other" else 0.02
+    agreement = compare(recording, frame_times, FPS)
+    lead = abs(truth[pair[0]][1] - truth[pair[1]][1])
+    if how != "swapped" or lead > 2 / FPS:
         assert agreement.disagreeing == tuple(pair)
         assert agreement.within == pytest.approx(1 - 2 / 80)
     assert abs(agreement.drift - 80e-6) < 6 * agreement.drift_error
@@ -78,26 +78,26 @@ def test_one_pinch_labelled_wrongly_is_named_and_spoils_nothing(seed, wrong, how
     )
 
 
-def test_contacts_without_a_strip_are_left_out_and_told():
-    recording, truth = recorded(1, pinches=5)
-    seen = {**filmed(truth, 0.0, 0.0), (99, Finger.THUMB): 4.0}
-    agreement = compare(recording, seen, FPS)
+def test_compare_lists_contacts_without_a_strip():
+    recording, truth = random_recording(1, pinches=5)
+    frame_times = {**film(truth, 0.0, 0.0), (99, Finger.THUMB): 4.0}
+    agreement = compare(recording, frame_times, FPS)
     assert agreement.left_out == ((99, Finger.THUMB),)
     assert len(agreement.residuals) == 10
     assert "left out    pinch 99, thumb: no strip closed there" in in_words(agreement)
 
 
-def test_too_little_is_refused():
-    recording, truth = recorded(1, pinches=2)
+def test_compare_refuses_too_few_contacts_and_invalid_fps():
+    recording, truth = random_recording(1, pinches=2)
     with pytest.raises(InputError, match="2 pinches have contacts both"):
-        compare(recording, filmed(truth, 0.0, 0.0))
+        compare(recording, film(truth, 0.0, 0.0))
     for fps in (0.0, 1e200, float("nan")):
         with pytest.raises(InputError, match="fps is"):
             compare(recording, {}, fps)
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "problem"),
     [
         ("pinch,finger\n0,index\n", "'time_s' is missing"),
         ("pinch,finger,time_s\n0,toe,1\n", "line 2: give a pinch"),
@@ -106,16 +106,16 @@ def test_too_little_is_refused():
         ("pinch,finger,time_s\n0,index,1\n0,index,2\n", "line 3: this contact is listed twice"),
     ],
 )
-def test_lists_that_cannot_be_used_are_refused(tmp_path, text, said):
+def test_invalid_contact_lists_are_refused(tmp_path, text, problem):
     path = tmp_path / "contacts.csv"
     path.write_text(text)
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=problem):
         read_contacts(path)
     with pytest.raises(InputError, match="cannot be read"):
         read_contacts(tmp_path / "none.csv")
 
 
-def test_a_list_is_read(tmp_path):
+def test_contact_list_is_read(tmp_path):
     path = tmp_path / "contacts.csv"
     path.write_text("pinch, finger, time_s\n3, Index, 1.25\n3, thumb, 1.5\n")
     assert read_contacts(path) == {(3, Finger.INDEX): 1.25, (3, Finger.THUMB): 1.5}

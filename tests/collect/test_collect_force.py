@@ -22,53 +22,55 @@ leaks, gains, exponents = st.floats(2e-6, 5e-5), st.floats(3e-5, 3e-4), st.float
 
 
 @given(leaks, gains, exponents, st.sampled_from(Finger))
-def test_a_curve_without_noise_is_found(leak, gain, exponent, finger):
-    read = volts(NEWTONS, leak, gain, exponent)
-    curve = fit_force([Weighing(finger, f, v) for f, v in zip(NEWTONS, read, strict=True)])
+def test_fit_recovers_a_curve_without_noise(leak, gain, exponent, finger):
+    readings = volts(NEWTONS, leak, gain, exponent)
+    curve = fit_force([Weighing(finger, f, v) for f, v in zip(NEWTONS, readings, strict=True)])
     assert curve.finger is finger
     assert curve.leak == pytest.approx(leak, rel=1e-2, abs=1e-8)
     assert curve.gain == pytest.approx(gain, rel=1e-3)
     assert curve.exponent == pytest.approx(exponent, rel=1e-3)
     between = np.array([0.3, 0.7, 3.0, 8.0])
-    found = curve.newtons(volts(between, leak, gain, exponent))
-    assert found == pytest.approx(between, rel=1e-2)
+    forces = curve.newtons(volts(between, leak, gain, exponent))
+    assert forces == pytest.approx(between, rel=1e-2)
     assert curve.rms < 0.02
 
 
 @given(st.integers(0, 10_000))
-def test_noise_of_the_converter_moves_it_little(seed):
+def test_converter_noise_changes_the_fit_little(seed):
     # A count of the converter is 3.2 mV.
-    read = volts(NEWTONS, 2e-5, 8e-5, 0.8) + np.random.default_rng(seed).normal(0, 0.003, 7)
-    curve = fit_force([Weighing(Finger.THUMB, f, v) for f, v in zip(NEWTONS, read, strict=True)])
+    readings = volts(NEWTONS, 2e-5, 8e-5, 0.8) + np.random.default_rng(seed).normal(0, 0.003, 7)
+    curve = fit_force(
+        [Weighing(Finger.THUMB, f, v) for f, v in zip(NEWTONS, readings, strict=True)]
+    )
     between = np.array([0.5, 1.0, 3.0, 5.0])
-    found = curve.newtons(volts(between, 2e-5, 8e-5, 0.8))
-    assert found == pytest.approx(between, rel=0.1)
+    forces = curve.newtons(volts(between, 2e-5, 8e-5, 0.8))
+    assert forces == pytest.approx(between, rel=0.1)
     assert curve.rms < 0.3
 
 
-def weighed(newtons, read):
-    return [Weighing(Finger.INDEX, f, v) for f, v in zip(newtons, read, strict=True)]
+def weigh(newtons, readings):
+    return [Weighing(Finger.INDEX, f, v) for f, v in zip(newtons, readings, strict=True)]
 
 
 @pytest.mark.parametrize(
-    ("weighings", "said"),
+    ("weighings", "problem"),
     [
         ([], "are 0 different ones"),
-        (weighed([1, 2, 3], [0.5, 1.0, 1.5]), "are 3 different ones"),
-        (weighed([0, 1, 2, 1e200], [0.2, 0.5, 1.0, 1.5]), "from 0 to 1000"),
-        (weighed([1, 1, 1, 1, 2], [0.5, 0.5, 0.6, 0.5, 1.0]), "are 2 different ones"),
-        (weighed([0, 1, 2, 3], [0.3, 1.0, 0.9, 1.5]), "2 N gives 0.900 V and 1 N gives 1.000 V"),
-        (weighed([-1, 1, 2, 3], [0.3, 1.0, 1.2, 1.5]), "from 0 to"),
-        (weighed([0, 1, 2, 3], [0.3, 1.0, 1.2, 3.3]), "between 0 and 3.3"),
-        (weighed([0, 1, 2, 3], [0.0, 1.0, 1.2, 1.5]), "between 0 and 3.3"),
+        (weigh([1, 2, 3], [0.5, 1.0, 1.5]), "are 3 different ones"),
+        (weigh([0, 1, 2, 1e200], [0.2, 0.5, 1.0, 1.5]), "from 0 to 1000"),
+        (weigh([1, 1, 1, 1, 2], [0.5, 0.5, 0.6, 0.5, 1.0]), "are 2 different ones"),
+        (weigh([0, 1, 2, 3], [0.3, 1.0, 0.9, 1.5]), "2 N gives 0.900 V and 1 N gives 1.000 V"),
+        (weigh([-1, 1, 2, 3], [0.3, 1.0, 1.2, 1.5]), "from 0 to"),
+        (weigh([0, 1, 2, 3], [0.3, 1.0, 1.2, 3.3]), "between 0 and 3.3"),
+        (weigh([0, 1, 2, 3], [0.0, 1.0, 1.2, 1.5]), "between 0 and 3.3"),
     ],
 )
-def test_weights_that_give_no_curve_are_refused(weighings, said):
-    with pytest.raises(InputError, match=said):
+def test_weights_without_a_curve_are_refused(weighings, problem):
+    with pytest.raises(InputError, match=problem):
         fit_force(weighings)
 
 
-def test_weights_are_read_from_their_file(tmp_path):
+def test_weights_are_read_from_a_file(tmp_path):
     path = tmp_path / "weights.csv"
     path.write_text("finger,newtons,volts\nindex,0,0.3\nThumb, 1.5, 1.25\n")
     assert read_weights(path) == (
@@ -83,7 +85,7 @@ def test_weights_are_read_from_their_file(tmp_path):
         read_weights(path)
 
 
-def test_the_most_loaded_taxel_is_the_one_that_is_weighed():
+def test_the_most_loaded_taxel_is_weighed():
     data = np.zeros((10_000, 16), np.int16)
     data[:, 2:14] = UNLOADED
     data[:, 10] = 12_000
@@ -95,7 +97,7 @@ def test_the_most_loaded_taxel_is_the_one_that_is_weighed():
         loaded_volts(source, Finger.INDEX)
 
 
-def test_what_came_before_the_weight_lay_there_is_not_weighed():
+def test_samples_before_the_weight_are_skipped():
     data = np.full((10_000, 16), UNLOADED, np.int16)
     data[:1000] = 12_000  # waits to be read: 20 arrivals of 50 samples
     scale = LAYOUT.channels[2].scale

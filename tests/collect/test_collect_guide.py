@@ -1,4 +1,4 @@
-"""The guided protocol on a hand that closes as it is told to."""
+"""The guided protocol on a simulated hand that closes on command."""
 
 from collections import Counter
 
@@ -15,8 +15,8 @@ from firstcontact.recording import Marker, load_dataset, read_recording
 BLOCK = Item("block 29", 5, 29.0, "b29")
 
 
-def judge(guide, made):
-    return [j for arrival in made for j in guide.update(arrival)] + guide.finish()
+def judge(guide, blocks):
+    return [j for arrival in blocks for j in guide.update(arrival)] + guide.finish()
 
 
 def guided(hand, items=(BLOCK,), length=50, markers=()):
@@ -30,12 +30,12 @@ def closings(n, seed=0):
     return hand, [hand.close() for _ in range(n)]
 
 
-def test_good_pinches_are_counted_and_marked_where_they_were():
+def test_good_pinches_count_and_are_marked_at_their_samples():
     hand, touches = closings(5)
-    guide, found = guided(hand)
-    assert [(j.k, j.wanted, j.faults) for j in found] == [(k + 1, 5, ()) for k in range(5)]
+    guide, judgements = guided(hand)
+    assert [(j.k, j.wanted, j.faults) for j in judgements] == [(k + 1, 5, ()) for k in range(5)]
     assert guide.current is None
-    for number, (judged, touch) in enumerate(zip(found, touches, strict=True)):
+    for number, (judged, touch) in enumerate(zip(judgements, touches, strict=True)):
         mark = judged.mark
         assert mark.number == number
         assert mark.label == BLOCK.label("1")
@@ -51,17 +51,17 @@ def test_good_pinches_are_counted_and_marked_where_they_were():
 @pytest.mark.parametrize("length", [1, 7, 333, 100_000])
 def test_blocks_of_any_size_give_the_same_pinches(length):
     hand, _ = closings(3, seed=1)
-    _, wanted = guided(hand)
-    _, found = guided(hand, length=length)
-    assert [(j.mark, j.faults) for j in found] == [(j.mark, j.faults) for j in wanted]
+    _, expected = guided(hand)
+    _, judgements = guided(hand, length=length)
+    assert [(j.mark, j.faults) for j in judgements] == [(j.mark, j.faults) for j in expected]
 
 
-def test_the_mark_begins_where_the_contacts_were_counted_from():
+def test_mark_includes_the_detector_warm_up():
     # Cut out at its mark, a pinch gives the detector what it had in the stream.
     hand, touches = closings(3, seed=2)
-    _, found = guided(hand)
+    _, judgements = guided(hand)
     data = hand.raw()
-    for judged, touch in zip(found, touches, strict=True):
+    for judged, touch in zip(judgements, touches, strict=True):
         detector = ThresholdDetector(10.0)
         detector.start(LAYOUT)
         mark = judged.mark
@@ -71,7 +71,7 @@ def test_the_mark_begins_where_the_contacts_were_counted_from():
 
 
 @pytest.mark.parametrize(
-    ("how", "said"),
+    ("settings", "fault_text"),
     [
         ({"loud": 20.0}, "piezo clipped"),
         ({"strips": (Finger.INDEX,)}, "the thumb's strip did not close"),
@@ -80,75 +80,75 @@ def test_the_mark_begins_where_the_contacts_were_counted_from():
         ({"strips": ()}, "the index's strip did not close"),
     ],
 )
-def test_a_pinch_with_a_fault_is_told_and_does_not_count(how, said):
+def test_a_pinch_with_a_fault_does_not_count(settings, fault_text):
     hand = Hand()
     hand.rest()
     hand.close()
-    hand.close(**how)
+    hand.close(**settings)
     hand.close()
-    guide, found = guided(hand)
-    assert [bool(j.faults) for j in found] == [False, True, False]
-    assert any(said in fault for fault in found[1].faults)
-    assert found[1].mark is None
-    assert [j.k for j in found] == [1, 1, 2]
+    guide, judgements = guided(hand)
+    assert [bool(j.faults) for j in judgements] == [False, True, False]
+    assert any(fault_text in fault for fault in judgements[1].faults)
+    assert judgements[1].mark is None
+    assert [j.k for j in judgements] == [1, 1, 2]
     assert guide.left_out == 1
-    assert found[2].mark.number == 1  # numbers have no hole where a closing did not count
+    assert judgements[2].mark.number == 1  # numbers have no hole where a closing did not count
 
 
 def test_a_pinch_with_lost_samples_does_not_count():
     hand, touches = closings(3, seed=3)
     gap = min(touches[1].contacts.values()) + 100
     data = hand.raw()
-    made = arrivals(data[:gap]) + arrivals(data[gap + 5 :], first=gap + 5)
+    blocks = arrivals(data[:gap]) + arrivals(data[gap + 5 :], first=gap + 5)
     guide = Guide(LAYOUT, (BLOCK,), "1", CALIBRATION)
-    found = judge(guide, made)
-    assert [j.faults for j in found] == [(), ("samples were lost", *found[1].faults[1:]), ()]
+    judgements = judge(guide, blocks)
+    assert [j.faults[:1] for j in judgements] == [(), ("samples were lost",), ()]
 
 
 def test_a_new_epoch_ends_a_pinch():
     hand, touches = closings(2, seed=4)
     cut = min(touches[0].contacts.values()) + 100
     data = hand.raw()
-    made = arrivals(data[:cut]) + arrivals(data[cut:], epoch=1)
-    found = judge(Guide(LAYOUT, (BLOCK,), "1", CALIBRATION), made)
-    assert [bool(j.faults) for j in found] == [True, False]
-    assert found[1].mark.epoch == 1
+    blocks = arrivals(data[:cut]) + arrivals(data[cut:], epoch=1)
+    judgements = judge(Guide(LAYOUT, (BLOCK,), "1", CALIBRATION), blocks)
+    assert [bool(j.faults) for j in judgements] == [True, False]
+    assert judgements[1].mark.epoch == 1
 
 
-def test_closings_that_touch_nothing_are_no_pinches():
+def test_closings_without_contact_are_no_pinches():
     hand = Hand()
     hand.rest()
     hand.phase(0.5, 3.0)
     hand.rest()
     hand.close()
-    _, found = guided(hand)
-    assert [j.faults for j in found] == [()]
+    _, judgements = guided(hand)
+    assert [j.faults for j in judgements] == [()]
 
 
-def test_without_strips_contacts_are_those_detected_and_the_truth_stays_open():
+def test_without_strips_contacts_come_from_the_detector():
     layout = Layout(LAYOUT.channels[:14], LAYOUT.rate)
     hand, touches = closings(3, seed=5)
     guide = Guide(layout, (BLOCK,), "1", CALIBRATION)
-    found = judge(guide, arrivals(hand.raw()[:, :14]))
-    assert [j.faults for j in found] == [(), (), ()]
-    for judged, touch in zip(found, touches, strict=True):
+    judgements = judge(guide, arrivals(hand.raw()[:, :14]))
+    assert [j.faults for j in judgements] == [(), (), ()]
+    for judged, touch in zip(judgements, touches, strict=True):
         assert judged.mark.truth == ()
         first = min(touch.contacts.values())
         assert abs(judged.mark.end - first - samples(0.3)) < samples(0.002)
 
 
-def test_objects_follow_each_other_and_what_the_twin_still_holds_does_not_count():
+def test_pinches_of_the_previous_object_do_not_count():
     hand, touches = closings(4, seed=6)
-    held = ["block 10", "block 10", "block 29", "block 29"]
-    markers = [Marker(t.motor, f"twin: {o}") for t, o in zip(touches, held, strict=True)]
+    twin_objects = ["block 10", "block 10", "block 29", "block 29"]
+    markers = [Marker(t.motor, f"twin: {o}") for t, o in zip(touches, twin_objects, strict=True)]
     items = (Item("block 10", 1), Item("block 29", 2))
-    guide, found = guided(hand, items, markers=markers)
-    assert [j.label.object for j in found] == ["block 10", "block 29", "block 29", "block 29"]
-    assert found[1].faults == ("the twin still held block 10",)
+    guide, judgements = guided(hand, items, markers=markers)
+    assert [j.label.object for j in judgements] == ["block 10", "block 29", "block 29", "block 29"]
+    assert judgements[1].faults == ("the twin still held block 10",)
     assert guide.current is None
 
 
-def test_what_closes_while_objects_are_changed_does_not_count():
+def test_closings_during_an_object_change_do_not_count():
     hand, _ = closings(2, seed=7)
     guide = Guide(LAYOUT, (BLOCK,), "1", CALIBRATION)
     guide.paused = True
@@ -156,20 +156,20 @@ def test_what_closes_while_objects_are_changed_does_not_count():
 
 
 class Silent:
-    """A person who is there at once and reads nothing."""
+    """Screen of a person who is ready immediately and reads nothing."""
 
     def __init__(self, asks: bool = False) -> None:
-        self.asks, self.objects, self.told = asks, [], []
+        self.asks, self.objects, self.judgements = asks, [], []
 
-    def next_object(self, label, done, wanted):
-        self.objects.append((label.object, done, wanted))
+    def next_object(self, label, recorded, wanted):
+        self.objects.append((label.object, recorded, wanted))
         return not self.asks
 
     def in_place(self):
         return True
 
     def judged(self, judged):
-        self.told.append(judged)
+        self.judgements.append(judged)
 
     def going_on(self):
         pass
@@ -177,15 +177,15 @@ class Silent:
 
 def record(folder, hand, items, session="1"):
     source = MemorySource(arrivals(hand.raw()))
-    before = so_far(folder, session, source.descriptor)
-    guide = Guide(LAYOUT, items, session, CALIBRATION, before.done)
+    progress = so_far(folder, session, source.descriptor)
+    guide = Guide(LAYOUT, items, session, CALIBRATION, progress.done)
     header = header_of(source.descriptor, session, CALIBRATION, "left hand", "a note")
     screen = Silent()
-    complete = run_session(source, guide, before.path, header, screen)
-    return before.path, complete, screen, source
+    complete = run_session(source, guide, progress.path, header, screen)
+    return progress.path, complete, screen, source
 
 
-def test_a_session_is_gone_on_with_after_an_interruption(tmp_path):
+def test_an_interrupted_session_continues(tmp_path):
     items = (Item("block 10", 2, 10.0), Item("block 29", 3, 29.0))
     path, complete, screen, source = record(tmp_path, closings(3)[0], items)
     assert (path.name, complete) == ("session-1.mcap", False)
@@ -196,8 +196,8 @@ def test_a_session_is_gone_on_with_after_an_interruption(tmp_path):
     assert screen.objects == [("block 29", 1, 3)]
     # It stopped as soon as all was there.
     assert source.health.samples < len(closings(9, seed=8)[0].raw())
-    done = so_far(tmp_path, "1", source.descriptor)
-    assert done.done == Counter({items[0].label("1"): 2, items[1].label("1"): 3})
+    progress = so_far(tmp_path, "1", source.descriptor)
+    assert progress.done == Counter({items[0].label("1"): 2, items[1].label("1"): 3})
     dataset = load_dataset(tmp_path)
     assert dataset.notes == ("a note",)
     assert sorted(dataset.objects.tolist()) == ["block 10"] * 2 + ["block 29"] * 3
@@ -207,7 +207,7 @@ def test_a_session_is_gone_on_with_after_an_interruption(tmp_path):
     assert (header.calibration, header.hand, header.session) == (CALIBRATION, "left hand", "1")
 
 
-def test_a_device_that_is_unplugged_when_the_object_changes_is_told_later(tmp_path):
+def test_object_marker_is_sent_after_a_reconnection(tmp_path):
     class Unplugged(MemorySource):
         away = 3
 
@@ -225,7 +225,7 @@ def test_a_device_that_is_unplugged_when_the_object_changes_is_told_later(tmp_pa
     assert source.marks == ["object: block 10", "object: block 29"]
 
 
-def test_everything_that_came_is_in_the_file_also_what_did_not_count(tmp_path):
+def test_recording_contains_all_samples_of_rejected_pinches(tmp_path):
     hand = Hand()
     hand.rest()
     hand.close(loud=20.0)
@@ -240,7 +240,7 @@ def test_everything_that_came_is_in_the_file_also_what_did_not_count(tmp_path):
     assert detect(ThresholdDetector(10.0), pinch)
 
 
-def test_what_cannot_be_written_ends_the_session_with_its_sentence(tmp_path):
+def test_a_write_error_ends_the_session(tmp_path):
     hand, _ = closings(2)
     source = MemorySource(arrivals(hand.raw()))
     source.left.insert(30, Arrival(Block(np.zeros((5, 16), np.float32), 1500), 0.0))
@@ -251,12 +251,12 @@ def test_what_cannot_be_written_ends_the_session_with_its_sentence(tmp_path):
     assert read_recording(tmp_path / "a.mcap").samples == 1500
 
 
-def test_recordings_that_cannot_be_one_dataset_are_refused(tmp_path):
+def test_recordings_of_other_sessions_or_layouts_are_refused(tmp_path):
     path, *_ = record(tmp_path, closings(1)[0], (BLOCK,))
     descriptor = MemorySource().descriptor
-    other = type(descriptor)(Layout(LAYOUT.channels[:2], RATE), source="synthetic")
+    other_descriptor = type(descriptor)(Layout(LAYOUT.channels[:2], RATE), source="synthetic")
     with pytest.raises(InputError, match="another sensor or layout"):
-        so_far(tmp_path, "1", other)
+        so_far(tmp_path, "1", other_descriptor)
     path.rename(tmp_path / "session-2.mcap")
     with pytest.raises(InputError, match="belongs to session '1'"):
         so_far(tmp_path, "2", descriptor)

@@ -20,7 +20,7 @@ def test_a_plan_is_read(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "problem"),
     [
         ("object,pinches,colour\na,1,red\n", "column 'colour' is not known"),
         ("object,shore\na,1\n", "column 'pinches' is missing"),
@@ -36,14 +36,14 @@ def test_a_plan_is_read(tmp_path):
         ("object,pinches\na,1,5\nb\n", "line 3: pinches is ''"),
     ],
 )
-def test_plans_that_cannot_be_used_are_refused(tmp_path, text, said):
+def test_invalid_plans_are_refused(tmp_path, text, problem):
     path = tmp_path / "plan.csv"
     path.write_text(text)
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=problem):
         read_plan(path)
 
 
-def test_a_plan_that_is_not_there_or_not_text_is_refused(tmp_path):
+def test_missing_or_binary_plan_is_refused(tmp_path):
     with pytest.raises(InputError, match="cannot be read"):
         read_plan(tmp_path / "none.csv")
     (tmp_path / "bytes.csv").write_bytes(b"object,pinches\n\xff\xfe,3\n")
@@ -52,7 +52,7 @@ def test_a_plan_that_is_not_there_or_not_text_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("names", [("b\udcff", ""), ("b", "b\udcff")])
-def test_names_that_no_recording_can_hold_are_refused_before_anything_is_pinched(names):
+def test_names_outside_utf_8_are_refused(names):
     # as a command line has them that is not UTF-8
     with pytest.raises(InputError, match="not text in UTF-8"):
         Item(names[0], 1, None, names[1])

@@ -7,7 +7,7 @@ from firstcontact.collect._tap import TapWatch
 from firstcontact.core import Block, Calibration, Finger, InputError, VibrationCalibration
 
 
-def tapped(peak: float, finger: Finger = Finger.THUMB, seconds: float = 2.0) -> np.ndarray:
+def tap_signal(peak: float, finger: Finger = Finger.THUMB, seconds: float = 2.0) -> np.ndarray:
     """Rest, with one tap of this peak (V) on one finger after a second."""
     n = round(seconds * RATE)
     volts = np.random.default_rng(0).normal(0, FLOOR / 2, (n, 2))
@@ -21,39 +21,39 @@ def tapped(peak: float, finger: Finger = Finger.THUMB, seconds: float = 2.0) -> 
 
 @pytest.mark.parametrize("length", [1, 50, 20_000])
 @pytest.mark.parametrize("finger", Finger)
-def test_the_peak_of_a_tap_is_found(length, finger):
+def test_watch_returns_the_peak_of_a_tap(length, finger):
     watch = TapWatch(LAYOUT, CALIBRATION, finger)
-    data = tapped(0.8, finger)
-    found = [watch.update(Block(data[k : k + length], k)) for k in range(0, len(data), length)]
-    assert next(p for p in found if p is not None) == pytest.approx(0.8, abs=1e-3)
+    data = tap_signal(0.8, finger)
+    peaks = [watch.update(Block(data[k : k + length], k)) for k in range(0, len(data), length)]
+    assert next(p for p in peaks if p is not None) == pytest.approx(0.8, abs=1e-3)
 
 
-def test_a_tap_goes_into_the_calibration_of_its_finger():
-    calibration = wait_for_tap(MemorySource(arrivals(tapped(0.5))), CALIBRATION, Finger.THUMB)
+def test_tap_updates_the_calibration_of_its_finger():
+    calibration = wait_for_tap(MemorySource(arrivals(tap_signal(0.5))), CALIBRATION, Finger.THUMB)
     assert [p.tap for p in calibration.piezo] == [None, pytest.approx(0.5, abs=1e-3)]
     assert calibration.noise(Finger.THUMB) == FLOOR
 
 
-def test_a_tap_on_the_other_finger_is_none_of_this_one():
-    source = MemorySource(arrivals(tapped(0.5, Finger.INDEX, seconds=4)))
+def test_tap_on_the_other_finger_is_ignored():
+    source = MemorySource(arrivals(tap_signal(0.5, Finger.INDEX, seconds=4)))
     with pytest.raises(InputError, match="the thumb felt no tap within 3 s"):
         wait_for_tap(source, CALIBRATION, Finger.THUMB, patience=3.0)
 
 
-def test_a_tap_before_it_was_asked_for_does_not_count():
-    early = tapped(1.2)[round(RATE) - 100 :][:1000]  # waits to be read
-    source = MemorySource(arrivals(np.concatenate([early, tapped(0.5)])))
+def test_tap_before_the_request_is_ignored():
+    early = tap_signal(1.2)[round(RATE) - 100 :][:1000]  # waits to be read
+    source = MemorySource(arrivals(np.concatenate([early, tap_signal(0.5)])))
     calibration = wait_for_tap(source, CALIBRATION, Finger.THUMB)
     assert [p.tap for p in calibration.piezo] == [None, pytest.approx(0.5, abs=1e-3)]
 
 
-def test_no_samples_are_told():
+def test_source_without_samples_is_refused():
     with pytest.raises(InputError, match="sends no samples"):
         wait_for_tap(MemorySource(), CALIBRATION, Finger.THUMB)
 
 
 @pytest.mark.parametrize(
-    ("taps", "said"),
+    ("taps", "problems"),
     [
         ((0.5, 0.6), []),
         ((None, None), []),
@@ -61,13 +61,13 @@ def test_no_samples_are_told():
         ((0.3, 1.2), ["the thumb's tap was 4.0 times as loud"]),
     ],
 )
-def test_taps_that_are_weak_or_unlike_are_warned_of(taps, said):
+def test_weak_or_unequal_taps_raise_a_warning(taps, problems):
     piezo = tuple(VibrationCalibration(f, FLOOR, 0.0, t) for f, t in zip(Finger, taps, strict=True))
-    warned = tap_warnings(Calibration(piezo))
-    assert len(warned) == len(said)
-    assert all(part in sentence for part, sentence in zip(said, warned, strict=True))
+    warnings = tap_warnings(Calibration(piezo))
+    assert len(warnings) == len(problems)
+    assert all(part in sentence for part, sentence in zip(problems, warnings, strict=True))
 
 
-def test_a_tap_on_what_is_no_fingertip_is_not_held_against_its_volts():
+def test_tap_of_a_sensor_without_a_finger_has_no_warning():
     piezo = (VibrationCalibration(None, FLOOR, 0.0, 0.05),)
     assert not tap_warnings(Calibration(piezo))

@@ -54,9 +54,9 @@ class Labelling:
 
 @pytest.fixture
 def labelling(tmp_path: Path) -> Iterator[Labelling]:
-    its = Labelling(tmp_path, 10)
-    yield its
-    its.close()
+    open_labelling = Labelling(tmp_path, 10)
+    yield open_labelling
+    open_labelling.close()
 
 
 @pytest.fixture(scope="module")
@@ -71,30 +71,30 @@ def press(driver: Any, *keys: str) -> None:
     ActionChains(driver).send_keys(*keys).perform()
 
 
-def counts(driver: Any, said: str) -> None:
-    until(driver, lambda d: said in text(d, "counts"))
+def wait_for_counts(driver: Any, expected: str) -> None:
+    until(driver, lambda d: expected in text(d, "counts"))
 
 
 @needs_browser
-def test_a_recording_is_labelled_by_keys_alone(labelling: Labelling, chromium: Any) -> None:
+def test_keys_alone_label_a_recording(labelling: Labelling, chromium: Any) -> None:
     from selenium.webdriver.common.keys import Keys
 
     chromium.get(labelling.server.url)
-    counts(chromium, "10 open")
+    wait_for_counts(chromium, "10 open")
     press(chromium, "o")
     press(chromium, "eraser", Keys.TAB, "40", Keys.ENTER)
     until(chromium, lambda d: "eraser, 40 Shore A" in text(d, "what"))
     press(chromium, " ", " ", "x", " ")
-    counts(chromium, "3 accepted, 1 rejected, 6 open")
+    wait_for_counts(chromium, "3 accepted, 1 rejected, 6 open")
     press(chromium, "u")
-    counts(chromium, "2 accepted, 1 rejected, 7 open")
+    wait_for_counts(chromium, "2 accepted, 1 rejected, 7 open")
     press(chromium, ">", ".")
     until(chromium, lambda d: "moved by 1.13 ms" in text(d, "what"))
     press(chromium, Keys.TAB, "+", "-", "-")
     # Nothing is added where the signal that is pointed at has not come yet.
     until(chromium, lambda d: d.execute_script("return drawn()"))
     press(chromium, "n")
-    counts(chromium, "4 accepted")
+    wait_for_counts(chromium, "4 accepted")
     assert len(labelling.session.marks) == 11
     chromium.execute_script("window.confirm = () => true")
     press(chromium, "f")
@@ -114,19 +114,17 @@ def test_a_recording_is_labelled_by_keys_alone(labelling: Labelling, chromium: A
 
 
 @needs_browser
-def test_one_key_an_onset_is_enough_and_every_key_is_answered(
-    tmp_path: Path, chromium: Any
-) -> None:
+def test_one_key_per_onset_labels_it(tmp_path: Path, chromium: Any) -> None:
     labelling = Labelling(tmp_path, 60)
     chromium.get(labelling.server.url)
-    counts(chromium, "60 open")
+    wait_for_counts(chromium, "60 open")
     press(chromium, *(" " * 60))
-    counts(chromium, "60 accepted, 0 rejected, 0 open")
+    wait_for_counts(chromium, "60 accepted, 0 rejected, 0 open")
     assert chromium.execute_script("return state.keys") == 60
     until(chromium, lambda d: len(labelling.session.marks.done) == 60)
     # Opened anew, everything is there.
     chromium.refresh()
-    counts(chromium, "60 accepted")
+    wait_for_counts(chromium, "60 accepted")
     chromium.execute_script("window.confirm = () => true")
     press(chromium, "f")
     until(chromium, lambda d: "Written" in text(d, "said"))
@@ -136,26 +134,24 @@ def test_one_key_an_onset_is_enough_and_every_key_is_answered(
 
 
 @needs_browser
-def test_a_key_after_undo_is_for_the_reopened_onset(labelling: Labelling, chromium: Any) -> None:
+def test_key_after_undo_labels_the_reopened_onset(labelling: Labelling, chromium: Any) -> None:
     chromium.get(labelling.server.url)
-    counts(chromium, "10 open")
+    wait_for_counts(chromium, "10 open")
     press(chromium, " ", " ", "u", "x", " ")
-    counts(chromium, "2 accepted, 1 rejected, 7 open")
-    done = [m.status.value for m in labelling.session.marks.ordered()[:4]]
-    assert done == ["accepted", "rejected", "accepted", "found"]
+    wait_for_counts(chromium, "2 accepted, 1 rejected, 7 open")
+    statuses = [m.status.value for m in labelling.session.marks.ordered()[:4]]
+    assert statuses == ["accepted", "rejected", "accepted", "found"]
     press(chromium, "u", "u")
     until(chromium, lambda d: "onset 2 of 10" in text(d, "place"))
     assert "open" in text(chromium, "what")
 
 
 @needs_browser
-def test_open_onsets_are_counted_where_the_list_and_the_labelling_end(
-    labelling: Labelling, chromium: Any
-) -> None:
+def test_page_counts_open_onsets_before_the_end(labelling: Labelling, chromium: Any) -> None:
     from selenium.webdriver.common.keys import Keys
 
     chromium.get(labelling.server.url)
-    counts(chromium, "10 open")
+    wait_for_counts(chromium, "10 open")
     press(chromium, " ", Keys.END, " ")
     until(chromium, lambda d: "8 before it are still open" in text(d, "said"))
     press(chromium, Keys.TAB)
@@ -180,7 +176,7 @@ def test_hardness_follows_the_object_in_the_form(labelling: Labelling, chromium:
         return str(shore)
 
     chromium.get(labelling.server.url)
-    counts(chromium, "10 open")
+    wait_for_counts(chromium, "10 open")
     assert label("eraser", Keys.TAB, "40") == "40"
     until(chromium, lambda d: "eraser, 40 Shore A" in text(d, "what"))
     press(chromium, " ", " ")
@@ -193,32 +189,30 @@ def test_hardness_follows_the_object_in_the_form(labelling: Labelling, chromium:
 
 
 @needs_browser
-def test_values_stand_beside_the_signal(labelling: Labelling, chromium: Any) -> None:
+def test_axis_values_stand_beside_the_signal(labelling: Labelling, chromium: Any) -> None:
     chromium.get(labelling.server.url)
-    counts(chromium, "10 open")
+    wait_for_counts(chromium, "10 open")
     until(chromium, lambda d: d.execute_script("return state.shown === current().number"))
-    shown = chromium.execute_script(
+    labels = chromium.execute_script(
         "const pen = CanvasRenderingContext2D.prototype, write = pen.fillText, said = [];"
         "pen.fillText = (text) => said.push(text); draw(); pen.fillText = write; return said;"
     )
-    values = [float(s.replace("−", "-")) for s in shown if not re.search("[a-z]", s)]
+    values = [float(s.replace("−", "-")) for s in labels if not re.search("[a-z]", s)]
     at = int(taps(10)[0])
     signal = labelling.data[at - 160 : at + 161]
     assert len(values) > 3
     assert signal.min() <= min(values) <= signal.min() / 2
     assert signal.max() / 2 <= max(values) <= signal.max()
-    assert "disc, V" in shown
+    assert "disc, V" in labels
 
 
 @needs_browser
-def test_one_goes_back_to_a_signal_that_the_page_has_forgotten(
-    tmp_path: Path, chromium: Any
-) -> None:
+def test_page_reloads_a_signal_that_left_its_cache(tmp_path: Path, chromium: Any) -> None:
     from selenium.webdriver.common.keys import Keys
 
     labelling = Labelling(tmp_path, 420, every=0.12)
     chromium.get(labelling.server.url)
-    counts(chromium, "420 open")
+    wait_for_counts(chromium, "420 open")
     for _ in range(42):
         press(chromium, *([Keys.ARROW_RIGHT] * 10))
         until(chromium, lambda d: d.execute_script("return state.shown === current().number"))
@@ -228,9 +222,9 @@ def test_one_goes_back_to_a_signal_that_the_page_has_forgotten(
 
 
 @needs_browser
-def test_what_the_disk_refuses_is_not_shown_as_done(labelling: Labelling, chromium: Any) -> None:
+def test_failed_write_is_not_shown_as_a_label(labelling: Labelling, chromium: Any) -> None:
     chromium.get(labelling.server.url)
-    counts(chromium, "10 open")
+    wait_for_counts(chromium, "10 open")
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     size = (labelling.out / "labels.jsonl").stat().st_size
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, limits[1]))
@@ -239,10 +233,10 @@ def test_what_the_disk_refuses_is_not_shown_as_done(labelling: Labelling, chromi
         until(chromium, lambda d: "cannot be written" in text(d, "said"))
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-    counts(chromium, "0 accepted, 0 rejected, 10 open")
+    wait_for_counts(chromium, "0 accepted, 0 rejected, 10 open")
 
 
-def test_other_sites_and_names_get_nothing(labelling: Labelling) -> None:
+def test_requests_from_other_sites_are_refused(labelling: Labelling) -> None:
     port = labelling.port
     assert ask(port, "/")[0] == 200
     assert ask(port, "/", host="evil.example")[0] == 403
@@ -253,7 +247,7 @@ def test_other_sites_and_names_get_nothing(labelling: Labelling) -> None:
     assert ask(port, "/")[1].count("Content-Security-Policy") == 1
 
 
-def test_ctrl_c_while_pages_ask_ends_in_one_sentence(tmp_path: Path) -> None:
+def test_ctrl_c_during_requests_exits_cleanly(tmp_path: Path) -> None:
     path, out = write_taps(tmp_path / "taps.mcap", 20), tmp_path / "out"
     words = ["label", str(path), "--out", str(out), "--no-browser"]
     answered = threading.Semaphore(0)
@@ -277,9 +271,9 @@ def test_ctrl_c_while_pages_ask_ends_in_one_sentence(tmp_path: Path) -> None:
         for _ in range(60):
             assert answered.acquire(timeout=60)
         process.send_signal(signal.SIGINT)
-        _, said = process.communicate(timeout=60)
+        _, error = process.communicate(timeout=60)
         for page in pages:
             page.join(60)
     assert process.returncode == 130
-    assert said.count(b"\n") == 1, said.decode()
-    assert said.startswith(b"firstcontact: ")
+    assert error.count(b"\n") == 1, error.decode()
+    assert error.startswith(b"firstcontact: ")

@@ -31,32 +31,30 @@ def session(tmp_path: Path, n: int = 8) -> Session:
     return Session(open_recordings([path]), tmp_path / "out", BY)
 
 
-def do(its: Session, **message: Any) -> dict[str, Any]:
-    return its.obey(json.dumps(message))
+def send(labelling: Session, **message: Any) -> dict[str, Any]:
+    return labelling.obey(json.dumps(message))
 
 
-def test_what_was_done_is_in_the_new_recording_and_the_original_untouched(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    its = session(tmp_path)
-    before = (tmp_path / "taps.mcap").read_bytes()
+def test_labels_go_into_a_new_recording(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    labelling = session(tmp_path)
+    original = (tmp_path / "taps.mcap").read_bytes()
     places = taps(8)
-    found = its.hello()["marks"]
-    assert [m["sample"] for m in found] == pytest.approx(places, abs=2)
-    do(its, do="label", number=0, object="eraser", shore_a=40)
-    do(its, do="label", number=4, object="foam", shore_a=20)
+    onsets = labelling.hello()["marks"]
+    assert [m["sample"] for m in onsets] == pytest.approx(places, abs=2)
+    send(labelling, do="label", number=0, object="eraser", shore_a=40)
+    send(labelling, do="label", number=4, object="foam", shore_a=20)
     for number in range(6):
-        do(its, do="accept", number=number)
-    do(its, do="reject", number=6)
-    do(its, do="move", number=5, sample=int(places[5]) + 16)
-    do(its, do="add", number=0, sample=int(places[7]) + 1000)
-    assert its.obey('{"ask": "finish"}')["finished"]
-    its.close()
-    assert (tmp_path / "taps.mcap").read_bytes() == before
+        send(labelling, do="accept", number=number)
+    send(labelling, do="reject", number=6)
+    send(labelling, do="move", number=5, sample=int(places[5]) + 16)
+    send(labelling, do="add", number=0, sample=int(places[7]) + 1000)
+    assert labelling.obey('{"ask": "finish"}')["finished"]
+    labelling.close()
+    assert (tmp_path / "taps.mcap").read_bytes() == original
     dataset = load_dataset(tmp_path / "out" / "taps.mcap")
     firsts = [p.first.sample for p in dataset.pinches if p.first]
-    wanted = [*found[:5], {"sample": places[5] + 16}, {"sample": places[7] + 1000}]
-    assert firsts == [m["sample"] for m in wanted]
+    expected = [*onsets[:5], {"sample": places[5] + 16}, {"sample": places[7] + 1000}]
+    assert firsts == [m["sample"] for m in expected]
     assert dataset.objects.tolist() == ["eraser"] * 4 + ["foam"] * 3
     assert dataset.shore_a.tolist() == [40] * 4 + [20] * 3
     old, new = (read_recording(p) for p in (tmp_path / "taps.mcap", tmp_path / "out/taps.mcap"))
@@ -64,27 +62,27 @@ def test_what_was_done_is_in_the_new_recording_and_the_original_untouched(
     assert np.array_equal(old.groups["100_hz"][0].data, new.groups["100_hz"][0].data)
     assert new.markers[0].text == "begun"
     assert main(["inspect", str(tmp_path / "out" / "taps.mcap")]) == 0
-    said = capsys.readouterr().out
-    assert "labelled by Ada on 2026-01-02 with a test" in said
-    assert "6 accepted (1 of them moved), 1 rejected, 1 not looked at, 1 added" in said
-    assert "moved by +2.00 ms by Ada" in said
-    assert "added by Ada" in said
+    output = capsys.readouterr().out
+    assert "labelled by Ada on 2026-01-02 with a test" in output
+    assert "6 accepted (1 of them moved), 1 rejected, 1 not looked at, 1 added" in output
+    assert "moved by +2.00 ms by Ada" in output
+    assert "added by Ada" in output
 
 
-def test_a_crash_loses_nothing_that_was_answered(tmp_path: Path) -> None:
-    its = session(tmp_path)
-    do(its, do="accept", number=0)
-    do(its, do="reject", number=1)
-    its.close()
+def test_crash_keeps_every_confirmed_label(tmp_path: Path) -> None:
+    labelling = session(tmp_path)
+    send(labelling, do="accept", number=0)
+    send(labelling, do="reject", number=1)
+    labelling.close()
     journal = tmp_path / "out" / "labels.jsonl"
-    whole = journal.read_bytes()
-    for cut in range(len(whole.splitlines(keepends=True)[0]), len(whole) + 1):
-        journal.write_bytes(whole[:cut])
-        again = session(tmp_path)
-        lines = whole[:cut].count(b"\n") - 1
-        assert len(again.marks.done) == lines
-        do(again, do="accept", number=2)
-        again.close()
+    content = journal.read_bytes()
+    for cut in range(len(content.splitlines(keepends=True)[0]), len(content) + 1):
+        journal.write_bytes(content[:cut])
+        reopened = session(tmp_path)
+        lines = content[:cut].count(b"\n") - 1
+        assert len(reopened.marks.done) == lines
+        send(reopened, do="accept", number=2)
+        reopened.close()
         assert len(journal.read_bytes().splitlines()) == lines + 2
 
 
@@ -92,7 +90,7 @@ FINISH = ["taps.mcap", "--out", "out", "--finish"]
 
 
 @pytest.mark.parametrize(
-    ("damage", "said"),
+    ("damage", "problem"),
     [
         (lambda raw: bytes(len(raw)), "damaged"),
         (lambda raw: bytes(100) + raw[100:], "damaged|line 1"),
@@ -109,13 +107,13 @@ def test_finish_without_readable_labels_is_refused(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
     damage: Callable[[bytes], bytes | None],
-    said: str,
+    problem: str,
 ) -> None:
-    its = session(tmp_path)
-    do(its, do="accept", number=0)
-    do(its, do="reject", number=1)
-    do(its, do="accept", number=2)
-    its.close()
+    labelling = session(tmp_path)
+    send(labelling, do="accept", number=0)
+    send(labelling, do="reject", number=1)
+    send(labelling, do="accept", number=2)
+    labelling.close()
     journal = tmp_path / "out" / "labels.jsonl"
     raw = damage(journal.read_bytes())
     if raw is None:
@@ -126,7 +124,7 @@ def test_finish_without_readable_labels_is_refused(
     monkeypatch.chdir(tmp_path)
     assert main(["label", *FINISH]) == 2
     error = capsys.readouterr().err
-    assert re.search(said, error)
+    assert re.search(problem, error)
     if raw is None:
         assert not journal.parent.exists()
     else:
@@ -134,22 +132,22 @@ def test_finish_without_readable_labels_is_refused(
         assert journal.read_bytes() == raw
 
 
-def test_labels_before_an_unreadable_end_are_kept_and_the_end_is_named(
+def test_labels_before_a_damaged_end_are_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    its = session(tmp_path)
-    do(its, do="accept", number=3)
-    its.close()
+    labelling = session(tmp_path)
+    send(labelling, do="accept", number=3)
+    labelling.close()
     with (tmp_path / "out" / "labels.jsonl").open("ab") as stream:
         stream.write(bytes(77))
     monkeypatch.chdir(tmp_path)
     assert main(["label", *FINISH]) == 0
-    assert "1 actions done before" in (said := capsys.readouterr().out)
-    assert "labels.jsonl ends in 77 bytes" in said
+    assert "1 actions done before" in (output := capsys.readouterr().out)
+    assert "labels.jsonl ends in 77 bytes" in output
     assert len(load_dataset(tmp_path / "out" / "taps.mcap")) == 1
 
 
-def test_a_journal_of_others_is_refused(tmp_path: Path) -> None:
+def test_journal_of_other_recordings_is_refused(tmp_path: Path) -> None:
     session(tmp_path).close()
     journal = tmp_path / "out" / "labels.jsonl"
     journal.write_text(journal.read_text().replace("taps.mcap", "other.mcap"))
@@ -160,29 +158,29 @@ def test_a_journal_of_others_is_refused(tmp_path: Path) -> None:
         session(tmp_path)
 
 
-def test_a_journal_that_is_refused_stays_as_it_is(tmp_path: Path) -> None:
-    its = session(tmp_path)
-    do(its, do="accept", number=0)
-    its.close()
+def test_refused_journal_is_unchanged(tmp_path: Path) -> None:
+    labelling = session(tmp_path)
+    send(labelling, do="accept", number=0)
+    labelling.close()
     journal = tmp_path / "out" / "labels.jsonl"
     line = json.dumps({"do": "accept", "number": 99, "object": ""})
     journal.write_text(f'{journal.read_text()}{line}\n{{"do": "acc')
-    before = journal.read_bytes()
+    content = journal.read_bytes()
     with pytest.raises(InputError, match=r"labels\.jsonl names onsets"):
         session(tmp_path)
-    assert journal.read_bytes() == before
+    assert journal.read_bytes() == content
 
 
-def test_undo_and_add_say_which_onset_they_concern(tmp_path: Path) -> None:
-    its = session(tmp_path)
-    do(its, do="accept", number=2)
-    do(its, do="reject", number=5)
-    assert do(its, do="undo")["at"] == 5
-    assert do(its, do="undo")["at"] == 2
-    added = do(its, do="add", number=1, sample=5000)["at"]
+def test_undo_and_add_return_their_onset(tmp_path: Path) -> None:
+    labelling = session(tmp_path)
+    send(labelling, do="accept", number=2)
+    send(labelling, do="reject", number=5)
+    assert send(labelling, do="undo")["at"] == 5
+    assert send(labelling, do="undo")["at"] == 2
+    added = send(labelling, do="add", number=1, sample=5000)["at"]
     assert added == 8
-    assert do(its, do="undo")["at"] == 1
-    its.close()
+    assert send(labelling, do="undo")["at"] == 1
+    labelling.close()
 
 
 MARKS = [Mark(k, 0, 0, 0, 100 * k, 100 * k) for k in range(5)]
@@ -196,7 +194,7 @@ ACTIONS = st.builds(
 
 
 @given(st.lists(ACTIONS, max_size=20))
-def test_undo_takes_back_exactly_the_last_and_order_is_of_time(actions: list[Action]) -> None:
+def test_undo_reverts_the_last_action_and_order_follows_time(actions: list[Action]) -> None:
     marks = Marks(MARKS, [[500]])
     past = [marks.ordered()]
     for action in actions:
@@ -235,31 +233,29 @@ def test_undo_takes_back_exactly_the_last_and_order_is_of_time(actions: list[Act
         '{"do": "label", "number": 0, "object": "%s"}' % ("x" * 5000),
     ],
 )
-def test_what_the_page_may_not_ask_is_refused_and_changes_nothing(
-    tmp_path: Path, message: str
-) -> None:
-    its = session(tmp_path)
-    before = its.hello()
+def test_invalid_requests_are_refused_and_change_nothing(tmp_path: Path, message: str) -> None:
+    labelling = session(tmp_path)
+    state = labelling.hello()
     with pytest.raises(InputError):
-        its.obey(message)
-    assert its.hello() == before
-    its.close()
+        labelling.obey(message)
+    assert labelling.hello() == state
+    labelling.close()
 
 
-def test_pieces_are_of_the_signal_at_any_zoom(tmp_path: Path) -> None:
-    its = session(tmp_path)
+def test_view_is_the_signal_envelope_at_any_zoom(tmp_path: Path) -> None:
+    labelling = session(tmp_path)
     data = read_recording(tmp_path / "taps.mcap").stretches[0].data[:, 0] * 0.001
     for half in (0.005, 0.02, 2.0):
         at = int(taps(8)[1])
-        found = do(its, ask="signal", number=1, sample=at, half=half)["signal"]
-        first, step = found["first"], found["step"]
+        view = send(labelling, ask="signal", number=1, sample=at, half=half)["signal"]
+        first, step = view["first"], view["step"]
         assert first == max(0, at - round(half * RATE))
-        for k, (least, most) in enumerate(zip(found["least"][0], found["most"][0], strict=True)):
-            some = data[first + k * step : first + (k + 1) * step]
+        for k, (least, most) in enumerate(zip(view["least"][0], view["most"][0], strict=True)):
+            piece = data[first + k * step : first + (k + 1) * step]
             if first + (k + 1) * step <= at + round(half * RATE):
-                assert least == pytest.approx(some.min(), rel=1e-5, abs=1e-9)
-                assert most == pytest.approx(some.max(), rel=1e-5, abs=1e-9)
-    its.close()
+                assert least == pytest.approx(piece.min(), rel=1e-5, abs=1e-9)
+                assert most == pytest.approx(piece.max(), rel=1e-5, abs=1e-9)
+    labelling.close()
 
 
 def test_bad_paths_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -278,10 +274,10 @@ def test_bad_paths_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert "two recordings are called taps.mcap" in capsys.readouterr().err
 
 
-def test_without_the_page_what_was_done_is_written(tmp_path: Path) -> None:
-    its = session(tmp_path)
-    do(its, do="accept", number=3)
-    its.close()
+def test_finish_writes_labels_without_the_page(tmp_path: Path) -> None:
+    labelling = session(tmp_path)
+    send(labelling, do="accept", number=3)
+    labelling.close()
     words = ["label", str(tmp_path / "taps.mcap"), "--out", str(tmp_path / "out"), "--finish"]
     assert main([*words, "--by", "Grace"]) == 0
     (pinch,) = load_dataset(tmp_path / "out" / "taps.mcap").pinches
@@ -289,71 +285,71 @@ def test_without_the_page_what_was_done_is_written(tmp_path: Path) -> None:
     assert abs(pinch.first.sample - taps(8)[3]) <= 2
 
 
-def test_a_word_of_the_program_can_be_an_object(tmp_path: Path) -> None:
-    its = session(tmp_path)
+def test_request_keywords_are_valid_object_names(tmp_path: Path) -> None:
+    labelling = session(tmp_path)
     for name in ("ask", '"ask": 1', "\\", "do"):
-        assert do(its, do="label", number=0, object=name)["marks"][0]["object"] == name
-    its.close()
-    again = session(tmp_path)
-    assert again.marks.ordered()[0].object == "do"
-    again.close()
+        assert send(labelling, do="label", number=0, object=name)["marks"][0]["object"] == name
+    labelling.close()
+    reopened = session(tmp_path)
+    assert reopened.marks.ordered()[0].object == "do"
+    reopened.close()
 
 
-def test_what_the_disk_did_not_take_was_not_done(tmp_path: Path) -> None:
-    its = session(tmp_path)
-    do(its, do="accept", number=0)
-    before, journal = its.hello(), tmp_path / "out" / "labels.jsonl"
+def test_action_is_undone_if_the_disk_is_full(tmp_path: Path) -> None:
+    labelling = session(tmp_path)
+    send(labelling, do="accept", number=0)
+    state, journal = labelling.hello(), tmp_path / "out" / "labels.jsonl"
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (journal.stat().st_size + 5, limits[1]))
     try:
         with pytest.raises(InputError, match="cannot be written"):
-            do(its, do="reject", number=1)
+            send(labelling, do="reject", number=1)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-    assert its.hello() == before
-    do(its, do="accept", number=2)
-    its.close()
-    again = session(tmp_path)
-    assert [a.number for a in again.marks.done] == [0, 2]
-    again.close()
+    assert labelling.hello() == state
+    send(labelling, do="accept", number=2)
+    labelling.close()
+    reopened = session(tmp_path)
+    assert [a.number for a in reopened.marks.done] == [0, 2]
+    reopened.close()
 
 
-def test_two_cannot_label_into_one_folder_at_once(tmp_path: Path) -> None:
-    its = session(tmp_path)
-    do(its, do="accept", number=0)
+def test_folder_in_use_is_refused(tmp_path: Path) -> None:
+    labelling = session(tmp_path)
+    send(labelling, do="accept", number=0)
     with pytest.raises(InputError, match="in use by another"):
         session(tmp_path)
-    do(its, do="accept", number=1)
-    its.close()
-    again = session(tmp_path)
-    assert len(again.marks.done) == 2
-    again.close()
+    send(labelling, do="accept", number=1)
+    labelling.close()
+    reopened = session(tmp_path)
+    assert len(reopened.marks.done) == 2
+    reopened.close()
 
 
-def test_all_recordings_are_written_or_none(tmp_path: Path) -> None:
+def test_finish_writes_all_recordings_or_none(tmp_path: Path) -> None:
     paths = [write_taps(tmp_path / name, 2) for name in ("a.mcap", "b.mcap")]
     out = tmp_path / "out"
-    its = Session(open_recordings(paths), out, BY)
-    do(its, do="accept", number=0)
+    labelling = Session(open_recordings(paths), out, BY)
+    send(labelling, do="accept", number=0)
     (out / "b.mcap").write_bytes(b"of somebody else")
     with pytest.raises(InputError, match=r"b\.mcap exists"):
-        do(its, ask="finish")
-    assert not its.written
+        send(labelling, ask="finish")
+    assert not labelling.written
     assert sorted(p.name for p in out.iterdir()) == ["b.mcap", "labels.jsonl"]
     (out / "b.mcap").unlink()
-    do(its, do="accept", number=1)
-    do(its, ask="finish")
-    its.close()
-    assert [len(read_recording(p).pinches) for p in its.written] == [2, 0]
+    send(labelling, do="accept", number=1)
+    send(labelling, ask="finish")
+    labelling.close()
+    assert [len(read_recording(p).pinches) for p in labelling.written] == [2, 0]
 
 
 def test_two_onsets_at_one_sample_are_written(tmp_path: Path) -> None:
-    its = session(tmp_path)
-    at = its.hello()["marks"][2]["sample"]
-    do(its, do="accept", number=2)
+    labelling = session(tmp_path)
+    at = labelling.hello()["marks"][2]["sample"]
+    send(labelling, do="accept", number=2)
     for sample in (at, at, at + 1):
-        do(its, do="add", number=2, sample=sample)
-    do(its, ask="finish")
-    its.close()
+        send(labelling, do="add", number=2, sample=sample)
+    send(labelling, ask="finish")
+    labelling.close()
     dataset = load_dataset(tmp_path / "out" / "taps.mcap")
     assert [p.first.sample for p in dataset.pinches if p.first] == [at, at, at, at + 1]

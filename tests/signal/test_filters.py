@@ -1,4 +1,4 @@
-"""What all streaming filters promise, and what each is."""
+"""Contract of all streaming filters, and the response of each."""
 
 from __future__ import annotations
 
@@ -25,30 +25,30 @@ def noise(n: int, channels: int = 2, seed: int = 0) -> np.ndarray:
 @pytest.mark.parametrize("make", FILTERS.values(), ids=FILTERS)
 @given(cuts=st.lists(st.integers(0, 60), max_size=12))
 @settings(max_examples=30, deadline=None)
-def test_any_split_gives_the_same_numbers(make, cuts):
+def test_any_split_gives_the_same_output(make, cuts):
     x = noise(60)
-    whole = make().update(x)
-    one = make()
+    expected = make().update(x)
+    stream = make()
     edges = [0, *sorted(cuts), 60]
-    parts = [one.update(x[a:b]) for a, b in itertools.pairwise(edges)]
-    assert np.array_equal(np.concatenate(parts), whole)
+    parts = [stream.update(x[a:b]) for a, b in itertools.pairwise(edges)]
+    assert np.array_equal(np.concatenate(parts), expected)
 
 
 @pytest.mark.parametrize("make", FILTERS.values(), ids=FILTERS)
-def test_a_constant_stays(make):
+def test_constant_passes_unchanged(make):
     np.testing.assert_allclose(make().update(np.full((30, 1), 1.65)), 1.65, rtol=1e-14)
 
 
 @pytest.mark.parametrize(
     ("make", "samples"), list(zip(FILTERS.values(), (1.0, 2.0, 3.0), strict=True)), ids=FILTERS
 )
-def test_a_slow_ramp_comes_out_late_by_the_smoothing_or_the_lookahead(make, samples):
+def test_ramp_is_delayed_by_the_group_delay(make, samples):
     # A ramp of one a sample: the value is the time that the output speaks of.
     out = make().update(np.arange(200.0)[:, None])
     assert 199.0 - out[-1, 0] == pytest.approx(samples)
 
 
-def test_smoothing_is_the_recursion_of_the_microcontroller():
+def test_smoothing_matches_the_recursion_of_the_firmware():
     x = noise(50, 1)[:, 0]
     y = [x[0]]
     for value in x[1:]:
@@ -57,7 +57,7 @@ def test_smoothing_is_the_recursion_of_the_microcontroller():
 
 
 @pytest.mark.parametrize(("length", "order"), [(5, 2), (7, 3), (9, 4)])
-def test_savgol_leaves_polynomials_up_to_its_order(length, order):
+def test_savgol_preserves_polynomials_up_to_its_order(length, order):
     t = np.linspace(-1.0, 1.0, 40)
     for power in range(order + 1):
         out = SavitzkyGolay(length, order).update((t**power)[:, None])[:, 0]

@@ -29,13 +29,13 @@ def test_a_slow_sine_survives(old, new):
     np.testing.assert_allclose(out[inner], np.sin(2 * np.pi * 200 * u[inner]), atol=0.02)
 
 
-def test_what_the_new_rate_cannot_hold_is_removed():
+def test_frequencies_above_the_new_nyquist_are_removed():
     t = np.arange(4800) / 16_000
     out = resample(np.sin(2 * np.pi * 4000 * t)[:, None], 16_000.0, 4936.0)
     assert np.abs(out[50:-50]).max() < 0.01
 
 
-def test_truth_moves_along_and_it_is_noted():
+def test_truth_is_resampled_and_a_note_added():
     layout = Layout((Channel("piezo", ChannelKind.VIBRATION, Finger.INDEX, "V"),), 16_000.0)
     data = np.zeros((3200, 1), dtype=np.float32)
     data[1600:] = 1.0
@@ -50,7 +50,7 @@ def test_truth_moves_along_and_it_is_noted():
     assert out.recorded_rate == out.take([0]).recorded_rate == 16_000.0
 
 
-def test_strips_stay_switches():
+def test_strip_channels_stay_binary():
     data = np.full((900, 16), 16384, dtype=np.int16)
     data[:, 14:] = 0
     data[450:, 14] = 1
@@ -60,7 +60,7 @@ def test_strips_stay_switches():
     assert abs(int(np.argmax(strip > 0)) / 2000 - 450 / 4936) <= 1 / 2000
 
 
-def test_data_at_the_rate_are_left_alone():
+def test_data_at_the_target_rate_are_unchanged():
     dataset = Dataset((Pinch(np.zeros((9, 16), dtype=np.int16), fingertip_layout()),))
     assert resample_dataset(dataset, 4936.0) is dataset
 
@@ -69,8 +69,8 @@ RATES = [(44100.0, 4936.0), (16_000.0, 4936.0), (8000.0, 4936.0), (2500.0, 5000.
 
 
 @pytest.mark.parametrize(("old", "new"), RATES)
-def test_nothing_comes_earlier_than_the_lookahead(old, new):
-    """Which is half a millisecond at most, and not made longer than it is."""
+def test_output_starts_no_earlier_than_the_lookahead(old, new):
+    """The lookahead is at most half a millisecond, and the stated value is tight."""
     assert lookahead(new, new) == 0.0
     assert 0.0 < lookahead(old, new) <= 0.0005
     earliest = 0.0
@@ -86,25 +86,25 @@ def test_nothing_comes_earlier_than_the_lookahead(old, new):
 @pytest.mark.parametrize(("old", "new"), RATES)
 def test_aliases_are_rejected_as_stated(old, new):
     lower = min(old, new)
-    for share, most in ((0.55, 0.08), (0.6, 0.003), (0.8, 0.003)):
+    for share, limit in ((0.55, 0.08), (0.6, 0.003), (0.8, 0.003)):
         if share * lower >= old / 2:
             continue  # not there to be rejected
         t = np.arange(round(0.5 * old)) / old
         out = resample(np.sin(2 * np.pi * share * lower * t)[:, None], old, new)
-        assert np.abs(out[400:-400]).max() < most
+        assert np.abs(out[400:-400]).max() < limit
 
 
-def test_a_step_does_not_ring_before_it_comes():
+def test_step_does_not_ring_before_its_lookahead():
     x = np.zeros((3200, 1))
     x[1600:] = 1.0
     out = resample(x, 16_000.0, 4936.0)[:, 0]
-    before = np.arange(len(out)) / 4936 < 0.1 - lookahead(16_000.0, 4936.0)
-    assert np.abs(out[before]).max() < 1e-9
-    after = np.arange(len(out)) / 4936 > 0.1 + 0.001
-    assert np.abs(out[after] - 1.0).max() < 0.2
+    is_before = np.arange(len(out)) / 4936 < 0.1 - lookahead(16_000.0, 4936.0)
+    assert np.abs(out[is_before]).max() < 1e-9
+    is_after = np.arange(len(out)) / 4936 > 0.1 + 0.001
+    assert np.abs(out[is_after] - 1.0).max() < 0.2
 
 
-def test_what_nobody_measured_is_not_made_up() -> None:
+def test_resampling_has_a_rate_limit() -> None:
     """And no rate in a file can take all memory."""
     layout = fingertip_layout()
     pinch = Pinch(np.zeros((100, len(layout.channels))), layout)

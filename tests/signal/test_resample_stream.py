@@ -1,4 +1,4 @@
-"""Resampling as samples come: what it gives is what it gives all at once."""
+"""Streaming resampling gives the same output as resampling the whole signal."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ RATES = [(48_000.0, 4936.0), (44_100.0, 4936.0), (16_000.0, 4936.0), (2200.0, 49
 @pytest.mark.parametrize(("old", "new"), RATES)
 @settings(max_examples=15)
 @given(sizes=st.lists(st.integers(1, 900), min_size=1, max_size=30), seed=st.integers(0, 99))
-def test_blocks_of_any_size_give_what_the_whole_gives(
+def test_blocks_of_any_size_give_the_same_output(
     old: float, new: float, sizes: list[int], seed: int
 ) -> None:
     x = np.random.default_rng(seed).standard_normal((sum(sizes), 2))
     stream = CausalResampler(old, new)
     out, place = [], 0
     for size in sizes:
-        given_now, first = stream.update(x[place : place + size], place)
+        part, first = stream.update(x[place : place + size], place)
         assert first == sum(len(o) for o in out)
-        out.append(given_now)
+        out.append(part)
         place += size
     together = np.concatenate(out)
     np.testing.assert_allclose(together, resample(x, old, new)[: len(together)], atol=1e-12)
@@ -32,18 +32,18 @@ def test_blocks_of_any_size_give_what_the_whole_gives(
 
 
 @pytest.mark.parametrize(("old", "new"), RATES)
-def test_it_lets_samples_out_half_a_millisecond_late_at_most(old: float, new: float) -> None:
+def test_delay_is_at_most_half_a_millisecond(old: float, new: float) -> None:
     stream = CausalResampler(old, new)
     assert 0 < stream.delay <= 0.0005
-    came = 0
+    count = 0
     for k in range(round(0.05 * old)):
         out, _ = stream.update(np.zeros((1, 1)), k)
-        came += len(out)
+        count += len(out)
         # Of every instant up to a delay before now there is a sample.
-        assert came / new + 1 / new > k / old - stream.delay - 1 / old - 1e-9
+        assert count / new + 1 / new > k / old - stream.delay - 1 / old - 1e-9
 
 
-def test_nothing_comes_before_its_cause() -> None:
+def test_output_is_causal_within_the_delay() -> None:
     x = np.zeros((4800, 1))
     x[2400] = 1.0
     stream = CausalResampler(48_000.0, 4936.0)
@@ -51,18 +51,18 @@ def test_nothing_comes_before_its_cause() -> None:
     assert np.flatnonzero(np.abs(out[:, 0]) > 1e-12)[0] / 4936.0 >= 0.05 - stream.delay - 1e-9
 
 
-def test_behind_a_gap_numbers_go_on_by_the_time_that_is_missing() -> None:
+def test_sample_numbers_after_a_gap_include_the_gap() -> None:
     stream = CausalResampler(48_000.0, 4936.0)
-    before, first = stream.update(np.ones((4800, 1)), 0)
-    after, again = stream.update(np.full((4800, 1), 3.0), 9600)
-    assert first == 0
-    assert again / 4936.0 == pytest.approx(9600 / 48_000.0, abs=1 / 4936.0)
-    assert again >= len(before)
+    before_gap, first_index = stream.update(np.ones((4800, 1)), 0)
+    after_gap, index_after_gap = stream.update(np.full((4800, 1), 3.0), 9600)
+    assert first_index == 0
+    assert index_after_gap / 4936.0 == pytest.approx(9600 / 48_000.0, abs=1 / 4936.0)
+    assert index_after_gap >= len(before_gap)
     # What is missing is not made up, and what was before does not ring on behind it.
-    np.testing.assert_allclose(after, 3.0, rtol=1e-5)  # the filter's own ripple
+    np.testing.assert_allclose(after_gap, 3.0, rtol=1e-5)  # the filter's own ripple
 
 
-def test_equal_rates_go_through() -> None:
+def test_equal_rates_pass_samples_through() -> None:
     stream = CausalResampler(4936.0, 4936.01)
     x = np.arange(10.0)[:, None]
     out, first = stream.update(x, 5)

@@ -38,42 +38,44 @@ def test_windows_start_at_the_contact_with_the_quiet_removed():
     # Slow against the filter, so that it leaves the ramp as it is.
     data[300:, 0] += np.arange(300.0) * 10
     p = Pinch(data, LAYOUT, first_sample=FIRST)
-    X, kept = contact_windows(Dataset((p,)), [contact(310)], DURATION)
+    X, is_valid = contact_windows(Dataset((p,)), [contact(310)], DURATION)
     volts = (np.arange(74) + 10) * 10 * LAYOUT.channels[0].scale
-    assert kept.tolist() == [True]
+    assert is_valid.tolist() == [True]
     assert X.shape == (1, 74, 1)
     assert X.dtype == np.float32
     np.testing.assert_allclose(X[0, :, 0], volts, rtol=0.05)
 
 
-def test_what_is_not_whole_is_not_kept():
-    last = 600 - 74 - 2  # the filter looks ahead two samples
+def test_incomplete_windows_are_dropped():
+    last_start = 600 - 74 - 2  # the filter looks ahead two samples
     cases = {
         "none": (None, False),
-        "last whole": (contact(last), True),
-        "past the end": (contact(last + 1), False),
+        "last whole": (contact(last_start), True),
+        "past the end": (contact(last_start + 1), False),
         "no quiet before": (contact(15), False),
         "just enough quiet": (contact(20), True),
         "before the pinch": (contact(-30), False),
     }
     p = pinch()
-    X, kept = contact_windows(Dataset((p,) * len(cases)), [c for c, _ in cases.values()], DURATION)
-    assert kept.tolist() == [whole for _, whole in cases.values()]
-    assert len(X) == kept.sum()
+    X, is_valid = contact_windows(
+        Dataset((p,) * len(cases)), [c for c, _ in cases.values()], DURATION
+    )
+    assert is_valid.tolist() == [expected for _, expected in cases.values()]
+    assert len(X) == is_valid.sum()
 
 
-def test_flat_and_not_finite_windows_are_not_kept():
+def test_flat_and_not_finite_windows_are_dropped():
     flat = Pinch(np.full((600, 16), 16384, dtype=np.int16), LAYOUT, first_sample=FIRST)
     holed = pinch().data.astype(np.float32)
     holed[320] = np.nan
-    X, kept = contact_windows(
+    X, is_valid = contact_windows(
         Dataset((flat, Pinch(holed, LAYOUT, first_sample=FIRST))), [contact(300)] * 2, DURATION
     )
-    assert not kept.any()
+    assert not is_valid.any()
     assert X.shape == (0, 74, 1)
 
 
-def test_what_the_device_smoothed_is_not_smoothed_twice():
+def test_smoothed_data_are_not_smoothed_again():
     raw_layout = replace(LAYOUT, smoothing_alpha=1.0)
     # The same numbers, once said to be raw: only those lose noise.
     as_is, _ = contact_windows(Dataset((pinch(),)), [contact(300)], DURATION)
@@ -81,7 +83,7 @@ def test_what_the_device_smoothed_is_not_smoothed_twice():
     assert smoothed.std() < 0.9 * as_is.std()
 
 
-def test_one_contact_a_pinch():
+def test_contacts_and_pinches_must_match_in_number():
     with pytest.raises(ValueError, match="0 contacts for 1 pinches"):
         contact_windows(Dataset((pinch(),)), [], DURATION)
 
@@ -92,20 +94,20 @@ def test_one_contact_a_pinch():
     finger=st.sampled_from(Finger),
 )
 @settings(max_examples=40, deadline=None)
-def test_live_is_offline(cuts, position, finger):
+def test_live_windows_equal_offline_windows(cuts, position, finger):
     p = pinch()
-    told = contact(position, finger)
-    offline, _ = contact_windows(Dataset((p,)), [told], DURATION)
+    contact_mark = contact(position, finger)
+    offline, _ = contact_windows(Dataset((p,)), [contact_mark], DURATION)
     stream = WindowStream(LAYOUT, [DURATION])
     edges = [0, *sorted(cuts), 600]
     windows = []
     open_ = True
     for a, b in itertools.pairwise(edges):
-        news = [told] if open_ and FIRST + b > told.decided else []
+        news = [contact_mark] if open_ and FIRST + b > contact_mark.decided else []
         open_ = open_ and not news
-        done = stream.update(Block(p.data[a:b], FIRST + a), news)
-        windows += done
-        for w in done:
+        new_windows = stream.update(Block(p.data[a:b], FIRST + a), news)
+        windows += new_windows
+        for w in new_windows:
             assert w.complete < FIRST + b
     assert len(windows) == 1
     assert np.array_equal(windows[0].samples, offline[0])
@@ -117,25 +119,27 @@ def test_no_window_across_a_gap(change):
     p = pinch()
     stream = WindowStream(LAYOUT, [DURATION])
     assert stream.update(Block(p.data[:340], FIRST), [contact(300)]) == []
-    after = Block(p.data[340:], FIRST + 340)
-    assert stream.update(replace(after, **change)) == []
+    next_block = Block(p.data[340:], FIRST + 340)
+    assert stream.update(replace(next_block, **change)) == []
     assert stream.refused == 1
 
 
-def test_a_long_stream_is_forgotten_but_contacts_are_served():
+def test_long_stream_keeps_windows_of_all_contacts():
     p = pinch(20_000)
     stream = WindowStream(LAYOUT, [DURATION])
-    done = []
+    windows = []
     for a in range(0, 20_000, 15):
         news = [contact(a)] if a % 3000 == 1500 else []
-        done += stream.update(Block(p.data[a : a + 15], FIRST + a), news)
-    offline, kept = contact_windows(Dataset((p,) * len(done)), [w.contact for w in done], DURATION)
-    assert kept.all()
-    assert len(done) == 7
-    assert np.array_equal(np.stack([w.samples for w in done]), offline)
+        windows += stream.update(Block(p.data[a : a + 15], FIRST + a), news)
+    offline, is_valid = contact_windows(
+        Dataset((p,) * len(windows)), [w.contact for w in windows], DURATION
+    )
+    assert is_valid.all()
+    assert len(windows) == 7
+    assert np.array_equal(np.stack([w.samples for w in windows]), offline)
 
 
-def test_a_contact_told_too_late_is_refused():
+def test_contact_reported_too_late_is_refused():
     p = pinch(20_000)
     stream = WindowStream(LAYOUT, [DURATION])
     for a in range(0, 20_000, 100):

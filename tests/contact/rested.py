@@ -15,7 +15,7 @@ ELECTRONICS, HUM = 0.0022, 0.0015
 
 def rested(
     dataset: Dataset,
-    rest: tuple[float, float] = (0.05, 0.4),
+    rest_range: tuple[float, float] = (0.05, 0.4),
     electronics: float = ELECTRONICS,
     jerk: float = 0.03,
     seed: int = 0,
@@ -28,18 +28,18 @@ def rested(
     return replace(
         dataset,
         pinches=tuple(
-            _rested(p, round(rng.uniform(*rest) * p.layout.rate), electronics, jerk, rng)
+            _with_rest(p, round(rng.uniform(*rest_range) * p.layout.rate), electronics, jerk, rng)
             for p in dataset.pinches
         ),
     )
 
 
-def _rested(
+def _with_rest(
     pinch: Pinch, n: int, electronics: float, jerk: float, rng: np.random.Generator
 ) -> Pinch:
     layout, rate = pinch.layout, pinch.layout.rate
     motor = pinch.data.astype(np.float64)
-    rest = np.repeat(motor[:1], n, axis=0)
+    prefix = np.repeat(motor[:1], n, axis=0)
     growing = round(0.02 * rate)
     ramp = np.linspace(0.0, 1.0, growing)
     t = np.arange(len(motor)) / rate
@@ -48,12 +48,12 @@ def _rested(
         white = electronics * rng.standard_normal((n + growing, 1))
         hum = HUM * np.sin(2 * np.pi * 50 * np.arange(n + growing) / rate + rng.uniform(0, 6))
         noise = ExponentialSmoothing(0.5).update(white)[:, 0] + hum * (electronics > 0)
-        rest[:, column] = zero + volt * noise[:n]
+        prefix[:, column] = zero + volt * noise[:n]
         start = ramp * (motor[:growing, column] - zero) + volt * (1 - ramp) * noise[n:]
         motor[:growing, column] = zero + start
         sign = rng.choice([-1.0, 1.0])
         motor[:, column] += sign * volt * jerk * np.exp(-t / 0.004) * np.sin(2 * np.pi * 180 * t)
-    data = np.concatenate([rest, motor])
+    data = np.concatenate([prefix, motor])
     if pinch.data.dtype.kind == "i":
         data = np.rint(data.clip(0, 32736))
     truth = tuple(replace(c, sample=c.sample + n, decided=c.decided + n) for c in pinch.truth)

@@ -15,7 +15,7 @@ LAYOUT = Layout((Channel("disc", ChannelKind.VIBRATION, None, "V"),), RATE)
 CALIBRATION = Calibration((Floor(None, 0.001, 0.0),))
 
 
-def tapped(times: list[float], seconds: float, rings: float = 0.004) -> np.ndarray:
+def tap_signal(times: list[float], seconds: float, rings: float = 0.004) -> np.ndarray:
     """Rest, with a tap at each of these times, s."""
     rng = np.random.default_rng(0)
     x = 0.001 * rng.standard_normal(round(seconds * RATE))
@@ -40,9 +40,9 @@ def run(x: np.ndarray, sizes: list[int]) -> tuple[list[int], list[Contact]]:
     return begun, contacts
 
 
-def test_each_tap_is_a_contact_of_its_own() -> None:
+def test_each_tap_is_one_contact() -> None:
     times = [0.5, 1.0, 1.45, 3.0]
-    begun, contacts = run(tapped(times, 4.0), [20])
+    begun, contacts = run(tap_signal(times, 4.0), [20])
     assert len(contacts) == len(times)
     np.testing.assert_allclose([c.sample / RATE for c in contacts], times, atol=0.001)
     # One for the rest in the beginning, and one behind each tap.
@@ -51,8 +51,8 @@ def test_each_tap_is_a_contact_of_its_own() -> None:
     assert all(0.3 <= b / RATE - t < 0.32 for b, t in zip(begun[1:], times, strict=True))
 
 
-def test_a_tap_that_rings_on_is_one_contact() -> None:
-    begun, contacts = run(tapped([0.5], 3.0, rings=0.15), [20])
+def test_ringing_tap_is_one_contact() -> None:
+    begun, contacts = run(tap_signal([0.5], 3.0, rings=0.15), [20])
     assert len(contacts) == 1
     # It begins anew when all is quiet, not before.
     assert begun[-1] / RATE > 1.0
@@ -61,5 +61,5 @@ def test_a_tap_that_rings_on_is_one_contact() -> None:
 @settings(max_examples=25)
 @given(sizes=st.lists(st.integers(1, 3000), min_size=1, max_size=8))
 def test_blocks_do_not_matter(sizes: list[int]) -> None:
-    x = tapped([0.5, 0.9, 1.21, 1.9], 2.5)
+    x = tap_signal([0.5, 0.9, 1.21, 1.9], 2.5)
     assert run(x, sizes) == run(x, [15])

@@ -1,4 +1,4 @@
-"""Where a closing starts: as live, as labels say, and the first sample where nothing tells."""
+"""Start of a closing: from the live gate, from labels, or else the first sample."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ OPENED = [
 
 
 def waits(dataset: Dataset) -> list[int]:
-    """From the first sample of each pinch to the start of its closing, samples."""
+    """Return the samples from the start of each pinch to the start of its closing."""
     starts = closing_starts(dataset)
     return [s.sample - p.first_sample for s, p in zip(starts, dataset.pinches, strict=True)]
 
@@ -59,7 +59,7 @@ def rig(
     floor: tuple[float, ...] = (1.0, 1.0),
     motor: tuple[float, ...] = (6.0, 6.0),
     contact: float = 200.0,
-    rest: float = 0.12,
+    rest_s: float = 0.12,
     lead: float = 0.15,
     rate: float = 5000.0,
     n: int = 12,
@@ -74,7 +74,7 @@ def rig(
     )
     pinches = []
     for i in range(n):
-        runs = round(rest * rng.uniform(0.8, 1.2) * rate) if rest else 0
+        runs = round(rest_s * rng.uniform(0.8, 1.2) * rate) if rest_s else 0
         touches = runs + round(lead * rate)
         t = np.arange(round(0.3 * rate)) / rate
         x = rng.standard_normal((touches + len(t), len(floor)))
@@ -90,7 +90,7 @@ def rig(
     return Dataset(tuple(pinches), "synthetic")
 
 
-def test_a_motor_that_starts_later_is_waited_for() -> None:
+def test_closing_starts_after_a_late_motor() -> None:
     dataset = rig()
     assert count_starts(closing_starts(dataset)) == {"rest": 12}
     for pinch, start in zip(dataset.pinches, closing_starts(dataset), strict=True):
@@ -99,59 +99,59 @@ def test_a_motor_that_starts_later_is_waited_for() -> None:
         assert motor + settling(pinch.layout) - 2 * STEP <= start.sample <= motor + 0.06 * 5000
 
 
-def test_a_motor_that_runs_from_the_first_sample_is_not() -> None:
-    for dataset in (rig(rest=0.0), toy_closings(20)):
+def test_closing_starts_at_once_with_a_running_motor() -> None:
+    for dataset in (rig(rest_s=0.0), toy_closings(20)):
         assert waits(dataset) == [0] * len(dataset)
         assert set(count_starts(closing_starts(dataset))) == {"first_sample"}
 
 
 @pytest.mark.parametrize("fades", [0.003, 0.01, 0.03, 0.1, 0.5])
-@pytest.mark.parametrize("rest", [0.0, 0.12])
-def test_a_contact_without_a_motor_is_no_start(fades: float, rest: float) -> None:
+@pytest.mark.parametrize("rest_s", [0.0, 0.12])
+def test_contact_without_a_motor_is_no_start(fades: float, rest_s: float) -> None:
     """Impacts on a microphone: quiet, a loud onset, a ring however long."""
-    dataset = rig(motor=(1.0,), floor=(1.0,), fades=fades, rest=rest)
+    dataset = rig(motor=(1.0,), floor=(1.0,), fades=fades, rest_s=rest_s)
     assert waits(dataset) == [0] * len(dataset)
 
 
-def test_the_length_of_the_rest_does_not_matter() -> None:
-    for rest in (0.05, 0.1, 0.4):
-        assert count_starts(closing_starts(rig(rest=rest))) == {"rest": 12}
+def test_start_is_found_for_any_rest_length() -> None:
+    for rest_s in (0.05, 0.1, 0.4):
+        assert count_starts(closing_starts(rig(rest_s=rest_s))) == {"rest": 12}
 
 
 @pytest.mark.parametrize("rate", [2200.0, 4936.0, 16_000.0])
-def test_nor_does_the_rate(rate: float) -> None:
+def test_start_is_found_at_any_rate(rate: float) -> None:
     assert count_starts(closing_starts(rig(rate=rate))) == {"rest": 12}
 
 
-def test_a_finger_that_does_not_hear_the_motor_decides_nothing() -> None:
+def test_finger_without_motor_noise_is_ignored() -> None:
     assert count_starts(closing_starts(rig(motor=(6.0, 1.0)))) == {"rest": 12}
     assert count_starts(closing_starts(rig(floor=(1.0, 0.0), motor=(6.0, 0.0)))) == {"rest": 12}
 
 
-def test_rest_may_be_exact_silence() -> None:
+def test_rest_may_be_exactly_zero() -> None:
     assert count_starts(closing_starts(rig(floor=(0.0, 0.0)))) == {"rest": 12}
 
 
-def test_a_single_pinch_is_enough_where_it_is_clear() -> None:
+def test_one_clear_pinch_is_enough() -> None:
     assert count_starts(closing_starts(rig(n=1))) == {"rest": 1}
-    assert count_starts(closing_starts(rig(n=1, rest=0.0))) == {"first_sample": 1}
+    assert count_starts(closing_starts(rig(n=1, rest_s=0.0))) == {"first_sample": 1}
 
 
 def test_pinches_of_both_kinds_in_one_session() -> None:
-    with_rest, without = rig(n=12), rig(n=6, rest=0.0, seed=1)
-    both = replace(with_rest, pinches=with_rest.pinches + without.pinches)
-    starts = closing_starts(both)
+    with_rest, without_rest = rig(n=12), rig(n=6, rest_s=0.0, seed=1)
+    session = replace(with_rest, pinches=with_rest.pinches + without_rest.pinches)
+    starts = closing_starts(session)
     assert [s.how for s in starts] == [How.REST] * 12 + [How.FIRST_SAMPLE] * 6
 
 
-def test_sessions_of_two_rigs_have_floors_of_their_own() -> None:
+def test_each_session_has_its_noise_floor() -> None:
     loud = rig(floor=(6.0, 6.0), motor=(30.0, 30.0), contact=2000.0, seed=1)
     moved = tuple(replace(p, label=Label(session="other")) for p in loud.pinches)
-    both = replace(loud, pinches=rig().pinches + moved)
-    assert count_starts(closing_starts(both)) == {"rest": 24}
+    sessions = replace(loud, pinches=rig().pinches + moved)
+    assert count_starts(closing_starts(sessions)) == {"rest": 24}
 
 
-def test_the_label_wins() -> None:
+def test_label_overrides_the_detected_start() -> None:
     dataset = rig()
     pinch = dataset.pinches[0]
     labelled = replace(pinch, motor_start=pinch.first_sample + 40)
@@ -165,25 +165,25 @@ def test_the_label_wins() -> None:
     assert len(cut_closings(Dataset((far,))).pinches[0].data) == 0
 
 
-def test_resampling_moves_the_start_along() -> None:
+def test_resampling_keeps_the_start() -> None:
     dataset = resample_dataset(rig(rate=10_000.0), 4936.0)
     assert count_starts(closing_starts(dataset)) == {"rest": 12}
 
 
 def opening(closing: Closing) -> int:
-    """Where the gate of the whole stream opens for a closing."""
+    """Return the sample at which the gate of the full stream opens for a closing."""
     return next(s for s in OPENED if closing.motor < s < closing.first)
 
 
 @given(st.sampled_from(CLOSINGS), st.integers(32, 90))
-def test_with_a_calibration_it_is_where_live_opens(closing: Closing, steps: int) -> None:
+def test_calibrated_start_equals_the_live_gate(closing: Closing, steps: int) -> None:
     opened = opening(closing)
     first = opened - steps * STEP  # in the rest before the motor, on the gate's own grid
     pinch = Pinch(DATA[first : closing.rest], LAYOUT, first_sample=first, calibration=CALIBRATION)
     assert closing_start(pinch) == ClosingStart(opened, How.CALIBRATION)
 
 
-def test_what_live_has_cut_out_stays_whole() -> None:
+def test_pinch_cut_by_live_starts_at_its_first_sample() -> None:
     """A recording's pinches begin where the gate opened: offline must start there, too."""
     for closing in CLOSINGS:
         opened = opening(closing)
@@ -194,29 +194,29 @@ def test_what_live_has_cut_out_stays_whole() -> None:
             assert waits(Dataset((pinch,))) == [0]
 
 
-def test_a_calibration_of_one_finger_says_nothing() -> None:
+def test_calibration_of_one_finger_is_ignored() -> None:
     pinch = Pinch(DATA[:3000], LAYOUT)
-    one = Calibration((VibrationCalibration(Finger.INDEX, FLOOR),))
-    assert closing_start(replace(pinch, calibration=one)).how is How.FIRST_SAMPLE
+    one_finger = Calibration((VibrationCalibration(Finger.INDEX, FLOOR),))
+    assert closing_start(replace(pinch, calibration=one_finger)).how is How.FIRST_SAMPLE
 
 
-def test_cut_once_is_cut_for_good() -> None:
-    once = cut_closings(rig())
-    assert waits(once) == [0] * 12
-    for a, b in zip(cut_closings(once).pinches, once.pinches, strict=True):
+def test_cutting_closings_twice_changes_nothing() -> None:
+    cut = cut_closings(rig())
+    assert waits(cut) == [0] * 12
+    for a, b in zip(cut_closings(cut).pinches, cut.pinches, strict=True):
         assert a.first_sample == b.first_sample
         assert np.array_equal(a.data, b.data)
 
 
 def test_contacts_keep_their_sample_numbers(fitted) -> None:
-    plain = toy_closings(12, seed=9)
-    dataset = rested(plain, electronics=0.0005)
+    closings = toy_closings(12, seed=9)
+    dataset = rested(closings, electronics=0.0005)
     assert set(count_starts(closing_starts(dataset))) == {"rest"}
-    right = 0
+    hits = 0
     for pinch in cut_closings(dataset).pinches:
         contacts = detect(fitted["svm"], pinch)
-        right += bool(contacts) and abs(contacts[0].sample - pinch.first.sample) <= 15
-    assert right >= 10
+        hits += bool(contacts) and abs(contacts[0].sample - pinch.first.sample) <= 15
+    assert hits >= 10
 
 
 @pytest.mark.parametrize("samples", [0, 1, 100, 700])
@@ -225,25 +225,27 @@ def test_short_pinches_start_with_their_first_sample(samples: int) -> None:
     assert waits(Dataset(pinches)) == [0] * 12
 
 
-def test_samples_that_are_not_finite_tell_nothing() -> None:
+def test_samples_that_are_not_finite_are_ignored() -> None:
     dataset = rig(n=1)
     dataset.pinches[0].data[900] = np.nan
     assert waits(dataset) == [0]
 
 
-def test_it_is_said_how() -> None:
+def test_description_names_the_method() -> None:
     dataset = rig()
-    words = "where the motor is heard above the rest before it"
-    assert describe_starts(count_starts(closing_starts(dataset))) == f"steady states begin {words}"
+    sentence = "where the motor is heard above the rest before it"
+    assert (
+        describe_starts(count_starts(closing_starts(dataset))) == f"steady states begin {sentence}"
+    )
     labelled = replace(dataset.pinches[0], motor_start=0)
     ways = count_starts(closing_starts(replace(dataset, pinches=(*dataset.pinches, labelled))))
-    assert describe_starts(ways).endswith(f"motor has settled (1), {words} (12)")
+    assert describe_starts(ways).endswith(f"motor has settled (1), {sentence} (12)")
 
 
 @pytest.mark.parametrize("unit", [None, "V", "counts"])
-def test_forces_in_any_unit_hide_no_start_of_a_motor(unit: str | None) -> None:
+def test_force_in_any_unit_keeps_the_start(unit: str | None) -> None:
     """Imported: force in volts or in counts of a converter, as their unit says or not at all."""
-    dataset = rested(toy_closings(8), rest=(0.2, 0.2), electronics=0.0005)
+    dataset = rested(toy_closings(8), rest_range=(0.2, 0.2), electronics=0.0005)
     piezo = np.array([p.vibration() for p in dataset.pinches])
     counts = np.random.default_rng(0).integers(60, 70, (*piezo.shape[:2], 2, 6))
     counts[:, -100:] += 300  # the grip
@@ -259,9 +261,9 @@ def test_forces_in_any_unit_hide_no_start_of_a_motor(unit: str | None) -> None:
     assert imported.pinches[0].force(Finger.INDEX)[0] == pytest.approx(0.2, abs=0.03)
 
 
-def test_a_force_without_a_unit_hides_no_start_of_a_motor() -> None:
-    """As recordings hold it that were imported before forces had a unit."""
-    dataset = rested(toy_closings(8), rest=(0.2, 0.2), electronics=0.0005)
+def test_force_without_a_unit_keeps_the_start() -> None:
+    """Recordings imported before forces had a unit contain such channels."""
+    dataset = rested(toy_closings(8), rest_range=(0.2, 0.2), electronics=0.0005)
     count = Channel("force_index_0", ChannelKind.FORCE, Finger.INDEX, "", taxel=0)
     layout = Layout((*dataset.layout.channels, count), dataset.layout.rate)
     noise = np.random.default_rng(0).integers(60, 70, (8, 10_000, 1))

@@ -36,9 +36,9 @@ FRESH = closings(8, seed=7).pinches
 
 @pytest.fixture
 def svm(fitted: dict[str, Detector]) -> SvmDetector:
-    found = fitted["svm"]
-    assert isinstance(found, SvmDetector)
-    return found
+    detector = fitted["svm"]
+    assert isinstance(detector, SvmDetector)
+    return detector
 
 
 @pytest.fixture
@@ -46,7 +46,7 @@ def folder(svm: SvmDetector, tmp_path: Path) -> Path:
     return save_detector(svm, tmp_path / "mödel", {"pinches": 3})
 
 
-def test_every_detector_comes_back_and_finds_the_same(detector: Detector, tmp_path: Path) -> None:
+def test_loaded_detector_finds_the_same_contacts(detector: Detector, tmp_path: Path) -> None:
     """A new detector is one more case of this test: the fixture goes through the registry."""
     loaded = load_detector(save_detector(detector, tmp_path))
     assert loaded.name == detector.name
@@ -55,7 +55,7 @@ def test_every_detector_comes_back_and_finds_the_same(detector: Detector, tmp_pa
     assert any(contacts)
 
 
-def test_the_card_can_be_read(folder: Path) -> None:
+def test_card_is_readable_json(folder: Path) -> None:
     card = json.loads((folder / CARD).read_text(encoding="utf-8"))
     assert card["name"] == "svm"
     assert card["rate_hz"] == 4936.0
@@ -64,7 +64,7 @@ def test_the_card_can_be_read(folder: Path) -> None:
     assert sorted(p.name for p in folder.iterdir()) == [CARD, DETECTOR_WEIGHTS]
 
 
-def test_one_that_learns_nothing_keeps_what_was_chosen(tmp_path: Path, svm: SvmDetector) -> None:
+def test_untrained_kind_keeps_its_settings(tmp_path: Path, svm: SvmDetector) -> None:
     save_detector(svm, tmp_path)
     save_detector(ThresholdDetector(4.0), tmp_path)
     loaded = load_detector(tmp_path)
@@ -72,7 +72,7 @@ def test_one_that_learns_nothing_keeps_what_was_chosen(tmp_path: Path, svm: SvmD
     assert loaded.sigmas == 4.0
 
 
-def test_a_threshold_in_a_card_of_before_is_read(tmp_path: Path) -> None:
+def test_threshold_of_an_older_card_is_read(tmp_path: Path) -> None:
     save_detector(ThresholdDetector(), tmp_path)
     card = json.loads((tmp_path / CARD).read_text())
     (tmp_path / CARD).write_text(json.dumps({**card, "sha256": None, "sigmas": 4.5}))
@@ -81,7 +81,7 @@ def test_a_threshold_in_a_card_of_before_is_read(tmp_path: Path) -> None:
     assert loaded.sigmas == 4.5
 
 
-def test_ten_lines_are_saved_as_they_are_made(
+def test_small_custom_detector_is_saved_and_loaded(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     class Loud(WindowDetector):
@@ -102,22 +102,22 @@ def test_it_is_found_from_a_card_beside_it(folder: Path) -> None:
     assert load_detector(folder / "model.json").name == "svm"
 
 
-def test_where_there_is_none_training_is_named(tmp_path: Path) -> None:
+def test_folder_without_a_detector_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="detector"):
         load_detector(tmp_path / "a" / "b")
 
 
-def test_one_that_has_learned_nothing_is_not_saved(tmp_path: Path) -> None:
+def test_untrained_detector_is_not_saved(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="not been trained"):
         save_detector(SvmDetector(), tmp_path / "m")
     assert not (tmp_path / "m").exists()
 
 
 @pytest.mark.parametrize("name", [CARD, DETECTOR_WEIGHTS])
-def test_every_truncation_is_noticed(folder: Path, name: str) -> None:
-    whole = (folder / name).read_bytes()
-    for length in range(0, len(whole) - 2, max(1, len(whole) // 40)):
-        (folder / name).write_bytes(whole[:length])
+def test_every_truncation_is_refused(folder: Path, name: str) -> None:
+    content = (folder / name).read_bytes()
+    for length in range(0, len(content) - 2, max(1, len(content) // 40)):
+        (folder / name).write_bytes(content[:length])
         with pytest.raises(InputError, match=name):
             load_detector(folder)
 
@@ -145,7 +145,7 @@ def test_every_truncation_is_noticed(folder: Path, name: str) -> None:
     ],
     ids=str,
 )
-def test_a_card_of_something_else(folder: Path, changes: dict[str, Any]) -> None:
+def test_invalid_card_is_refused(folder: Path, changes: dict[str, Any]) -> None:
     edit(folder, CARD, **changes)
     with pytest.raises(InputError) as caught:
         load_detector(folder)
@@ -181,19 +181,19 @@ def _no_width(arrays: dict[str, Any]) -> dict[str, Any]:
 @pytest.mark.parametrize(
     "change", [_without_threshold, _with_nan, _cut, _fewer_features, _no_scale, _no_width]
 )
-def test_arrays_that_do_not_fit(folder: Path, change: Callable[[Any], Any]) -> None:
+def test_invalid_arrays_are_refused(folder: Path, change: Callable[[Any], Any]) -> None:
     vouch(folder, save(change(load_file(folder / DETECTOR_WEIGHTS))), CARD, DETECTOR_WEIGHTS)
     with pytest.raises(InputError, match=DETECTOR_WEIGHTS):
         load_detector(folder)
 
 
-def test_a_pickle_in_place_of_the_numbers_is_not_run(folder: Path) -> None:
+def test_pickled_weights_are_not_executed(folder: Path) -> None:
     vouch(folder, pickle.dumps({"weights": [1.0]}), CARD, DETECTOR_WEIGHTS)
     with pytest.raises(InputError, match="not a safetensors file"):
         load_detector(folder)
 
 
-def test_a_decision_that_is_not_finite_is_refused_and_not_taken_for_quiet(folder: Path) -> None:
+def test_decision_that_is_not_finite_is_refused(folder: Path) -> None:
     arrays = load_file(folder / DETECTOR_WEIGHTS)
     for name in ("weights", "support"):
         vouch(
@@ -204,14 +204,16 @@ def test_a_decision_that_is_not_finite_is_refused_and_not_taken_for_quiet(folder
 
 
 @pytest.mark.slow
-def test_the_shipped_detector_is_what_its_commands_make(tmp_path: Path) -> None:
-    """As docs/how-to/adapt-to-your-rig.md says."""
+def test_shipped_detector_is_reproducible(tmp_path: Path) -> None:
+    """The commands are those of docs/how-to/adapt-to-your-rig.md."""
     pytest.importorskip("numba")
     numbers = ["--pinches-per-block", "60", "--pinches-per-object", "30", "--seed", "7"]
-    twin, made = str(tmp_path / "twin"), str(tmp_path / "detector")
+    twin, trained_folder = str(tmp_path / "twin"), str(tmp_path / "detector")
     assert main(["simulate", "--out", twin, "--condition", "everyday", *numbers]) == 0
-    assert main(["train", twin, "--out", made, "--detector-only"]) == 0
-    again, shipped = (d.to_arrays() for d in (load_detector(made), pretrained_detector()))
-    assert again.keys() == shipped.keys()
-    for name, array in again.items():
+    assert main(["train", twin, "--out", trained_folder, "--detector-only"]) == 0
+    trained, shipped = (
+        d.to_arrays() for d in (load_detector(trained_folder), pretrained_detector())
+    )
+    assert trained.keys() == shipped.keys()
+    for name, array in trained.items():
         np.testing.assert_allclose(array, shipped[name], rtol=1e-6)

@@ -19,7 +19,7 @@ STEADY = samples_in(WindowDetector.steady, LAYOUT.rate)
 
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("name", DETECTORS)
-def test_it_keeps_the_promises(name: str, seed: int) -> None:
+def test_registered_detector_passes_the_conformance_check(name: str, seed: int) -> None:
     check_detector(DETECTORS[name], seed)
 
 
@@ -30,7 +30,7 @@ class Loud(WindowDetector):
         return np.asarray(np.abs(windows[:, :, -15:]).max(axis=2) > 8.0)
 
 
-def test_a_detector_of_somebody_else_passes() -> None:
+def test_custom_detector_passes_the_conformance_check() -> None:
     check_detector(Loud)
 
 
@@ -47,7 +47,7 @@ class Forgetful(Loud):
         return replace(verdicts, fired=verdicts.fired & (len(block.data) > 1))
 
 
-def test_faults_are_found() -> None:
+def test_conformance_check_rejects_faulty_detectors() -> None:
     with pytest.raises(AssertionError, match="nothing to check"):
         check_detector(Deaf)
     with pytest.raises(AssertionError, match="block sizes"):
@@ -92,7 +92,7 @@ def at_rate(rate: float) -> Dataset:
 
 
 @pytest.mark.parametrize("name", [n for n, kind in DETECTORS.items() if kind.learns])
-def test_the_lowest_rate_is_learned_from_and_what_is_below_it_refused(name: str) -> None:
+def test_rates_below_the_lowest_are_refused(name: str) -> None:
     lowest = DETECTORS[name].lowest
     assert make_detector(name).fit(at_rate(lowest)).rate == lowest
     with pytest.raises(InputError, match=f"{lowest:g} Hz"):

@@ -31,32 +31,32 @@ def with_taps(places: list[int], level: float = 100.0, seed: int = 0, n: int = 1
     st.integers(0, 999),
     st.floats(30.0, 3000.0),
 )
-def test_every_tap_is_found_where_it_is(slots: list[int], shift: int, level: float) -> None:
+def test_every_tap_is_found_at_its_sample(slots: list[int], shift: int, level: float) -> None:
     places = sorted(1000 * slot + shift for slot in slots)
-    found = find_onsets(with_taps(places, level), RATE)
-    assert [o.sample for o in found] == pytest.approx(places, abs=4)
+    onsets = find_onsets(with_taps(places, level), RATE)
+    assert [o.sample for o in onsets] == pytest.approx(places, abs=4)
 
 
 def test_level_offset_and_drift_change_nothing() -> None:
     x = with_taps([3000, 9000])
     places = [o.sample for o in find_onsets(x, RATE)]
     drift = np.linspace(0, 50, len(x))[:, None]
-    for other in (x * 1e-6, x + 1e4, x + drift, -x):
-        assert [o.sample for o in find_onsets(other, RATE)] == pytest.approx(places, abs=1)
+    for variant in (x * 1e-6, x + 1e4, x + drift, -x):
+        assert [o.sample for o in find_onsets(variant, RATE)] == pytest.approx(places, abs=1)
 
 
-def test_quiet_flat_and_short_signals_have_none() -> None:
+def test_quiet_flat_and_short_signals_have_no_onsets() -> None:
     assert find_onsets(with_taps([]), RATE) == []
     assert find_onsets(np.zeros((5000, 2)), RATE) == []
     for n in (0, 1, 100, 200):
         assert find_onsets(np.random.default_rng(0).normal(size=(n, 1)), RATE) == []
 
 
-def test_what_rings_is_one_contact_and_channels_are_apart() -> None:
-    one, other = with_taps([4000]), with_taps([4000 + round(APART * RATE / 2)], seed=1)
-    found = find_onsets(np.hstack([one, other]), RATE)
-    assert [o.column for o in found] == [0, 1]
-    assert len(find_onsets(one + other, RATE)) == 1
+def test_ringing_is_one_contact_per_channel() -> None:
+    index_taps, thumb_taps = with_taps([4000]), with_taps([4000 + round(APART * RATE / 2)], seed=1)
+    onsets = find_onsets(np.hstack([index_taps, thumb_taps]), RATE)
+    assert [o.column for o in onsets] == [0, 1]
+    assert len(find_onsets(index_taps + thumb_taps, RATE)) == 1
 
 
 @given(st.floats(5.0, 16.0), st.floats(0.5, 2.0), st.floats(0.0, 6.3), st.integers(0, 99))
@@ -72,27 +72,27 @@ def test_a_slow_swing_after_a_tap_is_no_contact(
 
 
 @pytest.mark.parametrize(("shore", "rebounds"), [(10.0, 0), (60.0, 4)])
-def test_taps_of_the_tutorial_and_only_rebounds_besides(shore: float, rebounds: int) -> None:
-    made = runpy.run_path(str(Path(__file__).parents[2] / "examples" / "tap_tape.py"))
-    heard = resample(made["tape"](shore, 4, 1).astype(float)[:, None], made["RATE"], RATE)
-    found = np.array([o.sample for o in find_onsets(heard, RATE)]) / RATE
-    taps = made["REST"] + made["APART"] * np.arange(4)
-    from_tap = found - taps[np.searchsorted(taps, found + 0.005) - 1]
+def test_finds_the_taps_and_rebounds_of_the_tutorial(shore: float, rebounds: int) -> None:
+    tutorial = runpy.run_path(str(Path(__file__).parents[2] / "examples" / "tap_tape.py"))
+    signal = resample(tutorial["tape"](shore, 4, 1).astype(float)[:, None], tutorial["RATE"], RATE)
+    onsets = np.array([o.sample for o in find_onsets(signal, RATE)]) / RATE
+    taps = tutorial["REST"] + tutorial["APART"] * np.arange(4)
+    from_tap = onsets - taps[np.searchsorted(taps, onsets + 0.005) - 1]
     assert (np.abs(from_tap) < 0.001).sum() == 4
-    later = from_tap[np.abs(from_tap) >= 0.001]
-    assert len(later) <= rebounds
+    rebound_times = from_tap[np.abs(from_tap) >= 0.001]
+    assert len(rebound_times) <= rebounds
     # That is when the simulated finger comes back to the block.
-    assert ((later > 0.05) & (later < 0.07)).all()
+    assert ((rebound_times > 0.05) & (rebound_times < 0.07)).all()
 
 
-def test_nothing_is_found_in_the_noise_of_a_real_converter(strikes: Path) -> None:
+def test_real_converter_noise_has_no_onsets(strikes: Path) -> None:
     from scipy.io import wavfile
 
     rate, data = wavfile.read(strikes / "wav" / "teensy4_0_noise_test.wav")
     assert find_onsets(data.reshape(len(data), -1)[5 * rate :].astype(float), rate) == []
 
 
-def test_real_impacts_are_found_where_they_were_labelled(impacts: Path) -> None:
+def test_real_impacts_are_found_at_their_labels(impacts: Path) -> None:
     import csv
 
     from scipy.io import wavfile
@@ -100,13 +100,13 @@ def test_real_impacts_are_found_where_they_were_labelled(impacts: Path) -> None:
     with (impacts / "labels.csv").open() as table:
         for row in csv.DictReader(table):
             rate, data = wavfile.read(impacts / "wav" / row["file"])
-            found = np.array([o.sample for o in find_onsets(data[:, None].astype(float), rate)])
+            onsets = np.array([o.sample for o in find_onsets(data[:, None].astype(float), rate)])
             # The trigger that labelled them is up to 4 ms late.
-            late = (int(row["pre_trigger_samples"]) - found) / rate
+            late = (int(row["pre_trigger_samples"]) - onsets) / rate
             assert ((late > -0.002) & (late < 0.006)).any(), row["file"]
 
 
-def test_real_strikes_are_found_where_they_were_labelled(strikes: Path) -> None:
+def test_real_strikes_are_found_at_their_labels(strikes: Path) -> None:
     import csv
 
     from scipy.io import wavfile
@@ -118,7 +118,7 @@ def test_real_strikes_are_found_where_they_were_labelled(strikes: Path) -> None:
     near = []
     for name, samples in hits.items():
         rate, data = wavfile.read(strikes / "wav" / name)
-        found = find_onsets(data.reshape(len(data), -1)[:, :1].astype(float), rate)
-        onsets = np.array([o.sample for o in found])
-        near += [np.abs(onsets - s).min() / rate <= 0.002 for s in samples]
+        onsets = find_onsets(data.reshape(len(data), -1)[:, :1].astype(float), rate)
+        onset_samples = np.array([o.sample for o in onsets])
+        near += [np.abs(onset_samples - s).min() / rate <= 0.002 for s in samples]
     assert np.mean(near) > 0.99

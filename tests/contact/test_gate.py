@@ -1,4 +1,4 @@
-"""The gate opens once a closing, whatever the blocks, and never on rest, knocks or opening."""
+"""The gate opens once per closing for any block sizes, and never on rest, knocks or opening."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ def run(data: np.ndarray, cuts: list[int], first: int = 0) -> list[GateEvent]:
 WHOLE = run(DATA, [])
 
 
-def test_opens_once_a_closing_between_motor_and_contact() -> None:
+def test_opens_once_per_closing_before_the_contact() -> None:
     opened = [e.sample for e in WHOLE if e.turn is Turn.OPENS]
     # The opening hand runs its motor too; nothing touches then, and nothing is missed.
     for closing in CLOSINGS:
         inside = [s for s in opened if closing.motor < s < closing.first]
         assert len(inside) == 1
         assert inside[0] - closing.motor <= samples(0.065)
-    held = [s for s in opened if any(c.first <= s < c.rest for c in CLOSINGS)]
-    assert held == []
+    during_hold = [s for s in opened if any(c.first <= s < c.rest for c in CLOSINGS)]
+    assert during_hold == []
 
 
 def test_opens_and_shuts_in_turn() -> None:
@@ -47,7 +47,7 @@ def test_opens_and_shuts_in_turn() -> None:
     assert places == sorted(places)
 
 
-def test_while_the_object_is_let_go_of_it_stays_shut() -> None:
+def test_stays_shut_during_the_release() -> None:
     for closing in CLOSINGS:
         released = closing.rest + samples(0.05)  # the force is still a fifth of what it was
         assert not [
@@ -66,7 +66,7 @@ def test_small_blocks_do_not_matter(size: int) -> None:
     assert run(part, list(range(size, len(part), size))) == run(part, [])
 
 
-def test_counting_from_elsewhere_moves_it_all() -> None:
+def test_events_follow_the_first_sample_number() -> None:
     moved = run(DATA, [], first=10**9)
     assert [(e.turn, e.sample - 10**9) for e in moved] == [(e.turn, e.sample) for e in WHOLE]
 
@@ -82,7 +82,7 @@ def test_a_knock_at_rest_does_not_open_it() -> None:
     assert run(data, []) == []
 
 
-def test_a_gap_shuts_it_and_rest_must_come_first() -> None:
+def test_gap_shuts_the_gate_until_the_next_rest() -> None:
     gate = ClosingGate(LAYOUT, CALIBRATION)
     opened = next(e.sample for e in WHOLE if e.turn is Turn.OPENS)
     cut = opened + 20
@@ -92,25 +92,25 @@ def test_a_gap_shuts_it_and_rest_must_come_first() -> None:
     assert not gate.opened
 
 
-@pytest.mark.parametrize("lost", [1, 7, 15, 44])
-def test_behind_a_gap_closings_begin_where_they_would_have_without_it(lost: int) -> None:
-    """Or a hand that lost nothing would be told that it found other contacts, from then on."""
+@pytest.mark.parametrize("gap", [1, 7, 15, 44])
+def test_closings_after_a_gap_open_at_the_same_samples(gap: int) -> None:
+    """Otherwise all contacts after a gap would differ from those without it."""
     opens = [e for e in WHOLE if e.turn is Turn.OPENS]
     cut = opens[0].sample + 20
     for size in (5, 1000):
         gate = ClosingGate(LAYOUT, CALIBRATION)
         gate.update(Block(DATA[:cut]))
-        starts = range(cut + lost, len(DATA), size)
+        starts = range(cut + gap, len(DATA), size)
         events = [e for k in starts for e in gate.update(Block(DATA[k : k + size], k))]
-        found = [e for e in events if e.turn is Turn.OPENS]
+        later_opens = [e for e in events if e.turn is Turn.OPENS]
         # One or two are over before it knows rest again, and what is held at the first of the
         # others is not known yet.
-        assert len(found) >= len(opens) - 3
-        assert found[1:] == opens[1 - len(found) :]
-        assert all(e.sample % samples(0.003) == 0 for e in found)
+        assert len(later_opens) >= len(opens) - 3
+        assert later_opens[1:] == opens[1 - len(later_opens) :]
+        assert all(e.sample % samples(0.003) == 0 for e in later_opens)
 
 
-def test_a_new_epoch_shuts_it_where_the_old_one_ended() -> None:
+def test_new_epoch_shuts_the_gate_at_the_end_of_the_old_one() -> None:
     gate = ClosingGate(LAYOUT, CALIBRATION)
     opened = next(e.sample for e in WHOLE if e.turn is Turn.OPENS)
     gate.update(Block(DATA[: opened + 7]))
@@ -120,7 +120,7 @@ def test_a_new_epoch_shuts_it_where_the_old_one_ended() -> None:
 @pytest.mark.parametrize(
     "calibration", [None, Calibration((VibrationCalibration(Finger.INDEX, FLOOR),))]
 )
-def test_without_noise_floors_an_epoch_is_a_closing(calibration: Calibration | None) -> None:
+def test_epoch_without_noise_floors_is_one_closing(calibration: Calibration | None) -> None:
     gate = ClosingGate(LAYOUT, calibration)
     assert gate.update(Block(DATA[:50], 7)) == [GateEvent(Turn.OPENS, 7)]
     assert gate.update(Block(DATA[50:90], 57)) == []

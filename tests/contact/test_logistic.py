@@ -23,8 +23,8 @@ from firstcontact.testing import closings
 from firstcontact.testing._closings import LAYOUT, closing
 
 
-def test_it_finds_contacts_and_soon(fitted):
-    """All looks that agree see the contact: it is not decided before, nor much later."""
+def test_finds_contacts_within_the_latency(fitted):
+    """The decision comes after all agreeing looks contain the contact, and soon after."""
     span = (LOOKS - 1) * LogisticDetector.sizes(LAYOUT.rate).step
     ages = []
     for pinch in closings(30, seed=2).pinches:
@@ -35,20 +35,22 @@ def test_it_finds_contacts_and_soon(fitted):
     assert span <= np.median(ages) <= 0.0025 * LAYOUT.rate
 
 
-def test_another_gain_changes_nothing(fitted):
-    """All is measured in the rig's own noise."""
+def test_contacts_do_not_depend_on_the_gain(fitted):
+    """Features are relative to the noise of the rig."""
     for seed in range(8):
         pinch = closing(seed)
         quieter = pinch.data.copy()
         quieter[:, :2] = 16384 + (quieter[:, :2].astype(np.int32) - 16384) // 4
-        found, again = (
+        contacts, quieter_contacts = (
             detect(fitted["logistic"], p) for p in (pinch, replace(pinch, data=quieter))
         )
-        assert [c.finger for c in found] == [c.finger for c in again]
-        assert all(abs(a.decided - b.decided) <= 2 for a, b in zip(found, again, strict=True))
+        assert [c.finger for c in contacts] == [c.finger for c in quieter_contacts]
+        assert all(
+            abs(a.decided - b.decided) <= 2 for a, b in zip(contacts, quieter_contacts, strict=True)
+        )
 
 
-def test_what_is_louder_than_all_it_learned_from_is_a_contact(fitted):
+def test_contact_louder_than_the_training_data_is_found(fitted):
     for seed in range(5):
         pinch = closing(seed)
         data = pinch.data.astype(np.float64)
@@ -68,18 +70,18 @@ def test_a_single_knock_sample_is_no_contact(fitted):
         assert detect(fitted["logistic"], replace(pinch, data=data)) == []
 
 
-def test_prediction_leaves_white_noise_of_unit_power():
+def test_prediction_residual_is_white_with_unit_power():
     rng = np.random.default_rng(3)
-    rung = lfilter([1.0], [1.0, -1.6, 0.8], rng.standard_normal(3000))
-    weights = prediction(rung[:2000] / rung[:2000].std())
-    rest = prediction_error(rung / rung[:2000].std(), weights)
-    assert rest[2000:].std() == pytest.approx(1.0, abs=0.1)
-    assert abs(np.corrcoef(rest[1:], rest[:-1])[0, 1]) < 0.1
+    ringing = lfilter([1.0], [1.0, -1.6, 0.8], rng.standard_normal(3000))
+    weights = prediction(ringing[:2000] / ringing[:2000].std())
+    residual = prediction_error(ringing / ringing[:2000].std(), weights)
+    assert residual[2000:].std() == pytest.approx(1.0, abs=0.1)
+    assert abs(np.corrcoef(residual[1:], residual[:-1])[0, 1]) < 0.1
     assert not prediction(np.zeros(200)).any()
 
 
 @pytest.mark.parametrize("rate", [LogisticDetector.lowest, 2200.0, 4936.0, 16_000.0])
-def test_levels_are_those_of_the_parts(rate):
+def test_loudness_features_follow_the_newest_part(rate):
     """Noise that doubles its amplitude is log 2 louder in each of the newest parts."""
     rng = np.random.default_rng(0)
     n = LogisticDetector.sizes(rate).window
@@ -95,7 +97,7 @@ def test_levels_are_those_of_the_parts(rate):
     assert gained[:, :, 0] == pytest.approx(0.0, abs=1e-3)
 
 
-def test_one_window_or_many_give_the_same_numbers():
+def test_batch_of_windows_gives_the_same_features():
     rng = np.random.default_rng(1)
     x, weights = rng.standard_normal((7, 99)), rng.standard_normal((7, ORDER + 1))
     together = loudness_features(x, weights, LAYOUT.rate)
@@ -104,7 +106,7 @@ def test_one_window_or_many_give_the_same_numbers():
         assert np.array_equal(alone[0], together[i])
 
 
-def test_clicks_are_added_before_the_contact_only():
+def test_clicks_are_added_only_before_the_contact():
     rng = np.random.default_rng(2)
     x = rng.standard_normal(800)
     clicked = add_clicks(x, prediction(x[:197]), 400, np.random.default_rng(5))
@@ -112,17 +114,17 @@ def test_clicks_are_added_before_the_contact_only():
     assert np.abs(clicked - x)[500:].max() < 0.01
 
 
-def test_threshold_lies_in_the_middle_of_the_room_there_is():
+def test_threshold_is_the_middle_of_the_margin():
     quiet, loud = np.full(50, -4.0), np.full(50, 8.0)
     assert best_threshold(np.stack([quiet, loud], axis=1)) == pytest.approx(2.0, abs=0.05)
     quiet[0] = 7.0  # one click does not drag it along
     assert best_threshold(np.stack([quiet, loud], axis=1)) < 4.0
 
 
-def test_same_pinches_same_detector(training, fitted):
-    again = make_detector("logistic").fit(training).to_arrays()
+def test_training_is_deterministic(training, fitted):
+    arrays = make_detector("logistic").fit(training).to_arrays()
     for name, array in fitted["logistic"].to_arrays().items():
-        assert np.array_equal(array, again[name])
+        assert np.array_equal(array, arrays[name])
 
 
 @pytest.mark.parametrize("name", ["line", "rate"])
@@ -136,6 +138,6 @@ def test_broken_arrays_are_refused(fitted, name):
         LogisticDetector.from_arrays(arrays | {"rate": np.asarray(LogisticDetector.lowest - 1)})
 
 
-def test_nothing_to_learn_from_is_refused():
+def test_training_on_too_few_contacts_is_refused():
     with pytest.raises(InputError, match="needs two or more"):
         LogisticDetector().fit(Dataset((closing(1),)))

@@ -44,32 +44,32 @@ def alarms(data: NDArray[np.int16], size: int = 25, name: str = "power") -> list
 
 
 @pytest.mark.parametrize("name", SLIP_DETECTORS)
-def test_a_slip_is_heard_soon_and_told_again_while_it_goes_on(name: str) -> None:
-    found = alarms(stream(rubs=0.03), name=name)
-    assert BEGIN < found[0] < BEGIN + 0.015 * RATE
-    gaps = np.diff(found) / RATE
+def test_slip_raises_an_alarm_soon_and_repeats_it(name: str) -> None:
+    alarm_samples = alarms(stream(rubs=0.03), name=name)
+    assert BEGIN < alarm_samples[0] < BEGIN + 0.015 * RATE
+    gaps = np.diff(alarm_samples) / RATE
     assert (gaps >= 0.95 * AGAIN).all()
-    assert len(found) >= 0.8 * (SECONDS - 0.6) / AGAIN
+    assert len(alarm_samples) >= 0.8 * (SECONDS - 0.6) / AGAIN
 
 
 @pytest.mark.parametrize("name", SLIP_DETECTORS)
-def test_rest_and_a_knock_are_no_slip(name: str) -> None:
+def test_rest_and_a_knock_raise_no_alarm(name: str) -> None:
     assert alarms(stream(), name=name) == []
     assert alarms(stream(knock=0.5), name=name) == []
 
 
-def test_blocks_do_not_matter_and_nothing_is_seen_before_it_comes() -> None:
+def test_alarms_are_causal_for_any_block_size() -> None:
     data = stream(rubs=0.03)
-    found = alarms(data)
-    assert found == alarms(data, 1) == alarms(data, 997)
+    alarm_samples = alarms(data)
+    assert alarm_samples == alarms(data, 1) == alarms(data, 997)
     changed = data.copy()
-    changed[found[0] + 1 :] = 512
-    assert alarms(changed)[:1] == found[:1]
+    changed[alarm_samples[0] + 1 :] = 512
+    assert alarms(changed)[:1] == alarm_samples[:1]
 
 
-def test_nothing_is_a_slip_before_the_rest_is_known_or_where_nothing_is_held() -> None:
-    from_the_first = stream(rubs=0.03, begin=0)
-    assert alarms(from_the_first) == [], "it is taken for the rest"
+def test_no_alarm_before_the_noise_estimate_or_without_an_object() -> None:
+    early_slip = stream(rubs=0.03, begin=0)
+    assert alarms(early_slip) == [], "it counts as the rest"
     detector = PowerSlipDetector()
     detector.start(LAYOUT)
     assert detector.update(Block(stream(rubs=0.03), 0)) == []
@@ -78,7 +78,7 @@ def test_nothing_is_a_slip_before_the_rest_is_known_or_where_nothing_is_held() -
     assert detector.update(Block(stream(rubs=0.03), len(stream()))) == []
 
 
-def test_a_gap_has_the_rest_learned_anew() -> None:
+def test_gap_restarts_the_noise_estimate() -> None:
     data = stream(rubs=0.03)
     detector = PowerSlipDetector()
     detector.start(LAYOUT)
@@ -87,25 +87,25 @@ def test_a_gap_has_the_rest_learned_anew() -> None:
     assert detector.update(Block(data[BEGIN + 50 :], BEGIN + 50)) == []
 
 
-def test_what_is_not_loud_enough_to_be_counted_is_not_heard() -> None:
-    """One step of the converter is what a slip of a light thing stays below."""
+def test_slip_below_one_converter_step_raises_no_alarm() -> None:
+    """The slip of a light object stays below one step of the converter."""
     step = ADC_VOLTS / ADC_COUNTS
     assert alarms(stream(rubs=step)) == []
 
 
-def test_real_holds_of_another_sensor_hardly_ever_slip(biotac: Path) -> None:
-    """The threshold was set on a twin; ten minutes in which nothing is said to slip."""
+def test_real_holds_of_another_sensor_raise_few_alarms(biotac: Path) -> None:
+    """The threshold comes from the twin; this is ten minutes of holds without a labelled slip."""
     layout = replace(LAYOUT, rate=2200.0)
-    found, samples = 0, 0
+    count, samples = 0, 0
     for file in sorted(biotac.rglob("*.mat")):
-        held = loadmat(file)
-        data = np.zeros((held["F0pac"].size, layout.width), np.int16)
+        hold = loadmat(file)
+        data = np.zeros((hold["F0pac"].size, layout.width), np.int16)
         for column, name in enumerate(("F0pac", "F1pac")):
-            data[:, column] = held[name].flatten("F")
+            data[:, column] = hold[name].flatten("F")
         detector = PowerSlipDetector()
         detector.start(layout)
         detector.hold()
-        found += len(detector.update(Block(data, 0)))
+        count += len(detector.update(Block(data, 0)))
         samples += len(data)
     assert samples / layout.rate > 500
-    assert found / (samples / layout.rate / 60) <= 1.0
+    assert count / (samples / layout.rate / 60) <= 1.0

@@ -31,7 +31,7 @@ def twin(name: str) -> Dataset:
 
 
 @cache
-def with_rest(name: str) -> Dataset:
+def twin_after_rest(name: str) -> Dataset:
     return rested(twin(name))
 
 
@@ -42,46 +42,46 @@ def halves(dataset: Dataset) -> tuple[Dataset, Dataset]:
 
 
 @pytest.mark.parametrize("name", CONDITIONS)
-def test_the_twins_closings_start_with_their_first_sample(name: str) -> None:
+def test_closings_of_the_twin_start_at_their_first_sample(name: str) -> None:
     starts = closing_starts(twin(name))
     assert count_starts(starts) == {"first_sample": len(starts)}
     assert [s.sample for s in starts] == [p.first_sample for p in twin(name).pinches]
 
 
 @pytest.mark.parametrize("name", CONDITIONS)
-@pytest.mark.parametrize("rest", [(0.05, 0.06), (0.05, 0.4)])
-def test_with_rest_before_them_they_start_after_it(name: str, rest: tuple[float, float]) -> None:
-    dataset = rested(twin(name), rest)
+@pytest.mark.parametrize("rest_range", [(0.05, 0.06), (0.05, 0.4)])
+def test_closings_after_rest_start_after_it(name: str, rest_range: tuple[float, float]) -> None:
+    dataset = rested(twin(name), rest_range)
     starts = closing_starts(dataset)
     assert count_starts(starts) == {"rest": len(starts)}
-    left = [
+    delays = [
         (pinch.first.sample - start.sample) / pinch.layout.rate
         for start, pinch in zip(starts, dataset.pinches, strict=True)
     ]
     # Heard some 40 ms after its start; a motor that is hardly heard, a little later.
-    assert np.mean(np.array(left) > 0.06) >= 1 - NEAR
-    assert max(left) < 0.13
+    assert np.mean(np.array(delays) > 0.06) >= 1 - NEAR
+    assert max(delays) < 0.13
 
 
 @pytest.mark.parametrize("name", CONDITIONS)
-def test_the_threshold_scores_as_without_rest(name: str) -> None:
-    plain = score_detector(ThresholdDetector(), halves(twin(name))[1])
-    after_rest = score_detector(ThresholdDetector(), halves(with_rest(name))[1])
-    assert after_rest.window_accuracy == pytest.approx(plain.window_accuracy, abs=NEAR)
+def test_rest_does_not_change_the_threshold_score(name: str) -> None:
+    without_rest = score_detector(ThresholdDetector(), halves(twin(name))[1])
+    after_rest = score_detector(ThresholdDetector(), halves(twin_after_rest(name))[1])
+    assert after_rest.window_accuracy == pytest.approx(without_rest.window_accuracy, abs=NEAR)
     assert after_rest.too_soon == 0
 
 
-@pytest.mark.parametrize("learned", ["plain", "rest"])
-def test_an_svm_may_move_between_rigs_that_record_rest_and_that_do_not(learned: str) -> None:
-    kinds = {"plain": twin("everyday"), "rest": with_rest("everyday")}
-    detector = SvmDetector().fit(halves(kinds[learned])[0])
+@pytest.mark.parametrize("training_kind", ["plain", "rest"])
+def test_svm_transfers_between_rigs_with_and_without_rest(training_kind: str) -> None:
+    kinds = {"plain": twin("everyday"), "rest": twin_after_rest("everyday")}
+    detector = SvmDetector().fit(halves(kinds[training_kind])[0])
     scores = {k: score_detector(detector, halves(d)[1]).pinch_success for k, d in kinds.items()}
     assert min(scores.values()) >= 0.95
     assert scores["plain"] == pytest.approx(scores["rest"], abs=NEAR)
 
 
-def test_a_contact_too_soon_after_the_motor_is_counted_as_that() -> None:
-    dataset = with_rest("paper-rig")
+def test_contact_during_the_motor_start_is_counted_as_too_soon() -> None:
+    dataset = twin_after_rest("paper-rig")
     shortened = []
     for pinch, start in zip(dataset.pinches, closing_starts(dataset), strict=True):
         late = pinch.first.sample - start.sample - 60  # the contact comes in the steady state

@@ -14,7 +14,7 @@ from firstcontact.testing import closings
 from firstcontact.testing._closings import LAYOUT, closing
 
 
-def test_learns_to_tell_contacts_from_clicks(fitted):
+def test_separates_contacts_from_clicks(fitted):
     right = 0
     for pinch in closings(30, seed=2).pinches:
         contacts = detect(fitted["svm"], pinch)
@@ -25,19 +25,19 @@ def test_learns_to_tell_contacts_from_clicks(fitted):
     assert right >= 27
 
 
-def test_same_pinches_same_machine(training, fitted):
-    again = SvmDetector().fit(training).to_arrays()
+def test_training_is_deterministic(training, fitted):
+    arrays = SvmDetector().fit(training).to_arrays()
     for name, array in fitted["svm"].to_arrays().items():
-        assert np.array_equal(array, again[name])
+        assert np.array_equal(array, arrays[name])
 
 
-def test_arrays_are_the_whole_detector(fitted):
+def test_arrays_restore_the_detector(fitted):
     copy = SvmDetector.from_arrays(fitted["svm"].to_arrays())
     for seed in range(5):
         assert detect(copy, closing(seed)) == detect(fitted["svm"], closing(seed))
 
 
-def test_numpy_decides_as_scikit_learn_does():
+def test_decision_equals_that_of_scikit_learn():
     from sklearn.svm import SVC
 
     rng = np.random.default_rng(0)
@@ -64,14 +64,14 @@ def test_another_rate_is_refused(fitted):
         fitted["svm"].start(replace(LAYOUT, rate=2000.0))
 
 
-def test_untrained_is_refused():
+def test_untrained_detector_is_refused():
     with pytest.raises(InputError, match="not been trained"):
         SvmDetector().start(LAYOUT)
     with pytest.raises(InputError, match="not been trained"):
         SvmDetector().to_arrays()
 
 
-def test_nothing_to_learn_from_is_refused():
+def test_training_on_too_few_contacts_is_refused():
     flat = replace(closing(1), data=np.full((1200, 16), 16384, dtype=np.int16))
     for dataset in (
         Dataset(()),
@@ -83,7 +83,7 @@ def test_nothing_to_learn_from_is_refused():
             SvmDetector().fit(dataset)
 
 
-def test_learns_from_one_channel_and_first_contacts_only():
+def test_trains_on_one_channel_and_first_contacts():
     pinches = []
     for pinch in closings(30, seed=6).pinches:
         column = pinch.first.finger
@@ -92,8 +92,8 @@ def test_learns_from_one_channel_and_first_contacts_only():
             Pinch(pinch.data[:, [column]], layout, pinch.label, pinch.first_sample, pinch.truth[:1])
         )
     detector = SvmDetector().fit(Dataset(tuple(pinches[:20])))
-    found = [detect(detector, p) for p in pinches[20:]]
-    assert sum(bool(c) for c in found) >= 8
+    contacts = [detect(detector, p) for p in pinches[20:]]
+    assert sum(bool(c) for c in contacts) >= 8
 
 
 def test_unknown_names_are_refused():

@@ -28,7 +28,7 @@ def test_fires_above_three_sigmas(height, fires):
     assert detector.judge(stream(height, 400)).fired.any() == fires
 
 
-def test_a_crossing_counts_in_one_window_only():
+def test_crossing_fires_in_one_window():
     detector = ThresholdDetector()
     detector.start(LAYOUT)
     verdicts = detector.judge(stream(10.0, 400))

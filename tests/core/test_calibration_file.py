@@ -28,7 +28,7 @@ curves = st.builds(
 
 
 @given(st.lists(piezos, max_size=2), st.lists(curves, max_size=2))
-def test_a_calibration_comes_back_from_its_file(tmp_path_factory, piezo, force):
+def test_calibration_round_trips_through_its_file(tmp_path_factory, piezo, force):
     path = tmp_path_factory.mktemp("calibration") / "Größe.json"
     calibration = Calibration(tuple(piezo), tuple(force), "2026-01-01T00:00:00+00:00")
     write_calibration(calibration, path)
@@ -48,7 +48,7 @@ def tree(**change):
 
 
 @pytest.mark.parametrize(
-    ("content", "said"),
+    ("content", "problem"),
     [
         ("{", "is not JSON"),
         ("[1]", "Expected `object`"),
@@ -69,16 +69,16 @@ def tree(**change):
         ),
     ],
 )
-def test_other_files_are_refused(tmp_path, content, said):
+def test_invalid_calibration_files_are_refused(tmp_path, content, problem):
     path = tmp_path / "calibration.json"
     path.write_text(content)
-    with pytest.raises(InputError, match=said) as refused:
+    with pytest.raises(InputError, match=problem) as error:
         read_calibration(path)
-    assert str(path) in str(refused.value)
-    assert "firstcontact calibrate" in str(refused.value)
+    assert str(path) in str(error.value)
+    assert "firstcontact calibrate" in str(error.value)
 
 
-def test_files_that_cannot_be_opened_are_refused(tmp_path):
+def test_inaccessible_calibration_files_are_refused(tmp_path):
     with pytest.raises(InputError, match="cannot be read"):
         read_calibration(tmp_path / "none.json")
     with pytest.raises(InputError, match="cannot be written"):

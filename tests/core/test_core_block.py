@@ -12,9 +12,9 @@ from firstcontact.core import Block, merge_blocks
 
 
 def test_the_end_is_where_the_next_block_starts() -> None:
-    first = Block(np.zeros((7, 2)), first_sample=2**40)
-    assert first.end == 2**40 + 7
-    assert Block(np.zeros((0, 2)), first.end).end == first.end
+    block = Block(np.zeros((7, 2)), first_sample=2**40)
+    assert block.end == 2**40 + 7
+    assert Block(np.zeros((0, 2)), block.end).end == block.end
 
 
 STEPS = st.tuples(
@@ -26,8 +26,8 @@ STEPS = st.tuples(
 
 
 @given(st.lists(STEPS), st.sampled_from([1, 10, np.inf]))
-def test_joined_are_the_same_samples_in_no_more_blocks_than_it_takes(
-    steps: list[tuple[int, int, int, int]], most: float
+def test_merged_blocks_are_few_and_keep_all_samples(
+    steps: list[tuple[int, int, int, int]], limit: float
 ) -> None:
     blocks, place, epoch = [], 0, 0
     for count, missing, begun, columns in steps:
@@ -35,15 +35,15 @@ def test_joined_are_the_same_samples_in_no_more_blocks_than_it_takes(
         numbers = np.arange(place, place + count)
         blocks.append(Block(np.repeat(numbers[:, None], columns, axis=1), place, epoch))
         place += count
-    whole = merge_blocks(blocks, most)
+    merged = merge_blocks(blocks, limit)
 
     def samples(parts: list[Block]) -> list[tuple[int, tuple[int, ...]]]:
         return [(b.epoch, tuple(row)) for b in parts for row in b.data.tolist()]
 
-    assert samples(whole) == samples(blocks)
-    for block in whole:
+    assert samples(merged) == samples(blocks)
+    for block in merged:
         assert block.data[:, 0].tolist() == list(range(block.first_sample, block.end))
-        assert len(block.data) <= most or any(block is one for one in blocks)
-    for a, b in pairwise(whole):
-        apart = (a.end, a.epoch, a.data.shape[1]) != (b.first_sample, b.epoch, b.data.shape[1])
-        assert apart or most < np.inf
+        assert len(block.data) <= limit or any(block is original for original in blocks)
+    for a, b in pairwise(merged):
+        is_break = (a.end, a.epoch, a.data.shape[1]) != (b.first_sample, b.epoch, b.data.shape[1])
+        assert is_break or limit < np.inf

@@ -42,7 +42,7 @@ sys.stdin.read()
 
 @pytest.fixture
 def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The module ``child``, importable by processes; what is in it is up to the test."""
+    """The module ``child``, importable by processes. Each test writes its content."""
     path = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
     monkeypatch.setenv("PYTHONPATH", path)
     return tmp_path / "child.py"
@@ -50,72 +50,72 @@ def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @contextmanager
 def child(*options: str) -> Iterator[Child]:
-    made = Child("child", *options)
+    process = Child("child", *options)
     try:
-        yield made
+        yield process
     finally:
-        made.end(0.0)
+        process.end(0.0)
 
 
-def test_lines_go_there_and_back(module: Path) -> None:
+def test_lines_travel_in_both_directions(module: Path) -> None:
     module.write_text(f"import sys; print(*sys.argv[1:], flush=True)\n{ECHO}")
-    with child("--one", "two") as made:
-        assert made.answer(PATIENCE) == "--one two"
+    with child("--one", "two") as process:
+        assert process.answer(PATIENCE) == "--one two"
         for line in ("a", "übung", "x" * 100_000):
-            made.tell(line, PATIENCE)
-            assert made.answer(PATIENCE) == f"heard {line}"
-        assert os.getsid(made.pid) != os.getsid(0), "not in the group that the terminal signals"
-        assert made.end(PATIENCE), "by itself"
-        assert gone(made.pid)
-        assert made.end(PATIENCE)
+            process.tell(line, PATIENCE)
+            assert process.answer(PATIENCE) == f"heard {line}"
+        assert os.getsid(process.pid) != os.getsid(0), "not in the group that the terminal signals"
+        assert process.end(PATIENCE), "by itself"
+        assert gone(process.pid)
+        assert process.end(PATIENCE)
         with pytest.raises(OSError, match="ended"):
-            made.tell("more", 1.0)
+            process.tell("more", 1.0)
         with pytest.raises(OSError, match="ended"):
-            made.answer(1.0)
+            process.answer(1.0)
 
 
-def test_one_that_crashes_is_noticed(module: Path) -> None:
+def test_crash_of_a_child_raises(module: Path) -> None:
     module.write_text("raise SystemExit(3)")
-    with child() as made, pytest.raises(BrokenPipeError):
-        made.answer(PATIENCE)
+    with child() as process, pytest.raises(BrokenPipeError):
+        process.answer(PATIENCE)
 
 
 @pytest.mark.parametrize("words", DEAF.values(), ids=DEAF)
-def test_one_that_does_not_listen_is_given_up_and_ended(module: Path, words: str) -> None:
+def test_deaf_child_times_out_and_is_ended(module: Path, words: str) -> None:
     module.write_text(f"print('ready', flush=True)\n{words}")
-    with child() as made:
-        assert made.answer(PATIENCE) == "ready"
+    with child() as process:
+        assert process.answer(PATIENCE) == "ready"
         with pytest.raises(TimeoutError):
-            made.answer(0.01)
+            process.answer(0.01)
         with pytest.raises(TimeoutError):
-            made.tell("x" * 1_000_000, 0.01)
-        assert not made.end(0.01)
-        assert gone(made.pid)
+            process.tell("x" * 1_000_000, 0.01)
+        assert not process.end(0.01)
+        assert gone(process.pid)
 
 
-@pytest.mark.parametrize("still", [False, True], ids=["running", "stopped"])
+@pytest.mark.parametrize("is_stopped", [False, True], ids=["running", "stopped"])
 @pytest.mark.parametrize("words", DEAF.values(), ids=DEAF)
-def test_when_the_parent_is_killed_they_are_gone(module: Path, words: str, still: bool) -> None:
+def test_children_die_with_a_killed_parent(module: Path, words: str, is_stopped: bool) -> None:
     module.write_text(f"print('ready', flush=True)\n{words}")
     pipe = subprocess.PIPE
     with subprocess.Popen([sys.executable, "-c", PARENT], stdin=pipe, stdout=pipe) as parent:
         assert parent.stdout is not None
         pid = int(parent.stdout.readline())
-        if still:
+        if is_stopped:
             stop(pid)
         parent.kill()
         assert gone(pid)
 
 
-def test_a_thread_that_ends_takes_no_child_with_it(module: Path) -> None:
+def test_child_outlives_the_thread_that_started_it(module: Path) -> None:
     module.write_text(ECHO)
-    made: list[Child] = []
-    thread = threading.Thread(target=lambda: made.append(Child("child")))
+    processes: list[Child] = []
+    thread = threading.Thread(target=lambda: processes.append(Child("child")))
     thread.start()
     thread.join()
-    made[0].tell("still there", PATIENCE)
-    assert made[0].answer(PATIENCE) == "heard still there"
-    made[0].end(PATIENCE)
+    processes[0].tell("still there", PATIENCE)
+    assert processes[0].answer(PATIENCE) == "heard still there"
+    processes[0].end(PATIENCE)
 
 
 INTERRUPTED = """
@@ -145,21 +145,21 @@ except KeyboardInterrupt:
 """
 
 
-def test_one_whose_start_is_interrupted_does_not_stay(module: Path) -> None:
+def test_child_with_an_interrupted_start_is_ended(module: Path) -> None:
     module.write_text(DEAF["sleeps"])
-    done = subprocess.run(
+    result = subprocess.run(
         [sys.executable, "-c", INTERRUPTED],
         stdout=subprocess.PIPE,
         text=True,
     )
-    assert done.stdout == "gone\n"
+    assert result.stdout == "gone\n"
 
 
-def test_one_that_wakes_is_not_killed_but_continued(module: Path) -> None:
-    done = module.with_name("done")
+def test_suspended_child_with_wakes_is_continued(module: Path) -> None:
+    proof = module.with_name("done")
     module.write_text(
         f"import sys, pathlib\nprint('ready', flush=True)\nsys.stdin.read()\n"
-        f"pathlib.Path({str(done)!r}).touch()\n"
+        f"pathlib.Path({str(proof)!r}).touch()\n"
     )
     code = PARENT.replace('Child("child")', 'Child("child", wakes=True)')
     pipe = subprocess.PIPE
@@ -169,10 +169,10 @@ def test_one_that_wakes_is_not_killed_but_continued(module: Path) -> None:
         stop(pid)
         parent.kill()
         assert gone(pid)
-    assert done.exists()
+    assert proof.exists()
 
 
-def test_where_the_system_does_not_tell_the_parent_is_looked_for(module: Path) -> None:
+def test_child_polls_for_its_parent_without_kernel_support(module: Path) -> None:
     module.write_text(
         "import os, signal, sys, time\n"
         "from firstcontact.core import _die_with_parent as parent\n"
@@ -192,10 +192,10 @@ def test_where_the_system_does_not_tell_the_parent_is_looked_for(module: Path) -
         assert gone(pid)
 
 
-def test_a_parent_that_is_gone_already_is_noticed() -> None:
+def test_child_of_a_dead_parent_ends() -> None:
     code = (
         "import os, signal\nfrom firstcontact.core._die_with_parent import follow\n"
         "follow(os.getppid() + 1, signal.SIGKILL)\n"
     )
-    done = subprocess.run([sys.executable, "-c", code])
-    assert done.returncode == -signal.SIGKILL
+    result = subprocess.run([sys.executable, "-c", code])
+    assert result.returncode == -signal.SIGKILL

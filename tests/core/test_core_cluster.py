@@ -20,85 +20,85 @@ from processes import gone
 
 
 @pytest.fixture(scope="module")
-def two(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
-    with cluster(tmp_path_factory.mktemp("cluster"), 2) as found:
-        yield found
+def two_workers(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
+    with cluster(tmp_path_factory.mktemp("cluster"), 2) as workers:
+        yield workers
 
 
-def test_jobs_and_what_they_share_go_to_the_workers(two: Cluster) -> None:
+def test_jobs_and_shared_values_reach_the_workers(two_workers: Cluster) -> None:
     shared = np.arange(300_000, dtype=np.float32)
     ticks: list[tuple[int, int]] = []
     with (
-        use_cluster(two.address),
-        parallel(1, lambda done, total: ticks.append((done, total))) as runner,
+        use_cluster(two_workers.address),
+        parallel(1, lambda finished, total: ticks.append((finished, total))) as runner,
     ):
         assert runner.map(picked, range(4), shared) == Serial().map(picked, range(4), shared)
         pids = set(runner.map(pid, range(8)))
-        assert pids <= {worker.pid for worker in two.workers}
+        assert pids <= {worker.pid for worker in two_workers.workers}
     assert ticks[:4] == [(1, 4), (2, 4), (3, 4), (4, 4)]
     with parallel(1) as runner:
         assert runner.map(pid, [0]) == [os.getpid()]
 
 
-def test_the_backend_that_joblib_brings_moves_them_too(two: Cluster) -> None:
+def test_dask_backend_of_joblib_moves_jobs(two_workers: Cluster) -> None:
     with (
-        Client(two.address) as client,
+        Client(two_workers.address) as client,
         joblib.parallel_config("dask", client=client),
         parallel(1) as runner,
     ):
         assert os.getpid() not in runner.map(pid, range(4))
 
 
-def test_what_others_do_with_joblib_goes_there_too_but_not_from_within_a_job(two: Cluster) -> None:
+def test_other_joblib_calls_use_the_cluster_outside_jobs(two_workers: Cluster) -> None:
     large = np.ones(100_000)
-    with use_cluster(two.address):
-        calls = [joblib.delayed(added)(large, other=large, pause=0)] * 3
-        there = joblib.Parallel(batch_size=2)(calls)
-        (here,) = Serial().map(nested, [0])
+    with use_cluster(two_workers.address):
+        calls = [joblib.delayed(add)(large, right=large, pause=0)] * 3
+        totals = joblib.Parallel(batch_size=2)(calls)
+        (local_pids,) = Serial().map(nested, [0])
         with parallel(1) as runner:
             inside = runner.map(nested, range(3))
-    workers = {worker.pid for worker in two.workers}
-    assert {total for total, _ in there} == {200_000.0}
-    assert {number for _, number in there} <= workers
-    assert here == {os.getpid()}
+    workers = {worker.pid for worker in two_workers.workers}
+    assert {total for total, _ in totals} == {200_000.0}
+    assert {number for _, number in totals} <= workers
+    assert local_pids == {os.getpid()}
     assert all(len(pids) == 1 and pids <= workers for pids in inside)
 
 
-def added(one: NDArray[np.float64], *, other: NDArray[np.float64], pause: int) -> tuple[float, int]:
-    return float((one + other).sum()) + pause, os.getpid()
+def add(left: NDArray[np.float64], *, right: NDArray[np.float64], pause: int) -> tuple[float, int]:
+    return float((left + right).sum()) + pause, os.getpid()
 
 
 def nested(_: int) -> set[int]:
     return set(joblib.Parallel(n_jobs=2)(joblib.delayed(pid)(n) for n in range(4)))
 
 
-def test_the_first_error_ends_the_map_and_the_next_one_works(two: Cluster) -> None:
-    with use_cluster(two.address), parallel(1) as runner:
+def test_error_ends_the_map_and_the_next_map_works(two_workers: Cluster) -> None:
+    with use_cluster(two_workers.address), parallel(1) as runner:
         with pytest.raises(InputError, match="job 1"):
             runner.map(refused, range(3))
         assert runner.map(abs, [-1]) == [1]
 
 
-def test_a_single_worker_does_the_work_and_not_the_one_who_asks(tmp_path: Path) -> None:
-    with cluster(tmp_path, 1) as one, use_cluster(one.address), parallel(1) as runner:
-        assert set(runner.map(pid, range(3))) == {one.workers[0].pid}
+def test_single_worker_runs_all_jobs(tmp_path: Path) -> None:
+    with cluster(tmp_path, 1) as one_worker, use_cluster(one_worker.address), parallel(1) as runner:
+        assert set(runner.map(pid, range(3))) == {one_worker.workers[0].pid}
 
 
-def test_a_scheduler_that_ends_is_one_sentence(
+def test_killed_scheduler_is_an_input_error(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(module, "PATIENCE", 2.0)
-    with cluster(tmp_path, 1) as lost, use_cluster(lost.address), parallel(1) as runner:
+    with cluster(tmp_path, 1) as dying, use_cluster(dying.address), parallel(1) as runner:
         stream = runner.stream(paused, [False, True, True])
         assert next(stream) is False
-        lost.scheduler.kill()
+        dying.scheduler.kill()
         with pytest.raises(InputError):
             next(stream)
         with pytest.raises(InputError):
             runner.map(pid, [0])
 
 
-def test_a_job_that_ends_its_workers_is_one_sentence(
+def test_job_that_kills_its_workers_is_an_input_error(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES", "0")
@@ -109,12 +109,12 @@ def test_a_job_that_ends_its_workers_is_one_sentence(
 
 
 @pytest.mark.parametrize("address", ["nonsense", "tcp://127.0.0.1", "ftp://a:1", "tcp://a:port"])
-def test_what_is_no_address_is_refused(address: str) -> None:
+def test_invalid_addresses_are_refused(address: str) -> None:
     with pytest.raises(InputError, match="tcp://HOST:PORT"), use_cluster(address):
         pass
 
 
-def test_where_nobody_answers_and_where_nobody_works(
+def test_missing_scheduler_and_empty_cluster_are_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(module, "PATIENCE", 0.3)
@@ -130,14 +130,14 @@ def test_where_nobody_answers_and_where_nobody_works(
 
 
 def test_workers_of_another_version_are_refused(tmp_path: Path) -> None:
-    other = tmp_path / "packages" / "firstcontact-9.9.dist-info"
-    other.mkdir(parents=True)
-    (other / "METADATA").write_text("Metadata-Version: 2.1\nName: firstcontact\nVersion: 9.9\n")
+    metadata = tmp_path / "packages" / "firstcontact-9.9.dist-info"
+    metadata.mkdir(parents=True)
+    (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: firstcontact\nVersion: 9.9\n")
     (tmp_path / "cluster").mkdir()
     with (
-        cluster(tmp_path / "cluster", 1, first_on_path=other.parent) as strange,
+        cluster(tmp_path / "cluster", 1, first_on_path=metadata.parent) as other_version,
         pytest.raises(InputError, match=r"has firstcontact 9\.9, not"),
-        use_cluster(strange.address),
+        use_cluster(other_version.address),
     ):
         pass
 
@@ -156,10 +156,10 @@ def refused(job: int) -> int:
     return job
 
 
-def paused(still: bool) -> bool:
-    if still:
+def paused(should_pause: bool) -> bool:
+    if should_pause:
         signal.pause()
-    return still
+    return should_pause
 
 
 def ended(_: int) -> None:

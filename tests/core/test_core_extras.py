@@ -1,4 +1,4 @@
-"""What an entry needs beside the base install is named, by one check."""
+"""Missing optional packages of an entry are named by one check."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Entry:
     modules: tuple[str, ...] = ("numpy", "no_such_module")
 
 
-def test_what_lacks_is_named_with_its_install_command() -> None:
+def test_missing_extra_is_named_with_its_install_command() -> None:
     require_extra(Entry(modules=()))
     require_extra(Entry(modules=("numpy",)))
     with pytest.raises(InputError, match="no_such_module") as refused:
@@ -42,10 +42,10 @@ def test_what_lacks_is_named_with_its_install_command() -> None:
 )
 def test_entries_name_extras_that_exist(registry: object) -> None:
     assert isinstance(registry, type(IMPORTERS))
-    there = tomllib.loads(PROJECT.read_text())["project"]["optional-dependencies"]
+    extras = tomllib.loads(PROJECT.read_text())["project"]["optional-dependencies"]
     for name, entry in registry.items():
         assert bool(entry.extra) == bool(entry.modules), name
-        assert entry.extra in {"", *there}, name
+        assert entry.extra in {"", *extras}, name
 
 
 METADATA = """\
@@ -62,7 +62,7 @@ Requires-Dist: pytest>=8; extra == "dev"
 """
 
 
-def installed(site: Path, origin: str | None, extra: str) -> list[str]:
+def install_words(site: Path, origin: str | None, extra: str) -> list[str]:
     """Words of the install command that a copy of the package in ``site`` names."""
     record = site / "firstcontact-0.1.0.dist-info"
     record.mkdir(parents=True)
@@ -71,37 +71,39 @@ def installed(site: Path, origin: str | None, extra: str) -> list[str]:
         (record / "direct_url.json").write_text(json.dumps({"url": origin, "archive_info": {}}))
     (site / "firstcontact").symlink_to(PROJECT.parent / "src" / "firstcontact")
     script = f"from firstcontact.core._extras import *; print(install_command({extra!r}))"
-    done = subprocess.run(
+    result = subprocess.run(
         [sys.executable, "-c", script],
         env={**os.environ, "PYTHONPATH": str(site)},
         capture_output=True,
         text=True,
         check=True,
     )
-    return shlex.split(done.stdout)
+    return shlex.split(result.stdout)
 
 
-def test_a_clone_is_named_by_its_path() -> None:
-    *words, last = shlex.split(install_command("twin"))
+def test_install_command_names_the_path_of_a_clone() -> None:
+    *words, target = shlex.split(install_command("twin"))
     assert words[-3:] == ["pip", "install", "-e"]
-    assert last == f"{PROJECT.parent}[twin]"
+    assert target == f"{PROJECT.parent}[twin]"
 
 
-def test_a_wheel_is_named_by_its_path(tmp_path: Path) -> None:
+def test_install_command_names_the_path_of_a_wheel(tmp_path: Path) -> None:
     wheel = tmp_path / "our wheels" / "firstcontact-0.1.0-py3-none-any.whl"
     wheel.parent.mkdir()
     wheel.touch()
-    words = installed(tmp_path / "site", wheel.as_uri(), "twin")
+    words = install_words(tmp_path / "site", wheel.as_uri(), "twin")
     assert words[-3:] == ["pip", "install", f"{wheel}[twin]"]
 
 
 @pytest.mark.parametrize("origin", [None, "file:///gone/firstcontact.whl", "https://a.b/c.whl"])
-def test_without_a_path_the_packages_are_named(tmp_path: Path, origin: str | None) -> None:
-    words = installed(tmp_path / "site", origin, "study")
+def test_install_command_without_a_path_names_the_packages(
+    tmp_path: Path, origin: str | None
+) -> None:
+    words = install_words(tmp_path / "site", origin, "study")
     assert words[-4:] == ["install", "torch>=2.6", "numba>=0.60", "jinja2>=3.1"]
 
 
-def test_no_remedy_names_the_package_as_if_it_were_on_an_index() -> None:
+def test_docs_install_only_from_a_path() -> None:
     pages = [PROJECT.parent / "README.md", *PROJECT.parent.glob("docs/**/*.md")]
     for path in (*pages, *PROJECT.parent.glob("src/**/*.py")):
         assert not re.search(r"install \W*firstcontact", path.read_text(encoding="utf-8")), path

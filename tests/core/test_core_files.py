@@ -25,14 +25,14 @@ def names(folder: Path) -> list[str]:
     return sorted(p.name for p in folder.iterdir())
 
 
-def test_a_file_appears_with_its_folder(tmp_path: Path) -> None:
+def test_write_creates_the_folder(tmp_path: Path) -> None:
     path = tmp_path / "new" / "Prüfling 1.json"
     write_json(path, {"shore_a": 28.0})
     assert json.loads(path.read_text(encoding="utf-8")) == {"shore_a": 28.0}
     assert names(path.parent) == [path.name]
 
 
-def test_nothing_is_seen_before_the_end(tmp_path: Path) -> None:
+def test_file_appears_only_when_complete(tmp_path: Path) -> None:
     path = tmp_path / "results.json"
     write_text(path, "old")
     with replacing(path) as temporary:
@@ -44,9 +44,7 @@ def test_nothing_is_seen_before_the_end(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("error", [OSError, KeyboardInterrupt])
-def test_a_failure_leaves_the_old_file_and_nothing_else(
-    tmp_path: Path, error: type[BaseException]
-) -> None:
+def test_failure_keeps_only_the_old_file(tmp_path: Path, error: type[BaseException]) -> None:
     path = tmp_path / "results.json"
     write_text(path, "old")
 
@@ -69,15 +67,15 @@ def test_nan_is_not_json(tmp_path: Path) -> None:
 
 def test_two_writers_do_not_share_a_temporary_name(tmp_path: Path) -> None:
     path = tmp_path / "results.json"
-    with replacing(path) as one, replacing(path) as other:
-        assert one != other
-        one.write_text("one", encoding="utf-8")
-        other.write_text("other", encoding="utf-8")
+    with replacing(path) as first_file, replacing(path) as second_file:
+        assert first_file != second_file
+        first_file.write_text("one", encoding="utf-8")
+        second_file.write_text("other", encoding="utf-8")
     assert path.read_text(encoding="utf-8") == "one"
     assert names(tmp_path) == [path.name]
 
 
-def test_only_regular_files_are_opened_and_only_so_much_is_read(tmp_path: Path) -> None:
+def test_read_accepts_only_small_regular_files(tmp_path: Path) -> None:
     pipe, file = tmp_path / "pipe", tmp_path / "file"
     os.mkfifo(pipe)
     file.write_bytes(b"12345")
@@ -85,14 +83,14 @@ def test_only_regular_files_are_opened_and_only_so_much_is_read(tmp_path: Path) 
     assert read_regular(file, 1 << 62) == b"12345"  # no memory is asked for that is not needed
     with pytest.raises(InputError, match="4 bytes"):
         read_regular(file, 4)
-    for other in (pipe, tmp_path):  # opening the pipe would wait for ever
+    for irregular in (pipe, tmp_path):  # opening the pipe would wait for ever
         with pytest.raises(InputError):
-            open_regular(other)
+            open_regular(irregular)
     with pytest.raises(FileNotFoundError):
         open_regular(tmp_path / "none")
 
 
-def test_a_link_that_leads_to_itself_is_refused(tmp_path: Path) -> None:
+def test_link_loop_is_refused(tmp_path: Path) -> None:
     link = tmp_path / "link"
     link.symlink_to(link)
     if sys.version_info < (3, 13):  # later ones say where the circle begins
@@ -101,15 +99,15 @@ def test_a_link_that_leads_to_itself_is_refused(tmp_path: Path) -> None:
     assert resolve_path(tmp_path / "nothing") == (tmp_path / "nothing").resolve()
 
 
-def test_files_below_a_folder_are_found_by_suffix_and_a_whole_disk_is_refused(
+def test_files_are_found_by_suffix_up_to_a_limit(
     tmp_path: Path,
 ) -> None:
     (tmp_path / "a" / "b.wav").mkdir(parents=True)
     (tmp_path / "circle").symlink_to(tmp_path)
-    wanted = [tmp_path / "a" / "b.wav" / "1.wav", tmp_path / "a" / "c.WAV", tmp_path / "d.wav"]
-    for path in (*wanted, tmp_path / "wav", tmp_path / "a" / "d.csv"):
+    expected = [tmp_path / "a" / "b.wav" / "1.wav", tmp_path / "a" / "c.WAV", tmp_path / "d.wav"]
+    for path in (*expected, tmp_path / "wav", tmp_path / "a" / "d.csv"):
         path.write_text("")
-    assert files_below(tmp_path, ".wav") == wanted
-    assert files_below(tmp_path, ".wav", most=8) == wanted
+    assert files_below(tmp_path, ".wav") == expected
+    assert files_below(tmp_path, ".wav", most=8) == expected
     with pytest.raises(InputError, match="7"):
         files_below(tmp_path, ".wav", most=7)

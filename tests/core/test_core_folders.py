@@ -66,7 +66,7 @@ def write(out: Path) -> None:
             (new / name).write_text("new")
 
 
-def test_what_was_there_goes_whole(out: Path) -> None:
+def test_old_folder_is_replaced_completely(out: Path) -> None:
     out.chmod(0o750)
     write(out)
     assert content(out) == NEW
@@ -74,10 +74,10 @@ def test_what_was_there_goes_whole(out: Path) -> None:
     assert names(out.parent) == ["m"]
 
 
-@pytest.mark.parametrize("there", [True, False])
-def test_nothing_or_an_empty_folder_is_replaced_too(tmp_path: Path, there: bool) -> None:
+@pytest.mark.parametrize("exists", [True, False])
+def test_missing_or_empty_folder_is_replaced(tmp_path: Path, exists: bool) -> None:
     out = tmp_path / "a" / "b"
-    if there:
+    if exists:
         out.mkdir(parents=True)
     write(out)
     assert content(out) == NEW
@@ -93,7 +93,7 @@ def test_a_link_is_followed(out: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("error", [InputError("no"), KeyboardInterrupt(), OSError(28, "full")])
-def test_after_an_error_everything_is_as_it_was(out: Path, error: BaseException) -> None:
+def test_error_restores_the_old_folder(out: Path, error: BaseException) -> None:
     def fail() -> None:
         with replacing_folder(out) as new:
             (new / "a").write_text("new")
@@ -109,11 +109,9 @@ def test_after_an_error_everything_is_as_it_was(out: Path, error: BaseException)
 
 @pytest.mark.parametrize("when", ["before", "after"])
 @pytest.mark.parametrize("at", [1, 2, 3])
-def test_killed_at_any_rename_it_is_the_old_one_or_the_new_one(
-    out: Path, at: int, when: str
-) -> None:
-    done = subprocess.run([sys.executable, "-c", KILLED, str(out), str(at), when])
-    assert done.returncode == -signal.SIGKILL
+def test_kill_at_any_rename_leaves_the_old_or_the_new_folder(out: Path, at: int, when: str) -> None:
+    result = subprocess.run([sys.executable, "-c", KILLED, str(out), str(at), when])
+    assert result.returncode == -signal.SIGKILL
     aside = displaced_folder(out)
     if out.exists():
         assert aside is None
@@ -130,7 +128,7 @@ def test_killed_at_any_rename_it_is_the_old_one_or_the_new_one(
     assert names(out.parent) == ["m"]
 
 
-def test_only_one_writes_at_a_time(out: Path) -> None:
+def test_second_writer_is_refused(out: Path) -> None:
     with replacing_folder(out) as new:
         (new / "a").write_text("first")
         with pytest.raises(InputError, match=out.name):
@@ -140,13 +138,13 @@ def test_only_one_writes_at_a_time(out: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["m.x", "x.m", "M"])
-def test_other_names_are_no_hindrance(out: Path, name: str) -> None:
+def test_folders_of_similar_names_have_separate_locks(out: Path, name: str) -> None:
     with replacing_folder(out.with_name(name)):
         write(out)
     assert names(out.parent) == sorted(["m", name])
 
 
-def test_what_cannot_be_replaced_is_refused(
+def test_files_and_working_folders_are_refused(
     out: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = tmp_path / "file"

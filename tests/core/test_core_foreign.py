@@ -37,7 +37,7 @@ RAISED = (
 
 @pytest.fixture(autouse=True)
 def _as_a_command() -> Iterator[None]:
-    """Signals are taken as the command takes them."""
+    """Handle signals as the command does."""
     with stopping():
         yield
 
@@ -53,22 +53,22 @@ def stranger(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
 
 
 @pytest.mark.parametrize("error", RAISED, ids=repr)
-def test_whatever_it_raises_is_an_error_of_the_input(error: BaseException) -> None:
-    with pytest.raises(InputError) as found, ForeignCode("the plug-in 'x'"):
+def test_any_exception_becomes_an_input_error(error: BaseException) -> None:
+    with pytest.raises(InputError) as error_info, ForeignCode("the plug-in 'x'"):
         raise error
-    assert "the plug-in 'x'" in str(found.value)
-    assert type(error).__name__ in str(found.value)
-    assert found.value.__cause__ is error
-    assert isinstance(pickle.loads(pickle.dumps(found.value)), InputError)
+    assert "the plug-in 'x'" in str(error_info.value)
+    assert type(error).__name__ in str(error_info.value)
+    assert error_info.value.__cause__ is error
+    assert isinstance(pickle.loads(pickle.dumps(error_info.value)), InputError)
 
 
 @pytest.mark.parametrize("error", RAISED, ids=repr)
-def test_its_traceback_tells_whose_it_is(error: BaseException, stranger: ModuleType) -> None:
+def test_traceback_identifies_the_plugin(error: BaseException, stranger: ModuleType) -> None:
     with pytest.raises(InputError, match="the plug-in 'x' raised"), ForeignCode():
         stranger.fail(error)
 
 
-def test_what_it_caused_is_its_own_too(stranger: ModuleType) -> None:
+def test_error_caused_by_a_plugin_names_the_plugin(stranger: ModuleType) -> None:
     def steps() -> Iterator[int]:
         yield stranger.fail(StopIteration())
 
@@ -76,14 +76,14 @@ def test_what_it_caused_is_its_own_too(stranger: ModuleType) -> None:
         next(steps())
 
 
-def test_faults_of_this_package_stay_what_they_are(stranger: ModuleType) -> None:
+def test_errors_of_this_package_pass_unchanged(stranger: ModuleType) -> None:
     for error in (ValueError("ours"), SystemExit(3), Odd()):
         with pytest.raises(type(error)), ForeignCode():
             raise error
         assert culprit(error) == ""
 
 
-def test_sentences_of_its_own_pass(tmp_path: Path) -> None:
+def test_input_errors_and_missing_files_pass_unchanged(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="mine"), ForeignCode("x"):
         raise InputError("mine")
     with pytest.raises(FileNotFoundError), ForeignCode("x"):
@@ -91,7 +91,7 @@ def test_sentences_of_its_own_pass(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("swallows", [False, True])
-def test_a_signal_passes(swallows: bool, stranger: ModuleType) -> None:
+def test_signals_pass_through(swallows: bool, stranger: ModuleType) -> None:
     def interrupted() -> None:
         try:
             signal.raise_signal(signal.SIGINT)

@@ -20,9 +20,9 @@ from firstcontact.core import Serial, parallel
 from processes import children, command_line, gone, stop
 
 
-def test_results_come_in_order_and_workers_end() -> None:
+def test_results_are_in_order_and_workers_end() -> None:
     ticks: list[tuple[int, int]] = []
-    with parallel(2, lambda done, total: ticks.append((done, total))) as runner:
+    with parallel(2, lambda finished, total: ticks.append((finished, total))) as runner:
         assert runner.map(abs, [-1, 2, -3]) == Serial().map(abs, [-1, 2, -3]) == [1, 2, 3]
         pids = set(runner.map(_pid, [0, 1, 2, 3]))
     assert ticks[:3] == [(1, 3), (2, 3), (3, 3)]
@@ -30,7 +30,7 @@ def test_results_come_in_order_and_workers_end() -> None:
     assert not any(_alive(pid) for pid in pids)
 
 
-def test_what_is_shared_goes_to_every_job_wherever_it_runs() -> None:
+def test_every_job_gets_the_shared_value() -> None:
     shared = np.arange(1_000_000, dtype=np.float32)  # larger than what joblib maps
     expected = [float(shared[n]) for n in range(4)]
     assert Serial().map(_picked, range(4), shared, "of") == expected
@@ -48,11 +48,11 @@ def _picked(place: int, shared: NDArray[np.float32], word: str) -> float:
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_jobs_have_one_thread_each(workers: int) -> None:
-    before = dict(os.environ)
+def test_each_job_has_one_thread(workers: int) -> None:
+    environment = dict(os.environ)
     with parallel(workers) as runner:
         assert runner.map(_threads, range(2)) == [{1}, {1}]
-    assert dict(os.environ) == before
+    assert dict(os.environ) == environment
 
 
 def _threads(_: int) -> set[int]:
@@ -60,7 +60,7 @@ def _threads(_: int) -> set[int]:
     return {library["num_threads"] for library in threadpoolctl.threadpool_info()}
 
 
-def test_results_that_nobody_wants_any_more_end_the_stream_quietly() -> None:
+def test_abandoned_stream_ends_quietly() -> None:
     with parallel(2) as runner:
         stream = runner.stream(_pause, [False, True, True, True])
         assert next(stream) is False
@@ -74,21 +74,21 @@ def _pause(still: bool) -> bool:
     return still
 
 
-def test_the_backend_of_a_configuration_is_where_jobs_go() -> None:
-    """As its users expect of anything that is built on joblib."""
+def test_jobs_use_the_configured_joblib_backend() -> None:
+    """Users expect this of code built on joblib."""
     with joblib.parallel_config("threading"), parallel(2) as runner:
         assert set(runner.map(_pid, range(4))) == {os.getpid()}
 
 
-def test_a_worker_that_needs_more_memory_or_has_to_wait_is_not_replaced() -> None:
-    """Its replacement, and the warning about it, came in the middle of a study's progress bar."""
-    with warnings.catch_warnings(record=True) as said, parallel(2) as runner:
+def test_idle_or_growing_worker_is_not_replaced() -> None:
+    """Otherwise a warning interrupts the progress bar of a study."""
+    with warnings.catch_warnings(record=True) as caught_warnings, parallel(2) as runner:
         warnings.simplefilter("always")
-        first = set(runner.map(_pid, range(4)))
-        assert set(runner.map(_keep, range(6))) <= first
+        worker_pids = set(runner.map(_pid, range(4)))
+        assert set(runner.map(_keep, range(6))) <= worker_pids
         # Pauses between steps of a study take minutes, which no test waits for.
         assert runner._parallel._backend._workers._timeout > 86_400  # type: ignore[attr-defined]
-    assert [str(w.message) for w in said] == []
+    assert [str(w.message) for w in caught_warnings] == []
 
 
 def _keep(_: int) -> int:
@@ -112,12 +112,12 @@ def _alive(pid: int) -> bool:
     return state != "Z"
 
 
-def test_an_error_in_a_worker_ends_the_map() -> None:
+def test_worker_error_ends_the_map() -> None:
     with parallel(1) as runner, pytest.raises(ZeroDivisionError):
         runner.map((1.0).__truediv__, [1.0, 0.0])
 
 
-def test_after_an_error_in_a_worker_another_map_works() -> None:
+def test_map_works_after_a_worker_error() -> None:
     with parallel(2) as runner:
         with pytest.raises(ZeroDivisionError):
             runner.map((1.0).__truediv__, [1.0, 0.0, 1.0])
@@ -149,7 +149,7 @@ if __name__ == "__main__":
 
 @pytest.mark.parametrize("still", [False, True], ids=["running", "stopped"])
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
-def test_workers_end_with_their_parent_in_the_middle_of_a_job(
+def test_workers_end_with_their_parent_during_a_job(
     number: signal.Signals, still: bool, tmp_path: Path
 ) -> None:
     with subprocess.Popen(
@@ -167,5 +167,5 @@ def test_workers_end_with_their_parent_in_the_middle_of_a_job(
 
 
 def tracks(pid: int) -> bool:
-    """Whether a process is loky's, which tidies up and ends after the workers have."""
+    """Return True if a process is the resource tracker of loky, which ends after the workers."""
     return b"resource_tracker" in command_line(pid)

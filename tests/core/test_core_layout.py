@@ -45,7 +45,7 @@ def channels() -> st.SearchStrategy[Channel]:
     st.floats(2000, 1e5),
     st.none() | st.floats(0.01, 1),
 )
-def test_json_gives_the_same_layout_back(
+def test_layout_round_trips_through_json(
     columns: tuple[Channel, ...], rate: float, alpha: float | None
 ) -> None:
     layout = Layout(columns, rate, alpha)
@@ -68,8 +68,8 @@ def test_fingertip_has_the_channels_of_the_published_hand() -> None:
         assert len(layout.columns(ChannelKind.VIBRATION, finger)) == 1
         assert len(layout.columns(ChannelKind.FORCE, finger)) == 6
         assert len(layout.columns(ChannelKind.STRIP, finger)) == 1
-    every = [i for kind in ChannelKind for i in layout.columns(kind)]
-    assert sorted(every) == list(range(16))
+    columns = [i for kind in ChannelKind for i in layout.columns(kind)]
+    assert sorted(columns) == list(range(16))
 
 
 def test_names_are_unique() -> None:
@@ -77,7 +77,7 @@ def test_names_are_unique() -> None:
     assert len(set(names)) == len(names)
 
 
-def test_a_count_of_the_adc_is_its_voltage() -> None:
+def test_counts_convert_to_volts() -> None:
     layout = fingertip_layout()
     piezo = layout.columns(ChannelKind.VIBRATION)
     force = layout.columns(ChannelKind.FORCE)
@@ -97,11 +97,11 @@ def test_the_whole_range_of_the_adc_fits_in_int16() -> None:
     assert np.int16(largest) == largest
 
 
-def test_columns_come_in_the_order_asked_for() -> None:
+def test_columns_keep_the_requested_order() -> None:
     layout = fingertip_layout()
     data = np.arange(16, dtype=np.int16)[None, :]
-    there = layout.physical(data, (15, 14))
-    np.testing.assert_array_equal(there, [[15.0, 14.0]])
+    values = layout.physical(data, (15, 14))
+    np.testing.assert_array_equal(values, [[15.0, 14.0]])
 
 
 @pytest.mark.parametrize("finger", Finger)

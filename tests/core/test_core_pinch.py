@@ -41,7 +41,7 @@ names = st.text(st.characters(exclude_categories=["Cs"]), max_size=200)
         role=st.sampled_from(Role),
     )
 )
-def test_json_gives_the_same_label_back(label: Label) -> None:
+def test_label_round_trips_through_json(label: Label) -> None:
     text = json.dumps(label.to_json(), ensure_ascii=False).encode()
     assert read_record(text, Label, "label", "mend it") == label
 
@@ -53,19 +53,19 @@ def test_offset_is_the_time_between_the_contacts() -> None:
     assert pinch(Label()).offset is None
 
 
-def test_contacts_are_named_in_the_order_of_time() -> None:
-    both = pinch(Label(), 100, 182)
-    assert both.first is both.truth[0]
-    assert both.second is both.truth[1]
+def test_contacts_are_in_order_of_time() -> None:
+    two_contacts = pinch(Label(), 100, 182)
+    assert two_contacts.first is two_contacts.truth[0]
+    assert two_contacts.second is two_contacts.truth[1]
     assert pinch(Label()).first is None
     assert pinch(Label(), 100).second is None
 
 
 def test_channels_of_a_pinch_have_their_shapes() -> None:
-    one = pinch(Label())
-    assert one.vibration().shape == (10, 2)
-    assert one.force(Finger.THUMB).shape == (10, 6)
-    assert one.strip(Finger.INDEX).shape == (10, 1)
+    sample_pinch = pinch(Label())
+    assert sample_pinch.vibration().shape == (10, 2)
+    assert sample_pinch.force(Finger.THUMB).shape == (10, 6)
+    assert sample_pinch.strip(Finger.INDEX).shape == (10, 1)
 
 
 @pytest.fixture
@@ -78,7 +78,7 @@ def dataset() -> Dataset:
     return Dataset(tuple(pinch(label) for label in labels), "synthetic", ("a note",))
 
 
-def test_labels_come_as_arrays_with_nan_for_unknown(dataset: Dataset) -> None:
+def test_labels_are_arrays_with_nan_for_unknown(dataset: Dataset) -> None:
     assert len(dataset) == 3
     np.testing.assert_array_equal(dataset.shore_a, [10, 60, np.nan])
     np.testing.assert_array_equal(dataset.hardness_rank, [np.nan, np.nan, 2])
@@ -100,7 +100,7 @@ def test_a_dataset_is_a_sequence_of_pinches(dataset: Dataset) -> None:
 
 
 @pytest.mark.parametrize("index", [3, [3], np.array([True])])
-def test_what_is_not_in_a_dataset_is_an_index_error(dataset: Dataset, index: object) -> None:
+def test_invalid_index_raises_index_error(dataset: Dataset, index: object) -> None:
     with pytest.raises(IndexError):
         dataset[index]  # type: ignore[index]
 
@@ -115,8 +115,8 @@ def test_a_mask_and_its_positions_take_the_same_pinches(dataset: Dataset) -> Non
 
 
 def test_positions_may_repeat_and_reorder(dataset: Dataset) -> None:
-    again = dataset.take([2, 0, 0])
-    assert list(again.objects) == ["shoebox", "block", "block"]
+    selection = dataset.take([2, 0, 0])
+    assert list(selection.objects) == ["shoebox", "block", "block"]
     assert len(dataset.take(np.zeros(3, dtype=bool))) == 0
 
 

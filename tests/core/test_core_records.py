@@ -16,22 +16,22 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Whole:
+class Record:
     name: Name
     parts: tuple[Part, ...]
 
 
-def read(text: str, longest: int = 10_000) -> Whole:
-    return read_record(text.encode("utf-8", "surrogatepass"), Whole, "x.json", "mend it", longest)
+def read(text: str, longest: int = 10_000) -> Record:
+    return read_record(text.encode("utf-8", "surrogatepass"), Record, "x.json", "mend it", longest)
 
 
-def test_what_fits_comes_back() -> None:
+def test_valid_records_are_read() -> None:
     tree = '{"name": "Äpfel", "parts": [{"sample": 3, "weight": 1, "new": {"a": []}}]}'
-    assert read(tree) == Whole("Äpfel", (Part(3, 1.0),))
+    assert read(tree) == Record("Äpfel", (Part(3, 1.0),))
 
 
 @pytest.mark.parametrize(
-    ("text", "named"),
+    ("text", "field"),
     [
         ('{"name": "a"}', "parts"),
         ('{"name": 3, "parts": []}', "name is wrong"),
@@ -48,8 +48,8 @@ def test_what_fits_comes_back() -> None:
         (" " * 20_000, "more than 10000"),
     ],
 )
-def test_what_does_not_fit_is_one_sentence(text: str, named: str) -> None:
-    with pytest.raises(InputError, match=named) as caught:
+def test_invalid_records_are_refused(text: str, field: str) -> None:
+    with pytest.raises(InputError, match=field) as caught:
         read(text)
     message = str(caught.value)
     assert message.startswith("x.json")

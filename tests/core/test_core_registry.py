@@ -22,12 +22,14 @@ class Red:
 
 def colours(monkeypatch: pytest.MonkeyPatch, **points: str) -> Registry[Blue | Red]:
     """A registry of blue, with plug-ins of these names at these places."""
-    found = [EntryPoint(name, place, GROUP) for name, place in points.items()]
-    monkeypatch.setattr(module, "entry_points", lambda group: [p for p in found if group == GROUP])
+    entry_points_of_test = [EntryPoint(name, place, GROUP) for name, place in points.items()]
+    monkeypatch.setattr(
+        module, "entry_points", lambda group: [p for p in entry_points_of_test if group == GROUP]
+    )
     return Registry("colour", GROUP, {"blue": f"{__name__}:Blue"})
 
 
-def test_own_entries_are_imported_when_they_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_entries_are_imported_on_first_use(monkeypatch: pytest.MonkeyPatch) -> None:
     registry = Registry("colour", GROUP, {"far": "nowhere.at.all:Thing", "blue": Blue()})
     assert list(registry) == ["far", "blue"]
     assert registry["blue"].name == "blue"
@@ -37,7 +39,7 @@ def test_own_entries_are_imported_when_they_are_asked_for(monkeypatch: pytest.Mo
     assert Registry("colour", GROUP, {"blue": Blue()}, default="blue").default == "blue"
 
 
-def test_plugins_come_after_our_own(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_plugins_follow_the_built_in_entries(monkeypatch: pytest.MonkeyPatch) -> None:
     registry = colours(monkeypatch, red=f"{__name__}:Red")
     assert list(registry) == ["blue", "red"]
     assert registry.find("red") is Red
@@ -45,7 +47,7 @@ def test_plugins_come_after_our_own(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "place", "why"),
+    ("name", "place", "cause"),
     [
         ("red", "nowhere.at.all:Red", "ModuleNotFoundError"),
         ("red", f"{__name__}:Green", "AttributeError"),
@@ -53,16 +55,16 @@ def test_plugins_come_after_our_own(monkeypatch: pytest.MonkeyPatch) -> None:
         ("blue", f"{__name__}:Red", "colour"),
     ],
 )
-def test_a_plugin_that_cannot_be_loaded_is_named_and_stops_nothing(
+def test_broken_plugin_is_reported_and_skipped(
     monkeypatch: pytest.MonkeyPatch,
     caplog: pytest.LogCaptureFixture,
     name: str,
     place: str,
-    why: str,
+    cause: str,
 ) -> None:
     registry = colours(monkeypatch, **{name: place})
     assert [entry.name for entry in registry.values()] == ["blue"]
-    assert why in registry.failed[name]
+    assert cause in registry.failed[name]
     assert name in caplog.text
     assert registry.find("blue") is Blue
     if name != "blue":
@@ -70,7 +72,7 @@ def test_a_plugin_that_cannot_be_loaded_is_named_and_stops_nothing(
             registry.find(name)
 
 
-def test_a_name_that_nobody_has_is_refused_with_the_choices(
+def test_unknown_name_is_refused_with_the_choices(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     registry = colours(monkeypatch, red=f"{__name__}:Red")

@@ -1,4 +1,4 @@
-"""What is being made has a lock: a killed writer's leftovers go, a running one's stay."""
+"""Locks of temporary files: sweeping removes files of killed writers only."""
 
 from __future__ import annotations
 
@@ -39,19 +39,19 @@ def names(folder: Path) -> list[str]:
     return sorted(p.name for p in folder.iterdir())
 
 
-def test_a_killed_writer_leaves_what_the_next_one_sweeps(tmp_path: Path) -> None:
+def test_next_writer_sweeps_the_files_of_a_killed_one(tmp_path: Path) -> None:
     path = tmp_path / "results.json"
     with writer(path) as child:
         child.kill()
-    (left,) = tmp_path.iterdir()
-    assert is_temporary(left / "results.json", tmp_path)
+    (leftover,) = tmp_path.iterdir()
+    assert is_temporary(leftover / "results.json", tmp_path)
     write_text(tmp_path / "other.json", "nothing to do with it")
-    assert left.exists()
+    assert leftover.exists()
     write_text(path, "whole")
     assert names(tmp_path) == ["other.json", "results.json"]
 
 
-def test_what_a_running_writer_makes_is_never_swept(tmp_path: Path) -> None:
+def test_files_of_a_running_writer_are_not_swept(tmp_path: Path) -> None:
     path = tmp_path / "results.json"
     with writer(path) as child:
         write_text(path, "from here")
@@ -63,20 +63,20 @@ def test_what_a_running_writer_makes_is_never_swept(tmp_path: Path) -> None:
     assert names(tmp_path) == ["results.json"]
 
 
-def test_leftovers_of_older_versions_are_swept_and_nothing_else(tmp_path: Path) -> None:
-    kept = [".o.12345678.part.txt", ".o.1234567.part", "o.12345678.part", ".p.12345678.part"]
-    for name in (".o.12345678.part", *kept):
+def test_only_leftovers_of_older_versions_are_swept(tmp_path: Path) -> None:
+    other_names = [".o.12345678.part.txt", ".o.1234567.part", "o.12345678.part", ".p.12345678.part"]
+    for name in (".o.12345678.part", *other_names):
         (tmp_path / name).touch()
     folder = tmp_path / ".o.abcdef01.part"
     folder.mkdir()
     (folder / "000.mcap").touch()
     (tmp_path / ".o.abcdef02.part").symlink_to(tmp_path)
     write_text(tmp_path / "o", "")
-    assert names(tmp_path) == sorted([*kept, "o", ".o.abcdef02.part"])
+    assert names(tmp_path) == sorted([*other_names, "o", ".o.abcdef02.part"])
     sweep(tmp_path / "none")
 
 
-def test_only_what_lies_below_the_folder_is_called_temporary(tmp_path: Path) -> None:
+def test_only_files_below_the_folder_are_temporary(tmp_path: Path) -> None:
     with temporary_path(tmp_path / "a.mcap") as inside:
         assert is_temporary(inside, tmp_path)
         assert not is_temporary(inside, inside.parent)
@@ -84,7 +84,7 @@ def test_only_what_lies_below_the_folder_is_called_temporary(tmp_path: Path) -> 
     assert names(tmp_path) == []
 
 
-def test_what_is_created_never_replaces(tmp_path: Path) -> None:
+def test_creating_never_replaces_a_file(tmp_path: Path) -> None:
     path = tmp_path / "o.csv"
 
     def create() -> None:
@@ -101,7 +101,7 @@ def test_what_is_created_never_replaces(tmp_path: Path) -> None:
     assert names(tmp_path) == ["o.csv"]
 
 
-def test_of_two_that_create_the_same_the_first_to_end_keeps_it(tmp_path: Path) -> None:
+def test_first_of_two_creators_to_finish_wins(tmp_path: Path) -> None:
     path = tmp_path / "o.csv"
     with writer(path, "creating") as child:
         with creating(path) as temporary:

@@ -8,7 +8,7 @@ from firstcontact.core import counted
 
 
 @pytest.mark.parametrize(
-    ("number", "noun", "said"),
+    ("number", "noun", "expected"),
     [
         (1, "pinch", "1 pinch"),
         (0, "pinch", "0 pinches"),
@@ -20,5 +20,5 @@ from firstcontact.core import counted
         (3, "Shore A level", "3 Shore A levels"),
     ],
 )
-def test_one_is_no_plural(number: int, noun: str, said: str) -> None:
-    assert counted(number, noun) == said
+def test_one_is_singular(number: int, noun: str, expected: str) -> None:
+    assert counted(number, noun) == expected

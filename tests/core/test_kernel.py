@@ -14,7 +14,7 @@ from firstcontact.core import RbfKernel
 @pytest.mark.parametrize(("kind", "close"), [(np.float32, 1e-4), (np.float64, 1e-12)])
 @given(seed=st.integers(0, 1000), gamma=st.floats(1e-3, 3.0), inputs=st.integers(1, 80))
 @settings(max_examples=30)
-def test_it_is_scikit_learns(
+def test_kernel_equals_that_of_scikit_learn(
     kind: type[np.floating], close: float, seed: int, gamma: float, inputs: int
 ) -> None:
     rng = np.random.default_rng(seed)
@@ -24,13 +24,13 @@ def test_it_is_scikit_learns(
     assert values.dtype == kind
     assert values.shape == (7, len(kernel))
     np.testing.assert_allclose(values, rbf_kernel(x, vectors, gamma), atol=close)
-    one = kernel.row(x[3].astype(kind), float(x[3] @ x[3]))
-    assert one.dtype == kind
-    np.testing.assert_allclose(one, values[3], atol=close)
+    row = kernel.row(x[3].astype(kind), float(x[3] @ x[3]))
+    assert row.dtype == kind
+    np.testing.assert_allclose(row, values[3], atol=close)
 
 
 @pytest.mark.parametrize("sign", [-1, 1])
-def test_a_vector_that_overflows_is_not_taken_for_a_far_one(sign: int) -> None:
+def test_overflowing_vector_is_not_treated_as_distant(sign: int) -> None:
     kernel = RbfKernel(np.full((2, 3), sign * 1e308), 0.1)
     with np.errstate(all="ignore"):
         assert np.isnan(kernel.rows(np.ones((4, 3)))).all()

@@ -19,14 +19,14 @@ def test_whole_numbers_are_exact() -> None:
 
 
 @pytest.mark.parametrize("text", ["1_0", "1_000.5", "１２", "٣", "", " ", "0x10", "1,5", "9_9e1"])
-def test_what_others_read_differently_is_refused(text: str) -> None:
+def test_ambiguous_numbers_are_refused(text: str) -> None:
     for parse in (parse_float, parse_int):
         with pytest.raises(ValueError, match="which is not a"):
             parse(text)
 
 
 @pytest.mark.parametrize("text", ["nan", "inf", "-Infinity", "1e999"])
-def test_numbers_are_finite_unless_infinity_is_wanted(text: str) -> None:
+def test_infinity_is_refused_by_default(text: str) -> None:
     with pytest.raises(ValueError, match="finite"):
         parse_float(text)
     assert str(parse_float(text, finite=False)) in ("nan", "inf", "-inf")

@@ -10,7 +10,7 @@ from firstcontact.core import percent
 
 
 @pytest.mark.parametrize(
-    ("share", "decimals", "said"),
+    ("share", "decimals", "expected"),
     [
         (1.0, 1, "100.0 %"),
         (0.972, 1, "97.2 %"),
@@ -21,12 +21,12 @@ from firstcontact.core import percent
         (1.2, 0, "120 %"),
     ],
 )
-def test_a_share_has_the_decimals_that_are_of_use(share: float, decimals: int, said: str) -> None:
-    assert percent(share, decimals) == said
+def test_percent_has_useful_decimals(share: float, decimals: int, expected: str) -> None:
+    assert percent(share, decimals) == expected
 
 
 @given(st.floats(0, 1, exclude_max=True), st.integers(0, 2))
-def test_no_share_is_rounded_up_to_all(share: float, decimals: int) -> None:
-    said = percent(share, decimals)
-    assert float(said.removesuffix(" %")) < 100
-    assert len(said) <= len("99.99 %")
+def test_percent_is_never_rounded_up_to_100(share: float, decimals: int) -> None:
+    text = percent(share, decimals)
+    assert float(text.removesuffix(" %")) < 100
+    assert len(text) <= len("99.99 %")

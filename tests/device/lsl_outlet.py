@@ -27,13 +27,13 @@ threading.Thread(target=lambda: (sys.stdin.read(), ended.set()), daemon=True).st
 print("ready", flush=True)
 rng = np.random.default_rng(0)
 outlet.wait_for_consumers(30)
-zero, sent = pylsl.local_clock(), 0
+zero, count = pylsl.local_clock(), 0
 while not ended.is_set():
     time.sleep(0.005)
     due = int((pylsl.local_clock() - zero) * rate)
-    numbers = np.arange(sent, due)
+    numbers = np.arange(count, due)
     numbers = numbers[(numbers < lose_at) | (numbers >= lose_at + lose)]
-    sent = due
+    count = due
     if len(numbers):
         stamps = zero + numbers / rate + 1e-3 * jitter * rng.standard_normal(len(numbers))
         rows = np.stack([numbers, np.sin(numbers / 50)], axis=1)

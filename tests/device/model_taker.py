@@ -45,9 +45,9 @@ class ModelTaker(Responder):
             self.pieces += 1
             (at,) = struct.unpack_from("<I", payload)
             self.model += payload[4:] if at == len(self.model) else b""
-        said = self.says(FrameType(kind), len(self.model))
-        if isinstance(said, int):
+        reply = self.says(FrameType(kind), len(self.model))
+        if isinstance(reply, int):
             state = KEPT if kind == FrameType.MODEL_END else 0
-            said = struct.pack("<BBI", state, kind, said)
-        if said is not None:
-            self._reply = FrameType.MODEL_STATE, said
+            reply = struct.pack("<BBI", state, kind, reply)
+        if reply is not None:
+            self._reply = FrameType.MODEL_STATE, reply

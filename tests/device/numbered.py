@@ -40,7 +40,7 @@ def frames(
 
 
 def check(blocks: Iterable[Block]) -> int:
-    """Assert that each sample has its own number and none is repeated. Return their number."""
+    """Assert that sample numbers are unique and correct. Return the sample count."""
     count = 0
     ends: dict[int, int] = {}
     epoch = 0

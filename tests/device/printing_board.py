@@ -44,12 +44,12 @@ class PrintingBoard:
         return self._done.is_set()
 
     def _plug(self) -> None:
-        self._end, other = os.openpty()
-        tty.setraw(other)
+        self._end, terminal = os.openpty()
+        tty.setraw(terminal)
         os.set_blocking(self._end, False)
-        self._other = other
+        self._other = terminal
         self.link.unlink(missing_ok=True)
-        self.link.symlink_to(os.ttyname(other))
+        self.link.symlink_to(os.ttyname(terminal))
 
     def unplug(self) -> None:
         """Unplug the board. It keeps counting."""
@@ -72,15 +72,15 @@ class PrintingBoard:
 
     def _print(self) -> None:
         began = time.monotonic()
-        rest, took = b"", False
+        unsent, is_accepted = b"", False
         # What waits goes on as fast as it is taken: the terminal holds 4 kB.
-        while not self._done.wait(0.0 if rest and took else 0.005):
+        while not self._done.wait(0.0 if unsent and is_accepted else 0.005):
             due = int((time.monotonic() - began) * self._rate)
-            rest += b"".join(self._line(n) for n in range(self._number, due))
+            unsent += b"".join(self._line(n) for n in range(self._number, due))
             self._number = due
             try:
-                rest, took = rest[os.write(self._end, rest) :], True
+                unsent, is_accepted = unsent[os.write(self._end, unsent) :], True
             except BlockingIOError:
-                took = False  # nobody reads: it waits in the board
+                is_accepted = False  # nobody reads: it waits in the board
             except OSError:
-                rest = b""
+                unsent = b""

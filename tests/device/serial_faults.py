@@ -12,10 +12,10 @@ def samples(arrivals: list[Arrival]) -> int:
     return sum(len(a.block.data) for a in arrivals)
 
 
-def wait_for(source: SerialSource, what: Callable[[], object]) -> list[Arrival]:
+def wait_for(source: SerialSource, condition: Callable[[], object]) -> list[Arrival]:
     """Read until a condition is true."""
     arrivals: list[Arrival] = []
-    while not what():
+    while not condition():
         assert not source.ended
         arrivals += source.read(0.05)
     return arrivals
@@ -23,17 +23,17 @@ def wait_for(source: SerialSource, what: Callable[[], object]) -> list[Arrival]:
 
 def every_other(count: int, sends: Callable[[bytes], bytes]) -> Callable[[bytes], bytes]:
     """Return a fault for each ``count``-th samples frame except the first."""
-    seen = 0
+    count_seen = 0
 
     def change(frame: bytes) -> bytes:
-        nonlocal seen
+        nonlocal count_seen
         if decode(frame[:-1]).type != FrameType.SAMPLES:
             return frame
-        seen += 1
-        return sends(frame) if seen % count == 0 else frame
+        count_seen += 1
+        return sends(frame) if count_seen % count == 0 else frame
 
     return change
 
 
-def answering(kind: FrameType, payload: bytes) -> Callable[[bytes], bytes]:
+def answer_frame(kind: FrameType, payload: bytes) -> Callable[[bytes], bytes]:
     return lambda frame: encode(kind, decode(frame[:-1]).counter, payload)

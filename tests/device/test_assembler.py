@@ -75,14 +75,14 @@ def test_a_gap_begins_a_block_and_is_counted() -> None:
     assert line.counts == Counts(samples=40, lost_samples=10, lost_frames=2)
 
 
-def test_what_the_device_dropped_is_lost_without_a_lost_frame() -> None:
+def test_samples_dropped_by_the_device_are_lost() -> None:
     line = Line()
     line.feed(*frames(0, 10, 1, overflow=3), *frames(17, 5, 3, overflow=10))
     line.feed(encode(FrameType.STOPPED, 4, protocol.stopped_payload(30, 18)))
     assert line.counts == Counts(samples=15, lost_samples=15, overflow_samples=15)
 
 
-def test_late_answers_are_counted_from_the_streams_beginning_on() -> None:
+def test_late_answers_are_counted_from_the_start_of_the_stream() -> None:
     def late(counter: int, skipped: int, unheard: int) -> bytes:
         return encode(FrameType.LATE, counter, protocol.late_payload(skipped, unheard))
 
@@ -94,27 +94,27 @@ def test_late_answers_are_counted_from_the_streams_beginning_on() -> None:
 
 @given(st.lists(st.integers(1, 30), unique=True, max_size=20), st.data())
 def test_lost_doubled_and_late_frames_are_each_counted_once(
-    lost: list[int], data: st.DataObject
+    lost_frames: list[int], data: st.DataObject
 ) -> None:
     wire = frames(0, 200, 1)
-    kept = [k for k in range(len(wire)) if k not in lost]
+    delivered = [k for k in range(len(wire)) if k not in lost_frames]
     # Some come again later, or only later: up to four places.
-    again = data.draw(st.lists(st.sampled_from(kept[:-5]), unique=True, max_size=5))
-    order = list(kept)
-    for k in again:
+    repeated = data.draw(st.lists(st.sampled_from(delivered[:-5]), unique=True, max_size=5))
+    order = list(delivered)
+    for k in repeated:
         order.insert(order.index(k) + data.draw(st.integers(1, 4)), k)
     line = Line()
     for k in order:
         line.feed(wire[k])
     assert line.counts == Counts(
-        samples=5 * len(kept),
-        lost_samples=5 * len(set(lost)),
-        lost_frames=len(set(lost)),
-        doubled_frames=len(again),
+        samples=5 * len(delivered),
+        lost_samples=5 * len(set(lost_frames)),
+        lost_frames=len(set(lost_frames)),
+        doubled_frames=len(repeated),
     )
 
 
-def test_a_late_frame_was_lost_when_the_next_one_came() -> None:
+def test_reordered_frame_counts_as_lost() -> None:
     line = Line()
     a, b, c, d = frames(0, 20, 1)
     line.feed(a, c, b, d)
@@ -122,18 +122,18 @@ def test_a_late_frame_was_lost_when_the_next_one_came() -> None:
     assert line.counts == Counts(samples=15, lost_samples=5, lost_frames=1, doubled_frames=1)
 
 
-@pytest.mark.parametrize("before", range(0, 12))
-def test_sample_numbers_go_on_beyond_32_bits(before: int) -> None:
+@pytest.mark.parametrize("offset", range(0, 12))
+def test_sample_numbers_continue_beyond_32_bits(offset: int) -> None:
     line = Line()
-    first = 2**32 - before
+    first = 2**32 - offset
     line.feed(*frames(first, 20, 1))
     assert line.assembler.counts == Counts(samples=20)
-    unwrapped = first if before else 0
+    unwrapped = first if offset else 0
     assert line.stretches == [(0, unwrapped, unwrapped + 20)]
     check(line.out.blocks)
 
 
-def test_numbers_wrap_again_and_again() -> None:
+def test_sample_numbers_wrap_repeatedly() -> None:
     line = Line()
     step = 2**31 - 5
     numbers = [k * step for k in range(9)]
@@ -153,26 +153,26 @@ def test_the_frame_counter_wraps(missing: int) -> None:
     assert line.counts.doubled_frames == 0
 
 
-def test_frames_of_a_later_version_are_in_the_count() -> None:
+def test_unknown_frames_are_counted() -> None:
     line = Line()
     line.feed(encode(0x7F, 1, b"what may come"), *frames(0, 10, 2))
     assert line.counts == Counts(samples=10)
 
 
-def test_what_comes_before_the_descriptor_is_anothers() -> None:
+def test_frames_before_the_descriptor_are_ignored() -> None:
     line = Line(*frames(500, 20, 90), descriptor(1, 94), *frames(520, 20, 95))
     assert line.stretches == [(0, 520, 540)]
     assert line.counts == Counts(samples=20)
 
 
-def test_a_second_answer_changes_nothing() -> None:
+def test_repeated_descriptor_changes_nothing() -> None:
     line = Line()
     line.feed(*frames(0, 10, 1), descriptor(1, 3), *frames(10, 10, 4))
     assert line.counts == Counts(samples=20)
     assert {s[0] for s in line.stretches} == {0}
 
 
-def test_a_reset_without_losing_the_port_begins_an_epoch() -> None:
+def test_reset_starts_an_epoch() -> None:
     line = Line()
     line.feed(*frames(0, 100, 1))
     line.assembler.expect_descriptor()
@@ -181,14 +181,14 @@ def test_a_reset_without_losing_the_port_begins_an_epoch() -> None:
     assert line.counts == Counts(samples=200)
 
 
-def test_both_epochs_in_one_read_are_told_apart() -> None:
+def test_epochs_within_one_read_are_separate() -> None:
     line = Line()
     line.feed(*frames(0, 100, 1), descriptor(2), *frames(100, 100, 1))
     assert line.stretches == [(0, 0, 100), (1, 100, 200)]
     assert line.counts == Counts(samples=200)
 
 
-def test_a_restart_with_the_same_boot_number_shows_in_the_counter() -> None:
+def test_restart_with_the_same_boot_number_starts_an_epoch() -> None:
     line = Line()
     line.feed(*frames(0, 100, 1))
     line.assembler.expect_descriptor()
@@ -197,14 +197,14 @@ def test_a_restart_with_the_same_boot_number_shows_in_the_counter() -> None:
     assert line.counts == Counts(samples=200)
 
 
-def test_a_doubled_descriptor_is_no_restart() -> None:
+def test_doubled_descriptor_starts_no_epoch() -> None:
     line = Line()
     line.feed(*frames(0, 100, 1), descriptor(1, 0), *frames(100, 10, 21))
     assert line.counts == Counts(samples=110, doubled_frames=1)
     assert line.assembler.epoch == 0
 
 
-def test_after_an_interruption_the_same_start_goes_on_in_a_new_epoch() -> None:
+def test_interruption_starts_a_new_epoch() -> None:
     line = Line()
     line.feed(*frames(0, 100, 1))
     line.decoder.restart()
@@ -215,7 +215,7 @@ def test_after_an_interruption_the_same_start_goes_on_in_a_new_epoch() -> None:
     assert line.counts == Counts(samples=130, lost_samples=70, lost_frames=12)
 
 
-def test_markers_have_the_whole_number_of_their_sample() -> None:
+def test_markers_have_unwrapped_sample_numbers() -> None:
     line = Line()
     line.feed(*frames(2**32 - 10, 10, 1))
     line.feed(encode(FrameType.MARKER, 3, protocol.marker_payload(2**32 + 4, "später")))
@@ -223,7 +223,7 @@ def test_markers_have_the_whole_number_of_their_sample() -> None:
     assert (marker.sample, marker.text, marker.epoch) == (2**32 + 4, "später", 0)
 
 
-def test_the_stopped_frame_tells_what_is_missing_at_the_end() -> None:
+def test_stopped_frame_counts_losses_at_the_end() -> None:
     line = Line()
     wire = frames(0, 50, 1)
     line.feed(*wire[:7])
@@ -231,14 +231,14 @@ def test_the_stopped_frame_tells_what_is_missing_at_the_end() -> None:
     assert line.counts == Counts(samples=35, lost_samples=15, lost_frames=3)
 
 
-def test_columns_that_the_descriptor_does_not_have_are_refused() -> None:
+def test_frames_of_other_columns_are_refused() -> None:
     line = Line()
     payload = protocol.samples_payload(0, 0, np.zeros((5, 15), np.int16))
     with pytest.raises(InputError, match="16 channels"):
         line.feed(encode(FrameType.SAMPLES, 1, payload))
 
 
-def test_once_they_fitted_a_frame_that_does_not_is_counted() -> None:
+def test_later_frame_of_other_columns_is_counted() -> None:
     line = Line()
     payload = protocol.samples_payload(5, 0, np.zeros((5, 15), np.int16))
     line.feed(*frames(0, 5, 1), encode(FrameType.SAMPLES, 2, payload), *frames(10, 5, 3))
@@ -259,10 +259,10 @@ ESTIMATE = DeviceEstimate(Finger.THUMB, 1000, 59, 1058, 30.5, 22.0, 39.0, False,
 MINUTE = round(60 * DESCRIPTOR.layout.rate)
 
 
-def told(
+def predictions_of_frame(
     payload: bytes, kind: FrameType, next_sample: int = 1060
 ) -> tuple[list[DevicePrediction], Counts]:
-    """Answers of a device in a frame of their own, between its samples."""
+    """Return the predictions of one frame between samples, and the counts."""
     line = Line()
     line.feed(*frames(next_sample - 60, 60, 1))
     out = line.feed(encode(kind, 13, payload), *frames(next_sample, 10, 14))
@@ -270,9 +270,12 @@ def told(
 
 
 @pytest.mark.parametrize("flags", [{}, {"refused": True, "value": 0.0, "low": 0.0, "high": 0.0}])
-def test_an_estimate_is_given_as_it_was_made(flags: dict[str, float]) -> None:
+def test_estimate_is_passed_on_unchanged(flags: dict[str, float]) -> None:
     estimate = replace(ESTIMATE, **flags)  # type: ignore[arg-type]
-    assert told(estimate_payload(estimate), FrameType.ESTIMATE) == ([estimate], Counts(70))
+    assert predictions_of_frame(estimate_payload(estimate), FrameType.ESTIMATE) == (
+        [estimate],
+        Counts(70),
+    )
 
 
 @pytest.mark.parametrize(
@@ -292,22 +295,26 @@ def test_an_estimate_is_given_as_it_was_made(flags: dict[str, float]) -> None:
         {"contact": 2**31 - 1, "decided": 2**31 - 1},
     ],
 )
-def test_an_estimate_that_cannot_be_one_is_counted_as_damaged(wrong: dict[str, float]) -> None:
+def test_invalid_estimate_is_counted_as_malformed(wrong: dict[str, float]) -> None:
     payload = estimate_payload(replace(ESTIMATE, **wrong))  # type: ignore[arg-type]
-    assert told(payload, FrameType.ESTIMATE) == ([], Counts(samples=70, malformed_frames=1))
+    assert predictions_of_frame(payload, FrameType.ESTIMATE) == (
+        [],
+        Counts(samples=70, malformed_frames=1),
+    )
 
 
 @pytest.mark.parametrize(
-    ("sample", "known"), [(-1, 1058), (1059, 1058), (2**31, 2**31 + 5), (0, 1060 + MINUTE + 1)]
+    ("sample", "decided"), [(-1, 1058), (1059, 1058), (2**31, 2**31 + 5), (0, 1060 + MINUTE + 1)]
 )
-def test_a_contact_that_is_not_in_the_samples_is_counted_as_damaged(
-    sample: int, known: int
-) -> None:
-    payload = contact_payload(Finger.INDEX, sample, known, True)
-    assert told(payload, FrameType.CONTACT) == ([], Counts(samples=70, malformed_frames=1))
+def test_contact_outside_the_samples_is_counted_as_malformed(sample: int, decided: int) -> None:
+    payload = contact_payload(Finger.INDEX, sample, decided, True)
+    assert predictions_of_frame(payload, FrameType.CONTACT) == (
+        [],
+        Counts(samples=70, malformed_frames=1),
+    )
 
 
-def test_a_contact_is_known_where_a_device_goes_on_after_a_long_absence() -> None:
+def test_contact_is_accepted_after_a_long_interruption() -> None:
     line = Line(descriptor(), *frames(0, 60, 1))
     line.assembler.interrupted()
     first = 10 * MINUTE
@@ -319,7 +326,7 @@ def test_a_contact_is_known_where_a_device_goes_on_after_a_long_absence() -> Non
 
 
 def run(minutes: float) -> tuple[Counts, list[int]]:
-    """A stream as long as that in pieces as a port gives them; memory at each tenth, bytes."""
+    """Return the counts of a stream of this length, and the memory at each tenth in bytes."""
     assembler, decoder = Assembler(), Decoder()
     assembler.take(decoder.feed(descriptor()))
     total = round(minutes * 60 * 4936)
@@ -341,14 +348,14 @@ def run(minutes: float) -> tuple[Counts, list[int]]:
     return assembler.counts, memory
 
 
-def test_two_minutes_lose_nothing() -> None:
+def test_two_minutes_have_no_losses() -> None:
     counts, _ = run(2)
     assert counts == Counts(samples=2 * 60 * 4936)
 
 
 @pytest.mark.slow
 @pytest.mark.timeout(1200)
-def test_an_hour_loses_nothing_and_memory_is_flat() -> None:
+def test_an_hour_has_no_losses_and_constant_memory() -> None:
     counts, memory = run(60)
     assert counts == Counts(samples=3600 * 4936)
     assert max(memory[1:]) - memory[1] < 4 << 20

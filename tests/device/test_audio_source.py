@@ -55,11 +55,11 @@ def agree(arrivals: list[Arrival], tape: np.ndarray) -> int:
 
 
 def gaps(arrivals: list[Arrival]) -> int:
-    before = [0, *(a.block.end for a in arrivals)]
-    return sum(end != a.block.first_sample for end, a in zip(before, arrivals, strict=False))
+    previous_ends = [0, *(a.block.end for a in arrivals)]
+    return sum(end != a.block.first_sample for end, a in zip(previous_ends, arrivals, strict=False))
 
 
-def test_what_comes_is_what_was_played_and_its_number_says_when(tmp_path: Path) -> None:
+def test_samples_are_the_played_ones_with_their_numbers(tmp_path: Path) -> None:
     tape = hum(6 * RATE)
     with heard_here(tmp_path, tape), open_source("audio:disc") as source:
         arrivals = until(source, 4000)
@@ -68,11 +68,11 @@ def test_what_comes_is_what_was_played_and_its_number_says_when(tmp_path: Path) 
     assert agree(arrivals, tape) > 10
 
 
-def test_an_overflow_is_a_gap_of_its_length(tmp_path: Path) -> None:
-    lost = 4800
+def test_overflow_is_a_gap_of_its_length(tmp_path: Path) -> None:
+    overflow = 4800
     tape = hum(6 * RATE)
     with (
-        heard_here(tmp_path, tape, lose_at=RATE // 2, lose=lost),
+        heard_here(tmp_path, tape, lose_at=RATE // 2, lose=overflow),
         open_source("audio:disc") as source,
     ):
         arrivals = until(source, 4936)
@@ -80,7 +80,7 @@ def test_an_overflow_is_a_gap_of_its_length(tmp_path: Path) -> None:
         arrivals += source.read(0.0)
         health = source.health
     # What was in the buffer is lost, too.
-    assert health.overflow_samples >= lost * 4936 // RATE
+    assert health.overflow_samples >= overflow * 4936 // RATE
     # What lies before a gap and needs samples of the gap does not come either. Each end of a gap
     # falls between two samples, and the overflow is rounded once.
     edges = CausalResampler(48_000.0, 4936.0).delay * 4936.0 + 1
@@ -89,7 +89,7 @@ def test_an_overflow_is_a_gap_of_its_length(tmp_path: Path) -> None:
     assert agree(arrivals, tape) > 10
 
 
-def test_an_input_that_is_unplugged_ends_with_a_sentence(tmp_path: Path) -> None:
+def test_unplugged_input_ends_with_an_input_error(tmp_path: Path) -> None:
     with heard_here(tmp_path, hum(RATE // 2)), open_source("audio:disc") as source:
         with pytest.raises(InputError, match="audio:disc"):
             until(source, 10 * RATE)
@@ -104,11 +104,11 @@ def test_two_channels_are_two_fingers(tmp_path: Path) -> None:
     tape = np.stack([hum(RATE), np.full(RATE, 100, np.int16)], axis=1)
     with heard_here(tmp_path, tape), open_source("audio:disc/2") as source:
         assert source.descriptor.layout.column_names == ("piezo_index", "piezo_thumb")
-        (first, *_) = until(source, 100)
-    np.testing.assert_allclose(first.block.data[:, 1], 100 / 32768.0, rtol=1e-5)
+        (arrival, *_) = until(source, 100)
+    np.testing.assert_allclose(arrival.block.data[:, 1], 100 / 32768.0, rtol=1e-5)
 
 
-def test_what_is_not_there_is_refused_with_what_is(tmp_path: Path) -> None:
+def test_unknown_input_is_refused_with_the_choices(tmp_path: Path) -> None:
     with heard_here(tmp_path, hum(RATE)):
         with pytest.raises(InputError, match=r"audio:violin.*'disc'"):
             open_source("audio:violin").__enter__()
@@ -121,7 +121,7 @@ def test_what_is_not_there_is_refused_with_what_is(tmp_path: Path) -> None:
 
 
 @contextmanager
-def without_a_pace(folder: Path) -> Iterator[str]:
+def input_without_pacing(folder: Path) -> Iterator[str]:
     """Return an input that delivers data as fast as they are read."""
     with heard_here(folder, hum(RATE)) as sound:
         (folder / "asound.conf").write_text(
@@ -132,19 +132,19 @@ def without_a_pace(folder: Path) -> Iterator[str]:
         yield "audio:fast"
 
 
-def test_an_input_that_keeps_no_pace_is_refused(tmp_path: Path) -> None:
-    with without_a_pace(tmp_path) as name, open_source(name) as source:
+def test_input_faster_than_real_time_is_refused(tmp_path: Path) -> None:
+    with input_without_pacing(tmp_path) as name, open_source(name) as source:
         # What lies in memory may be no numbers: that is refused, too.
         with pytest.raises(InputError, match="audio:fast"):
             until(source, 1_000_000_000)
         assert source.ended
 
 
-def test_an_input_without_a_pace_is_refused_and_gives_no_pinch(
+def test_input_without_pacing_gives_no_pinch(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "out"
-    with without_a_pace(tmp_path) as name:
+    with input_without_pacing(tmp_path) as name:
         assert main(["record", "--device", name, "--object", "x", "--out", str(out)]) == 2
     assert "audio:fast" in capsys.readouterr().err
     # On a busy machine the refusal may come after the first samples: they are kept, no pinch is.

@@ -24,7 +24,7 @@ def feed(clock: ClockFit, ppm: float, seconds: float, jitter: float, seed: int =
 
 
 @pytest.mark.parametrize("ppm", [-100.0, 0.0, 100.0])
-def test_drift_is_told_to_a_part_per_million_after_a_minute(ppm: float) -> None:
+def test_drift_is_within_1_ppm_after_a_minute(ppm: float) -> None:
     clock = ClockFit(RATE)
     feed(clock, ppm, 60, 2e-4)
     assert clock.rate == pytest.approx(RATE * (1 + 1e-6 * ppm), rel=1e-6)
@@ -39,14 +39,14 @@ def test_an_hour_of_drift(ppm: float) -> None:
 
 
 @pytest.mark.parametrize("rate", [2468.0, 4700.0, 5000.0])
-def test_another_rate_than_the_nominal_one_is_found(rate: float) -> None:
+def test_rate_away_from_the_nominal_one_is_estimated(rate: float) -> None:
     clock = ClockFit(RATE)
     for sample in range(0, 100_000, 5):
         clock.add(sample, 7.0 + sample / rate)
     assert clock.rate == pytest.approx(rate, rel=1e-9)
 
 
-def test_lost_samples_do_not_disturb() -> None:
+def test_lost_samples_do_not_change_the_drift() -> None:
     clock = ClockFit(RATE)
     for sample in range(0, 100_000, 5):
         if not 30_000 < sample < 60_000:
@@ -54,7 +54,7 @@ def test_lost_samples_do_not_disturb() -> None:
     assert clock.rate == pytest.approx(RATE, rel=1e-9)
 
 
-def test_nothing_is_said_before_it_can_be_told() -> None:
+def test_no_drift_is_reported_before_enough_data() -> None:
     clock = ClockFit(RATE)
     assert clock.rate == 0.0
     feed(clock, 50.0, 4, 1e-4)

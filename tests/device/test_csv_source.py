@@ -18,9 +18,9 @@ from firstcontact.device._number_lines import identify_columns
 MEASURED = 0.6
 
 
-def until(source: CsvSource, done: Callable[[list[Arrival]], bool]) -> list[Arrival]:
+def until(source: CsvSource, is_done: Callable[[list[Arrival]], bool]) -> list[Arrival]:
     arrivals: list[Arrival] = []
-    while not done(arrivals):
+    while not is_done(arrivals):
         arrivals += source.read(5.0)
     return arrivals
 
@@ -29,11 +29,11 @@ def samples(n: int) -> Callable[[list[Arrival]], bool]:
     return lambda arrivals: sum(len(a.block.data) for a in arrivals) >= n
 
 
-def counted(number: int) -> bytes:
+def numbered_line(number: int) -> bytes:
     return b"%d,%d,%d\r\n" % (number, 512 + number % 7, number % 1000)
 
 
-def test_columns_are_found_by_the_header_and_nothing_is_lost(tmp_path: Path) -> None:
+def test_header_names_the_columns(tmp_path: Path) -> None:
     def line(number: int) -> bytes:
         return (b"n,micros,piezo\n" if number % 500 == 0 else b"") + b"%d,%d,%d\n" % (
             number,
@@ -55,15 +55,17 @@ def test_columns_are_found_by_the_header_and_nothing_is_lost(tmp_path: Path) -> 
     assert source.health.bad_frames == 0
 
 
-def test_a_column_that_counts_is_found_without_a_header_and_tells_losses(tmp_path: Path) -> None:
-    lost = set(range(6000, 6013)) | {7000}
-    with PrintingBoard(tmp_path / "port", lambda n: b"" if n in lost else counted(n)) as board:
+def test_counter_column_is_detected_and_reveals_losses(tmp_path: Path) -> None:
+    lost_lines = set(range(6000, 6013)) | {7000}
+    with PrintingBoard(
+        tmp_path / "port", lambda n: b"" if n in lost_lines else numbered_line(n)
+    ) as board:
         source = CsvSource(board.port, ("2",), measured=MEASURED)
         with source:
             # What was printed may wait to be read for long: a busy machine.
-            arrivals = until(source, lambda _: source.health.lost_samples >= len(lost))
+            arrivals = until(source, lambda _: source.health.lost_samples >= len(lost_lines))
             arrivals += until(source, samples(100))
-    assert source.health.lost_samples == len(lost)
+    assert source.health.lost_samples == len(lost_lines)
     values = np.concatenate([a.block.data for a in arrivals])[:, 0]
     numbers = np.concatenate([np.arange(a.block.first_sample, a.block.end) for a in arrivals])
     # Every sample is where the board counted it: what it printed follows from its number.
@@ -71,7 +73,7 @@ def test_a_column_that_counts_is_found_without_a_header_and_tells_losses(tmp_pat
     assert len(shift) == 1
 
 
-def test_without_one_losses_are_said_to_be_unknown(tmp_path: Path) -> None:
+def test_losses_are_unknown_without_a_counter(tmp_path: Path) -> None:
     with PrintingBoard(tmp_path / "port", lambda n: b"%d\n" % (n % 300 * (n % 3))) as board:
         source = CsvSource(board.port, measured=MEASURED)
         with source:
@@ -81,11 +83,11 @@ def test_without_one_losses_are_said_to_be_unknown(tmp_path: Path) -> None:
     assert source.health.lost == "0 or more (the device does not count its samples)"
 
 
-def test_damaged_lines_are_counted_and_cost_only_themselves(tmp_path: Path) -> None:
+def test_each_damaged_line_costs_one_sample(tmp_path: Path) -> None:
     def line(number: int) -> bytes:
         if number > 5000 and number % 400 == 0:
             return (b"\xff\xfe12,,x\n", b"%d,\n" % number, b"12\x0034\n")[number // 400 % 3]
-        return counted(number)
+        return numbered_line(number)
 
     with PrintingBoard(tmp_path / "port", line) as board:
         source = CsvSource(board.port, ("2",), measured=MEASURED)
@@ -95,12 +97,12 @@ def test_damaged_lines_are_counted_and_cost_only_themselves(tmp_path: Path) -> N
     assert source.health.lost_samples == source.health.bad_frames
 
 
-def test_a_count_that_is_damaged_is_no_restart_and_no_leap(tmp_path: Path) -> None:
+def test_damaged_counter_value_starts_no_epoch_or_gap(tmp_path: Path) -> None:
     def line(number: int) -> bytes:
         if number > 5000 and number % 400 == 0:
             count = (b"1e300", b"99%d" % number, b"-3", b"7")[number // 400 % 4]
             return b"%s,512,0\n" % count
-        return counted(number)
+        return numbered_line(number)
 
     with PrintingBoard(tmp_path / "port", line) as board:
         source = CsvSource(board.port, ("2",), measured=MEASURED)
@@ -111,12 +113,12 @@ def test_a_count_that_is_damaged_is_no_restart_and_no_leap(tmp_path: Path) -> No
     assert source.health.lost_samples == source.health.bad_frames
 
 
-def test_a_reset_begins_an_epoch_with_its_header_in_the_middle(tmp_path: Path) -> None:
+def test_reset_starts_an_epoch_after_its_header(tmp_path: Path) -> None:
     def line(number: int) -> bytes:
         if number < 6000:
-            return counted(number)
+            return numbered_line(number)
         head = b"n,piezo,ramp\r\n" if number == 6000 else b""
-        return (b"123" + head if number == 6000 else b"") + counted(number - 6000)
+        return (b"123" + head if number == 6000 else b"") + numbered_line(number - 6000)
 
     with PrintingBoard(tmp_path / "port", line) as board:
         source = CsvSource(board.port, ("2",), measured=MEASURED)
@@ -130,58 +132,63 @@ def test_a_reset_begins_an_epoch_with_its_header_in_the_middle(tmp_path: Path) -
     assert source.health.bad_frames >= 1
 
 
-def test_a_port_that_comes_back_goes_on_in_another_epoch(tmp_path: Path) -> None:
+def test_reconnected_port_continues_in_another_epoch(tmp_path: Path) -> None:
     def line(number: int) -> bytes:
-        return b"noise\xff\n" if number % 400 == 399 else counted(number)
+        return b"noise\xff\n" if number % 400 == 399 else numbered_line(number)
 
     with PrintingBoard(tmp_path / "port", line) as board:
         source = CsvSource(board.port, ("2",), measured=MEASURED)
         with source:
             until(source, lambda _: source.health.bad_frames > 1)
-            before = source.health.bad_frames
+            bad_frames = source.health.bad_frames
             board.unplug()
             while source.health.connected:
                 source.read(0.05)
             board.plug()
-            arrivals = until(source, lambda some: bool(some) and some[-1].block.epoch == 1)
+            arrivals = until(
+                source,
+                lambda arrivals_so_far: (
+                    bool(arrivals_so_far) and arrivals_so_far[-1].block.epoch == 1
+                ),
+            )
             assert source.health.connected
-            assert source.health.bad_frames >= before
+            assert source.health.bad_frames >= bad_frames
     assert len(arrivals[-1].block.data)
 
 
 @pytest.mark.parametrize(
-    ("line", "columns", "what"),
+    ("line", "columns", "problem"),
     [
         (lambda n: b"hello world 1\n", (), "csv:PORT@BAUD"),
         (lambda n: bytes([n % 251]) * 3, (), "csv:PORT@BAUD"),
-        (counted, ("5",), "'5'.*1, 2, 3"),
+        (numbered_line, ("5",), "'5'.*1, 2, 3"),
         (lambda n: b"1 2 3 4\n", (), "csv:PORT#4"),
         (lambda n: b"1,2\n" if n % 2 else b"1\n", (), "1 to 2 numbers"),
     ],
 )
-def test_what_is_no_board_of_numbers_is_refused(
+def test_port_without_number_lines_is_refused(
     line: Callable[[int], bytes],
     columns: tuple[str, ...],
-    what: str,
+    problem: str,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr("firstcontact.device._csv_source.PATIENCE", 0.5)
     with (
         PrintingBoard(tmp_path / "port", line) as board,
-        pytest.raises(InputError, match=what),
+        pytest.raises(InputError, match=problem),
     ):
         CsvSource(board.port, columns, measured=MEASURED).__enter__()
 
 
-def test_a_backlog_after_a_replug_is_no_other_rate(tmp_path: Path) -> None:
+def test_backlog_after_a_reconnection_is_not_refused(tmp_path: Path) -> None:
     printed, backlog = 0, False
 
     def line(number: int) -> bytes:
         nonlocal printed
         lines = 60 if backlog else 1  # more than any reader takes in the time
         printed += lines
-        return b"".join(counted(n) for n in range(printed - lines, printed))
+        return b"".join(numbered_line(n) for n in range(printed - lines, printed))
 
     with (
         PrintingBoard(tmp_path / "port", line) as board,
@@ -197,28 +204,28 @@ def test_a_backlog_after_a_replug_is_no_other_rate(tmp_path: Path) -> None:
     assert source.health.reconnects == 1
 
 
-def test_a_slow_board_is_refused_with_its_rate(tmp_path: Path) -> None:
+def test_slow_board_is_refused(tmp_path: Path) -> None:
     with (
-        PrintingBoard(tmp_path / "port", counted, rate=200.0) as board,
+        PrintingBoard(tmp_path / "port", numbered_line, rate=200.0) as board,
         pytest.raises(InputError, match=r"\b500\b"),
     ):
         CsvSource(board.port, ("2",), measured=MEASURED).__enter__()
 
 
-def test_another_rate_is_measured_and_brought_to_the_models(tmp_path: Path) -> None:
+def test_other_rate_is_measured_and_resampled(tmp_path: Path) -> None:
     began = time.monotonic()
-    with PrintingBoard(tmp_path / "port", counted, rate=2000.0) as board:
+    with PrintingBoard(tmp_path / "port", numbered_line, rate=2000.0) as board:
         source = CsvSource(board.port, ("2",), measured=MEASURED)
         with source:
-            said = source.descriptor.firmware
-            rate = float(said.split()[3])
+            firmware = source.descriptor.firmware
+            rate = float(firmware.split()[3])
             # Of what the board has printed, in the time it took: no closer than its own pace.
             assert rate == pytest.approx(board.printed / (time.monotonic() - began), rel=0.2)
             until(source, samples(1000))
             assert 0 < source.descriptor.delay <= 0.0005
 
 
-def test_what_a_person_types_says_port_baud_and_columns() -> None:
+def test_device_name_has_port_baud_and_columns() -> None:
     source = from_name("csv:/dev/ttyUSB0@230400#a,b", SourceOptions())
     assert (source.port, source._baud, source._named) == ("/dev/ttyUSB0", 230400, ("a", "b"))
     assert source_kind("csv:/dev/ttyUSB0").name == "csv"
@@ -231,10 +238,10 @@ def test_what_a_person_types_says_port_baud_and_columns() -> None:
         CsvSource("/dev/none").__enter__()
 
 
-def test_a_value_out_of_range_costs_only_itself(tmp_path: Path) -> None:
+def test_value_out_of_range_costs_one_sample(tmp_path: Path) -> None:
     def line(number: int) -> bytes:
         bad = number > 5000 and number % 1000 == 0
-        return b"%d,1e300,0\n" % number if bad else counted(number)
+        return b"%d,1e300,0\n" % number if bad else numbered_line(number)
 
     with PrintingBoard(tmp_path / "port", line) as board:
         source = CsvSource(board.port, ("2",), measured=MEASURED)
@@ -244,7 +251,7 @@ def test_a_value_out_of_range_costs_only_itself(tmp_path: Path) -> None:
     assert max(float(np.abs(a.block.data).max()) for a in arrivals) < 1000
 
 
-def test_a_board_that_prints_nothing_usable_is_refused(tmp_path: Path) -> None:
+def test_board_without_usable_values_is_refused(tmp_path: Path) -> None:
     with PrintingBoard(tmp_path / "port", lambda n: b"%d,1e300,0\n" % n) as board:
         source = CsvSource(board.port, ("2",), measured=MEASURED)
         with source, pytest.raises(InputError, match="csv:"):
@@ -253,9 +260,9 @@ def test_a_board_that_prints_nothing_usable_is_refused(tmp_path: Path) -> None:
     assert source.health.lost_samples > 4936
 
 
-def test_a_count_that_begins_to_run_back_is_reported_and_counted(tmp_path: Path) -> None:
+def test_counter_that_runs_back_is_reported_and_counted(tmp_path: Path) -> None:
     def line(number: int) -> bytes:
-        return counted(number if number < 6000 else 12_000 - number)
+        return numbered_line(number if number < 6000 else 12_000 - number)
 
     with PrintingBoard(tmp_path / "port", line) as board:
         source = CsvSource(board.port, ("2",), measured=MEASURED)
@@ -285,7 +292,7 @@ def test_a_counter_that_does_not_count_up_is_refused(
 
 
 @pytest.mark.parametrize("word", ["9" * 5000, "0", "-1", "a", "\u0663"])
-def test_a_column_that_is_not_there_is_refused(word: str) -> None:
+def test_missing_column_is_refused(word: str) -> None:
     lines = [(float(n), 1.0, 2.0) for n in range(30)]
     with pytest.raises(InputError, match="n, a 2, a 3"):
         identify_columns(lines, ("n", "a", "a"), (word,), "port")

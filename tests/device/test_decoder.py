@@ -18,7 +18,7 @@ START = len(b"".join(STREAM[:2]))
 FAULTY = range(START, START + len(STREAM[2]))
 
 
-def decoded(data: bytes, pieces: int = 1 << 20) -> tuple[Decoder, list[Frame]]:
+def decode_pieces(data: bytes, pieces: int = 1 << 20) -> tuple[Decoder, list[Frame]]:
     decoder = Decoder()
     out = []
     for start in range(0, len(data), pieces):
@@ -26,7 +26,7 @@ def decoded(data: bytes, pieces: int = 1 << 20) -> tuple[Decoder, list[Frame]]:
     return decoder, out
 
 
-def lost(out: list[Frame]) -> set[int]:
+def lost_counters(out: list[Frame]) -> set[int]:
     """Return the missing frames. Assert that all others are unchanged."""
     for frame in out:
         assert frame == decode(STREAM[frame.counter][:-1])
@@ -34,35 +34,35 @@ def lost(out: list[Frame]) -> set[int]:
 
 
 @pytest.mark.parametrize("pieces", [1, 2, 3, 7, 190, 191, 192])
-def test_pieces_of_any_size_give_the_same(pieces: int) -> None:
-    decoder, out = decoded(BYTES, pieces)
-    assert lost(out) == set()
+def test_pieces_of_any_size_give_the_same_frames(pieces: int) -> None:
+    decoder, out = decode_pieces(BYTES, pieces)
+    assert lost_counters(out) == set()
     assert decoder.bad == 0
 
 
 @pytest.mark.parametrize("cut", range(len(BYTES)))
 def test_a_cut_at_every_byte_changes_nothing(cut: int) -> None:
     decoder = Decoder()
-    assert lost(decoder.feed(BYTES[:cut]) + decoder.feed(BYTES[cut:])) == set()
+    assert lost_counters(decoder.feed(BYTES[:cut]) + decoder.feed(BYTES[cut:])) == set()
     assert decoder.bad == 0
 
 
 @pytest.mark.parametrize("start", range(1, len(STREAM[0])))
-def test_listening_from_within_a_frame_counts_nothing_as_damaged(start: int) -> None:
-    decoder, out = decoded(BYTES[start:])
-    assert lost(out) == {0}
+def test_partial_first_frame_is_not_counted_as_damaged(start: int) -> None:
+    decoder, out = decode_pieces(BYTES[start:])
+    assert lost_counters(out) == {0}
     assert decoder.bad == 0
 
 
 @pytest.mark.parametrize("place", FAULTY)
-def test_a_flipped_byte_loses_the_frames_it_touches(place: int) -> None:
+def test_flipped_byte_loses_its_frames(place: int) -> None:
     for flip in (0x01, 0x80, 0xFF, BYTES[place]):
         if flip == 0:
             continue
         flipped = bytes([BYTES[place] ^ flip])
-        decoder, out = decoded(BYTES[:place] + flipped + BYTES[place + 1 :])
+        decoder, out = decode_pieces(BYTES[:place] + flipped + BYTES[place + 1 :])
         joined = place == FAULTY[-1]  # the zero is gone
-        assert lost(out) == ({2, 3} if joined else {2})
+        assert lost_counters(out) == ({2, 3} if joined else {2})
         # A new zero cuts the frame in two, but where it stands beside another.
         cut = flip == BYTES[place] and FAULTY[0] < place < FAULTY[-2]
         assert decoder.bad == (2 if cut else 1)
@@ -70,17 +70,17 @@ def test_a_flipped_byte_loses_the_frames_it_touches(place: int) -> None:
 
 @pytest.mark.parametrize("place", FAULTY)
 @pytest.mark.parametrize("byte", [0x00, 0x01, 0xFF])
-def test_an_inserted_byte_loses_the_frame_it_is_in(place: int, byte: int) -> None:
-    decoder, out = decoded(BYTES[:place] + bytes([byte]) + BYTES[place:])
+def test_inserted_byte_loses_its_frame(place: int, byte: int) -> None:
+    decoder, out = decode_pieces(BYTES[:place] + bytes([byte]) + BYTES[place:])
     between = byte == 0 and place in (FAULTY[0], FAULTY[-1])  # a zero beside a zero is nothing
-    assert lost(out) == (set() if between else {2})
+    assert lost_counters(out) == (set() if between else {2})
     assert decoder.bad == (0 if between else 2 if byte == 0 else 1)
 
 
 @pytest.mark.parametrize("place", FAULTY)
-def test_a_deleted_byte_loses_the_frames_it_touches(place: int) -> None:
-    decoder, out = decoded(BYTES[:place] + BYTES[place + 1 :])
-    assert lost(out) == ({2, 3} if place == FAULTY[-1] else {2})
+def test_deleted_byte_loses_its_frames(place: int) -> None:
+    decoder, out = decode_pieces(BYTES[:place] + BYTES[place + 1 :])
+    assert lost_counters(out) == ({2, 3} if place == FAULTY[-1] else {2})
     assert decoder.bad == 1
 
 
@@ -89,20 +89,20 @@ ENDS = np.cumsum([len(f) for f in MANY])
 
 
 @given(st.binary(min_size=1000, max_size=1000), st.integers(len(MANY[0]), 10_000))
-def test_a_burst_loses_the_frames_it_touches_and_no_more(burst: bytes, place: int) -> None:
-    first, last = np.searchsorted(ENDS, [place, place + len(burst) - 1], "right")
-    touched = set(range(first, last + 1))
+def test_burst_loses_only_the_overwritten_frames(burst: bytes, place: int) -> None:
+    first_frame, last_frame = np.searchsorted(ENDS, [place, place + len(burst) - 1], "right")
+    touched = set(range(first_frame, last_frame + 1))
     # Where the burst ends on the zero of a frame, the next is joined to it.
-    joined = {int(last) + 1} if place + len(burst) == ENDS[last] else set()
+    joined = {int(last_frame) + 1} if place + len(burst) == ENDS[last_frame] else set()
     data = b"".join(MANY)
-    decoder, out = decoded(data[:place] + burst + data[place + len(burst) :])
-    there = {f.counter for f in out}
-    others = set(range(len(MANY))) - touched
-    assert others - joined <= there <= others
+    decoder, out = decode_pieces(data[:place] + burst + data[place + len(burst) :])
+    received = {f.counter for f in out}
+    untouched = set(range(len(MANY))) - touched
+    assert untouched - joined <= received <= untouched
     assert 1 <= decoder.bad <= burst.count(0) + 1
 
 
-def test_a_line_without_zeros_costs_no_memory_and_one_damaged_piece() -> None:
+def test_line_without_zeros_is_one_bad_frame_in_constant_memory() -> None:
     decoder = Decoder()
     decoder.feed(STREAM[0])
     for _ in range(1000):
@@ -113,16 +113,16 @@ def test_a_line_without_zeros_costs_no_memory_and_one_damaged_piece() -> None:
     assert decoder.bad == 1
 
 
-def test_zeros_with_nothing_between_are_nothing() -> None:
-    decoder, out = decoded(b"\0\0".join([*STREAM, b"\0"]))
-    assert lost(out) == set()
+def test_repeated_zeros_are_ignored() -> None:
+    decoder, out = decode_pieces(b"\0\0".join([*STREAM, b"\0"]))
+    assert lost_counters(out) == set()
     assert decoder.bad == 0
 
 
-def test_after_a_restart_the_first_piece_may_be_the_end_of_something() -> None:
-    decoder, _ = decoded(BYTES[: START + 5])
+def test_partial_frame_after_a_restart_is_not_counted() -> None:
+    decoder, _ = decode_pieces(BYTES[: START + 5])
     decoder.restart()
-    assert lost(decoder.feed(BYTES[START + 9 :])) == {0, 1, 2}
+    assert lost_counters(decoder.feed(BYTES[START + 9 :])) == {0, 1, 2}
     assert decoder.bad == 0
     decoder.feed(b"\x05\x05\0")
     decoder.restart()
@@ -130,7 +130,7 @@ def test_after_a_restart_the_first_piece_may_be_the_end_of_something() -> None:
 
 
 @given(st.integers(0, 255), st.integers(0, 2**32 - 1), st.binary(max_size=600), st.data())
-def test_any_frame_comes_back_however_it_is_cut(
+def test_any_frame_round_trips_in_any_pieces(
     kind: int, counter: int, payload: bytes, data: st.DataObject
 ) -> None:
     wire = encode(kind, counter, payload) + encode(FrameType.STOP, 0)

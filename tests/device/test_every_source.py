@@ -36,9 +36,9 @@ RECORDING = SOURCES["recording"]
 def recording(tmp_path: Path) -> Path:
     path = tmp_path / "a.mcap"
     with RecordingWriter(path, Header(LAYOUT, "synthetic")) as writer:
-        for first, epoch in ((0, 0), (700, 0), (0, 1)):
+        for first_sample, epoch in ((0, 0), (700, 0), (0, 1)):
             data = np.zeros((500, len(LAYOUT.channels)), np.int16)
-            writer.write(Block(data, first, epoch))
+            writer.write(Block(data, first_sample, epoch))
     return path
 
 
@@ -83,7 +83,7 @@ def device(name: str, recording: Path) -> AbstractContextManager[str]:
 
 
 @pytest.mark.parametrize("name", SOURCES)
-def test_it_keeps_to_what_sources_promise(name: str, recording: Path) -> None:
+def test_registered_source_passes_the_conformance_check(name: str, recording: Path) -> None:
     with device(name, recording) as named:
         assert source_kind(named).name == name
         check_source(SOURCES[name], named)
@@ -127,22 +127,22 @@ class Deaf(ReplaySource):
         return None
 
 
-@pytest.mark.parametrize("made", [Twice, Wider, Endless, Silent, Deaf])
-def test_a_source_that_does_otherwise_is_found_out(
-    made: Callable[[Path, float], ReplaySource], recording: Path
+@pytest.mark.parametrize("make_source", [Twice, Wider, Endless, Silent, Deaf])
+def test_conformance_check_rejects_a_faulty_source(
+    make_source: Callable[[Path, float], ReplaySource], recording: Path
 ) -> None:
-    kind = replace(RECORDING, make=lambda path, options: made(Path(path), options.speed))
+    kind = replace(RECORDING, make=lambda path, options: make_source(Path(path), options.speed))
     with pytest.raises(AssertionError):
         check_source(kind, str(recording), SourceOptions(speed=4.0), patience=0.3)
 
 
-def test_a_source_without_a_sample_is_not_called_checked(recording: Path) -> None:
+def test_conformance_check_needs_samples(recording: Path) -> None:
     kind = replace(RECORDING, make=lambda path, options: Silent(Path(path), options.speed))
     with pytest.raises(AssertionError, match="nothing was checked"):
         check_source(kind, str(recording), SourceOptions(speed=4.0), patience=0.3)
 
 
-def test_a_name_and_a_colon_pick_a_kind_before_all_that_guess(
+def test_prefix_selects_a_kind_before_any_guess(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     tape = SourceKind("tape", "tape:PATH", RECORDING.make)
@@ -156,7 +156,7 @@ def test_a_name_and_a_colon_pick_a_kind_before_all_that_guess(
     assert source_kind("/dev/ttyACM0") is greedy
 
 
-def test_what_a_broken_plugin_would_take_is_refused_with_its_reason(
+def test_name_of_a_broken_plugin_is_refused(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setitem(SOURCES.failed, "tape", "ImportError: no tape")

@@ -14,15 +14,15 @@ from firstcontact.device import FrameType, SerialSource
 from firstcontact.device._transport import LinkError, SerialTransport
 
 
-def test_a_failure_between_two_reads_is_raised_before_the_end(device: ScriptedDevice) -> None:
-    other = dataclasses.replace(
+def test_failure_between_reads_is_raised_before_the_end(device: ScriptedDevice) -> None:
+    other_descriptor = dataclasses.replace(
         DESCRIPTOR, layout=dataclasses.replace(DESCRIPTOR.layout, rate=1000.0)
     )
     with SerialSource(device.port) as source:
         device.put(100)
         collect(source, lambda n: n == 100)
         device.unplug()
-        device.reset(2, other)
+        device.reset(2, other_descriptor)
         device.plug()
         assert source._thread is not None
         source._thread.join(DEAD)
@@ -34,12 +34,12 @@ def test_a_failure_between_two_reads_is_raised_before_the_end(device: ScriptedDe
         assert source.ended
 
 
-@pytest.mark.parametrize("read", [True, False])
-def test_a_marker_behind_the_last_sample_is_not_lost(device: ScriptedDevice, read: bool) -> None:
+@pytest.mark.parametrize("reads_samples", [True, False])
+def test_marker_after_the_last_sample_is_kept(device: ScriptedDevice, reads_samples: bool) -> None:
     arrivals = []
     with SerialSource(device.port) as source:
         device.put(125)
-        if read:
+        if reads_samples:
             arrivals += collect(source, lambda n: n == 125)
         source.mark("the end")
     arrivals += source.read(0)
@@ -50,7 +50,7 @@ def test_a_marker_behind_the_last_sample_is_not_lost(device: ScriptedDevice, rea
     assert source.ended
 
 
-def test_markers_of_an_epoch_that_broke_off_keep_their_epoch(device: ScriptedDevice) -> None:
+def test_markers_of_an_interrupted_epoch_keep_it(device: ScriptedDevice) -> None:
     with SerialSource(device.port) as source:
         device.put(125)
         arrivals = collect(source, lambda n: n == 125)
@@ -65,18 +65,18 @@ def test_markers_of_an_epoch_that_broke_off_keep_their_epoch(device: ScriptedDev
     assert [m.text for m in markers] == ["before", "then"][: len(markers)]
 
 
-def test_a_port_that_goes_while_it_is_opened_is_refused_as_any(
+def test_port_lost_during_opening_is_refused(
     device: ScriptedDevice, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def gone(number: int, which: int) -> None:
+    def fail(number: int, queue: int) -> None:
         raise termios.error(5, "Input/output error")
 
-    monkeypatch.setattr(termios, "tcflush", gone)
+    monkeypatch.setattr(termios, "tcflush", fail)
     with pytest.raises(InputError, match="Input/output error"):
         SerialTransport(device.port)
 
 
-def test_a_closed_port_takes_nothing(device: ScriptedDevice) -> None:
+def test_closed_port_raises(device: ScriptedDevice) -> None:
     transport = SerialTransport(device.port)
     transport.close()
     transport.close()

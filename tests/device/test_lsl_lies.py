@@ -74,7 +74,7 @@ def until_refused(source: LslSource, send: Callable[[], None] = lambda: None) ->
         source.read(0.01)
 
 
-def all_of(source: LslSource, samples: int) -> list[Arrival]:
+def read_all(source: LslSource, samples: int) -> list[Arrival]:
     """Read until enough samples were delivered or lost."""
     arrivals: list[Arrival] = []
     began = time.monotonic()
@@ -85,13 +85,13 @@ def all_of(source: LslSource, samples: int) -> list[Arrival]:
 
 
 @pytest.mark.parametrize("bad", [1e39, np.nan])
-def test_one_sample_that_is_none_costs_only_itself(bad: float) -> None:
+def test_each_unusable_sample_costs_one(bad: float) -> None:
     outlet = Outlet()
     values = np.sin(np.arange(4936) / 9)
     values[2500] = bad
     with LslSource(outlet.name) as source:
         outlet.push(values, outlet.past(len(values)))
-        arrivals = all_of(source, len(values))
+        arrivals = read_all(source, len(values))
     data = np.concatenate([a.block.data for a in arrivals])
     assert np.abs(data).max() < 1.5
     assert 1 <= source.health.lost_samples <= COST
@@ -115,16 +115,16 @@ def test_a_stream_without_a_usable_sample_is_refused(bad: float, stamped: bool) 
 
 @pytest.mark.parametrize("stated", [50_000.0, 2500.0])
 @pytest.mark.parametrize("honest", [True, False])
-def test_a_stated_rate_that_is_not_so_is_refused(stated: float, honest: bool) -> None:
+def test_wrong_stated_rate_is_refused(stated: float, honest: bool) -> None:
     outlet = Outlet(rate=stated)
     true = 5000.0
     with LslSource(outlet.name) as source:
-        began, zero, sent = time.monotonic(), pylsl.local_clock(), 0
+        began, zero, count = time.monotonic(), pylsl.local_clock(), 0
 
         def send() -> None:
-            nonlocal sent
-            numbers = np.arange(sent, int((pylsl.local_clock() - zero) * true))
-            sent += len(numbers)
+            nonlocal count
+            numbers = np.arange(count, int((pylsl.local_clock() - zero) * true))
+            count += len(numbers)
             if len(numbers):
                 # Stamps by the true rate, or by the stated one where a program makes them.
                 outlet.push(np.sin(numbers / 9), zero + numbers / (true if honest else stated))
@@ -134,7 +134,7 @@ def test_a_stated_rate_that_is_not_so_is_refused(stated: float, honest: bool) ->
         assert time.monotonic() - began < SOON
 
 
-def test_a_rate_that_stamps_contradict_is_refused_however_late_they_come() -> None:
+def test_rate_contradicted_by_late_stamps_is_refused() -> None:
     outlet = Outlet(rate=5000.0)
     with LslSource(outlet.name) as source:
         outlet.push(np.zeros(60_000), outlet.past(60_000, 5200.0))
@@ -142,62 +142,62 @@ def test_a_rate_that_stamps_contradict_is_refused_however_late_they_come() -> No
             until_refused(source)
 
 
-def test_two_streams_of_one_name_are_refused_with_a_way_to_choose() -> None:
-    one = Outlet(sender="left")
-    other = Outlet(one.name, sender="right")
-    with pytest.raises(InputError, match=f"lsl:{one.name}@left, lsl:{one.name}@right"):
-        LslSource(one.name).__enter__()
-    with LslSource(f"{one.name}@right") as source:
-        other.push(np.zeros(100), other.past(100))
-        assert all_of(source, 50)
+def test_ambiguous_stream_name_is_refused_with_the_choices() -> None:
+    left = Outlet(sender="left")
+    right = Outlet(left.name, sender="right")
+    with pytest.raises(InputError, match=f"lsl:{left.name}@left, lsl:{left.name}@right"):
+        LslSource(left.name).__enter__()
+    with LslSource(f"{left.name}@right") as source:
+        right.push(np.zeros(100), right.past(100))
+        assert read_all(source, 50)
 
 
-def test_a_name_is_no_query(monkeypatch: pytest.MonkeyPatch) -> None:
-    plain = Outlet()
+def test_stream_name_is_not_evaluated_as_a_query(monkeypatch: pytest.MonkeyPatch) -> None:
+    outlet = Outlet()
     quoted = Outlet(f'it\'s "one" {uuid.uuid4().hex}')
     with LslSource(quoted.name) as source:
         assert source.descriptor.sensor.startswith(quoted.name)
     monkeypatch.setattr("firstcontact.device._lsl_source.PATIENCE", 0.3)
-    for name in (f"{plain.name}' or name='x", f'{plain.name}" or name="x', "x' or '1'='1"):
+    for name in (f"{outlet.name}' or name='x", f'{outlet.name}" or name="x', "x' or '1'='1"):
         with pytest.raises(InputError, match="LSL"):
             LslSource(name).__enter__()
 
 
 @pytest.mark.parametrize("name", ["lsl:a\nb", "lsl:a\x00b", "lsl:\udcff"])
-def test_a_name_that_no_stream_can_have_is_refused(name: str) -> None:
+def test_impossible_stream_name_is_refused(name: str) -> None:
     with pytest.raises(InputError, match="lsl:"):
         from_name(name, SourceOptions())
 
 
 @pytest.mark.parametrize("rate", [np.nan, np.inf])
-def test_a_rate_that_is_none_is_refused(rate: float) -> None:
+def test_rate_that_is_not_finite_is_refused(rate: float) -> None:
     outlet = Outlet(rate=rate)
     with pytest.raises(InputError, match="rate"):
         LslSource(outlet.name).__enter__()
 
 
-def test_two_equal_labels_get_their_positions() -> None:
+def test_equal_labels_are_numbered() -> None:
     outlet = Outlet(labels=("disc", "disc"))
     with LslSource(outlet.name) as source:
         assert source.descriptor.layout.column_names == ("disc 1", "disc 2")
         assert not source.descriptor.layout.fault
-    for wanted in (("disc",), ("9" * 5000,), ("2", "2"), ("0",), ("-1",)):
+    for labels in (("disc",), ("9" * 5000,), ("2", "2"), ("0",), ("-1",)):
         with pytest.raises(InputError, match="disc 1, disc 2"):
-            vibration_channels(outlet.outlet.get_info(), wanted, "lsl:x")
+            vibration_channels(outlet.outlet.get_info(), labels, "lsl:x")
 
 
 @pytest.mark.parametrize(
     ("bad", "at"),
     [(np.nan, 0), (np.inf, 4935), (-np.inf, 1300), (1e300, 0), (1e9, 1300), (-1e9, 0), (3e4, 1300)],
 )
-def test_one_stamp_that_is_none_costs_its_sample(bad: float, at: int) -> None:
+def test_invalid_stamp_costs_its_sample(bad: float, at: int) -> None:
     outlet = Outlet()
     stamps = outlet.past(4936)
     stamps[at] = bad if not np.isfinite(bad) or abs(bad) > 1e8 else stamps[at] + bad
     values = np.arange(4936.0)
     with LslSource(outlet.name) as source:
         outlet.push(values, stamps)
-        arrivals = all_of(source, len(values))
+        arrivals = read_all(source, len(values))
     data = np.concatenate([a.block.data[:, 0] for a in arrivals])
     numbers = np.concatenate([np.arange(a.block.first_sample, a.block.end) for a in arrivals])
     np.testing.assert_array_equal(data, numbers)
@@ -205,34 +205,34 @@ def test_one_stamp_that_is_none_costs_its_sample(bad: float, at: int) -> None:
     assert source.health.reconnects == 0
 
 
-def test_a_clock_that_was_set_begins_an_epoch() -> None:
+def test_clock_step_starts_an_epoch() -> None:
     outlet = Outlet()
     with LslSource(outlet.name) as source:
         stamps = outlet.past(4936)
         outlet.push(np.zeros(2468), stamps[:2468])
-        all_of(source, 2468)
+        read_all(source, 2468)
         outlet.push(np.zeros(2468), stamps[2468:] + 7200.0)
-        all_of(source, 4936)
+        read_all(source, 4936)
     assert source.health.reconnects == 1
     assert (source.health.samples, source.health.lost_samples) == (4936, 0)
 
 
-def test_the_library_says_nothing_of_itself(tmp_path: Path) -> None:
+def test_library_logs_only_on_request(tmp_path: Path) -> None:
     program = (
         "from firstcontact.device._lsl_library import lsl_library\n"
         "lsl_library().resolve_byprop('name', 'nobody', 1, 0.05)\n"
     )
-    for settings, said in ((None, ""), ("[log]\nlevel = 1\n", "INFO")):
+    for settings, expected in ((None, ""), ("[log]\nlevel = 1\n", "INFO")):
         variables = {**os.environ, "HOME": str(tmp_path)}
         if settings:
             (tmp_path / "lsl.cfg").write_text(settings)
             variables["LSLAPICFG"] = str(tmp_path / "lsl.cfg")
-        done = subprocess.run(
+        result = subprocess.run(
             [sys.executable, "-c", program],
             env=variables,
             capture_output=True,
             text=True,
             cwd=tmp_path,
         )
-        assert done.returncode == 0
-        assert (said in done.stderr) if said else done.stderr == ""
+        assert result.returncode == 0
+        assert (expected in result.stderr) if expected else result.stderr == ""

@@ -30,7 +30,7 @@ def until(source: LslSource, samples: int, epoch: int = 0) -> list[Arrival]:
     return arrivals
 
 
-def counted(arrivals: list[Arrival]) -> tuple[np.ndarray, np.ndarray]:
+def counts_and_numbers(arrivals: list[Arrival]) -> tuple[np.ndarray, np.ndarray]:
     """Return the stream's own counts, and the sample numbers of the source."""
     values = np.concatenate([a.block.data[:, 0] for a in arrivals]).astype(np.float64)
     numbers = np.concatenate([np.arange(a.block.first_sample, a.block.end) for a in arrivals])
@@ -38,37 +38,37 @@ def counted(arrivals: list[Arrival]) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("jitter", [0.0, 2.0])
-def test_nothing_is_lost_and_jitter_is_no_gap(name: str, jitter: float) -> None:
+def test_jittering_stream_has_no_losses(name: str, jitter: float) -> None:
     with sending(name, jitter=jitter), LslSource(name, ("count",)) as source:
         arrivals = until(source, 4000)
-    values, numbers = counted(arrivals)
+    values, numbers = counts_and_numbers(arrivals)
     assert source.health.lost_samples == 0
     np.testing.assert_array_equal(np.diff(values), 1.0)
     np.testing.assert_array_equal(np.diff(numbers), 1)
 
 
-def test_what_the_sender_did_not_send_is_lost_where_it_is(name: str) -> None:
+def test_skipped_samples_are_lost_at_their_place(name: str) -> None:
     with sending(name, lose_at=2000, lose=37), LslSource(name, ("count",)) as source:
         arrivals = until(source, 4000)
-    values, numbers = counted(arrivals)
+    values, numbers = counts_and_numbers(arrivals)
     assert source.health.lost_samples == 37
     assert len(set(values - numbers)) == 1
 
 
-def test_behind_jittering_stamps_a_gap_is_found_to_their_scatter(name: str) -> None:
+def test_gap_in_a_jittering_stream_has_about_its_length(name: str) -> None:
     with (
         sending(name, jitter=1.0, lose_at=6000, lose=500),
         LslSource(name, ("count",)) as source,
     ):
         arrivals = until(source, 9000)
-    values, numbers = counted(arrivals)
+    values, numbers = counts_and_numbers(arrivals)
     assert source.health.lost_samples == pytest.approx(500, abs=15)
     # Its count has the truth: in the end numbers are off by no more than that.
     assert abs((values[-1] - values[0]) - (numbers[-1] - numbers[0])) <= 15
 
 
-def test_a_stream_that_is_killed_and_comes_back_is_another_epoch(name: str) -> None:
-    with LslSourceOf(name) as (source, outlet):
+def test_restarted_stream_is_another_epoch(name: str) -> None:
+    with outlet_and_source(name) as (source, outlet):
         until(source, 500)
         outlet.kill()
         while source.health.connected:
@@ -77,30 +77,28 @@ def test_a_stream_that_is_killed_and_comes_back_is_another_epoch(name: str) -> N
             arrivals = until(source, 500, epoch=1)
             assert source.health.connected
             assert source.health.reconnects == 1
-    values, numbers = counted([a for a in arrivals if a.block.epoch == 1])
+    values, numbers = counts_and_numbers([a for a in arrivals if a.block.epoch == 1])
     assert numbers[0] == 0
     np.testing.assert_array_equal(np.diff(values), 1.0)
 
 
 @contextmanager
-def LslSourceOf(name: str) -> Iterator[tuple[LslSource, subprocess.Popen[str]]]:  # noqa: N802
+def outlet_and_source(name: str) -> Iterator[tuple[LslSource, subprocess.Popen[str]]]:
     with sending(name) as outlet, LslSource(name, ("count",)) as source:
         yield source, outlet
 
 
-def test_the_vibration_channel_is_found_by_its_type_and_resampled(name: str) -> None:
+def test_vibration_channel_is_found_by_type_and_resampled(name: str) -> None:
     with sending(name, rate=10_000.0), LslSource(name) as source:
         layout = source.descriptor.layout
         assert layout.column_names == ("disc",)
         assert (layout.rate, layout.channels[0].unit) == (4936.0, "V")
         assert 0 < source.descriptor.delay <= 0.0005
-        values, _ = counted(until(source, 1000))
+        values, _ = counts_and_numbers(until(source, 1000))
     assert np.abs(values[200:]).max() == pytest.approx(1.0, abs=0.01)
 
 
-def test_streams_that_cannot_be_used_are_refused(
-    name: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_unusable_streams_are_refused(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(InputError, match="lsl:NAME"):
         from_name("lsl:", SourceOptions())
     with sending(name), pytest.raises(InputError, match="count, disc"):
@@ -115,7 +113,7 @@ def test_streams_that_cannot_be_used_are_refused(
 
 
 @pytest.mark.parametrize("kind", ["LostError", "TimeoutError", "InternalError"])
-def test_whatever_the_library_says_of_a_sender_that_died_is_an_input_error(
+def test_library_errors_about_a_dead_sender_are_input_errors(
     name: str, kind: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """LSL says it in three ways, depending on how far the dead sender's socket is closed."""

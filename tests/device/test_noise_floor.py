@@ -21,7 +21,7 @@ VOLT = LAYOUT.channels[0].scale
 ZERO = LAYOUT.channels[0].offset
 
 
-def still(seconds: float, noise=(0.002, 0.004), offset=(0.01, -0.02), seed: int = 0):
+def rest_signal(seconds: float, noise=(0.002, 0.004), offset=(0.01, -0.02), seed: int = 0):
     """Return raw samples of a hand at rest. Noise and offset of each piezo are in V."""
     n = round(seconds * LAYOUT.rate)
     data = np.zeros((n, 16), np.int16)
@@ -44,8 +44,8 @@ class Samples:
         ]
 
     def read(self, timeout):
-        taken, self._left = self._left[:10], self._left[10:]
-        return taken
+        arrivals, self._left = self._left[:10], self._left[10:]
+        return arrivals
 
 
 @given(
@@ -53,8 +53,8 @@ class Samples:
     st.tuples(st.floats(-0.1, 0.1), st.floats(-0.1, 0.1)),
     st.integers(0, 1000),
 )
-def test_noise_and_offset_are_those_that_are_there(noise, offset, seed):
-    calibration = measure_noise(Samples(still(2.2, noise, offset, seed)))
+def test_measured_noise_and_offset_match_the_signal(noise, offset, seed):
+    calibration = measure_noise(Samples(rest_signal(2.2, noise, offset, seed)))
     for finger in Finger:
         piezo = next(p for p in calibration.piezo if p.finger is finger)
         assert piezo.noise == pytest.approx(noise[finger], rel=0.05, abs=0.3 * VOLT)
@@ -62,9 +62,9 @@ def test_noise_and_offset_are_those_that_are_there(noise, offset, seed):
     assert calibration.created
 
 
-def spoilt(fault: str):
+def disturbed_signal(fault: str):
     """Return more than two seconds of samples in which one finger is not at rest."""
-    data = still(20)
+    data = rest_signal(20)
     if fault == "strip":
         data[:, 15] = 1
     elif fault == "force":
@@ -80,7 +80,7 @@ def spoilt(fault: str):
 
 
 @pytest.mark.parametrize(
-    ("fault", "said"),
+    ("fault", "sensor_name"),
     [
         ("strip", "the thumb's strip"),
         ("force", "the index's force"),
@@ -89,25 +89,25 @@ def spoilt(fault: str):
         ("flat", "the thumb's piezo"),
     ],
 )
-def test_it_is_refused_while_something_touches_and_says_which_finger(fault, said):
-    with pytest.raises(InputError, match=said) as refused:
-        measure_noise(Samples(spoilt(fault)), seconds=2.0, patience=0.0)
-    other = "index" if "thumb" in said else "thumb"
-    assert f"the {other}" not in str(refused.value)
+def test_touched_finger_is_refused_by_name(fault, sensor_name):
+    with pytest.raises(InputError, match=sensor_name) as error:
+        measure_noise(Samples(disturbed_signal(fault)), seconds=2.0, patience=0.0)
+    other_finger = "index" if "thumb" in sensor_name else "thumb"
+    assert f"the {other_finger}" not in str(error.value)
 
 
-def test_a_sensor_of_no_finger_is_refused_without_words_of_a_hand():
+def test_error_of_a_sensor_without_a_finger_names_no_hand():
     disc = Channel("disc", ChannelKind.VIBRATION, None, "V")
     loud = np.arange(20 * RATE) // RATE % 2 == 1
     noise = np.random.default_rng(0).standard_normal(20 * RATE) * np.where(loud, 1.0, 0.01)
     source = Samples(noise[:, None], Layout((disc,), LAYOUT.rate))
-    with pytest.raises(InputError, match="the piezo") as refused:
+    with pytest.raises(InputError, match="the piezo") as error:
         measure_noise(source, seconds=2.0, patience=0.0)
-    assert not {"hand", "motor", "sensor's"} & set(str(refused.value).split())
+    assert not {"hand", "motor", "sensor's"} & set(str(error.value).split())
 
 
-def test_a_hand_that_closes_is_measured_between_its_closings():
-    data = still(12)
+def test_noise_is_measured_between_closings():
+    data = rest_signal(12)
     for start in range(RATE, len(data), 2 * RATE):
         closing = slice(start, start + RATE)
         data[closing, :2] += np.random.default_rng(start).normal(0, 400, (len(data[closing]), 2)
@@ -118,14 +118,14 @@ def test_a_hand_that_closes_is_measured_between_its_closings():
     assert calibration.noise(Finger.THUMB) == pytest.approx(0.004, rel=0.05)
 
 
-def test_a_source_that_falls_silent_is_told():
+def test_silent_source_is_refused():
     with pytest.raises(InputError, match="a port"):
-        measure_noise(Samples(still(0.5)), seconds=2.0)
+        measure_noise(Samples(rest_signal(0.5)), seconds=2.0)
 
 
-def test_no_part_reaches_across_a_gap():
+def test_measured_parts_do_not_span_a_gap():
     meter = RestMeter(LAYOUT, 1.0)
-    data = still(4)
+    data = rest_signal(4)
     data[2 * RATE :, :2] += 1000  # as if the offset had moved while nothing came
     meter.update(Block(data[: 2 * RATE + 0], 0))
     meter.update(Block(data[2 * RATE :], 2 * RATE + 500))

@@ -15,41 +15,41 @@ from firstcontact.device import SerialSource, open_source
 from firstcontact.device._twin_source import TwinSource
 
 
-def test_a_port_is_a_port() -> None:
+def test_port_name_opens_a_serial_source() -> None:
     source = open_source("/dev/ttyACM0")
     assert isinstance(source, SerialSource)
     assert source.name == "/dev/ttyACM0"
 
 
-def test_a_real_device_has_its_own_speed() -> None:
+def test_speed_of_a_real_device_is_refused() -> None:
     with pytest.raises(InputError, match=r"--speed .*/dev/ttyACM0"):
         open_source("/dev/ttyACM0", speed=2.0)
 
 
 @pytest.mark.parametrize("speed", [1.0, math.inf])
-def test_a_folder_is_told_what_to_name_at_any_speed(tmp_path: Path, speed: float) -> None:
+def test_folder_is_refused_at_any_speed(tmp_path: Path, speed: float) -> None:
     with pytest.raises(InputError, match=r"\*\.mcap"):
         open_source(str(tmp_path), speed=speed)
 
 
-def test_the_twin_by_its_name() -> None:
+def test_twin_opens_by_name() -> None:
     with open_source("twin", speed=10.0, condition="everyday", seed=3) as source:
         assert isinstance(source, TwinSource)
         assert source.descriptor.source == "twin"
         assert source.read(60.0)
 
 
-def test_what_the_twin_does_not_know_is_refused_when_it_is_opened() -> None:
+def test_unknown_condition_is_refused_on_opening() -> None:
     with pytest.raises(InputError, match="condition 'lab'"):
         open_source("twin", condition="lab").__enter__()
 
 
 def test_a_twin_without_its_extra_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    there = importlib.util.find_spec
+    find_spec = importlib.util.find_spec
 
-    def without(name: str) -> ModuleSpec | None:
-        return None if name == "numba" else there(name)
+    def find_without_numba(name: str) -> ModuleSpec | None:
+        return None if name == "numba" else find_spec(name)
 
-    monkeypatch.setattr("firstcontact.core._extras.find_spec", without)
+    monkeypatch.setattr("firstcontact.core._extras.find_spec", find_without_numba)
     with pytest.raises(InputError, match=re.escape(install_command("twin"))):
         open_source("twin")

@@ -33,7 +33,7 @@ from firstcontact.streaming._sink import Update
 ENOUGH = 1000
 
 
-def comes(source: SerialSource, count: int) -> None:
+def wait_for_samples(source: SerialSource, count: int) -> None:
     """Wait for more samples, or until the source is closed."""
     pause = threading.Event()
     until = source.health.samples + count
@@ -51,13 +51,13 @@ class SlowViewer:
         self._source = source
 
     def open(self, descriptor: Descriptor) -> None:
-        """Do nothing."""
+        """Ignore the call."""
 
     def take(self, update: Update) -> None:
-        comes(self._source, ENOUGH)
+        wait_for_samples(self._source, ENOUGH)
 
     def close(self) -> None:
-        comes(self._source, ENOUGH)
+        wait_for_samples(self._source, ENOUGH)
 
 
 class SlowActor:
@@ -67,32 +67,32 @@ class SlowActor:
         self._source = source
 
     def on_samples(self, block: Block, host: float) -> None:
-        comes(self._source, ENOUGH // 10)
+        wait_for_samples(self._source, ENOUGH // 10)
 
     def on_event(self, event: Event) -> None:
-        """Do nothing."""
+        """Ignore the call."""
 
     def after_block(self, block: Block) -> Sequence[Event]:
         return ()
 
     def ended(self) -> None:
-        comes(self._source, ENOUGH)
+        wait_for_samples(self._source, ENOUGH)
 
 
-class Nobody:
+class EmptyScreen:
     """Screen without output."""
 
-    def next_object(self, label: Label, done: int, wanted: int) -> bool:
+    def next_object(self, label: Label, recorded: int, wanted: int) -> bool:
         return True
 
     def in_place(self) -> bool:
         return True
 
     def judged(self, judged: object) -> None:
-        """Do nothing."""
+        """Ignore the call."""
 
     def going_on(self) -> None:
-        """Do nothing."""
+        """Ignore the call."""
 
 
 @pytest.fixture
@@ -119,16 +119,16 @@ def interrupted(source: SerialSource, device: ScriptedDevice) -> dict[str, objec
 
 
 def limited(source: SerialSource, device: ScriptedDevice) -> dict[str, object]:
-    comes(source, ENOUGH)
+    wait_for_samples(source, ENOUGH)
     return {"seconds": 0.05}
 
 
 def replaced(source: SerialSource, device: ScriptedDevice) -> dict[str, object]:
     """End the source: another device is on its port."""
-    comes(source, ENOUGH)
+    wait_for_samples(source, ENOUGH)
     layout = DESCRIPTOR.layout
-    other = replace(DESCRIPTOR, layout=Layout(layout.channels, layout.rate + 1.0))
-    device.reset(2, other)
+    other_descriptor = replace(DESCRIPTOR, layout=Layout(layout.channels, layout.rate + 1.0))
+    device.reset(2, other_descriptor)
     return {}
 
 
@@ -157,8 +157,8 @@ def test_a_guided_session_records_what_it_received(source: SerialSource, tmp_pat
     path = tmp_path / "a.mcap"
 
     def stopped() -> bool:
-        comes(source, ENOUGH)
+        wait_for_samples(source, ENOUGH)
         return source.health.samples > 3 * ENOUGH
 
-    assert not run_session(source, guide, path, header, Nobody(), stopped)
+    assert not run_session(source, guide, path, header, EmptyScreen(), stopped)
     check_recorded(path, source)

@@ -27,7 +27,7 @@ LAYOUT = Layout(
 HEADER = Header(LAYOUT, "synthetic")
 
 
-def counted(first: int, samples: int, epoch: int = 0) -> Block:
+def numbered_block(first: int, samples: int, epoch: int = 0) -> Block:
     """Return a block whose samples hold their numbers: low and high bits."""
     number = np.arange(first, first + samples, dtype=np.int64)
     return Block(np.stack([number & 0x7FFF, number >> 15], axis=1).astype(np.int16), first, epoch)
@@ -36,25 +36,25 @@ def counted(first: int, samples: int, epoch: int = 0) -> Block:
 def arrivals(first: int, lengths: list[int], epoch: int = 0) -> Iterator[Arrival]:
     """Yield consecutive blocks of these lengths."""
     for length in lengths:
-        yield Arrival(counted(first, length, epoch), 0.0)
+        yield Arrival(numbered_block(first, length, epoch), 0.0)
         first += length
 
 
 def check_numbers(recording: Recording) -> None:
     for stretch in recording.stretches:
-        wanted = counted(stretch.first_sample, len(stretch.data)).data
-        assert np.array_equal(stretch.data, wanted)
+        expected = numbered_block(stretch.first_sample, len(stretch.data)).data
+        assert np.array_equal(stretch.data, expected)
 
 
-def wait_for(recorder: Recorder, done) -> None:
+def wait_for(recorder: Recorder, is_done) -> None:
     """Wait until the status fulfils a condition. The test's time limit ends it."""
     pause = threading.Event()
-    while not done(recorder.status):
+    while not is_done(recorder.status):
         pause.wait(0.01)
 
 
 @given(st.lists(st.integers(1, 700), min_size=1, max_size=30), st.integers(0, 3))
-def test_everything_put_is_in_the_file_whatever_the_blocks(lengths, epoch):
+def test_all_blocks_are_recorded(lengths, epoch):
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "a.mcap"
         with Recorder() as recorder:
@@ -71,14 +71,14 @@ def test_everything_put_is_in_the_file_whatever_the_blocks(lengths, epoch):
     assert recording.skipped == ()
 
 
-def test_gaps_epochs_marks_and_markers_stay_what_they_are(tmp_path):
+def test_gaps_epochs_marks_and_markers_are_recorded(tmp_path):
     path = tmp_path / "Größe 指.mcap"
     mark = PinchMark(0, 10, 60, 0, Label("block 29", 29.0))
     with Recorder() as recorder:
         recorder.start(path, HEADER)
         recorder.put(arrivals(0, [5] * 20))
         recorder.mark(mark)
-        recorder.put([Arrival(counted(130, 10), 0.0, (Marker(133, "twin: block 29"),))])
+        recorder.put([Arrival(numbered_block(130, 10), 0.0, (Marker(133, "twin: block 29"),))])
         recorder.put(arrivals(0, [5, 5], epoch=1))
     recording = read_recording(path)
     assert [(s.first_sample, s.end, s.epoch) for s in recording.stretches] == [
@@ -91,7 +91,7 @@ def test_gaps_epochs_marks_and_markers_stay_what_they_are(tmp_path):
     assert any("30 samples are missing in 1 gap" in s for s in recording.skipped)
 
 
-def test_what_is_put_while_nothing_is_recorded_is_let_go(tmp_path):
+def test_samples_outside_a_recording_are_dropped(tmp_path):
     recorder = Recorder()
     recorder.put(arrivals(0, [100]))
     recorder.mark(PinchMark(0, 0, 100))
@@ -107,7 +107,7 @@ def test_what_is_put_while_nothing_is_recorded_is_let_go(tmp_path):
     assert recording.pinches == ()
 
 
-def test_one_after_the_other_and_never_two(tmp_path):
+def test_second_recording_at_a_time_is_refused(tmp_path):
     with Recorder() as recorder:
         recorder.start(tmp_path / "a.mcap", HEADER)
         recorder.put(arrivals(0, [10]))
@@ -121,7 +121,7 @@ def test_one_after_the_other_and_never_two(tmp_path):
     assert [read_recording(tmp_path / f"{n}.mcap").samples for n in "ab"] == [10, 20]
 
 
-def test_a_block_that_cannot_be_written_stops_only_the_recording(tmp_path):
+def test_invalid_block_stops_only_the_recording(tmp_path):
     with Recorder() as recorder:
         recorder.start(tmp_path / "a.mcap", HEADER)
         recorder.put(arrivals(0, [400]))
@@ -141,10 +141,10 @@ def tiny_disk(tmp_path: Path) -> Iterator[Path]:
     """Mount a real file system of 64 kB."""
     place = tmp_path / "tiny"
     place.mkdir()
-    made = subprocess.run(
+    result = subprocess.run(
         ["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", place], capture_output=True
     )
-    if made.returncode:
+    if result.returncode:
         pytest.skip("no tmpfs can be mounted here: that needs root and CAP_SYS_ADMIN")
     yield place
     subprocess.run(["umount", place], check=True)
@@ -160,7 +160,7 @@ def fill(recorder: Recorder, path: Path) -> int:
     return end
 
 
-def check_full(recorder: Recorder, path: Path, put: int) -> None:
+def check_full(recorder: Recorder, path: Path, sample_count: int) -> None:
     status = recorder.status
     assert str(path) in status.failed
     assert "make room" in status.failed
@@ -168,35 +168,35 @@ def check_full(recorder: Recorder, path: Path, put: int) -> None:
     recording = read_recording(path)
     (stretch,) = recording.stretches
     check_numbers(recording)
-    assert status.samples - 0.1 * LAYOUT.rate <= stretch.end <= put
+    assert status.samples - 0.1 * LAYOUT.rate <= stretch.end <= sample_count
     assert any("not closed" in s for s in recording.skipped)
 
 
 def test_a_full_disk_stops_the_recording_with_an_error(tmp_path, tiny_disk):
     with Recorder() as recorder:
-        put = fill(recorder, tiny_disk / "a.mcap")
+        sample_count = fill(recorder, tiny_disk / "a.mcap")
         # Whoever puts notices nothing, and the next recording goes elsewhere.
-        recorder.put(arrivals(put, [1000]))
-        check_full(recorder, tiny_disk / "a.mcap", put)
+        recorder.put(arrivals(sample_count, [1000]))
+        check_full(recorder, tiny_disk / "a.mcap", sample_count)
         recorder.start(tmp_path / "b.mcap", HEADER)
-        recorder.put(arrivals(put + 1000, [1000]))
+        recorder.put(arrivals(sample_count + 1000, [1000]))
     assert read_recording(tmp_path / "b.mcap").samples == 1000
 
 
 def test_a_file_at_its_limit_stops_the_recording_with_an_error(tmp_path):
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     try:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, before[1]))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, limits[1]))
         with Recorder() as recorder:
-            put = fill(recorder, tmp_path / "a.mcap")
+            sample_count = fill(recorder, tmp_path / "a.mcap")
     finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
         signal.signal(signal.SIGXFSZ, ignored)
-    check_full(recorder, tmp_path / "a.mcap", put)
+    check_full(recorder, tmp_path / "a.mcap", sample_count)
 
 
-def test_a_disk_that_hangs_keeps_nobody_waiting_and_loses_nothing(tmp_path):
+def test_hanging_disk_blocks_no_caller_and_loses_nothing(tmp_path):
     recorder = Recorder()
     works_again = threading.Event()
     path = tmp_path / "a.mcap"
@@ -238,26 +238,26 @@ while True:
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_a_recorder_killed_anywhere_leaves_all_that_was_complete(tmp_path, seed):
+def test_killed_recorder_leaves_all_complete_chunks(tmp_path, seed):
     path = tmp_path / "killed.mcap"
     lines = int(np.random.default_rng(seed).integers(1, 1500))
     command = [sys.executable, "-c", RECORDING, str(path), str(Path(__file__).parent)]
     with subprocess.Popen(command, stdout=subprocess.PIPE) as child:
         assert child.stdout is not None
         for _ in range(lines):
-            written = int(child.stdout.readline())
+            written_samples = int(child.stdout.readline())
         os.kill(child.pid, signal.SIGKILL)
-        rest = child.stdout.read().splitlines()[:-1]
-        written = max([written, *map(int, rest)])
+        last_lines = child.stdout.read().splitlines()[:-1]
+        written_samples = max([written_samples, *map(int, last_lines)])
     recording = read_recording(path)
     check_numbers(recording)
     assert sum(s.first_sample != 0 for s in recording.stretches) == 0  # nothing is missing before
-    assert recording.samples >= written - 0.1 * LAYOUT.rate
+    assert recording.samples >= written_samples - 0.1 * LAYOUT.rate
     assert any("not closed" in s for s in recording.skipped)
 
 
 @pytest.mark.slow
-def test_an_hour_at_full_rate_loses_nothing_and_holds_memory_flat(tmp_path):
+def test_an_hour_has_no_losses_and_constant_memory(tmp_path):
     path = tmp_path / "hour.mcap"
     end, hour = 0, 3600 * 4936
     early = 0

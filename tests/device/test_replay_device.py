@@ -50,7 +50,7 @@ def playing(recording: Path, port: Path, speed: float = math.inf) -> Iterator[No
 
 
 @pytest.mark.parametrize("speed", [math.inf, 10.0])
-def test_every_sample_gap_epoch_and_marker_comes_through(
+def test_replay_keeps_samples_gaps_epochs_and_markers(
     recording: Path, tmp_path: Path, speed: float
 ) -> None:
     with playing(recording, tmp_path / "port", speed):
@@ -63,37 +63,38 @@ def test_every_sample_gap_epoch_and_marker_comes_through(
     blocks = [a.block for a in arrivals]
     for epoch in range(3):
         stretches = [s for s in STRETCHES if s[0] == epoch]
-        own = [b for b in blocks if b.epoch == epoch]
-        assert (own[0].first_sample, own[-1].end) == (stretches[0][1], stretches[-1][2])
+        epoch_blocks = [b for b in blocks if b.epoch == epoch]
+        assert (epoch_blocks[0].first_sample, epoch_blocks[-1].end) == (
+            stretches[0][1],
+            stretches[-1][2],
+        )
     assert [m for a in arrivals for m in a.markers] == list(MARKERS)
     health = source.health
     assert (health.samples, health.lost_samples, health.reconnects) == (SAMPLES, 199, 2)
     assert (health.bad_frames, health.lost_frames, health.overflow_samples) == (0, 0, 0)
 
 
-def test_it_pauses_when_told_to_and_begins_again_after_the_end(
-    recording: Path, tmp_path: Path
-) -> None:
+def test_replay_pauses_on_stop_and_restarts_after_the_end(recording: Path, tmp_path: Path) -> None:
     port = str(tmp_path / "port")
     with playing(recording, tmp_path / "port"):
-        seen: list[Block] = []
-        while sum(len(b.data) for b in seen) < SAMPLES:
+        blocks: list[Block] = []
+        while sum(len(b.data) for b in blocks) < SAMPLES:
             with SerialSource(port) as source:
-                read = source.read(60.0)
-            seen += [a.block for a in (*read, *source.read(0))]
+                first_arrivals = source.read(60.0)
+            blocks += [a.block for a in (*first_arrivals, *source.read(0))]
             assert source.health.bad_frames == 0
         with SerialSource(port) as source:
-            again = collect(source, lambda n: n >= 100)
-    assert again[0].block.first_sample == 7
+            restarted = collect(source, lambda n: n >= 100)
+    assert restarted[0].block.first_sample == 7
     numbers = np.concatenate([np.arange(first, end) for _, first, end in STRETCHES])
     # A host that comes after 2^32 samples cannot know of those before.
-    there = np.concatenate([np.arange(b.first_sample, b.end) for b in seen])
-    np.testing.assert_array_equal(there % 2**32, numbers % 2**32)
-    for block in seen:
+    block_numbers = np.concatenate([np.arange(b.first_sample, b.end) for b in blocks])
+    np.testing.assert_array_equal(block_numbers % 2**32, numbers % 2**32)
+    for block in blocks:
         np.testing.assert_array_equal(block.data, numbered(block.first_sample, len(block.data)))
 
 
-def test_what_does_not_go_over_a_wire_is_refused(tmp_path: Path) -> None:
+def test_recording_of_floats_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "floats.mcap"
     with RecordingWriter(path, Header(DESCRIPTOR.layout, dtype="float32")) as writer:
         writer.write(Block(np.zeros((10, 16), np.float32)))
@@ -109,9 +110,7 @@ def test_what_does_not_go_over_a_wire_is_refused(tmp_path: Path) -> None:
     ("gap", "speed", "paced"),
     [(0, 1.0, True), (0, 4.0, False), (0, math.inf, False), (9, 1.0, False)],
 )
-def test_its_descriptor_says_whether_it_keeps_real_time(
-    gap: int, speed: float, paced: bool, tmp_path: Path
-) -> None:
+def test_descriptor_states_real_time(gap: int, speed: float, paced: bool, tmp_path: Path) -> None:
     path = tmp_path / "a.mcap"
     with RecordingWriter(path, Header(DESCRIPTOR.layout, "synthetic")) as writer:
         writer.write(Block(numbered(0, 50), 0))

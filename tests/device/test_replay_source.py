@@ -66,7 +66,7 @@ def stretches(arrivals: list[Arrival]) -> list[tuple[int, int, int]]:
 
 
 @given(block=st.integers(1, 3000))
-def test_everything_comes_where_it_was(recording: Path, block: int) -> None:
+def test_replay_keeps_all_positions(recording: Path, block: int) -> None:
     source = ReplaySource(recording, math.inf, block)
     arrivals = play(source)
     assert check(a.block for a in arrivals) == 2307
@@ -75,20 +75,20 @@ def test_everything_comes_where_it_was(recording: Path, block: int) -> None:
     assert [m for a in arrivals for m in a.markers] == list(MARKERS)
     assert [p for a in arrivals for p in a.pinches] == list(PINCHES)
     for arrival in arrivals[:-1]:
-        here = (arrival.block.epoch, arrival.block.end)
-        assert all((m.epoch, m.sample) < here for m in arrival.markers)
-        assert all((p.epoch, p.end) <= here for p in arrival.pinches)
+        end = (arrival.block.epoch, arrival.block.end)
+        assert all((m.epoch, m.sample) < end for m in arrival.markers)
+        assert all((p.epoch, p.end) <= end for p in arrival.pinches)
     health = source.health
     assert (health.samples, health.lost_samples, health.epoch) == (2307, 200, 1)
     assert not health.connected
-    before = replace(health, connected=True, ended=False)
-    assert link_news(before, health) == ["link: end of the recording"]
-    assert link_news(before, replace(health, ended=False)) == [
+    health_before = replace(health, connected=True, ended=False)
+    assert link_news(health_before, health) == ["link: end of the recording"]
+    assert link_news(health_before, replace(health, ended=False)) == [
         "link: the device is gone; waiting for it"
     ]
 
 
-def test_it_says_what_the_recording_says(recording: Path) -> None:
+def test_descriptor_is_that_of_the_recording(recording: Path) -> None:
     source = ReplaySource(recording)
     assert source.name == str(recording)
     assert source.descriptor.layout == DESCRIPTOR.layout
@@ -97,26 +97,26 @@ def test_it_says_what_the_recording_says(recording: Path) -> None:
     assert source.calibration == CALIBRATION
 
 
-def test_at_a_pace_blocks_come_when_they_are_due_however_late_they_are_read(
+def test_paced_blocks_have_their_due_times(
     recording: Path,
 ) -> None:
     speed = 5.0
     source = ReplaySource(recording, speed)
     arrivals = play(source)
     assert tuple(stretches(arrivals)) == STRETCHES
-    given_so_far = np.cumsum([len(a.block.data) for a in arrivals])
+    sample_counts = np.cumsum([len(a.block.data) for a in arrivals])
     hosts = np.array([a.host for a in arrivals])
-    due = given_so_far / (speed * DESCRIPTOR.layout.rate)
+    due = sample_counts / (speed * DESCRIPTOR.layout.rate)
     np.testing.assert_allclose(hosts - hosts[0], due - due[0], atol=1e-6)
 
 
-def test_nothing_comes_before_it_is_due(recording: Path) -> None:
+def test_no_block_comes_early(recording: Path) -> None:
     with ReplaySource(recording, 1e-6) as source:
         assert source.read(0.0) == []
         assert not source.ended
 
 
-def test_closing_ends_it(recording: Path) -> None:
+def test_closing_ends_the_replay(recording: Path) -> None:
     source = ReplaySource(recording, math.inf)
     with source:
         assert source.read(0)
@@ -125,18 +125,18 @@ def test_closing_ends_it(recording: Path) -> None:
     assert source.read(0) == []
 
 
-def test_what_has_happened_cannot_be_marked(recording: Path) -> None:
+def test_marking_a_replay_is_refused(recording: Path) -> None:
     with ReplaySource(recording) as source, pytest.raises(InputError, match=recording.name):
         source.mark("now")
 
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, math.nan, -math.inf])
-def test_a_speed_that_is_none_is_refused(recording: Path, speed: float) -> None:
+def test_invalid_speeds_are_refused(recording: Path, speed: float) -> None:
     with pytest.raises(InputError, match="--speed"):
         open_source(str(recording), speed=speed)
 
 
-def test_what_cannot_be_replayed_is_refused(recording: Path, tmp_path: Path) -> None:
+def test_invalid_recordings_and_block_sizes_are_refused(recording: Path, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="block"):
         ReplaySource(recording, 1.0, -5)
     with pytest.raises(InputError, match=r"no\.mcap"):

@@ -21,7 +21,7 @@ from firstcontact.signal import resample
 NEW = 4936.0
 
 
-def recorded_at(rate: float, folder: Path, stretches: list[Block], *marks: PinchMark) -> Path:
+def write_recording(rate: float, folder: Path, stretches: list[Block], *marks: PinchMark) -> Path:
     path = folder / "a.mcap"
     layout = replace(fingertip_layout(), rate=rate)
     with RecordingWriter(path, Header(layout, "synthetic")) as writer:
@@ -56,7 +56,7 @@ def read_all(source: ResampledSource) -> list[Arrival]:
     gap=st.integers(1, 900),
     seed=st.integers(0, 99),
 )
-def test_samples_and_all_that_counts_them_are_at_the_new_rate(
+def test_samples_marks_and_counts_have_the_new_rate(
     rate: float, block: int, gap: int, seed: int
 ) -> None:
     stretches = [
@@ -67,7 +67,7 @@ def test_samples_and_all_that_counts_them_are_at_the_new_rate(
     truth = (Contact(Finger.INDEX, 400, 400),)
     mark = PinchMark(0, 100, 900, 1, truth=truth, motor_start=200)
     with TemporaryDirectory() as folder:
-        path = recorded_at(rate, Path(folder), stretches, mark)
+        path = write_recording(rate, Path(folder), stretches, mark)
         with ReplaySource(path, speed=np.inf, block=block) as inner:
             source = ResampledSource(inner, NEW)
             descriptor = source.descriptor
@@ -76,30 +76,30 @@ def test_samples_and_all_that_counts_them_are_at_the_new_rate(
     assert (descriptor.layout.rate, descriptor.dtype) == (NEW, "float32")
     assert 0 < descriptor.delay <= 0.0005
     share = NEW / rate
-    given_now = np.concatenate([a.block.data for a in arrivals])
-    assert given_now.dtype == np.float32
-    assert health.samples == len(given_now)
+    all_values = np.concatenate([a.block.data for a in arrivals])
+    assert all_values.dtype == np.float32
+    assert health.samples == len(all_values)
     assert health.lost_samples == pytest.approx(gap * share, abs=0.0005 * NEW + 3)
     missing = 0
-    for before, after in pairwise(arrivals):
-        if before.block.epoch == after.block.epoch:
-            missing += after.block.first_sample - before.block.end
-            assert after.block.first_sample >= before.block.end
+    for arrival, next_arrival in pairwise(arrivals):
+        if arrival.block.epoch == next_arrival.block.epoch:
+            missing += next_arrival.block.first_sample - arrival.block.end
+            assert next_arrival.block.first_sample >= arrival.block.end
     assert health.lost_samples == missing
     # The first stretch begins with sample 0 of both rates: its samples are those of resample().
     begin = [a.block for a in arrivals if a.block.epoch == 0]
-    here = np.concatenate([b.data for b in begin if b.end <= 1500 * share])
+    values = np.concatenate([b.data for b in begin if b.end <= 1500 * share])
     analogue = [k for k in range(16) if k not in descriptor.layout.columns(ChannelKind.STRIP)]
     offline = resample(stretches[0].data, rate, NEW)
     np.testing.assert_allclose(
-        here[:, analogue], offline[: len(here)][:, analogue], rtol=1e-4, atol=0.5
+        values[:, analogue], offline[: len(values)][:, analogue], rtol=1e-4, atol=0.5
     )
-    assert len(here) >= (1500 - block - 0.0005 * rate) * share - 3
+    assert len(values) >= (1500 - block - 0.0005 * rate) * share - 3
     strips = list(descriptor.layout.columns(ChannelKind.STRIP))
-    nearest = np.rint(np.arange(len(here)) / share).astype(int)
-    same = here[:, strips] == stretches[0].data[nearest][:, strips]
-    assert same.mean() > 0.999  # instants half way between two samples have two nearest ones
-    assert set(np.unique(given_now[:, strips])) <= {0.0, 1.0}
+    nearest = np.rint(np.arange(len(values)) / share).astype(int)
+    is_equal = values[:, strips] == stretches[0].data[nearest][:, strips]
+    assert is_equal.mean() > 0.999  # instants half way between two samples have two nearest ones
+    assert set(np.unique(all_values[:, strips])) <= {0.0, 1.0}
     # Each word and mark comes once, in its epoch, at its instant.
     words = [m for a in arrivals for m in a.markers]
     assert all(m.epoch == a.block.epoch for a in arrivals for m in a.markers)
@@ -114,24 +114,24 @@ def test_samples_and_all_that_counts_them_are_at_the_new_rate(
     np.testing.assert_allclose(numbers, np.array([100, 200, 400, 900]) * share, atol=0.51)
 
 
-def test_a_reader_that_waits_for_more_samples_gets_some(tmp_path: Path) -> None:
+def test_read_returns_at_least_one_sample(tmp_path: Path) -> None:
     """One sample of the source may be none of the new rate: reading goes on until there is one."""
-    path = recorded_at(48_000.0, tmp_path, [Block(samples(600, 0), 0, 0)])
+    path = write_recording(48_000.0, tmp_path, [Block(samples(600, 0), 0, 0)])
     with ReplaySource(path, speed=np.inf, block=1) as inner:
         source = ResampledSource(inner, NEW)
         assert all(len(source.read(1.0)[0].block.data) for _ in range(40))
 
 
-def test_only_a_recording_has_a_calibration(tmp_path: Path) -> None:
-    path = recorded_at(8000.0, tmp_path, [Block(samples(600, 0), 0, 0)])
+def test_calibration_exists_only_for_recordings(tmp_path: Path) -> None:
+    path = write_recording(8000.0, tmp_path, [Block(samples(600, 0), 0, 0)])
     with ReplaySource(path) as inner:
         assert hasattr(ResampledSource(inner, NEW), "calibration")
     with TwinSource(speed=2.0) as device:
         assert not hasattr(ResampledSource(device, 8000.0), "calibration")
 
 
-def test_words_and_orders_go_to_the_source(tmp_path: Path) -> None:
-    path = recorded_at(8000.0, tmp_path, [Block(samples(600, 0), 0, 0)])
+def test_marks_and_orders_reach_the_source(tmp_path: Path) -> None:
+    path = write_recording(8000.0, tmp_path, [Block(samples(600, 0), 0, 0)])
     with ReplaySource(path) as inner, ResampledSource(inner, NEW) as source:
         for tell in (source.mark, source.order):
             with pytest.raises(InputError, match="recording"):
@@ -141,7 +141,7 @@ def test_words_and_orders_go_to_the_source(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("rate", [400.0, 9_999_999.0])
-def test_rates_between_which_nothing_is_resampled_are_refused(rate: float, tmp_path: Path) -> None:
-    path = recorded_at(rate, tmp_path, [Block(samples(60, 0), 0, 0)])
+def test_rates_without_a_resampler_are_refused(rate: float, tmp_path: Path) -> None:
+    path = write_recording(rate, tmp_path, [Block(samples(60, 0), 0, 0)])
     with ReplaySource(path) as inner, pytest.raises(InputError, match=f"{NEW:g} Hz"):
         ResampledSource(inner, NEW)

@@ -32,12 +32,12 @@ class Host:
     """Host that decodes a device's frames."""
 
     device: Responder
-    said: int = 0
+    message_count: int = 0
     frames: list[Frame] = field(default_factory=list)
 
     def say(self, kind: int, payload: bytes = b"") -> None:
-        self.device.hear(encode(kind, self.said, payload))
-        self.said += 1
+        self.device.hear(encode(kind, self.message_count, payload))
+        self.message_count += 1
 
     def make(self, n: int) -> None:
         self.device.sample(numbered(self.device.next_sample, n))
@@ -70,14 +70,14 @@ def device(room: int = 1000) -> Host:
     return Host(Responder(DESCRIPTOR, 7, room))
 
 
-def test_it_says_nothing_before_it_is_asked() -> None:
+def test_device_is_silent_before_the_start() -> None:
     host = device()
     host.make(500)
     host.device.marker(10, "twin: apple 1")
     assert host.listen() == []
 
 
-def test_hello_is_answered_with_what_it_is() -> None:
+def test_hello_is_answered_with_the_descriptor() -> None:
     host = device()
     host.say(FrameType.HELLO, b"\1")
     (frame,) = host.listen()
@@ -107,7 +107,7 @@ def test_samples_count_while_nothing_is_sent() -> None:
 
 
 @given(st.lists(st.integers(0, 40), max_size=20))
-def test_frames_hold_five_and_a_stop_sends_the_rest(blocks: list[int]) -> None:
+def test_frames_have_five_samples_and_stop_flushes(blocks: list[int]) -> None:
     host = device()
     host.say(FrameType.START)
     for n in blocks:
@@ -129,28 +129,28 @@ def test_frames_hold_five_and_a_stop_sends_the_rest(blocks: list[int]) -> None:
     st.integers(1, 30),
     st.lists(st.tuples(st.integers(0, 25), st.integers(0, 4)), max_size=25),
 )
-def test_received_and_overflow_are_all_there_was(room: int, turns: list[tuple[int, int]]) -> None:
+def test_received_and_overflow_sum_to_all_samples(room: int, turns: list[tuple[int, int]]) -> None:
     host = device(room)
     host.say(FrameType.START)
-    for made, taken in turns:
-        host.make(made)
-        for _ in range(taken):
+    for produced, frame_count in turns:
+        host.make(produced)
+        for _ in range(frame_count):
             wire = host.device.frame()
             if wire:
                 host.frames.append(protocol.decode(wire[:-1]))
     host.say(FrameType.STOP)
     host.listen()
-    total = sum(made for made, _ in turns)
+    total = sum(produced for produced, _ in turns)
     numbers = host.numbers()
     assert numbers == sorted(set(numbers))
     assert protocol.read_stopped(host.frames[-1].payload) == (total, total - len(numbers))
     # What each frame tells is what is missing before it.
-    seen = 0
+    count = 0
     for frame in host.frames:
         if frame.type == FrameType.SAMPLES:
             s = protocol.read_samples(frame.payload, CHANNELS)
-            assert s.overflow == s.first_sample - seen
-            seen += len(s.data)
+            assert s.overflow == s.first_sample - count
+            count += len(s.data)
 
 
 def test_a_stall_is_counted_to_the_sample() -> None:
@@ -165,8 +165,8 @@ def test_a_stall_is_counted_to_the_sample() -> None:
 
 
 def test_a_mark_is_echoed_with_the_number_of_the_next_sample() -> None:
-    heard: list[str] = []
-    host = Host(Responder(DESCRIPTOR, 1, 100, lambda text: heard.append(text) or "done"))
+    orders: list[str] = []
+    host = Host(Responder(DESCRIPTOR, 1, 100, lambda text: orders.append(text) or "done"))
     host.make(42)
     host.say(FrameType.MARK, "Müller: apple".encode())
     (frame,) = host.listen()
@@ -174,12 +174,12 @@ def test_a_mark_is_echoed_with_the_number_of_the_next_sample() -> None:
     assert protocol.read_marker(frame.payload) == (42, "Müller: apple")
     host.say(FrameType.MARK, bytes(201))
     assert host.listen() == []
-    assert heard == [], "a mark is no order"
+    assert orders == [], "a mark is no order"
 
 
-def test_an_order_is_answered_with_what_became_of_it() -> None:
-    heard: list[str] = []
-    host = Host(Responder(DESCRIPTOR, 1, 100, lambda text: heard.append(text) or "done"))
+def test_order_is_answered_with_its_result() -> None:
+    orders: list[str] = []
+    host = Host(Responder(DESCRIPTOR, 1, 100, lambda text: orders.append(text) or "done"))
     host.make(7)
     host.say(FrameType.ORDER, b"hand: release")
     (frame,) = host.listen()
@@ -187,10 +187,10 @@ def test_an_order_is_answered_with_what_became_of_it() -> None:
     assert protocol.read_marker(frame.payload) == (7, "done")
     host.say(FrameType.ORDER, bytes(201))
     assert host.listen() == []
-    assert heard == ["hand: release"]
+    assert orders == ["hand: release"]
 
 
-def test_a_device_without_a_hand_takes_no_notice_of_orders() -> None:
+def test_device_without_a_hand_ignores_orders() -> None:
     host = device()
     host.say(FrameType.ORDER, b"hand: release")
     assert host.listen() == []
@@ -198,7 +198,7 @@ def test_a_device_without_a_hand_takes_no_notice_of_orders() -> None:
     assert [f.type for f in host.listen()] == [FrameType.DESCRIPTOR]
 
 
-def test_its_own_marker_comes_after_the_samples_before_it() -> None:
+def test_marker_of_the_device_follows_earlier_samples() -> None:
     host = device()
     host.say(FrameType.START)
     host.make(20)
@@ -207,7 +207,7 @@ def test_its_own_marker_comes_after_the_samples_before_it() -> None:
     assert kinds == [FrameType.SAMPLES] * 2 + [FrameType.MARKER] + [FrameType.SAMPLES] * 2
 
 
-def test_requests_in_one_breath_are_answered_in_turn() -> None:
+def test_consecutive_requests_are_answered_in_order() -> None:
     host = device()
     host.make(3)
     breath = [(FrameType.HELLO, b"\1"), (FrameType.MARK, b"a"), (FrameType.START, b"")]
@@ -222,7 +222,7 @@ def test_requests_in_one_breath_are_answered_in_turn() -> None:
 
 
 @given(st.binary(max_size=600), st.integers(1, 40))
-def test_noise_is_not_obeyed_and_does_not_deafen(noise: bytes, piece: int) -> None:
+def test_noise_between_requests_is_ignored(noise: bytes, piece: int) -> None:
     host = device()
     wire = noise + b"\0" + encode(FrameType.HELLO, 0, b"\1")
     for k in range(0, len(wire), piece):
@@ -231,7 +231,7 @@ def test_noise_is_not_obeyed_and_does_not_deafen(noise: bytes, piece: int) -> No
 
 
 @pytest.mark.parametrize("place", range(11))
-def test_a_damaged_request_is_not_obeyed(place: int) -> None:
+def test_damaged_request_is_ignored(place: int) -> None:
     host = device()
     wire = bytearray(encode(FrameType.HELLO, 0, b"\1"))
     wire[place] ^= 0x10
@@ -239,7 +239,7 @@ def test_a_damaged_request_is_not_obeyed(place: int) -> None:
     assert host.listen() == []
 
 
-def test_what_is_longer_than_a_request_is_thrown_away() -> None:
+def test_overlong_request_is_discarded() -> None:
     host = device()
     for _ in range(100):
         host.device.hear(b"\1" * LONGEST_HEARD)
@@ -249,7 +249,7 @@ def test_what_is_longer_than_a_request_is_thrown_away() -> None:
     assert [f.type for f in host.listen()] == [FrameType.DESCRIPTOR]
 
 
-def test_what_it_does_not_know_it_ignores() -> None:
+def test_unknown_request_is_ignored() -> None:
     host = device()
     host.say(0x99, b"later")
     host.say(FrameType.DESCRIPTOR, b"")

@@ -30,53 +30,53 @@ ARRIVALS = st.lists(
 
 
 @given(ARRIVALS, st.floats(0, 1e6))
-def test_stamps_rise_whatever_arrives_when(
+def test_stamps_increase_for_any_arrivals(
     arrivals: list[tuple[int, int, float, int]], host: float
 ) -> None:
-    clock, said, first, epoch = DeviceClock(RATE), [], 0, 0
-    for n, lost, later, restarted in arrivals:
+    clock, times, first, epoch = DeviceClock(RATE), [], 0, 0
+    for n, gap, delay, restarted in arrivals:
         epoch += restarted
-        first = lost if restarted else first + lost
-        host += later
-        said += stamps(clock, first, n, host, epoch)
+        first = gap if restarted else first + gap
+        host += delay
+        times += stamps(clock, first, n, host, epoch)
         first += n
-        assert clock.at(first - 1, epoch) == said[-1]
-    assert (np.diff(said) > 0).all()
+        assert clock.at(first - 1, epoch) == times[-1]
+    assert (np.diff(times) > 0).all()
 
 
-def test_without_delay_they_are_the_arrivals() -> None:
+def test_stamps_without_delay_are_the_arrival_times() -> None:
     clock = DeviceClock(RATE)
     for k in range(100):
         last = stamps(clock, 5 * k, 5, 50.0 + (5 * k + 4) / RATE)
         np.testing.assert_allclose(last, 50.0 + np.arange(5 * k, 5 * k + 5) / RATE, atol=1e-9)
 
 
-def test_jitter_is_taken_out_and_drift_is_followed() -> None:
+def test_stamps_follow_drift_without_jitter() -> None:
     """Blocks up to 20 ms late from a clock that is 100 ppm fast: within 1.5 ms after a second."""
     rng = np.random.default_rng(0)
     clock, worst = DeviceClock(RATE), 0.0
     for k in range(0, 300_000, 25):
         true = 7.0 + np.arange(k, k + 25) / (RATE * (1 + 100e-6))
         delay = 0.0 if rng.random() < 0.05 else rng.exponential(0.004)
-        found = stamps(clock, k, 25, true[-1] + min(delay, 0.02))
+        estimate = stamps(clock, k, 25, true[-1] + min(delay, 0.02))
         if k > RATE:
-            worst = max(worst, float(np.abs(np.array(found) - true).max()))
+            worst = max(worst, float(np.abs(np.array(estimate) - true).max()))
     assert worst < 1.5e-3
 
 
-def test_what_is_a_little_off_is_made_up_slowly() -> None:
+def test_small_offset_is_corrected_slowly() -> None:
     """The first block came 100 ms late: the others pull stamps back by a share of their time."""
     clock = DeviceClock(RATE)
-    said = stamps(clock, 0, 5, 0.1 + 4 / RATE)
+    times = stamps(clock, 0, 5, 0.1 + 4 / RATE)
     for k in range(5, 30_000, 5):
-        said += stamps(clock, k, 5, (k + 4) / RATE)
-    steps = np.diff(said) * RATE
+        times += stamps(clock, k, 5, (k + 4) / RATE)
+    steps = np.diff(times) * RATE
     assert steps.min() >= 1 - SLEW - 1e-6
     assert steps.max() <= 1 + SLEW + 1e-6
-    assert abs(said[-1] - 29_999 / RATE) < 1e-9
+    assert abs(times[-1] - 29_999 / RATE) < 1e-9
 
 
-def test_a_replay_at_ten_times_the_speed_is_kept_up_with() -> None:
+def test_stamps_follow_a_tenfold_replay_speed() -> None:
     clock = DeviceClock(RATE)
     for k in range(0, 200_000, 50):
         last = stamps(clock, k, 50, 0.1 * (k + 49) / RATE)
@@ -85,20 +85,18 @@ def test_a_replay_at_ten_times_the_speed_is_kept_up_with() -> None:
 
 def test_a_gap_shows_in_the_stamps() -> None:
     clock = DeviceClock(RATE)
-    before = stamps(clock, 0, 100, 99 / RATE)
-    after = stamps(clock, 600, 100, 699 / RATE)
-    assert abs(after[0] - before[-1] - 501 / RATE) < 1e-9
+    before_gap = stamps(clock, 0, 100, 99 / RATE)
+    after_gap = stamps(clock, 600, 100, 699 / RATE)
+    assert abs(after_gap[0] - before_gap[-1] - 501 / RATE) < 1e-9
 
 
 @given(st.lists(st.floats(0.0, 0.3), min_size=1, max_size=40), st.integers(1, 200))
-def test_transport_is_what_a_block_needs_beyond_the_least_delayed(
-    delays: list[float], n: int
-) -> None:
+def test_transport_delay_is_relative_to_the_shortest(delays: list[float], n: int) -> None:
     transport, host = TransportDelay(RATE), 0.0
     least = np.inf
     for k, delay in enumerate(delays):
-        taken = 20.0 + (n * (k + 1) - 1) / RATE
-        host = max(host, taken + delay)
+        sampled = 20.0 + (n * (k + 1) - 1) / RATE
+        host = max(host, sampled + delay)
         transport.add(Block(np.zeros((n, 16), np.int16), n * k), host)
-        least = min(least, host - taken)
-        assert abs(transport.of(n * (k + 1) - 1, host) - (host - taken - least)) < 1e-9
+        least = min(least, host - sampled)
+        assert abs(transport.of(n * (k + 1) - 1, host) - (host - sampled - least)) < 1e-9

@@ -24,7 +24,7 @@ from firstcontact.device import SerialSource
     ],
     ids=["flipped", "inserted", "deleted", "cut", "burst", "gone"],
 )
-def test_damage_loses_the_frames_it_touches(
+def test_damage_loses_only_its_frames(
     device: ScriptedDevice, change: Callable[[bytes], bytes], bad: int
 ) -> None:
     device.script.sends = every_other(10, change)
@@ -38,7 +38,7 @@ def test_damage_loses_the_frames_it_touches(
     assert health.bad_frames == 100 * bad
 
 
-def test_frames_that_come_twice_are_left_out(device: ScriptedDevice) -> None:
+def test_doubled_frames_are_dropped(device: ScriptedDevice) -> None:
     device.script.sends = every_other(10, lambda frame: frame + frame)
     with SerialSource(device.port) as source:
         device.put(5000)

@@ -13,19 +13,19 @@ from firstcontact.device import _serial_source as serial_source
 from firstcontact.device._twin_source import TwinSource
 
 
-def test_a_cable_pulled_and_plugged_back_begins_an_epoch_and_counts(device: ScriptedDevice) -> None:
+def test_reconnected_cable_starts_an_epoch_and_counts_losses(device: ScriptedDevice) -> None:
     with SerialSource(device.port) as source:
         device.put(700)
-        before = collect(source, lambda n: n == 700)
+        first_epoch = collect(source, lambda n: n == 700)
         device.unplug()
         assert not wait_for(source, lambda: not source.health.connected)
         device.pass_by(300)
         device.plug()
         wait_for(source, lambda: source.health.connected)
         device.put(1000)
-        after = collect(source, lambda n: n >= 1000)
-        assert {a.block.epoch for a in before} == {0}
-        assert {a.block.epoch for a in after} == {1}
+        second_epoch = collect(source, lambda n: n >= 1000)
+        assert {a.block.epoch for a in first_epoch} == {0}
+        assert {a.block.epoch for a in second_epoch} == {1}
         assert source.health.reconnects == 1
     health = source.health
     # The device kept its power: nothing is unaccounted for.
@@ -33,7 +33,7 @@ def test_a_cable_pulled_and_plugged_back_begins_an_epoch_and_counts(device: Scri
     assert health.bad_frames == 0
 
 
-def test_a_device_that_lost_its_power_begins_with_sample_0(device: ScriptedDevice) -> None:
+def test_power_loss_restarts_at_sample_0(device: ScriptedDevice) -> None:
     with SerialSource(device.port) as source:
         device.put(700)
         collect(source, lambda n: n == 700)
@@ -52,7 +52,7 @@ def test_a_device_that_lost_its_power_begins_with_sample_0(device: ScriptedDevic
 
 
 @pytest.mark.parametrize("boot", [2, 1])
-def test_a_reset_without_losing_the_port(device: ScriptedDevice, boot: int) -> None:
+def test_reset_starts_an_epoch_on_the_open_port(device: ScriptedDevice, boot: int) -> None:
     """Also of a device that cannot count its starts."""
     with SerialSource(device.port) as source:
         device.put(700)
@@ -66,28 +66,28 @@ def test_a_reset_without_losing_the_port(device: ScriptedDevice, boot: int) -> N
     assert source.health.lost_samples == 0
 
 
-def test_a_silent_device_is_asked_and_goes_on_in_its_epoch(
+def test_silent_device_is_polled_and_keeps_its_epoch(
     device: ScriptedDevice, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(serial_source, "SILENCE", 0.05)
-    asked = []
+    requests = []
 
     def hears(data: bytes) -> bytes:
-        asked.append(data)
+        requests.append(data)
         return data
 
     with SerialSource(device.port) as source:
         device.put(700)
         collect(source, lambda n: n == 700)
         device.script.hears = hears
-        wait_for(source, lambda: len(asked) > 4)
+        wait_for(source, lambda: len(requests) > 4)
         device.put(700)
         collect(source, lambda n: n == 700)
     assert source.health.reconnects == 0
     assert source.health.lost_samples == source.health.lost_frames == 0
 
 
-def test_a_device_that_has_died_shows_as_not_connected_and_may_wake(
+def test_dead_device_is_disconnected_until_it_answers(
     device: ScriptedDevice, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(serial_source, "SILENCE", 0.1)
@@ -103,7 +103,7 @@ def test_a_device_that_has_died_shows_as_not_connected_and_may_wake(
         assert source.health.connected
 
 
-def test_a_device_that_answers_and_sends_no_samples_shows_as_not_connected_in_two_seconds(
+def test_device_without_samples_is_disconnected_after_two_seconds(
     device: ScriptedDevice,
 ) -> None:
     with SerialSource(device.port) as source:
@@ -118,9 +118,7 @@ def test_a_device_that_answers_and_sends_no_samples_shows_as_not_connected_in_tw
         assert source.health.connected
 
 
-def test_a_start_that_is_lost_is_said_again(
-    device: ScriptedDevice, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_lost_start_is_repeated(device: ScriptedDevice, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(serial_source, "SILENCE", 0.1)
     start = encode(FrameType.START, 1)
     device.script.hears = lambda data: data.replace(start, b"")
@@ -129,7 +127,7 @@ def test_a_start_that_is_lost_is_said_again(
         collect(source, lambda n: n == 100)
 
 
-def test_closing_while_it_is_unplugged(device: ScriptedDevice) -> None:
+def test_unplugged_source_can_be_closed(device: ScriptedDevice) -> None:
     source = SerialSource(device.port)
     with source:
         device.put(100)
@@ -140,7 +138,7 @@ def test_closing_while_it_is_unplugged(device: ScriptedDevice) -> None:
     assert source.ended
 
 
-def test_the_twin_unplugged_plugged_back_and_reset() -> None:
+def test_twin_counts_losses_of_a_reconnection_and_a_reset() -> None:
     with TwinSource(objects=["block 20"], speed=2) as source:
         assert source.name == "twin"
         assert source.descriptor.source == "twin"
@@ -150,8 +148,8 @@ def test_the_twin_unplugged_plugged_back_and_reset() -> None:
         twin.unplug()
         arrivals += wait_for(source, lambda: not source.health.connected)
         twin.plug()
-        there = source.health.samples
-        arrivals += wait_for(source, lambda: source.health.samples > there + 1000)
+        count = source.health.samples
+        arrivals += wait_for(source, lambda: source.health.samples > count + 1000)
         twin.reset()
         arrivals += wait_for(source, lambda: source.health.epoch == 2)
     arrivals += source.read(0)

@@ -40,27 +40,23 @@ def read(
         collect(source, enough)
 
 
-def test_a_device_three_percent_off_is_refused_with_both_rates(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_rate_off_by_3_percent_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(_serial_source, "OPENING", 60.0)
     with pytest.raises(InputError, match=r"sends 5\d\d\d samples .* stated as 4936") as refusal:
         read(tmp_path, 1.03 * RATE, lambda n: n >= MANY)
     assert str(tmp_path / "port") in str(refusal.value)
 
 
-def test_the_stated_rate_passes_also_with_a_burst(tmp_path: Path) -> None:
+def test_stated_rate_with_a_burst_passes(tmp_path: Path) -> None:
     read(tmp_path, RATE, lambda n: n >= round(2 * RATE), hold=0.6)
 
 
 @pytest.mark.parametrize("descriptor", [replace(REAL, paced=False), DESCRIPTOR])
-def test_what_does_not_keep_to_real_time_is_not_checked(
-    descriptor: Descriptor, tmp_path: Path
-) -> None:
+def test_rate_is_not_checked_without_real_time(descriptor: Descriptor, tmp_path: Path) -> None:
     read(tmp_path, 4 * RATE, lambda n: n >= round(6 * RATE), descriptor)
 
 
-def test_in_the_middle_of_a_session_it_is_a_warning(
+def test_rate_change_during_a_session_is_a_warning(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setattr(_serial_source, "OPENING", 0.0)
@@ -74,7 +70,7 @@ def test_in_the_middle_of_a_session_it_is_a_warning(
     assert "stated as 4936" in message
 
 
-def test_a_descriptor_says_what_is_not_in_real_time() -> None:
+def test_descriptor_without_real_time_round_trips() -> None:
     for paced in (True, False):
         text = replace(REAL, paced=paced).to_text()
         assert Descriptor.from_text(text).paced is paced

@@ -20,7 +20,7 @@ from firstcontact.device import _protocol as protocol
 from firstcontact.device._transport import SerialTransport
 
 
-def test_a_port_opened_twice_is_refused_and_the_first_goes_on(device: ScriptedDevice) -> None:
+def test_second_open_of_a_port_is_refused(device: ScriptedDevice) -> None:
     with SerialSource(device.port) as source:
         device.put(500)
         with pytest.raises(InputError, match=device.port):
@@ -31,17 +31,17 @@ def test_a_port_opened_twice_is_refused_and_the_first_goes_on(device: ScriptedDe
         pass
 
 
-def test_another_process_is_refused_too(device: ScriptedDevice) -> None:
+def test_open_from_another_process_is_refused(device: ScriptedDevice) -> None:
     script = (
         "import sys\n"
         "from firstcontact.device._serial_source import SerialSource\n"
         "SerialSource(sys.argv[1]).__enter__()"
     )
     with SerialSource(device.port) as source:
-        done = subprocess.run(
+        result = subprocess.run(
             [sys.executable, "-c", script, device.port], capture_output=True, text=True
         )
-        assert "another program has this port open" in done.stderr
+        assert "another program has this port open" in result.stderr
         device.put(500)
         collect(source, lambda n: n == 500)
 
@@ -69,7 +69,7 @@ def test_another_process_is_refused_too(device: ScriptedDevice) -> None:
         ),
     ],
 )
-def test_a_device_that_does_not_fit_is_refused(
+def test_unsupported_device_is_refused(
     device: ScriptedDevice, kind: FrameType, payload: bytes, words: str
 ) -> None:
     device.script.sends = answering(kind, payload)
@@ -103,13 +103,13 @@ def test_another_device_on_the_same_port_is_refused(device: ScriptedDevice) -> N
             wait_for(source, lambda: False)
 
 
-def test_what_does_not_answer_is_refused(device: ScriptedDevice) -> None:
+def test_silent_port_is_refused(device: ScriptedDevice) -> None:
     device.script.hears = lambda data: b""
     with pytest.raises(InputError, match=device.port):
         SerialSource(device.port, patience=0.2).__enter__()
 
 
-def test_a_device_that_goes_while_it_is_opened(device: ScriptedDevice) -> None:
+def test_device_lost_during_opening_is_refused(device: ScriptedDevice) -> None:
     def hears(data: bytes) -> bytes:
         device._terminal.unplug()
         return b""
@@ -119,7 +119,7 @@ def test_a_device_that_goes_while_it_is_opened(device: ScriptedDevice) -> None:
         SerialSource(device.port).__enter__()
 
 
-def test_a_port_that_is_not_there_and_one_that_is_none(tmp_path: Path) -> None:
+def test_missing_port_and_plain_file_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="none"):
         SerialSource(str(tmp_path / "none")).__enter__()
     file = tmp_path / "file"
@@ -139,7 +139,7 @@ def test_a_port_without_permission(device: ScriptedDevice) -> None:
         SerialSource(device.port).__enter__()
 
 
-def test_whatever_breaks_in_the_thread_is_told_to_the_reader(
+def test_error_in_the_thread_is_raised_in_read(
     device: ScriptedDevice, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with SerialSource(device.port) as source:

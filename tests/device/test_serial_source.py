@@ -19,7 +19,7 @@ from firstcontact.recording import Marker
 from processes import until
 
 
-def test_every_sample_arrives_and_bytes_that_terminals_eat_survive(device: ScriptedDevice) -> None:
+def test_all_samples_and_control_bytes_arrive(device: ScriptedDevice) -> None:
     with SerialSource(device.port) as source:
         assert source.name == device.port
         assert source.descriptor == replace(DESCRIPTOR)
@@ -36,25 +36,25 @@ def test_every_sample_arrives_and_bytes_that_terminals_eat_survive(device: Scrip
     assert source.read(0) == []
 
 
-def test_a_reader_is_woken_for_as_many_samples_as_it_wants(device: ScriptedDevice) -> None:
+def test_read_waits_for_the_requested_samples(device: ScriptedDevice) -> None:
     with SerialSource(device.port) as source:
-        got = 0
+        count = 0
         for least in (1, 5, 40, 200):
             feeding = threading.Thread(target=lambda n=least: [device.put(5) for _ in range(n)])
             feeding.start()
             arrivals = source.read(60.0, least)
             assert sum(len(a.block.data) for a in arrivals) >= least
             feeding.join()
-            got += sum(len(a.block.data) for a in arrivals)
-        put = 5 * (1 + 5 + 40 + 200)
-        rest = collect(source, lambda n: n == put - got)
-        assert rest[-1].block.end == put
+            count += sum(len(a.block.data) for a in arrivals)
+        sent_count = 5 * (1 + 5 + 40 + 200)
+        remainder = collect(source, lambda n: n == sent_count - count)
+        assert remainder[-1].block.end == sent_count
         # Fewer come, too, when the wait is over.
         device.put(5)
         few: list[Arrival] = []
         while not few:
             few = source.read(0.01, 1000)
-        assert few[0].block.first_sample == put
+        assert few[0].block.first_sample == sent_count
 
 
 def test_a_reader_reads_the_port_in_its_own_thread(
@@ -84,7 +84,7 @@ def test_a_reader_reads_the_port_in_its_own_thread(
         assert {thread for thread, size in threads if size} == {reader}
 
 
-def test_the_tail_is_read_after_the_end(device: ScriptedDevice) -> None:
+def test_last_samples_are_read_after_the_end(device: ScriptedDevice) -> None:
     with SerialSource(device.port) as source:
         device.put(3001)
     assert not source.ended
@@ -93,7 +93,7 @@ def test_the_tail_is_read_after_the_end(device: ScriptedDevice) -> None:
     assert source.health.lost_samples == 0
 
 
-def test_lost_tail_is_counted_by_the_last_word(device: ScriptedDevice) -> None:
+def test_lost_last_samples_are_counted_on_stop(device: ScriptedDevice) -> None:
     with SerialSource(device.port) as source:
         device.put(500)
         collect(source, lambda n: n == 500)
@@ -104,7 +104,7 @@ def test_lost_tail_is_counted_by_the_last_word(device: ScriptedDevice) -> None:
     assert source.health.bad_frames == 0
 
 
-def test_a_host_that_stalls_for_five_seconds_loses_nothing(device: ScriptedDevice) -> None:
+def test_stalled_host_loses_nothing(device: ScriptedDevice) -> None:
     with SerialSource(device.port) as source:
         stalled = 5 * 4936
         for _ in range(5):
@@ -116,7 +116,7 @@ def test_a_host_that_stalls_for_five_seconds_loses_nothing(device: ScriptedDevic
     assert source.health.lost_samples == source.health.overflow_samples == 0
 
 
-def test_what_the_device_drops_is_told_apart(tmp_path: Path) -> None:
+def test_overflow_of_the_device_is_counted_separately(tmp_path: Path) -> None:
     with (
         ScriptedDevice(tmp_path / "port", room=1000) as device,
         SerialSource(device.port) as source,
@@ -132,24 +132,24 @@ def test_what_the_device_drops_is_told_apart(tmp_path: Path) -> None:
     assert source.health.lost_frames == 0
 
 
-def test_a_host_clock_that_is_set_back_does_not_matter(
+def test_host_clock_step_changes_nothing(
     device: ScriptedDevice, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with SerialSource(device.port) as source:
-        before = time.monotonic()
+        start = time.monotonic()
         device.put(2500)
         arrivals = collect(source, lambda n: n == 2500)
         monkeypatch.setattr(time, "time", lambda: 0.0)
         monkeypatch.setattr(time, "time_ns", lambda: 0)
         device.put(2500)
         arrivals += collect(source, lambda n: n == 2500)
-        after = time.monotonic()
-    hosts = [before, *(a.host for a in arrivals), after]
+        end = time.monotonic()
+    hosts = [start, *(a.host for a in arrivals), end]
     assert hosts == sorted(hosts)
     assert source.health.reconnects == source.health.lost_samples == 0
 
 
-def test_a_stream_that_another_host_left_running(device: ScriptedDevice) -> None:
+def test_running_stream_of_another_host_is_taken_over(device: ScriptedDevice) -> None:
     first = SerialTransport(device.port)
     first.send(FrameType.START)
     device.put(2005)
@@ -165,7 +165,7 @@ def test_a_stream_that_another_host_left_running(device: ScriptedDevice) -> None
     assert source.health.bad_frames == 0
 
 
-def test_marks_come_back_with_the_sample_they_are_pinned_to(device: ScriptedDevice) -> None:
+def test_marks_return_with_their_sample(device: ScriptedDevice) -> None:
     with SerialSource(device.port) as source:
         device.put(125)
         collect(source, lambda n: n == 125)
@@ -183,7 +183,7 @@ def test_marks_come_back_with_the_sample_they_are_pinned_to(device: ScriptedDevi
             source.mark("lost")
 
 
-def test_a_mark_behind_the_last_sample_comes_with_it(device: ScriptedDevice) -> None:
+def test_mark_after_the_last_sample_is_returned(device: ScriptedDevice) -> None:
     with SerialSource(device.port) as source:
         device.put(100)
         source.mark("the end")
@@ -191,7 +191,7 @@ def test_a_mark_behind_the_last_sample_comes_with_it(device: ScriptedDevice) -> 
     assert [m.text for m in arrivals[-1].markers] == ["the end"]
 
 
-def test_a_source_that_was_never_opened() -> None:
+def test_unopened_source_can_be_closed() -> None:
     source = SerialSource("nowhere")
     assert source.health.samples == 0
     with pytest.raises(InputError, match="is not open"):
@@ -199,5 +199,5 @@ def test_a_source_that_was_never_opened() -> None:
     source.close()
 
 
-def test_numbers_are_what_the_tests_think() -> None:
+def test_numbered_samples_have_their_formula() -> None:
     assert numbered(2**32 - 1, 2)[:, :2].tolist() == [[-1, -1], [0, 0]]

@@ -24,11 +24,11 @@ def numbers(stamps: np.ndarray, chunk: int) -> np.ndarray:
     chunk=st.integers(2, 80),
     drift=st.floats(-2e-4, 2e-4),
 )
-def test_regular_stamps_tell_every_gap(lost: list[int], chunk: int, drift: float) -> None:
+def test_regular_stamps_reveal_every_gap(lost_samples: list[int], chunk: int, drift: float) -> None:
     # Most steps of a chunk are regular: lone losses, as they are.
-    kept = np.setdiff1d(np.arange(1000), [n for n in set(lost) if n % 7 == 3])
-    found = numbers(100.0 + kept / RATE * (1 + drift), chunk)
-    np.testing.assert_array_equal(found, kept - kept[0])
+    true_numbers = np.setdiff1d(np.arange(1000), [n for n in set(lost_samples) if n % 7 == 3])
+    sample_numbers = numbers(100.0 + true_numbers / RATE * (1 + drift), chunk)
+    np.testing.assert_array_equal(sample_numbers, true_numbers - true_numbers[0])
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -41,39 +41,39 @@ def test_jitter_and_drift_are_no_gaps(seed: int, jitter: float) -> None:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_a_gap_among_jittering_stamps_is_as_long_as_it_was(seed: int) -> None:
+def test_gap_in_jittering_stamps_has_about_its_length(seed: int) -> None:
     rng = np.random.default_rng(seed)
     true = np.concatenate([np.arange(3000), np.arange(3400, 6000)])
     stamps = true / RATE + 5.0 / RATE * rng.standard_normal(len(true))
-    found = numbers(stamps, 25)
-    assert abs(found[-1] - true[-1]) < 10
-    np.testing.assert_array_equal(found[:2950], true[:2950])
+    sample_numbers = numbers(stamps, 25)
+    assert abs(sample_numbers[-1] - true[-1]) < 10
+    np.testing.assert_array_equal(sample_numbers[:2950], true[:2950])
 
 
-def of_chunks(true: np.ndarray, sent: int, held_up: np.ndarray) -> np.ndarray:
+def chunk_stamps(true: np.ndarray, chunk_size: int, delays: np.ndarray) -> np.ndarray:
     """Return stamps as LSL makes them for chunks: the last sample has the time of sending."""
-    of = np.arange(len(true)) // sent
-    last = np.minimum((of + 1) * sent, len(true)) - 1
-    return (true[last] - (last - np.arange(len(true)))) / RATE + held_up[of]
+    chunk_index = np.arange(len(true)) // chunk_size
+    last = np.minimum((chunk_index + 1) * chunk_size, len(true)) - 1
+    return (true[last] - (last - np.arange(len(true)))) / RATE + delays[chunk_index]
 
 
 @pytest.mark.parametrize("seed", range(5))
-@pytest.mark.parametrize("sent", [10, 32])
-def test_chunks_that_are_sent_late_are_no_gaps(seed: int, sent: int) -> None:
+@pytest.mark.parametrize("chunk_size", [10, 32])
+def test_late_chunks_are_no_gaps(seed: int, chunk_size: int) -> None:
     # All steps within a chunk are regular; between two, time goes forward and back.
     rng = np.random.default_rng(seed)
     true = np.arange(30_000)
-    held_up = np.abs(rng.normal(0.0, 0.002, len(true) // sent + 1))
-    found = numbers(of_chunks(true, sent, held_up), 100)
-    assert 0 <= found[-1] - true[-1] <= 10  # before the first step back nothing tells them
+    delays = np.abs(rng.normal(0.0, 0.002, len(true) // chunk_size + 1))
+    sample_numbers = numbers(chunk_stamps(true, chunk_size, delays), 100)
+    assert 0 <= sample_numbers[-1] - true[-1] <= 10  # before the first step back nothing tells them
 
 
-def test_a_chunk_that_was_held_up_once_is_no_gap_and_one_that_lacks_is() -> None:
+def test_delayed_chunk_is_no_gap_but_a_missing_one_is() -> None:
     rng = np.random.default_rng(0)
     true = np.concatenate([np.arange(8000), np.arange(8500, 16_000)])
-    held_up = rng.uniform(0.0, 0.002, len(true) // 20 + 1)
-    held_up[200] += 0.05
-    found = numbers(of_chunks(true, 20, held_up), 20)
-    assert abs(found[7900] - 7900) <= 5
-    assert abs(found[-1] - true[-1]) <= 5
-    np.testing.assert_array_equal(np.diff(found[8050:]), 1)
+    delays = rng.uniform(0.0, 0.002, len(true) // 20 + 1)
+    delays[200] += 0.05
+    sample_numbers = numbers(chunk_stamps(true, 20, delays), 20)
+    assert abs(sample_numbers[7900] - 7900) <= 5
+    assert abs(sample_numbers[-1] - true[-1]) <= 5
+    np.testing.assert_array_equal(np.diff(sample_numbers[8050:]), 1)

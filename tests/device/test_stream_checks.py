@@ -10,7 +10,7 @@ from firstcontact.device._stream_checks import LARGEST_SAMPLE, RateCheck, usable
 STATED = 5000.0
 
 
-def refused_after(times: np.ndarray, ends: np.ndarray) -> float | None:
+def refusal_time(times: np.ndarray, ends: np.ndarray) -> float | None:
     """Return the time until a stream of arrivals is refused, s; None if it never is."""
     check = RateCheck(STATED)
     for seconds, end in zip(times.tolist(), ends.tolist(), strict=True):
@@ -21,34 +21,34 @@ def refused_after(times: np.ndarray, ends: np.ndarray) -> float | None:
 
 def arrivals(rate: float, seconds: float, jitter: float = 0.0, seed: int = 0) -> np.ndarray:
     """Yield times and numbers of chunks of 5 ms with random delays, in order."""
-    taken = np.arange(0.005, seconds, 0.005)
-    late = np.abs(np.random.default_rng(seed).normal(0.0, jitter, len(taken)))
-    return np.stack([np.maximum.accumulate(taken + late), np.floor(taken * rate)])
+    times = np.arange(0.005, seconds, 0.005)
+    late = np.abs(np.random.default_rng(seed).normal(0.0, jitter, len(times)))
+    return np.stack([np.maximum.accumulate(times + late), np.floor(times * rate)])
 
 
 @pytest.mark.parametrize("rate", [500.0, 2500.0, 10_000.0, 50_000.0])
-def test_an_obvious_difference_is_refused_in_a_second(rate: float) -> None:
-    after = refused_after(*arrivals(rate, 5.0))
-    assert after is not None
-    assert after <= 1.3
+def test_large_rate_error_is_refused_within_a_second(rate: float) -> None:
+    refusal = refusal_time(*arrivals(rate, 5.0))
+    assert refusal is not None
+    assert refusal <= 1.3
 
 
 @pytest.mark.parametrize("rate", [4850.0, 5150.0])
-def test_three_percent_are_refused_in_two_seconds(rate: float) -> None:
-    after = refused_after(*arrivals(rate, 5.0))
-    assert after is not None
-    assert after <= 2.3
+def test_rate_error_of_3_percent_is_refused_within_two_seconds(rate: float) -> None:
+    refusal = refusal_time(*arrivals(rate, 5.0))
+    assert refusal is not None
+    assert refusal <= 2.3
 
 
 @pytest.mark.parametrize("seed", range(20))
 @pytest.mark.parametrize("jitter", [0.0, 0.002, 0.02, 0.1])
-def test_jitter_never_refuses_a_rate_within_the_tolerance(jitter: float, seed: int) -> None:
+def test_jitter_within_the_tolerance_is_not_refused(jitter: float, seed: int) -> None:
     for rate in (4940.0, 5060.0):
-        assert refused_after(*arrivals(rate, 60.0, jitter, seed)) is None
+        assert refusal_time(*arrivals(rate, 60.0, jitter, seed)) is None
 
 
 @pytest.mark.parametrize("begin", [0.0, 0.1, 0.6, 3.0])
-def test_a_backlog_of_any_length_is_no_other_rate(begin: float) -> None:
+def test_backlog_of_any_length_is_not_refused(begin: float) -> None:
     check = RateCheck(STATED)
     number = 0.0
     for millisecond in range(20_000):
@@ -59,24 +59,24 @@ def test_a_backlog_of_any_length_is_no_other_rate(begin: float) -> None:
 
 
 @pytest.mark.parametrize("begin", [0.0, 0.1, 0.6, 1.0, 3.0, 9.0])
-@pytest.mark.parametrize("lost", [False, True])
-def test_a_stall_of_five_seconds_is_no_other_rate(begin: float, lost: bool) -> None:
+@pytest.mark.parametrize("loses_samples", [False, True])
+def test_stall_of_five_seconds_is_not_refused(begin: float, loses_samples: bool) -> None:
     times, ends = arrivals(STATED, 30.0)
     stalled = (times > begin) & (times < begin + 5.0)
-    if lost:  # as without a counter: the samples of the stall never come
+    if loses_samples:  # as without a counter: the samples of the stall never come
         ends = ends - np.cumsum(np.diff(ends, prepend=0.0) * stalled)
     times = np.where(stalled, begin + 5.0 + 0.01 * (times - begin) / 5.0, times)
-    assert refused_after(np.maximum.accumulate(times), ends) is None
+    assert refusal_time(np.maximum.accumulate(times), ends) is None
 
 
-def test_samples_that_waited_before_the_start_are_no_other_rate() -> None:
+def test_backlog_before_the_start_is_not_refused() -> None:
     times, ends = arrivals(STATED, 20.0)
-    assert refused_after(np.concatenate([[0.0, 0.001], times]), np.r_[0, 9000, ends + 9000]) is None
+    assert refusal_time(np.concatenate([[0.0, 0.001], times]), np.r_[0, 9000, ends + 9000]) is None
 
 
-def test_values_are_usable_where_all_are_finite_and_in_range() -> None:
+def test_usable_values_are_finite_and_in_range() -> None:
     good = [0.0, -1.5, LARGEST_SAMPLE, -LARGEST_SAMPLE]
     bad = [np.nan, np.inf, -np.inf, 1e39, -1e300, 2 * LARGEST_SAMPLE]
     values = np.array([[v, 0.0] for v in good + bad] + [[0.0, v] for v in bad])
-    wanted = [True] * len(good) + [False] * 2 * len(bad)
-    assert usable_samples(values).tolist() == wanted
+    expected = [True] * len(good) + [False] * 2 * len(bad)
+    assert usable_samples(values).tolist() == expected

@@ -47,18 +47,18 @@ class Scripted(ThreadedSource):
         pass
 
 
-def given(source: Scripted) -> list[Arrival]:
+def read_to_end(source: Scripted) -> list[Arrival]:
     with source:
         assert source.done.wait(PATIENCE)
         return source.read(0.0)
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, 1e39, 1e300, -1e12])
-def test_one_bad_sample_costs_itself_and_what_the_filter_needs(bad: float) -> None:
+def test_bad_sample_costs_itself_and_the_filter_length(bad: float) -> None:
     values = np.sin(np.arange(5000) / 9)
     values[2500] = bad
     source = Scripted(values)
-    arrivals = given(source)
+    arrivals = read_to_end(source)
     data = np.concatenate([a.block.data for a in arrivals])
     end = arrivals[-1].block.end
     assert np.abs(data).max() < 1.5
@@ -66,28 +66,28 @@ def test_one_bad_sample_costs_itself_and_what_the_filter_needs(bad: float) -> No
     assert source.health.unusable_samples == 1
 
 
-def test_every_sample_is_counted_while_none_comes() -> None:
+def test_unusable_samples_are_counted() -> None:
     values = np.sin(np.arange(5000) / 9)
     values[1000:] = np.nan
     source = Scripted(values)
-    arrivals = given(source)
+    arrivals = read_to_end(source)
     health = source.health
     assert health.samples == sum(len(a.block.data) for a in arrivals)
     assert health.samples + health.lost_samples == pytest.approx(RATE, abs=1)
     assert health.unusable_samples == pytest.approx(4000 * RATE / INPUT_RATE, abs=1)
 
 
-def test_losses_at_the_end_of_an_epoch_and_at_the_start_of_the_next_stay_counted() -> None:
+def test_losses_around_an_epoch_change_are_counted() -> None:
     values = np.sin(np.arange(5000) / 9)
     values[2000:3500] = 1e39
     source = Scripted(values, np.repeat([0, 1], 2500))
-    given(source)
+    read_to_end(source)
     health = source.health
     assert health.reconnects == 1
     assert health.samples + health.lost_samples == pytest.approx(RATE, abs=2)
 
 
-def test_a_stream_that_was_never_usable_is_refused() -> None:
+def test_unusable_stream_is_refused() -> None:
     source = Scripted(np.zeros(0))
 
     def work() -> None:
@@ -105,7 +105,7 @@ def test_a_stream_that_was_never_usable_is_refused() -> None:
     assert source.health.lost_samples > 1000
 
 
-def test_silence_shows_in_a_second_and_a_stopped_process_is_none() -> None:
+def test_silence_is_detected_but_not_in_a_suspended_process() -> None:
     source = Scripted(np.zeros(500))
     with source:
         assert source.done.wait(PATIENCE)

@@ -30,7 +30,7 @@ def twin() -> Iterator[TwinDevice]:
         yield device
 
 
-def test_in_real_time_every_sample_comes_and_is_the_twins() -> None:
+def test_real_time_samples_equal_the_stream() -> None:
     with TwinDevice(seed=4) as device, host(device.port) as h:
         h.boot()
         h.start(4 * 4936)
@@ -46,7 +46,7 @@ def test_in_real_time_every_sample_comes_and_is_the_twins() -> None:
         assert len(h.markers) >= 3
 
 
-def test_faster_than_real_time_it_waits_for_a_host_that_stalls(twin: TwinDevice) -> None:
+def test_accelerated_twin_waits_for_a_stalled_host(twin: TwinDevice) -> None:
     with host(twin.port) as h:
         h.start(1000)
         # 30 s of the twin's time: far more than fits into the line and what waits for it.
@@ -57,7 +57,7 @@ def test_faster_than_real_time_it_waits_for_a_host_that_stalls(twin: TwinDevice)
         h.check(stopped)
 
 
-def test_in_real_time_a_host_that_stalls_loses_what_is_counted() -> None:
+def test_stalled_host_losses_are_counted_in_real_time() -> None:
     with TwinDevice(seed=4) as twin, host(twin.port) as h:
         h.start(1000)
         # Looks elsewhere for longer than the device can keep.
@@ -68,7 +68,7 @@ def test_in_real_time_a_host_that_stalls_loses_what_is_counted() -> None:
         h.check(stopped)
 
 
-def test_pyserial_opens_it_like_any_port(twin: TwinDevice) -> None:
+def test_pyserial_opens_the_port(twin: TwinDevice) -> None:
     with serial.Serial(twin.port, 115_200, timeout=DEAD, exclusive=True) as port:
         port.write(encode(FrameType.HELLO, 0, b"\1"))
         frame = protocol.decode(port.read_until(b"\0")[:-1])
@@ -78,7 +78,7 @@ def test_pyserial_opens_it_like_any_port(twin: TwinDevice) -> None:
         assert len(descriptor.layout.channels) == 16
 
 
-def test_a_host_that_leaves_and_comes_back_finds_the_same_device(twin: TwinDevice) -> None:
+def test_host_reconnects_to_the_same_device(twin: TwinDevice) -> None:
     with host(twin.port) as h:
         boot = h.boot()
         h.start(500)
@@ -90,12 +90,12 @@ def test_a_host_that_leaves_and_comes_back_finds_the_same_device(twin: TwinDevic
         h.check(h.stop())
 
 
-def test_a_reset_begins_another_boot_at_sample_0_on_the_same_port() -> None:
+def test_reset_starts_another_boot_on_the_same_port() -> None:
     switched_on = time.monotonic()
     with TwinDevice(seed=4, speed=20) as twin, host(twin.port) as h:
         boot = h.boot()
         h.start(50_000)
-        before = h.samples[-1].first_sample
+        last_start = h.samples[-1].first_sample
         twin.reset()
         h.torn = True
         assert h.boot() != boot
@@ -105,25 +105,25 @@ def test_a_reset_begins_another_boot_at_sample_0_on_the_same_port() -> None:
         h.start(2000)
         # All that the device ever counted fits into the time that it was on for.
         on_for = time.monotonic() - switched_on
-        assert before + h.first < on_for * 20 * 4936
+        assert last_start + h.first < on_for * 20 * 4936
         assert h.counters[0] == 1, "the descriptor was the first frame"
         stopped = h.stop()
         assert h.counters == list(range(1, len(h.counters) + 1))
         # It has begun anew at some scan of the hand, which went on: at which one, the piezo
         # tells, whose filter has no long memory.
-        whole = expected(round(on_for * 20 * 4936) + stopped[0])
+        reference = expected(round(on_for * 20 * 4936) + stopped[0])
         first = max(h.first, 200)
-        seen = np.concatenate([f.data for f in h.samples])[first - h.first :][:400, :2]
-        (places,) = np.nonzero((whole[:-400, :2] == seen[0]).all(axis=1))
-        fits = [k for k in places if (whole[k : k + 400, :2] == seen).all()]
+        window = np.concatenate([f.data for f in h.samples])[first - h.first :][:400, :2]
+        (places,) = np.nonzero((reference[:-400, :2] == window[0]).all(axis=1))
+        fits = [k for k in places if (reference[k : k + 400, :2] == window).all()]
         assert len(fits) == 1
         origin = int(fits[0]) - first
-        assert origin > before
+        assert origin > last_start
         scans = TwinStream(seed=4).read(origin + stopped[0])
         h.check(stopped, DeviceFilter().update(scans[origin:]))
 
 
-def test_a_pulled_cable_ends_the_port_and_comes_back_under_its_name(twin: TwinDevice) -> None:
+def test_replugged_cable_restores_the_port_name(twin: TwinDevice) -> None:
     with host(twin.port) as h:
         boot = h.boot()
         h.start(500)
@@ -141,7 +141,7 @@ def test_a_pulled_cable_ends_the_port_and_comes_back_under_its_name(twin: TwinDe
         assert h.first > end
 
 
-def test_ctrl_c_is_not_for_the_twin(twin: TwinDevice) -> None:
+def test_ctrl_c_does_not_reach_the_twin(twin: TwinDevice) -> None:
     assert os.getsid(twin.pid) != os.getsid(0), "not in the group that the terminal signals"
     os.kill(twin.pid, signal.SIGINT)
     with host(twin.port) as h:
@@ -157,7 +157,7 @@ sys.stdin.read()
 """
 
 
-def test_the_twin_dies_with_a_parent_that_is_killed() -> None:
+def test_twin_dies_with_a_killed_parent() -> None:
     pipe = subprocess.PIPE
     with subprocess.Popen([sys.executable, "-c", PARENT], stdin=pipe, stdout=pipe) as parent:
         assert parent.stdout is not None
@@ -166,17 +166,17 @@ def test_the_twin_dies_with_a_parent_that_is_killed() -> None:
         parent.kill()
     assert gone(int(pid))
     # The folder of its port stays until the next one starts, once it is old enough to be nobody's.
-    left = Path(port.decode()).parent
-    assert left.exists()
-    os.utime(left, (0, 0))
+    folder = Path(port.decode()).parent
+    assert folder.exists()
+    os.utime(folder, (0, 0))
     with TwinDevice(speed=20) as another:
         os.utime(Path(another.port).parent, (0, 0))
         with TwinDevice(speed=20):
             assert Path(another.port).exists(), "it is in use, however old"
-    assert not left.exists()
+    assert not folder.exists()
 
 
-def test_a_twin_that_stands_still_is_closed_all_the_same() -> None:
+def test_suspended_twin_is_closed() -> None:
     device = TwinDevice(speed=20)
     stop(device.pid)
     device.close()
@@ -190,7 +190,7 @@ def twins(parent: int) -> list[int]:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_twin_that_hangs_at_its_start_holds_nobody_up(number: signal.Signals) -> None:
+def test_interrupt_ends_a_twin_that_hangs_at_its_start(number: signal.Signals) -> None:
     code = "from firstcontact.cli.main import main; raise SystemExit(main())"
     arguments = ["info", "--device", "twin"]
     with subprocess.Popen(
@@ -200,13 +200,13 @@ def test_a_twin_that_hangs_at_its_start_holds_nobody_up(number: signal.Signals) 
         (pid,) = twins(parent.pid)
         stop(pid)
         parent.send_signal(number)
-        _, said = parent.communicate(timeout=PATIENCE)
+        _, error = parent.communicate(timeout=PATIENCE)
     assert parent.returncode == 128 + number
-    assert said == b"firstcontact: interrupted\n"
+    assert error == b"firstcontact: interrupted\n"
     assert gone(pid)
 
 
-def test_a_twin_that_is_terminated_takes_its_port_away(twin: TwinDevice) -> None:
+def test_terminated_twin_removes_its_port(twin: TwinDevice) -> None:
     os.kill(twin.pid, signal.SIGTERM)
     assert gone(twin.pid)
     assert not Path(twin.port).parent.exists()
@@ -214,7 +214,7 @@ def test_a_twin_that_is_terminated_takes_its_port_away(twin: TwinDevice) -> None
         twin.reset()
 
 
-def test_a_closed_twin_is_gone() -> None:
+def test_closed_twin_has_ended() -> None:
     twin = TwinDevice(speed=20)
     twin.close()
     twin.close()
@@ -235,6 +235,6 @@ def test_a_closed_twin_is_gone() -> None:
         ({"speed": float("nan")}, "speed is nan"),
     ],
 )
-def test_what_cannot_be_is_refused(arguments: dict[str, object], words: str) -> None:
+def test_invalid_arguments_are_refused(arguments: dict[str, object], words: str) -> None:
     with pytest.raises(InputError, match=words):
         TwinDevice(**arguments)  # type: ignore[arg-type]

@@ -23,35 +23,35 @@ def twin() -> Iterator[TwinDevice]:
         yield device
 
 
-def test_the_hand_takes_what_it_is_told_to(twin: TwinDevice) -> None:
+def test_order_selects_the_object(twin: TwinDevice) -> None:
     with host(twin.port) as h:
         h.say(FrameType.ORDER, b"object: block 29")
-        told = protocol.read_marker(h.until(FrameType.MARKER).payload)[0]
+        order_sample = protocol.read_marker(h.until(FrameType.MARKER).payload)[0]
         h.start(1)
 
-        def taken() -> list[str]:
-            there = [text for sample, text in h.markers if sample > told]
-            return [t for t in there if held_object(t) is not None]
+        def held_texts() -> list[str]:
+            texts = [text for sample, text in h.markers if sample > order_sample]
+            return [t for t in texts if held_object(t) is not None]
 
-        h.listen(lambda: len(taken()) >= 3)
+        h.listen(lambda: len(held_texts()) >= 3)
         # The piece of stream that was made already may hold one start more.
-        assert taken()[1:3] == ["twin: block 29"] * 2
+        assert held_texts()[1:3] == ["twin: block 29"] * 2
         h.say(FrameType.ORDER, b"object: pear")
         h.listen(lambda: any("'pear' is not known" in text for _, text in h.markers))
         h.say(FrameType.ORDER, b"object: any")
-        before = len(taken())
-        h.listen(lambda: len(taken()) >= before + 5)
-        assert set(taken()[before + 1 :]) != {"twin: block 29"}
+        count = len(held_texts())
+        h.listen(lambda: len(held_texts()) >= count + 5)
+        assert set(held_texts()[count + 1 :]) != {"twin: block 29"}
 
 
-def test_only_the_objects_that_were_given_are_taken() -> None:
+def test_only_given_objects_are_grasped() -> None:
     with TwinDevice(objects=["block 10", "apple 1"], speed=20) as twin, host(twin.port) as h:
         h.start(1)
         h.listen(lambda: len(h.markers) >= 8)
         assert {held_object(text) for _, text in h.markers} == {"block 10", "apple 1", None}
 
 
-class Squeezed:
+class ClosingLog:
     """Record of each closing as the host sees it: its object and its largest force."""
 
     def __init__(self, h: Host) -> None:
@@ -59,22 +59,22 @@ class Squeezed:
 
     def starts(self) -> list[tuple[int, str]]:
         """Sample and object of each announced closing."""
-        held = [(sample, held_object(text)) for sample, text in self.h.markers]
-        return [(sample, name) for sample, name in held if name is not None]
+        objects = [(sample, held_object(text)) for sample, text in self.h.markers]
+        return [(sample, name) for sample, name in objects if name is not None]
 
     def peaks(self) -> dict[int, float]:
         """Largest force of each finished closing, by the sample at which it began."""
-        found: dict[int, float] = {}
+        peak_forces: dict[int, float] = {}
         for end, text in self.h.markers:
-            before = [start for start, _ in self.starts() if start < end]
-            if text.startswith("twin: peak ") and before:
-                found[before[-1]] = float(text.split()[2])
-        return found
+            starts = [start for start, _ in self.starts() if start < end]
+            if text.startswith("twin: peak ") and starts:
+                peak_forces[starts[-1]] = float(text.split()[2])
+        return peak_forces
 
-    def ordered(self, order: Command | None, within: int) -> tuple[int, int, int]:
-        """Order something of each closing until one hears it so many samples after its start.
+    def send_order(self, order: Command | None, within: int) -> tuple[int, int, int]:
+        """Send an order in each closing until one gets it within this many samples of its start.
 
-        Its number among the closings seen, its start, and the sample that the order came at.
+        Return its number among the closings, its start, and the sample of the order.
         """
         text = order_text(order)
         answer = f"{TOLD}{text}"
@@ -84,85 +84,89 @@ class Squeezed:
             start = self.starts()[-1][0]
             self.h.say(FrameType.ORDER, text.encode())
             self.h.listen(
-                lambda s=start: any(at > s and said.endswith(text) for at, said in self.h.markers)
+                lambda s=start: any(
+                    at > s and content.endswith(text) for at, content in self.h.markers
+                )
             )
             answers = ((at, t) for at, t in self.h.markers if at > start and t.endswith(text))
-            came, said = next(answers)
-            if said != answer:
+            order_at, content = next(answers)
+            if content != answer:
                 continue  # it came when the hand had begun to open
-            if came - start < within:
-                return len(self.starts()) - 1, start, came
+            if order_at - start < within:
+                return len(self.starts()) - 1, start, order_at
 
 
-def test_a_commanded_closing_presses_less_than_it_would_have() -> None:
+def test_command_lowers_the_peak_of_its_closing_only() -> None:
     stream = TwinStream(seed=4)
     while len(stream.pinches) < 20 or stream.pinches[-1].end is None:
         stream.read(1000)
     drawn = [p.start for p in stream.pinches]
     with TwinDevice(seed=4) as device, host(device.port) as h:
         h.start(1)
-        seen = Squeezed(h)
-        number, start, _ = seen.ordered(Command(0.03, 1.0), 900)
-        h.listen(lambda: len([s for s in seen.peaks() if s >= start]) >= 3)
+        log = ClosingLog(h)
+        number, start, _ = log.send_order(Command(0.03, 1.0), 900)
+        h.listen(lambda: len([s for s in log.peaks() if s >= start]) >= 3)
         # Nothing before the first start that was seen was commanded.
-        number += drawn.index(seen.starts()[0][0])
-        there = list(stream.pinches)[number : number + 3]
-        after = [s for s in seen.starts() if s[0] >= start][:3]
-        assert [p.label.object for p in there] == [name for _, name in after]
-        told, *others = [seen.peaks()[s] for s, _ in after]
-        alone = [round(p.peak or 0.0, 1) for p in there]
-        assert told < 0.6 * alone[0]
-        assert others == alone[1:]
+        number += drawn.index(log.starts()[0][0])
+        expected = list(stream.pinches)[number : number + 3]
+        starts = [s for s in log.starts() if s[0] >= start][:3]
+        assert [p.label.object for p in expected] == [name for _, name in starts]
+        commanded_peak, *later_peaks = [log.peaks()[s] for s, _ in starts]
+        expected_peaks = [round(p.peak or 0.0, 1) for p in expected]
+        assert commanded_peak < 0.6 * expected_peaks[0]
+        assert later_peaks == expected_peaks[1:]
 
 
-def test_a_release_opens_the_hand_after_the_latency() -> None:
+def test_release_opens_the_hand_after_the_latency() -> None:
     with TwinDevice(seed=4, latency=0.010) as device, host(device.port) as h:
         h.start(1)
-        seen = Squeezed(h)
-        _, start, came = seen.ordered(None, 2500)
-        h.listen(lambda: start in seen.peaks())
-        end = next(at for at, said in h.markers if at > start and "peak" in said)
+        log = ClosingLog(h)
+        _, start, release_sample = log.send_order(None, 2500)
+        h.listen(lambda: start in log.peaks())
+        end = next(at for at, content in h.markers if at > start and "peak" in content)
         # To the next piece, and no longer.
-        assert 0 <= end - came - round(0.010 * 4936) <= 50
+        assert 0 <= end - release_sample - round(0.010 * 4936) <= 50
 
 
 @pytest.mark.parametrize(
     "text",
     ["hand:", "hand: 1", "hand: 1 2 3", "hand: nan 1", "hand: 1 inf", "hand: halt", "hand:\0", "?"],
 )
-def test_an_order_that_is_none_is_answered_and_changes_nothing(twin: TwinDevice, text: str) -> None:
+def test_invalid_order_is_answered_and_changes_nothing(twin: TwinDevice, text: str) -> None:
     with host(twin.port) as h:
         h.start(1)
         h.say(FrameType.ORDER, text.encode())
-        h.listen(lambda: any("twin: hand order" in said for _, said in h.markers))
+        h.listen(lambda: any("twin: hand order" in content for _, content in h.markers))
         h.check(h.stop())
 
 
 def test_a_command_to_a_hand_at_rest_is_answered() -> None:
     with TwinDevice(seed=4) as device, host(device.port) as h:
         h.start(1)
-        while not any("twin: hand is not closing, command 1" in said for _, said in h.markers):
+        while not any(
+            "twin: hand is not closing, command 1" in content for _, content in h.markers
+        ):
             # Told as soon as it begins to open; it opens and rests for most of a second.
             h.until(FrameType.MARKER)
             if "peak" in h.markers[-1][1]:
                 h.say(FrameType.ORDER, b"hand: 0.0 0.0")
 
 
-def test_no_mark_is_an_order() -> None:
+def test_marks_are_not_orders() -> None:
     """Whoever sets a marker, a viewer of the page too, moves nothing with it."""
     with TwinDevice(seed=4, objects=["block 10", "apple 1"]) as device, host(device.port) as h:
         h.start(1)
         texts = ("object: block 10", "hand: release", "hand: 0.0 0.0", "twin: told hand: 0.0 0.0")
 
         def hand() -> list[tuple[int, str]]:
-            return [(at, said) for at, said in h.markers if said not in texts]
+            return [(at, content) for at, content in h.markers if content not in texts]
 
-        while sum("peak" in said for _, said in hand()) < 3:
+        while sum("peak" in content for _, content in hand()) < 3:
             h.until(FrameType.MARKER)
             if "peak" not in h.markers[-1][1] and h.markers[-1][1] not in texts:
                 for text in texts:  # as a closing begins
                     h.say(FrameType.MARK, text.encode())
-        assert {said for _, said in h.markers} >= set(texts)
+        assert {content for _, content in h.markers} >= set(texts)
         # The hand does what it would have done unasked.
         stream = TwinStream("paper-rig", ["block 10", "apple 1"], seed=4)
         while len([p for p in stream.pinches if p.end]) < 20:
@@ -172,19 +176,19 @@ def test_no_mark_is_an_order() -> None:
         assert set(hand()) <= set(alone)
 
 
-def test_faster_than_real_time_the_twin_is_not_far_ahead_of_who_reads() -> None:
-    """So that an object that is asked for comes soon, however slow the reader is."""
+def test_accelerated_twin_stays_close_to_its_reader() -> None:
+    """Otherwise a requested object comes late for a slow reader."""
     with TwinSource(seed=4, speed=50) as source:
-        seen = sum(len(a.block.data) for a in source.read(60.0))
+        count = sum(len(a.block.data) for a in source.read(60.0))
         select.select([], [], [], 1.0)  # nobody reads: 50 s of the twin's time
-        assert source.health.samples - seen < 4936
-        while seen < 4 * 4936:
-            seen += sum(len(a.block.data) for a in source.read(60.0))
+        assert source.health.samples - count < 4936
+        while count < 4 * 4936:
+            count += sum(len(a.block.data) for a in source.read(60.0))
         assert source.health.lost_samples == 0
         source.order("object: block 10")
-        held: list[str | None] = []
-        while "block 10" not in held:
-            assert seen < 60 * 4936, held
+        objects: list[str | None] = []
+        while "block 10" not in objects:
+            assert count < 60 * 4936, objects
             arrivals = source.read(60.0)
-            seen += sum(len(a.block.data) for a in arrivals)
-            held += [held_object(m.text) for a in arrivals for m in a.markers]
+            count += sum(len(a.block.data) for a in arrivals)
+            objects += [held_object(m.text) for a in arrivals for m in a.markers]

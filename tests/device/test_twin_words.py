@@ -15,16 +15,16 @@ from firstcontact.twin._objects import OBJECTS
 
 
 @given(st.floats(-1.0, 1.0), st.floats(0.0, 100.0))
-def test_an_order_is_read_as_it_was_meant(speed: float, force: float) -> None:
-    read = read_order(order_text(Command(speed, force)))
-    assert read is not None
-    assert read.speed == pytest.approx(speed, abs=5.1e-5)
-    assert read.force == pytest.approx(force, abs=5.1e-4)
+def test_order_text_round_trips(speed: float, force: float) -> None:
+    command = read_order(order_text(Command(speed, force)))
+    assert command is not None
+    assert command.speed == pytest.approx(speed, abs=5.1e-5)
+    assert command.force == pytest.approx(force, abs=5.1e-4)
     assert read_order(order_text(None)) is None
 
 
 @given(st.text(max_size=30))
-def test_whatever_else_is_said_is_refused_in_words(text: str) -> None:
+def test_other_hand_texts_are_refused_or_ignored(text: str) -> None:
     try:
         order = read_order("hand:" + text)
     except InputError:
@@ -32,7 +32,7 @@ def test_whatever_else_is_said_is_refused_in_words(text: str) -> None:
     assert order is None or (isfinite(order.speed) and isfinite(order.force))
 
 
-def test_only_an_object_is_taken_for_one() -> None:
+def test_object_texts_differ_from_hand_texts() -> None:
     for name in OBJECTS:
         assert held_object(f"twin: {name}") == name
         assert not concerns_hand(f"twin: {name}")
@@ -46,9 +46,9 @@ def test_only_an_object_is_taken_for_one() -> None:
     assert peak_text(3.44) == "twin: peak 3.4 N"
 
 
-def test_what_was_lost_is_about_the_hand_and_no_object() -> None:
-    for how in ("dropped", "broken"):
-        assert lost_object(lost_text(how)) == how
-        assert concerns_hand(lost_text(how))
-        assert held_object(lost_text(how)) is None
+def test_loss_texts_concern_the_hand() -> None:
+    for loss in ("dropped", "broken"):
+        assert lost_object(lost_text(loss)) == loss
+        assert concerns_hand(lost_text(loss))
+        assert held_object(lost_text(loss)) is None
     assert lost_object(peak_text(3.0)) is None

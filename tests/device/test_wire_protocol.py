@@ -28,7 +28,7 @@ HARD = st.lists(
 ).map(b"".join)
 
 
-def plain_unstuff(stuffed: bytes) -> bytes:
+def reference_unstuff(stuffed: bytes) -> bytes:
     """Decode COBS as its paper describes it, byte by byte."""
     out = b""
     place = 0
@@ -46,7 +46,7 @@ def test_stuffed_bytes_have_no_zero_and_come_back(data: bytes) -> None:
     stuffed = stuff(data)
     assert 0 not in stuffed
     assert len(stuffed) <= len(data) + 1 + len(data) // 254
-    assert unstuff(stuffed) == data == plain_unstuff(stuffed)
+    assert unstuff(stuffed) == data == reference_unstuff(stuffed)
 
 
 @given(st.binary(max_size=300))
@@ -55,7 +55,7 @@ def test_any_bytes_are_unstuffed_or_refused(stuffed: bytes) -> None:
         data = unstuff(stuffed)
     except FrameError:
         return
-    assert data == plain_unstuff(stuffed)
+    assert data == reference_unstuff(stuffed)
 
 
 @given(st.binary(max_size=100), st.data())
@@ -71,19 +71,19 @@ def test_the_crc_is_that_of_zlib_and_finds_any_changed_byte(
 
 
 @given(st.integers(0, 8))
-def test_what_is_too_short_is_no_frame(n: int) -> None:
+def test_short_input_is_no_frame(n: int) -> None:
     with pytest.raises(FrameError, match="too short"):
         decode(stuff(b"\x01" * n))
 
 
 @given(st.text(max_size=400))
-def test_a_marker_is_cut_at_a_character(text: str) -> None:
+def test_marker_is_cut_at_a_character_boundary(text: str) -> None:
     cut = protocol.marker_text(text)
-    whole = text.encode()
-    assert whole.startswith(cut)
+    encoded = text.encode()
+    assert encoded.startswith(cut)
     assert len(cut) <= MARKER_BYTES
     # Only a character that does not fit is missing.
-    assert cut == whole or len(cut) + len(text[len(cut.decode())].encode()) > MARKER_BYTES
+    assert cut == encoded or len(cut) + len(text[len(cut.decode())].encode()) > MARKER_BYTES
     assert protocol.read_marker(protocol.marker_payload(2**32 + 9, text)) == (9, cut.decode())
 
 
@@ -93,7 +93,7 @@ def test_a_marker_is_cut_at_a_character(text: str) -> None:
     n=st.integers(1, 5),
     channels=st.integers(1, 20),
 )
-def test_samples_come_back(first: int, overflow: int, n: int, channels: int) -> None:
+def test_samples_round_trip(first: int, overflow: int, n: int, channels: int) -> None:
     data = np.arange(n * channels, dtype=np.int16).reshape(n, channels) * 2731
     payload = protocol.samples_payload(first, overflow, data)
     back = protocol.read_samples(payload, channels)
@@ -106,28 +106,28 @@ def test_samples_come_back(first: int, overflow: int, n: int, channels: int) -> 
         protocol.read_samples(payload, channels + 1)
 
 
-def test_no_sample_is_no_samples_frame() -> None:
+def test_empty_samples_frame_is_refused() -> None:
     with pytest.raises(FrameError, match=r"\b0 samples"):
         protocol.read_samples(protocol.samples_payload(0, 0, np.zeros((0, 16), np.int16)), 16)
 
 
-def test_other_payloads_come_back_or_are_refused() -> None:
-    said = protocol.descriptor_payload(2**32 - 1, "Größe", 3)
-    assert protocol.read_descriptor(said) == (3, 2**32 - 1, "Größe")
+def test_other_payloads_round_trip_or_are_refused() -> None:
+    descriptor = protocol.descriptor_payload(2**32 - 1, "Größe", 3)
+    assert protocol.read_descriptor(descriptor) == (3, 2**32 - 1, "Größe")
     assert protocol.read_stopped(protocol.stopped_payload(2**32 + 1, 5)) == (1, 5)
-    for read, payload in (
+    for read_payload, payload in (
         (protocol.read_descriptor, b"\1\0\0\0"),
-        (protocol.read_descriptor, said[:-2]),  # half a character
+        (protocol.read_descriptor, descriptor[:-2]),  # half a character
         (protocol.read_marker, b"\0\0\0"),
         (protocol.read_marker, b"\0\0\0\0\xff"),
         (protocol.read_stopped, b"\0" * 7),
         (protocol.read_stopped, b"\0" * 9),
     ):
         with pytest.raises(FrameError):
-            read(payload)
+            read_payload(payload)
 
 
-def test_a_descriptor_of_a_hundred_channels_is_no_longer_than_the_longest() -> None:
+def test_descriptor_of_a_hundred_channels_fits() -> None:
     layout = fingertip_layout()
     taxels = [
         dataclasses.replace(layout.channels[2], name=f"force_index_{k}", taxel=k)

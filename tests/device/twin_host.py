@@ -104,21 +104,21 @@ class Host:
         """Assert that every frame came, every sample is right and losses are counted."""
         assert self.counters == list(range(self.counters[0], self.counters[0] + len(self.counters)))
         right = expected(stopped[0]) if right is None else right
-        lost = 0
+        lost_count = 0
         number = self.first
         for s in self.samples:
-            lost += s.first_sample - number
-            assert s.overflow == lost
+            lost_count += s.first_sample - number
+            assert s.overflow == lost_count
             number = s.first_sample + len(s.data)
             assert (s.data == right[s.first_sample : number]).all()
         assert self.received + stopped[1] == stopped[0] - self.first
-        assert stopped[1] >= lost
+        assert stopped[1] >= lost_count
 
 
 @contextmanager
 def host(port: str) -> Iterator[Host]:
-    made = Host(port)
+    connection = Host(port)
     try:
-        yield made
+        yield connection
     finally:
-        made.close()
+        connection.close()

@@ -1,4 +1,4 @@
-"""What plotting tools read: checked with a reader that knows only ROS 2 message definitions."""
+"""Export for plotting tools, checked with a reader that knows only ROS 2 message definitions."""
 
 from __future__ import annotations
 
@@ -23,36 +23,36 @@ def test_every_channel_is_a_topic_of_numbers(shore: Dataset, tmp_path: Path) -> 
         first = int(np.ceil(pinch.first_sample * 100 / layout.rate))
         n = int(len(pinch.data) * 100 / layout.rate)
         values = np.arange(n).astype(pinch.data.dtype)[:, None]
-        its = {"100_hz": Block(values, first)}
-        pinches.append(replace(pinch, layout=layout, groups=its))
+        groups = {"100_hz": Block(values, first)}
+        pinches.append(replace(pinch, layout=layout, groups=groups))
     dataset = replace(shore, pinches=tuple(pinches))
     path = tmp_path / "plot.mcap"
     export(dataset, EXPORTERS.find("mcap-plot"), path)
-    found: dict[str, list[tuple[int, object]]] = {}
+    topics: dict[str, list[tuple[int, object]]] = {}
     for message in mcap_ros2.read_ros2_messages(str(path)):
-        said = message.ros_msg.data
-        found.setdefault(message.channel.topic, []).append((message.log_time_ns, said))
+        number = message.ros_msg.data
+        topics.setdefault(message.channel.topic, []).append((message.log_time_ns, number))
     kinds = [c.kind for c in layout.column_channels]
     for k, (kind, name) in enumerate(zip(kinds, layout.column_names, strict=True)):
-        wanted = np.concatenate([layout.physical(p.data, (k,))[:, 0] for p in pinches])
-        times, values = zip(*found[f"/{kind}/{name}"], strict=True)
-        assert np.array_equal(values, wanted)
+        expected = np.concatenate([layout.physical(p.data, (k,))[:, 0] for p in pinches])
+        times, values = zip(*topics[f"/{kind}/{name}"], strict=True)
+        assert np.array_equal(values, expected)
         assert list(times) == sorted(set(times))
         steps = np.diff(times[: len(pinches[0].data)])
         assert steps == pytest.approx(1e9 / layout.rate, abs=1)
     slow = [0.5 * i for p in pinches for i in range(len(p.groups["100_hz"].data))]
-    assert [value for _, value in found["/100_hz/grip"]] == slow
-    assert len(found["/contacts"]) == sum(len(p.truth) for p in pinches)
-    assert "Shore A" in str(found["/contacts"][0][1])
+    assert [value for _, value in topics["/100_hz/grip"]] == slow
+    assert len(topics["/contacts"]) == sum(len(p.truth) for p in pinches)
+    assert "Shore A" in str(topics["/contacts"][0][1])
 
 
-def test_recordings_themselves_are_read_as_ros_2_messages(shore: Dataset, tmp_path: Path) -> None:
+def test_recordings_are_readable_as_ros_2_messages(shore: Dataset, tmp_path: Path) -> None:
     from firstcontact.recording import Header, RecordingWriter
 
     path = tmp_path / "a.mcap"
     pinch = shore.pinches[0]
     with RecordingWriter(path, Header(pinch.layout, "synthetic", str(pinch.data.dtype))) as writer:
         writer.pinch(pinch)
-    read = [m.ros_msg for m in mcap_ros2.read_ros2_messages(str(path), topics=["/samples"])]
-    assert np.array_equal(np.concatenate([m.data for m in read]), pinch.data.reshape(-1))
+    messages = [m.ros_msg for m in mcap_ros2.read_ros2_messages(str(path), topics=["/samples"])]
+    assert np.array_equal(np.concatenate([m.data for m in messages]), pinch.data.reshape(-1))
     assert main(["export", str(path), "--to", "mcap-plot", "--out", str(tmp_path / "b.mcap")]) == 0

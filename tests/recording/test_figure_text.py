@@ -21,14 +21,14 @@ NAMES = [
 
 
 @given(st.text(st.characters(), max_size=300))
-def test_a_name_is_one_short_line_of_glyphs(name: str) -> None:
+def test_figure_text_is_one_short_line_of_glyphs(name: str) -> None:
     text = figure_label(name)
     assert len(text) <= MOST
     assert text.isprintable()
     text.encode("utf-8")
 
 
-def test_plain_names_stay_as_they_are() -> None:
+def test_plain_names_are_unchanged() -> None:
     for name in ("block 10", "Schwamm, weich (gelb)", r"$\frac{$", "µ 60 °C"):
         assert figure_label(name) == name
     assert figure_label("苹") == "U+82F9"
@@ -38,7 +38,7 @@ def test_plain_names_stay_as_they_are() -> None:
 
 
 @pytest.mark.parametrize("name", NAMES, ids=ascii)
-def test_a_pinch_is_drawn_whatever_it_is_called(name: str, tmp_path: Path) -> None:
+def test_pinch_with_any_name_is_drawn(name: str, tmp_path: Path) -> None:
     layout = fingertip_layout()
     channels = tuple(replace(c, unit=name) for c in layout.channels)
     data = np.random.default_rng(0).integers(0, 30_000, (300, 16)).astype(np.int16)

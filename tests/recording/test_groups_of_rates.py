@@ -48,8 +48,8 @@ def slow(first: int, n: int) -> Block:
 
 
 @pytest.fixture
-def recorded(tmp_path: Path) -> Path:
-    """Two seconds as they come, and a pinch of half a second without the group."""
+def recording_path(tmp_path: Path) -> Path:
+    """Write two seconds in order of arrival, then half a second without the group."""
     path = tmp_path / "biotac.mcap"
     with RecordingWriter(path, Header(LAYOUT, "real")) as writer:
         for tenth in range(20):
@@ -60,16 +60,16 @@ def recorded(tmp_path: Path) -> Path:
     return path
 
 
-def test_each_group_comes_back_at_its_rate(recorded: Path) -> None:
-    recording = read_recording(recorded)
+def test_each_group_keeps_its_rate(recording_path: Path) -> None:
+    recording = read_recording(recording_path)
     assert recording.header.layout == LAYOUT
     assert recording.skipped == ()
-    (its,) = recording.groups["electrodes"]
-    assert np.array_equal(its.data, slow(0, 200).data)
+    (electrodes,) = recording.groups["electrodes"]
+    assert np.array_equal(electrodes.data, slow(0, 200).data)
     assert recording.samples == 5500
 
 
-def test_a_pinch_has_the_group_in_its_time(tmp_path: Path) -> None:
+def test_pinch_has_the_group_samples_of_its_time(tmp_path: Path) -> None:
     first, n = 2201, 1099
     pinch = Pinch(
         fast(first, n).data, LAYOUT, first_sample=first, groups={"electrodes": slow(101, 49)}
@@ -77,33 +77,33 @@ def test_a_pinch_has_the_group_in_its_time(tmp_path: Path) -> None:
     with RecordingWriter(tmp_path / "a.mcap", Header(LAYOUT)) as writer:
         writer.pinch(pinch)
     dataset = load_dataset(tmp_path / "a.mcap")
-    for there in (dataset, resample_dataset(dataset, 4400.0)):
-        times, values = there.pinches[0].group("electrodes")
+    for resampled in (dataset, resample_dataset(dataset, 4400.0)):
+        times, values = resampled.pinches[0].group("electrodes")
         assert times[0] == pytest.approx(1.01 - first / 2200)
         assert np.diff(times) == pytest.approx(0.01)
         assert np.array_equal(values, 0.5 * slow(101, 49).data)
     # And on into recordings of their own.
     (tmp_path / "b").mkdir()
     write_dataset(dataset, tmp_path / "b", Header(LAYOUT))
-    again = load_dataset(tmp_path / "b").pinches[0]
-    assert np.array_equal(again.groups["electrodes"].data, slow(101, 49).data)
+    reloaded = load_dataset(tmp_path / "b").pinches[0]
+    assert np.array_equal(reloaded.groups["electrodes"].data, slow(101, 49).data)
 
 
-def test_of_a_group_that_is_not_whole_nothing_is_given(recorded: Path) -> None:
-    assert "electrodes" not in load_dataset(recorded).pinches[0].groups
+def test_incomplete_group_is_dropped_from_the_pinch(recording_path: Path) -> None:
+    assert "electrodes" not in load_dataset(recording_path).pinches[0].groups
 
 
-def test_a_damaged_first_chunk_costs_no_group(recorded: Path) -> None:
-    data = bytearray(recorded.read_bytes())
+def test_damaged_first_chunk_keeps_the_groups(recording_path: Path) -> None:
+    data = bytearray(recording_path.read_bytes())
     at = data.index(b"/samples/electrodes")
     data[at] ^= 1
-    recorded.write_bytes(data)
-    recording = read_recording(recorded)
+    recording_path.write_bytes(data)
+    recording = read_recording(recording_path)
     assert recording.skipped != ()
     assert sum(len(s.data) for s in recording.groups["electrodes"]) == 200
 
 
-def test_what_a_writer_of_groups_refuses(tmp_path: Path) -> None:
+def test_writer_refuses_invalid_group_blocks(tmp_path: Path) -> None:
     with RecordingWriter(tmp_path / "a.mcap", Header(LAYOUT)) as writer:
         with pytest.raises(InputError, match="no group 'other'"):
             writer.write(slow(0, 10), "other")
@@ -121,16 +121,16 @@ def test_what_a_writer_of_groups_refuses(tmp_path: Path) -> None:
         (Group("a", LAYOUT),),
     ],
 )
-def test_groups_that_cannot_be_are_refused(groups: tuple[Group, ...]) -> None:
+def test_invalid_groups_are_refused(groups: tuple[Group, ...]) -> None:
     with pytest.raises(ValueError, match="layout has"):
         Header(replace(LAYOUT, groups=groups))
 
 
-def test_people_see_the_groups(recorded: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["inspect", str(recorded)]) == 0
+def test_inspect_shows_the_groups(recording_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["inspect", str(recording_path)]) == 0
     assert "electrodes: 3 channels at 100 Hz, 200 samples" in capsys.readouterr().out
-    out = recorded.with_suffix(".csv")
-    assert main(["export", str(recorded), "--to", "csv", "--out", str(out)]) == 0
+    out = recording_path.with_suffix(".csv")
+    assert main(["export", str(recording_path), "--to", "csv", "--out", str(out)]) == 0
     assert "electrodes are left out" in capsys.readouterr().out
-    with ReplaySource(recorded, float("inf")) as source:
+    with ReplaySource(recording_path, float("inf")) as source:
         assert source.descriptor.layout == replace(LAYOUT, groups=())

@@ -18,19 +18,19 @@ HEADER = Header(fingertip_layout(), "synthetic", session="1", notes="the only on
 
 @pytest.fixture
 def killed(tmp_path: Path) -> Path:
-    """What is in the file of a writer that is killed after a second of samples."""
+    """Write a file as a writer killed after one second of samples leaves it."""
     path = tmp_path / "whole.mcap"
-    left = tmp_path / "killed.mcap"
+    killed_path = tmp_path / "killed.mcap"
     with RecordingWriter(path, HEADER) as writer:
         for first in range(0, 4900, 70):
             number = np.arange(first, first + 70, dtype=np.int16)
             writer.write(Block(np.repeat(number[:, None], 16, axis=1), first))
-        left.write_bytes(path.read_bytes())
-    return left
+        killed_path.write_bytes(path.read_bytes())
+    return killed_path
 
 
-def test_a_flipped_byte_anywhere_costs_no_more_than_its_chunk(killed: Path) -> None:
-    whole = read_recording(killed)
+def test_flipped_byte_costs_at_most_its_chunk(killed: Path) -> None:
+    intact = read_recording(killed)
     data = killed.read_bytes()
     for at in (*range(0, 64), *range(64, 9000, 37), *range(9000, len(data), 997)):
         bad = bytearray(data)
@@ -38,10 +38,10 @@ def test_a_flipped_byte_anywhere_costs_no_more_than_its_chunk(killed: Path) -> N
         killed.write_bytes(bad)
         recording = read_recording(killed)
         assert recording.header == HEADER
-        assert whole.samples - recording.samples <= 0.1 * HEADER.layout.rate
+        assert intact.samples - recording.samples <= 0.1 * HEADER.layout.rate
 
 
-def test_the_first_ten_kilobytes_may_be_gone_but_for_the_magic(killed: Path) -> None:
+def test_recording_without_its_first_header_is_read(killed: Path) -> None:
     data = bytearray(killed.read_bytes())
     data[8:10_000] = bytes(9_992)
     killed.write_bytes(data)
@@ -50,7 +50,7 @@ def test_the_first_ten_kilobytes_may_be_gone_but_for_the_magic(killed: Path) -> 
     assert recording.stretches[-1].end >= 4900 - 0.1 * HEADER.layout.rate
 
 
-def test_the_second_is_in_the_file_within_the_first_second(killed: Path) -> None:
+def test_second_header_is_written_within_the_first_second(killed: Path) -> None:
     data = killed.read_bytes()
     chunks = [data[start:stop] for start, stop in _candidates(data)]  # type: ignore[arg-type]
     with_header = [i for i, chunk in enumerate(chunks) if b'"firstcontact.recording"' in chunk]
@@ -58,8 +58,8 @@ def test_the_second_is_in_the_file_within_the_first_second(killed: Path) -> None
     assert with_header[0] == 0
 
 
-def test_the_fastest_and_widest_recording_is_read_back(tmp_path: Path) -> None:
-    """Its first header is followed by more spaces than any JSON may be long."""
+def test_recording_at_the_highest_rate_is_read(tmp_path: Path) -> None:
+    """The padding after its first header is longer than any JSON may be."""
     path = tmp_path / "a.mcap"
     header = Header(replace(HEADER.layout, rate=1e7), "synthetic", "float32")
     with RecordingWriter(path, header) as writer:
@@ -68,7 +68,7 @@ def test_the_fastest_and_widest_recording_is_read_back(tmp_path: Path) -> None:
     assert (recording.header, recording.samples, recording.skipped) == (header, 1000, ())
 
 
-def test_a_header_that_no_reader_would_take_leaves_no_file(tmp_path: Path) -> None:
+def test_invalid_header_leaves_no_file(tmp_path: Path) -> None:
     path = tmp_path / "a.mcap"
     for header in (
         Header(HEADER.layout, session="\udcff"),  # a name that is not UTF-8, as arguments can be
@@ -80,7 +80,7 @@ def test_a_header_that_no_reader_would_take_leaves_no_file(tmp_path: Path) -> No
         assert not path.exists()
 
 
-def test_a_markers_text_never_ends_a_recording(tmp_path: Path) -> None:
+def test_invalid_marker_text_does_not_end_a_recording(tmp_path: Path) -> None:
     path = tmp_path / "a.mcap"
     with RecordingWriter(path, HEADER) as writer:
         writer.marker(Marker(3, "half \udcff"))

@@ -22,19 +22,19 @@ SECRET = "root:x:0:0"
 
 
 @pytest.fixture
-def refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
+def check_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
     """Import, and expect one short sentence with these words and nothing written."""
 
     def check(path: Path, *words: str) -> str:
         assert main(["import", str(path), "--out", str(tmp_path / "out")]) == 2
-        said = capsys.readouterr().err
-        assert said.count("\n") == 1
-        assert len(said) < 1000
-        assert SECRET not in said
+        message = capsys.readouterr().err
+        assert message.count("\n") == 1
+        assert len(message) < 1000
+        assert SECRET not in message
         for word in (path.name, *words):
-            assert word in said, said
+            assert word in message, message
         assert not (tmp_path / "out").exists()
-        return said
+        return message
 
     return check
 
@@ -62,28 +62,30 @@ def npz(path: Path, method: int = zipfile.ZIP_STORED, **members: bytes) -> Path:
     return path
 
 
-def test_the_archive_of_these_tests_is_one(tmp_path: Path) -> None:
+def test_archive_of_these_tests_is_valid(tmp_path: Path) -> None:
     dataset = import_path(npz(tmp_path / "x.npz"), tmp_path / "out")
     assert np.array_equal(dataset.pinches[1].vibration(), PIEZO[1])
 
 
-def test_a_header_of_python_2_says_nothing_to_the_user(tmp_path):
+def test_python_2_header_prints_no_warning(tmp_path):
     old = npy(PIEZO).replace(b"(3, 60, 1), } ", b"(3L, 60, 1), }")
     path = npz(tmp_path / "x.npz", piezo=old)
     # Warnings are errors in tests: there is none.
     assert np.array_equal(import_path(path, tmp_path / "out").pinches[1].vibration(), PIEZO[1])
 
 
-def test_characters_beyond_the_last_are_refused(tmp_path, refused):
+def test_invalid_characters_are_refused(tmp_path, check_refused):
     objects = np.array([0x110000, 97, 97], "<u4").view("<U1")
-    refused(npz(tmp_path / "x.npz", object=npy(objects)), "object holds characters")
+    check_refused(npz(tmp_path / "x.npz", object=npy(objects)), "object holds characters")
 
 
-def test_a_complex_rate_is_refused(tmp_path, refused):
-    refused(npz(tmp_path / "x.npz", sample_rate_hz=npy(np.array(5000 + 1j))), "sample_rate_hz is")
+def test_a_complex_rate_is_refused(tmp_path, check_refused):
+    check_refused(
+        npz(tmp_path / "x.npz", sample_rate_hz=npy(np.array(5000 + 1j))), "sample_rate_hz is"
+    )
 
 
-def test_a_shape_that_is_not_there_is_refused(tmp_path, refused):
+def test_shape_larger_than_the_data_is_refused(tmp_path, check_refused):
     header = npy(PIEZO)
     for shape in ("(1000000000000, 60, 1)", "(-3, -60, 1)", "(0, 60, 1)"):
         old = b"'shape': (3, 60, 1), }"
@@ -91,55 +93,55 @@ def test_a_shape_that_is_not_there_is_refused(tmp_path, refused):
         grown = len(new) - len(old)
         data = header.replace(old + b" " * max(grown, 0), new + b" " * max(-grown, 0), 1)
         assert len(data) == len(header)
-        refused(npz(tmp_path / "x.npz", piezo=data), "piezo", "declares the shape")
+        check_refused(npz(tmp_path / "x.npz", piezo=data), "piezo", "declares the shape")
 
 
-def test_an_encrypted_member_is_refused(tmp_path, refused):
+def test_an_encrypted_member_is_refused(tmp_path, check_refused):
     path = npz(tmp_path / "x.npz")
     data = bytearray(path.read_bytes())
     for signature, flags in ((b"PK\3\4", 6), (b"PK\1\2", 8)):
         data[data.index(signature) + flags] |= 1
     path.write_bytes(data)
-    refused(path, "piezo is encrypted")
+    check_refused(path, "piezo is encrypted")
 
 
-def test_an_unknown_compression_is_refused(tmp_path, refused):
+def test_an_unknown_compression_is_refused(tmp_path, check_refused):
     path = npz(tmp_path / "x.npz")
     data = bytearray(path.read_bytes())
     for signature, method in ((b"PK\3\4", 8), (b"PK\1\2", 10)):
         data[data.index(signature) + method] = 99
     path.write_bytes(data)
-    refused(path, "piezo is compressed")
+    check_refused(path, "piezo is compressed")
 
 
 @pytest.mark.parametrize("data", [b"", b"hello", b"\x93NUMPY", b"\x93NUMPY\7\0", b"PK\3\4" * 50])
-def test_a_member_that_is_no_array_is_refused(tmp_path, refused, data):
-    refused(npz(tmp_path / "x.npz", piezo=data), "piezo is no array")
+def test_member_that_is_not_an_array_is_refused(tmp_path, check_refused, data):
+    check_refused(npz(tmp_path / "x.npz", piezo=data), "piezo is no array")
 
 
-def test_objects_are_refused_and_not_loaded(tmp_path, refused):
+def test_objects_are_refused_and_not_loaded(tmp_path, check_refused):
     path = tmp_path / "x.npz"
     np.savez(path, piezo=np.array([{"a": 1}], dtype=object))
-    refused(path, "piezo holds Python objects")
+    check_refused(path, "piezo holds Python objects")
 
 
-def test_an_archive_that_is_made_to_fill_the_memory_is_refused(tmp_path, refused):
+def test_archive_larger_than_memory_is_refused(tmp_path, check_refused):
     zeros = npy(np.zeros(25_000_000, np.float32))
     path = npz(tmp_path / "x.npz", zipfile.ZIP_DEFLATED, piezo=zeros)
     assert path.stat().st_size < 200_000
-    refused(path, "declares", "64 MiB")
+    check_refused(path, "declares", "64 MiB")
 
 
-def test_what_is_not_asked_for_is_not_unpacked(tmp_path):
+def test_unused_members_are_not_unpacked(tmp_path):
     path = npz(tmp_path / "x.npz", zipfile.ZIP_DEFLATED, other=bytes(100_000_000), bad=b"?")
     notes = import_path(path, tmp_path / "out").notes
     assert any("bad, other" in note for note in notes)
 
 
 @pytest.mark.parametrize("name", ["x.npz", "x.h5", "x.csv"])
-def test_a_pipe_is_not_waited_for(tmp_path, refused, name):
+def test_pipe_is_refused_without_waiting(tmp_path, check_refused, name):
     os.mkfifo(tmp_path / name)
-    refused(tmp_path / name, "not a regular file")
+    check_refused(tmp_path / name, "not a regular file")
 
 
 # --- HDF5 ----------------------------------------------------------------------------------
@@ -155,7 +157,7 @@ def hdf5(path: Path, fill: Callable[[h5py.File], object] = lambda file: None) ->
 
 @pytest.fixture
 def outside(tmp_path: Path) -> Path:
-    """Another HDF5 file, with names that are nobody's business."""
+    """Write another HDF5 file, with private content."""
     path = tmp_path / "outside.h5"
     with h5py.File(path, "w") as file:
         file["object"] = np.array([SECRET.encode()] * 3)
@@ -163,28 +165,28 @@ def outside(tmp_path: Path) -> Path:
     return path
 
 
-def test_an_external_link_is_not_followed(tmp_path, refused, outside):
+def test_an_external_link_is_not_followed(tmp_path, check_refused, outside):
     def fill(file):
         file["object"] = h5py.ExternalLink(str(outside), "/object")
 
-    refused(hdf5(tmp_path / "x.h5", fill), "object is a link")
+    check_refused(hdf5(tmp_path / "x.h5", fill), "object is a link")
 
 
-def test_a_soft_link_through_an_external_one_is_not_followed(tmp_path, refused, outside):
+def test_a_soft_link_through_an_external_one_is_not_followed(tmp_path, check_refused, outside):
     def fill(file):
         file["more/out"] = h5py.ExternalLink(str(outside), "/group")
         file["object"] = h5py.SoftLink("more/out/object")
 
-    refused(hdf5(tmp_path / "x.h5", fill), "object is a link")
+    check_refused(hdf5(tmp_path / "x.h5", fill), "object is a link")
 
 
 @pytest.mark.parametrize("to", ["/nowhere", "session", "/piezo/further", "/loop"])
-def test_a_link_to_nowhere_is_refused_by_name(tmp_path, refused, to):
+def test_a_link_to_nowhere_is_refused_by_name(tmp_path, check_refused, to):
     def fill(file):
         file["session"] = h5py.SoftLink(to)
         file["loop"] = h5py.SoftLink("/loop")
 
-    refused(hdf5(tmp_path / "x.h5", fill), "session is a link")
+    check_refused(hdf5(tmp_path / "x.h5", fill), "session is a link")
 
 
 def test_soft_links_within_the_file_are_followed(tmp_path):
@@ -197,7 +199,7 @@ def test_soft_links_within_the_file_are_followed(tmp_path):
     assert dataset.specimens.tolist() == ["a", "b", "c"]
 
 
-def test_external_storage_is_not_read(tmp_path, refused):
+def test_external_storage_is_not_read(tmp_path, check_refused):
     (tmp_path / "passwd").write_text(SECRET * 10)
 
     def fill(file):
@@ -205,35 +207,35 @@ def test_external_storage_is_not_read(tmp_path, refused):
             "object", (3,), "S10", external=[(str(tmp_path / "passwd"), 0, h5py.h5f.UNLIMITED)]
         )
 
-    refused(hdf5(tmp_path / "x.h5", fill), "object is stored outside")
+    check_refused(hdf5(tmp_path / "x.h5", fill), "object is stored outside")
 
 
-def test_a_virtual_dataset_is_not_read(tmp_path, refused, outside):
+def test_a_virtual_dataset_is_not_read(tmp_path, check_refused, outside):
     def fill(file):
         layout = h5py.VirtualLayout((3,), "S10")
         layout[:] = h5py.VirtualSource(str(outside), "object", (3,))
         file.create_virtual_dataset("object", layout)
 
-    refused(hdf5(tmp_path / "x.h5", fill), "object is stored outside")
+    check_refused(hdf5(tmp_path / "x.h5", fill), "object is stored outside")
 
 
 @pytest.mark.parametrize("more", [{}, {"chunks": (1, 1000, 1), "compression": "gzip"}])
-def test_a_dataset_that_is_made_to_fill_the_memory_is_refused(tmp_path, refused, more):
+def test_dataset_larger_than_memory_is_refused(tmp_path, check_refused, more):
     def fill(file):
         del file["piezo"]
         file.create_dataset("piezo", (10**6, 10**6, 1), "f4", **more)
 
-    refused(hdf5(tmp_path / "x.h5", fill), "declares")
+    check_refused(hdf5(tmp_path / "x.h5", fill), "declares")
 
 
-def test_one_long_text_in_all_places_is_not_multiplied(tmp_path, refused):
+def test_repeated_long_text_is_refused(tmp_path, check_refused):
     def fill(file):
         file.create_dataset("object", data=["x" * 100_000] * 3, dtype=h5py.string_dtype())
 
-    refused(hdf5(tmp_path / "x.h5", fill), "object has a text of 100000 bytes")
+    check_refused(hdf5(tmp_path / "x.h5", fill), "object has a text of 100000 bytes")
 
 
-def test_a_text_that_says_it_is_a_gigabyte_takes_no_gigabyte(tmp_path, refused):
+def test_overstated_text_length_takes_no_memory(tmp_path, check_refused):
     path = hdf5(tmp_path / "x.h5", lambda f: f.update({"object": ["a", "b", "c"]}))
     with h5py.File(path) as file:
         place = file["object"].id.get_offset()  # of length, collection and number of the first
@@ -247,22 +249,26 @@ def test_a_text_that_says_it_is_a_gigabyte_takes_no_gigabyte(tmp_path, refused):
         "main(sys.argv[1:]); print(peak() - before)"
     )
     command = [sys.executable, "-c", script, "import", path, "--out", tmp_path / "out"]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert int(done.stdout) < 400, done.stderr
-    refused(path, "cannot be read as HDF5")
+    result = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert int(result.stdout) < 400, result.stderr
+    check_refused(path, "cannot be read as HDF5")
 
 
-def test_other_types_are_refused_by_name(tmp_path, refused):
+def test_other_types_are_refused_by_name(tmp_path, check_refused):
     def references(file):
         file["object"] = np.array([file.ref] * 3, dtype=h5py.ref_dtype)
 
-    refused(hdf5(tmp_path / "x.h5", references), "object holds neither")
-    refused(hdf5(tmp_path / "y.h5", lambda f: f.update({"object": h5py.Empty("f4")})), "is empty")
+    check_refused(hdf5(tmp_path / "x.h5", references), "object holds neither")
+    check_refused(
+        hdf5(tmp_path / "y.h5", lambda f: f.update({"object": h5py.Empty("f4")})), "is empty"
+    )
     records = np.zeros(3, [("a", "i4")])
-    refused(hdf5(tmp_path / "z.h5", lambda f: f.update({"object": records})), "neither a text nor")
+    check_refused(
+        hdf5(tmp_path / "z.h5", lambda f: f.update({"object": records})), "neither a text nor"
+    )
 
 
-def test_texts_come_in_whichever_way_they_lie(tmp_path):
+def test_texts_of_any_layout_are_read(tmp_path):
     def fill(file):
         file.create_dataset("object", data=["Äpfel", "b", "c"], dtype=h5py.string_dtype())
         file["session"] = np.array([b"1", b"2", b"2"])

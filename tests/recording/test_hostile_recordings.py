@@ -59,7 +59,9 @@ def changed(tree: dict[str, Any], *path: str | int, to: Any) -> dict[str, Any]:
     return dict(copy)
 
 
-def whole(path: Path, header: Any = HEADER, mark: Any = MARK, block: Block = BLOCK) -> Path:
+def write_recording(
+    path: Path, header: Any = HEADER, mark: Any = MARK, block: Block = BLOCK
+) -> Path:
     head = header if isinstance(header, bytes) else packed(header)
     samples = ("/samples", messages.encode(block, "int16"))
     return write(path, ("/header", head), samples, ("/pinch", packed(mark)))
@@ -105,15 +107,15 @@ calibration = {"piezo": [], "force": [], "created": ""}
         b"null",
     ],
 )
-def test_a_header_out_of_bounds_is_one_sentence(
+def test_header_out_of_bounds_is_refused(
     tmp_path: Path, header: Any, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    path = whole(tmp_path / "a.mcap", header)
+    path = write_recording(tmp_path / "a.mcap", header)
     assert main(["inspect", str(path)]) == 2
-    said = capsys.readouterr().err
-    assert said.count("\n") == 1
-    assert "a.mcap: /header" in said
-    assert len(said) < 1000
+    message = capsys.readouterr().err
+    assert message.count("\n") == 1
+    assert "a.mcap: /header" in message
+    assert len(message) < 1000
 
 
 @pytest.mark.parametrize(
@@ -141,15 +143,15 @@ def test_a_header_out_of_bounds_is_one_sentence(
         None,
     ],
 )
-def test_a_mark_out_of_bounds_is_left_out_and_told(tmp_path: Path, mark: Any) -> None:
-    recording = read_recording(whole(tmp_path / "a.mcap", mark=mark))
+def test_mark_out_of_bounds_is_skipped(tmp_path: Path, mark: Any) -> None:
+    recording = read_recording(write_recording(tmp_path / "a.mcap", mark=mark))
     assert (recording.samples, recording.pinches) == (1000, ())
-    (said,) = recording.skipped
-    assert said.startswith("1 pinch marks cannot be used and were left out (")
-    assert len(said) < 500
+    (message,) = recording.skipped
+    assert message.startswith("1 pinch marks cannot be used and were left out (")
+    assert len(message) < 500
 
 
-def test_marks_that_would_be_refused_are_not_written(tmp_path: Path) -> None:
+def test_writer_refuses_invalid_marks(tmp_path: Path) -> None:
     with RecordingWriter(tmp_path / "a.mcap", Header(LAYOUT, "synthetic")) as writer:
         writer.write(BLOCK)
         for mark in (
@@ -178,30 +180,32 @@ print(*read_recording(Path(sys.argv[1])).skipped, sep="\\n")
 
 
 @pytest.fixture
-def told() -> Callable[[Path], str]:
-    """Read a recording with 300 MiB, and what was skipped."""
+def read_limited() -> Callable[[Path], str]:
+    """Return a reader with 300 MiB of memory that prints the skipped parts."""
 
     def read(path: Path) -> str:
         command = [sys.executable, "-c", LIMITED, str(path)]
-        done = subprocess.run(command, capture_output=True, text=True, check=True)
-        return done.stdout
+        result = subprocess.run(command, capture_output=True, text=True, check=True)
+        return result.stdout
 
     return read
 
 
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="asks the kernel for its memory")
-def test_a_number_far_off_costs_nothing(tmp_path: Path, told: Callable[[Path], str]) -> None:
-    path = whole(tmp_path / "a.mcap", mark=changed(MARK, "number", to=10**18))
-    assert f"pinches 0 to {10**18 - 1} are lost" in told(path)
+def test_huge_pinch_number_takes_no_memory(
+    tmp_path: Path, read_limited: Callable[[Path], str]
+) -> None:
+    path = write_recording(tmp_path / "a.mcap", mark=changed(MARK, "number", to=10**18))
+    assert f"pinches 0 to {10**18 - 1} are lost" in read_limited(path)
 
 
 @pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="asks the kernel for its memory")
 @pytest.mark.parametrize("declared", [1 << 20, 600 << 20, (1 << 64) - 1])
 @pytest.mark.parametrize("kind", ["zstd", "lz4"])
-def test_a_chunk_that_unpacks_to_far_too_much_is_skipped(
-    tmp_path: Path, told: Callable[[Path], str], kind: str, declared: int
+def test_decompression_bomb_is_skipped(
+    tmp_path: Path, read_limited: Callable[[Path], str], kind: str, declared: int
 ) -> None:
-    """600 MiB of nothing, whatever the chunk says of it."""
+    """The chunk unpacks to 600 MiB of zeros for any declared size."""
     zeros = bytes(1 << 20)
     if kind == "zstd":
         pack = zstandard.ZstdCompressor().compressobj()
@@ -210,11 +214,11 @@ def test_a_chunk_that_unpacks_to_far_too_much_is_skipped(
         with lz4.frame.LZ4FrameCompressor() as frame:
             parts = [frame.begin(), *(frame.compress(zeros) for _ in range(600)), frame.flush()]
         bomb = b"".join(parts)
-    path = whole(tmp_path / "a.mcap")
+    path = write_recording(tmp_path / "a.mcap")
     path.write_bytes(path.read_bytes() + _chunk(kind, bomb, declared, 1))
-    said = told(path)
-    assert "not closed" in said
-    assert ("unpack to far more" in said) == (declared > most_unpacked(path.stat().st_size))
+    losses = read_limited(path)
+    assert "not closed" in losses
+    assert ("unpack to far more" in losses) == (declared > most_unpacked(path.stat().st_size))
 
 
 def _chunk(kind: str, data: bytes, size: int, crc: int) -> bytes:
@@ -224,9 +228,9 @@ def _chunk(kind: str, data: bytes, size: int, crc: int) -> bytes:
 
 
 @pytest.mark.parametrize("kind", ["zstd", "lz4"])
-def test_honest_compression_is_read(tmp_path: Path, kind: str) -> None:
-    path = whole(tmp_path / "a.mcap")
-    plain = read_recording(path)
+def test_compressed_chunks_are_read(tmp_path: Path, kind: str) -> None:
+    path = write_recording(tmp_path / "a.mcap")
+    original = read_recording(path)
     data = path.read_bytes()
     out = bytearray(MAGIC)
     for start, stop in _candidates(data):  # type: ignore[arg-type]
@@ -234,31 +238,31 @@ def test_honest_compression_is_read(tmp_path: Path, kind: str) -> None:
         pack = zstandard.compress if kind == "zstd" else lz4.frame.compress
         out += _chunk(kind, pack(inside), len(inside), zlib.crc32(inside))
     path.write_bytes(out)
-    packed_again = read_recording(path)
-    assert packed_again.header == plain.header
-    assert packed_again.pinches == plain.pinches
-    assert np.array_equal(packed_again.stretches[0].data, plain.stretches[0].data)
+    recompressed = read_recording(path)
+    assert recompressed.header == original.header
+    assert recompressed.pinches == original.pinches
+    assert np.array_equal(recompressed.stretches[0].data, original.stretches[0].data)
 
 
-def test_what_looks_like_chunks_and_is_none_ends_soon(tmp_path: Path) -> None:
+def test_false_chunk_headers_are_refused_quickly(tmp_path: Path) -> None:
     """Each of 20,000 beginnings of a chunk claims the rest of the file."""
     path = tmp_path / "a.mcap"
     entry = 9 + 40
     size = len(MAGIC) + 20_000 * entry
     out = bytearray(MAGIC)
     while len(out) < size:
-        left = size - len(out)
-        out += b"\x06" + (left - 9).to_bytes(8, "little") + bytes(28 + 4)
-        out += (left - entry).to_bytes(8, "little")
+        remaining = size - len(out)
+        out += b"\x06" + (remaining - 9).to_bytes(8, "little") + bytes(28 + 4)
+        out += (remaining - entry).to_bytes(8, "little")
     path.write_bytes(out)
     with pytest.raises(InputError, match=path.name):
         read_recording(path)
 
 
-def test_samples_that_nobody_can_count_or_compute_with_are_left_out(tmp_path: Path) -> None:
+def test_unusable_samples_are_skipped(tmp_path: Path) -> None:
     far = Block(BLOCK.data, (1 << 64) - 1000)
     assert "1 messages hold no samples" in " ".join(
-        read_recording(whole(tmp_path / "a.mcap", block=far)).skipped
+        read_recording(write_recording(tmp_path / "a.mcap", block=far)).skipped
     )
     nan = Block(np.full((1000, 16), np.nan, np.float32))
     path = write(
@@ -272,7 +276,7 @@ def test_samples_that_nobody_can_count_or_compute_with_are_left_out(tmp_path: Pa
     assert "2 messages hold no samples" in recording.skipped[0]
 
 
-def test_pinches_on_top_of_each_other_are_left_out(tmp_path: Path) -> None:
+def test_overlapping_pinches_are_refused(tmp_path: Path) -> None:
     path = write(
         tmp_path / "a.mcap",
         ("/header", packed(HEADER)),
@@ -283,7 +287,7 @@ def test_pinches_on_top_of_each_other_are_left_out(tmp_path: Path) -> None:
         load_dataset(path)
 
 
-def test_a_pinch_that_never_ends_costs_no_other(tmp_path: Path) -> None:
+def test_endless_pinch_is_dropped_alone(tmp_path: Path) -> None:
     path = write(
         tmp_path / "a.mcap",
         ("/header", packed(HEADER)),
@@ -296,7 +300,7 @@ def test_a_pinch_that_never_ends_costs_no_other(tmp_path: Path) -> None:
     assert dataset.losses == ("a.mcap: pinch 1 lies across missing samples and is left out",)
 
 
-def test_any_intact_header_will_do(tmp_path: Path) -> None:
+def test_any_intact_header_is_used(tmp_path: Path) -> None:
     path = write(
         tmp_path / "a.mcap",
         ("/header", b"{"),

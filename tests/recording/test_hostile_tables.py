@@ -14,16 +14,16 @@ from firstcontact.cli.main import main
 
 
 @pytest.fixture
-def refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., None]:
+def check_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., None]:
     """Import, and expect one short sentence with these words and nothing written."""
 
-    def check(path: Path, *words: str, more: tuple[str, ...] = ()) -> None:
-        assert main(["import", str(path), "--out", str(tmp_path / "out"), *more]) == 2
-        said = capsys.readouterr().err
-        assert said.count("\n") == 1
-        assert len(said) < 1000
+    def check(path: Path, *words: str, options: tuple[str, ...] = ()) -> None:
+        assert main(["import", str(path), "--out", str(tmp_path / "out"), *options]) == 2
+        message = capsys.readouterr().err
+        assert message.count("\n") == 1
+        assert len(message) < 1000
         for word in words:
-            assert word in said, said
+            assert word in message, message
         assert not (tmp_path / "out").exists()
 
     return check
@@ -74,17 +74,17 @@ def folder(tmp_path: Path) -> Path:
         (b"", "a.wav"),
     ],
 )
-def test_a_wav_that_is_none_is_refused(folder, refused, content, word):
+def test_invalid_wav_is_refused(folder, check_refused, content, word):
     (folder / "a.wav").write_bytes(content)
-    refused(folder, word)
+    check_refused(folder, word)
 
 
-def test_a_pipe_for_a_wav_or_its_table_is_not_waited_for(folder, refused):
+def test_pipe_as_wav_or_table_is_refused_without_waiting(folder, check_refused):
     os.mkfifo(folder / "a.wav")
-    refused(folder, "a.wav", "not a regular file")
+    check_refused(folder, "a.wav", "not a regular file")
     (folder / "labels.csv").unlink()
     os.mkfifo(folder / "labels.csv")
-    refused(folder, "labels.csv", "not a regular file")
+    check_refused(folder, "labels.csv", "not a regular file")
 
 
 ROWS = [[k // 5, k % 5, 20, 2] for k in range(10)]
@@ -118,23 +118,23 @@ def table(path: Path, **changes: object) -> Path:
         ({"shore_a": '"20'}, "CSV"),
     ],
 )
-def test_cells_out_of_bounds_are_refused(tmp_path, refused, changes, word):
-    refused(table(tmp_path / "x.csv", **changes), word, more=("--rate", "5000"))
+def test_cells_out_of_bounds_are_refused(tmp_path, check_refused, changes, word):
+    check_refused(table(tmp_path / "x.csv", **changes), word, options=("--rate", "5000"))
 
 
-def test_the_sentence_names_the_cell(tmp_path, capsys):
+def test_error_names_the_cell(tmp_path, capsys):
     path = table(tmp_path / "x.csv", shore_a="\x1b[31m" + "9" * 4000)
     assert main(["import", str(path), "--rate", "5000", "--out", str(tmp_path / "o")]) == 2
-    said = capsys.readouterr().err
-    assert "shore_a of line 2" in said
-    assert "\x1b" not in said
-    assert len(said) < 500
+    message = capsys.readouterr().err
+    assert "shore_a of line 2" in message
+    assert "\x1b" not in message
+    assert len(message) < 500
 
 
-def test_a_header_of_a_million_columns_ends_soon(tmp_path, refused):
+def test_header_of_a_million_columns_is_refused_quickly(tmp_path, check_refused):
     path = tmp_path / "x.csv"
     path.write_text("a," * 1_000_000 + "\n")
-    refused(path, "1000001 columns")
+    check_refused(path, "1000001 columns")
 
 
 @pytest.mark.parametrize(
@@ -146,7 +146,7 @@ def test_a_header_of_a_million_columns_ends_soon(tmp_path, refused):
         ("session", "x" * 201, "200 characters"),
     ],
 )
-def test_labels_that_no_recording_holds_are_refused(folder, refused, column, cell, word):
+def test_labels_out_of_bounds_are_refused(folder, check_refused, column, cell, word):
     (folder / "a.wav").write_bytes(wav())
     (folder / "labels.csv").write_text(f"file,{column}\na.wav,{cell}\n")
-    refused(folder, word)
+    check_refused(folder, word)

@@ -37,7 +37,7 @@ def arrays(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def left(tmp_path: Path, arrays: Path) -> Path:
+def killed_folder(tmp_path: Path, arrays: Path) -> Path:
     """The folder in which an import to ``o`` was killed."""
     folder = tmp_path / "data"
     folder.mkdir()
@@ -47,21 +47,23 @@ def left(tmp_path: Path, arrays: Path) -> Path:
     return folder
 
 
-def test_what_it_left_is_never_read(left: Path, arrays: Path, tmp_path: Path) -> None:
+def test_leftovers_of_a_killed_import_are_not_read(
+    killed_folder: Path, arrays: Path, tmp_path: Path
+) -> None:
     with pytest.raises(InputError, match="holds no recording"):
-        find_recordings(left)
-    import_path(arrays, left / "other")
-    assert len(load_dataset(left)) == 3
-    assert len(recorded(left, tmp_path / "study")) == 3
+        find_recordings(killed_folder)
+    import_path(arrays, killed_folder / "other")
+    assert len(load_dataset(killed_folder)) == 3
+    assert len(recorded(killed_folder, tmp_path / "study")) == 3
 
 
-def test_the_next_import_to_the_place_sweeps_it(left: Path, arrays: Path) -> None:
-    import_path(arrays, left / "o")
-    assert [p.name for p in left.iterdir()] == ["o"]
-    assert len(load_dataset(left)) == 3
+def test_next_import_sweeps_the_leftovers(killed_folder: Path, arrays: Path) -> None:
+    import_path(arrays, killed_folder / "o")
+    assert [p.name for p in killed_folder.iterdir()] == ["o"]
+    assert len(load_dataset(killed_folder)) == 3
 
 
-def test_two_imports_to_one_place_do_not_mix(tmp_path: Path, arrays: Path) -> None:
+def test_second_import_to_a_folder_is_refused(tmp_path: Path, arrays: Path) -> None:
     import_path(arrays, tmp_path / "o")
     with pytest.raises(InputError, match="not an empty folder"):
         import_path(arrays, tmp_path / "o")

@@ -35,21 +35,21 @@ def track(tmp_path: Path, text: str) -> Path:
     return path
 
 
-def imported(tmp_path: Path, path: Path, events: Path) -> Dataset:
+def import_track(tmp_path: Path, path: Path, events: Path) -> Dataset:
     out = tmp_path / f"out-{path.name}"
     assert main(["import", str(path), "--events", str(events), "--out", str(out)]) == 0
     return load_dataset(out)
 
 
-def refused(
+def check_refused(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, path: Path, events: Path, *words: str
 ) -> None:
     out = tmp_path / "out"
     assert main(["import", str(path), "--events", str(events), "--out", str(out)]) == 2
-    said = capsys.readouterr().err
-    assert said.count("\n") == 1
+    message = capsys.readouterr().err
+    assert message.count("\n") == 1
     for word in words:
-        assert word in said, said
+        assert word in message, message
     assert not out.exists()
 
 
@@ -59,8 +59,8 @@ LABELS = (
 )
 
 
-def test_points_and_ranges_are_contacts_and_their_texts_labels(wav: Path, tmp_path: Path) -> None:
-    dataset = imported(tmp_path, wav, track(tmp_path, LABELS))
+def test_points_and_ranges_become_labelled_contacts(wav: Path, tmp_path: Path) -> None:
+    dataset = import_track(tmp_path, wav, track(tmp_path, LABELS))
     assert dataset.objects.tolist() == ["eraser", "foam"]
     assert dataset.shore_a.tolist() == [40, 20]
     for pinch, at in zip(dataset.pinches, (12_000, 24_000), strict=True):
@@ -69,11 +69,11 @@ def test_points_and_ranges_are_contacts_and_their_texts_labels(wav: Path, tmp_pa
 
 
 @pytest.mark.parametrize("subtype", ["PCM_16", "PCM_24"])
-def test_a_flac_comes_in_as_the_wav_that_it_was(wav: Path, tmp_path: Path, subtype: str) -> None:
+def test_flac_imports_like_its_wav(wav: Path, tmp_path: Path, subtype: str) -> None:
     events = track(tmp_path, LABELS)
-    one = imported(tmp_path, wav, events)
-    other = imported(tmp_path, flac(tmp_path, subtype), events)
-    for a, b in zip(one.pinches, other.pinches, strict=True):
+    from_wav = import_track(tmp_path, wav, events)
+    from_flac = import_track(tmp_path, flac(tmp_path, subtype), events)
+    for a, b in zip(from_wav.pinches, from_flac.pinches, strict=True):
         assert np.array_equal(a.vibration(), b.vibration())
         assert a.truth == b.truth
 
@@ -93,18 +93,18 @@ def test_a_flac_comes_in_as_the_wav_that_it_was(wav: Path, tmp_path: Path, subty
         ("\udcff", ("UTF-8",)),
     ],
 )
-def test_a_bad_track_is_refused(
+def test_invalid_label_track_is_refused(
     wav: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str, words: tuple[str, ...]
 ) -> None:
     path = tmp_path / "labels.txt"
     path.write_bytes(text.encode(errors="surrogateescape"))
-    refused(capsys, tmp_path, wav, path, *words)
+    check_refused(capsys, tmp_path, wav, path, *words)
 
 
 def test_a_damaged_flac_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    whole = flac(tmp_path).read_bytes()
+    content = flac(tmp_path).read_bytes()
     events = track(tmp_path, LABELS)
-    for name, raw in (("cut", whole[:-4000]), ("none", b""), ("noise", bytes(range(256)) * 20)):
+    for name, raw in (("cut", content[:-4000]), ("none", b""), ("noise", bytes(range(256)) * 20)):
         path = tmp_path / f"{name}.flac"
         path.write_bytes(raw)
-        refused(capsys, tmp_path, path, events, path.name)
+        check_refused(capsys, tmp_path, path, events, path.name)

@@ -1,4 +1,4 @@
-"""From when the motor runs: into a recording from every kind of file, out again, and along."""
+"""Motor start in imports, exports and resampling of every kind of file."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def starts(dataset: Dataset) -> list[int]:
 
 
 @pytest.mark.parametrize("make", [npz, hdf5, wav, long_csv])
-def test_it_is_kept_from_every_kind_of_file(tmp_path, make):
+def test_motor_start_is_imported_from_every_kind_of_file(tmp_path, make):
     rate = RATE if make is long_csv else None
     import_path(make(tmp_path), tmp_path / "out", rate)
     dataset = load_dataset(tmp_path / "out")
@@ -73,21 +73,21 @@ def test_it_is_kept_from_every_kind_of_file(tmp_path, make):
 
 
 @pytest.mark.parametrize(("to", "name"), [("hdf5", "y.h5"), ("csv", "y.csv")])
-def test_it_goes_out_and_comes_back(tmp_path, to, name):
+def test_motor_start_round_trips_through_exports(tmp_path, to, name):
     import_path(npz(tmp_path), tmp_path / "out")
     export(load_dataset(tmp_path / "out"), EXPORTERS[to], tmp_path / name)
     assert starts(import_path(tmp_path / name, tmp_path / "back")) == STARTS
 
 
-def test_it_moves_along_to_another_rate(tmp_path):
+def test_motor_start_is_resampled(tmp_path):
     import_path(npz(tmp_path), tmp_path / "out")
     assert starts(resample_dataset(load_dataset(tmp_path / "out"), 2 * RATE)) == [24, -1, 60]
 
 
 @pytest.mark.parametrize(("start", "place"), [(40, "40 samples"), (-2, "40 samples")])
-def test_one_that_cannot_be_is_refused(tmp_path, start, place):
-    made = arrays() | {"motor_start": np.array([start, -1, -1])}
-    np.savez(tmp_path / "x.npz", **made, sample_rate_hz=RATE, piezo_unit="V")
+def test_motor_start_outside_the_pinch_is_refused(tmp_path, start, place):
+    content = arrays() | {"motor_start": np.array([start, -1, -1])}
+    np.savez(tmp_path / "x.npz", **content, sample_rate_hz=RATE, piezo_unit="V")
     with pytest.raises(InputError, match=f"motor_start of pinch 0 is {start}.*{place}"):
         import_path(tmp_path / "x.npz", tmp_path / "out")
     assert not (tmp_path / "out").exists()

@@ -1,4 +1,4 @@
-"""What loops or crashes in a process of its own is named, and what it gives comes back."""
+"""Functions in a separate process: results return, loops and crashes are input errors."""
 
 from __future__ import annotations
 
@@ -28,20 +28,20 @@ def crash() -> None:
     os.abort()
 
 
-def test_what_it_gives_comes_back() -> None:
+def test_result_is_returned() -> None:
     assert apart(60.0, double, np.arange(3)).tolist() == [0, 2, 4]
 
 
-def test_what_it_refuses_is_refused() -> None:
+def test_input_error_is_passed_on() -> None:
     with pytest.raises(InputError, match="object is a link: copy it"):
         apart(60.0, refuse)
 
 
-def test_what_does_not_end_is_ended() -> None:
+def test_endless_function_is_ended() -> None:
     with pytest.raises(OSError, match="reading it does not end"):
         apart(0.2, loop)
 
 
-def test_a_crash_is_no_crash_of_ours() -> None:
+def test_crash_is_an_input_error() -> None:
     with pytest.raises(OSError, match="reading it crashes"):
         apart(60.0, crash)

@@ -27,7 +27,7 @@ HOUR = 3600
     st.lists(st.tuples(st.integers(1, 2), st.integers(0, 10**12), st.binary(max_size=40))),
     st.integers(0, 300),
 )
-def test_the_bytes_are_those_of_the_library(messages, chunk_size):
+def test_bytes_equal_those_of_the_mcap_library(messages, chunk_size):
     expected = io.BytesIO()
     theirs = Writer(expected, chunk_size=chunk_size, compression=CompressionType.NONE)
     theirs.start(profile="ros2", library="us")
@@ -47,18 +47,18 @@ def test_the_bytes_are_those_of_the_library(messages, chunk_size):
         assert stream.read() == expected.getvalue()
 
 
-def test_the_index_finds_every_message(small):
+def test_index_contains_every_message(small):
     with small.open("rb") as stream:
         reader = make_reader(stream)
         summary = reader.get_summary()
-        found = [m.sequence for _, _, m in reader.iter_messages()]
+        sequence_numbers = [m.sequence for _, _, m in reader.iter_messages()]
     assert summary is not None
     assert len(summary.chunk_indexes) == summary.statistics.chunk_count
-    assert sorted(found) == list(range(summary.statistics.message_count))
+    assert sorted(sequence_numbers) == list(range(summary.statistics.message_count))
 
 
 def count_up(first: int, samples: int) -> Block:
-    """A block whose first two columns say the sample number."""
+    """Return a block whose first two columns encode the sample number."""
     number = np.arange(first, first + samples, dtype=np.int64)
     data = np.zeros((samples, 16), np.int16)
     data[:, 0], data[:, 1] = number & 0x7FFF, number >> 15
@@ -66,37 +66,37 @@ def count_up(first: int, samples: int) -> Block:
 
 
 def write_seconds(writer: RecordingWriter, first: int, seconds: int) -> int:
-    """Write blocks of 5 ms for so long, and say with which sample number it goes on."""
+    """Write blocks of 5 ms for this long. Return the next sample number."""
     end = first + round(seconds * fingertip_layout().rate)
     for start in range(first, end, 25):
         writer.write(count_up(start, min(25, end - start)))
     return end
 
 
-def test_the_writer_keeps_nothing_of_what_it_wrote(tmp_path):
+def test_writer_memory_is_constant(tmp_path):
     with RecordingWriter(tmp_path / "a.mcap", Header(fingertip_layout(), "synthetic")) as writer:
         end = write_seconds(writer, 0, 10)
         tracemalloc.start()
         try:
-            before, _ = tracemalloc.get_traced_memory()
+            memory_before, _ = tracemalloc.get_traced_memory()
             end = write_seconds(writer, end, 20)
-            after, _ = tracemalloc.get_traced_memory()
+            memory_after, _ = tracemalloc.get_traced_memory()
         finally:
             tracemalloc.stop()
     # A chunk that waits is 8 kB; an index entry for each of 400 chunks would be 200 kB.
-    assert after - before < 50_000
+    assert memory_after - memory_before < 50_000
     (stretch,) = read_recording(tmp_path / "a.mcap").stretches
     assert stretch.end == end
 
 
 @pytest.mark.slow
-def test_an_hour_loses_nothing_and_holds_memory_flat(tmp_path):
+def test_an_hour_has_no_losses_and_constant_memory(tmp_path):
     path = tmp_path / "hour.mcap"
     with RecordingWriter(path, Header(fingertip_layout(), "synthetic")) as writer:
         end = write_seconds(writer, 0, 60)
-        before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        memory_before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         end = write_seconds(writer, end, HOUR - 60)
-    grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
+    grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - memory_before
     assert grown < 4_000, f"{grown} kB more at the end of the hour than after its first minute"
     recording = read_recording(path)
     (stretch,) = recording.stretches

@@ -28,37 +28,41 @@ PAGE = Path(__file__).parents[2] / "docs" / "reference" / "python.md"
 
 @pytest.fixture
 def pinches(layout, counted):
-    made = []
+    recorded = []
     for i in range(6):
         label = Label(
             "block", 10.0 * i, None, f"b{i}", f"s/{i % 2}", Role(("train", "test")[i > 3])
         )
         truth = (Contact(Finger.THUMB, 40, 40), Contact(Finger.INDEX, 55, 55))[: i % 3]
-        made.append(Pinch(counted(0, 100).data, layout, label, 0, truth))
-    return pause_between(made)
+        recorded.append(Pinch(counted(0, 100).data, layout, label, 0, truth))
+    return pause_between(recorded)
 
 
-def test_a_dataset_comes_back_from_its_folder(tmp_path, layout, pinches):
+def test_dataset_round_trips_through_its_folder(tmp_path, layout, pinches):
     files = write_dataset(Dataset(pinches), tmp_path, Header(layout, "synthetic"))
     assert [f.name for f in files] == ["000_s-0.mcap", "001_s-1.mcap"]
     dataset = load_dataset(tmp_path)
     assert (dataset.source, dataset.notes, len(dataset)) == ("synthetic", (), 6)
     expected = [*pinches[0::2], *pinches[1::2]]
-    for got, put in zip(dataset.pinches, expected, strict=True):
-        assert (got.label, got.truth, got.first_sample) == (put.label, put.truth, put.first_sample)
-        assert np.array_equal(got.data, put.data)
-        assert got.data.dtype == np.int16
-    same = load_dataset(list(files))
-    assert same.specimens.tolist() == dataset.specimens.tolist()
+    for pinch, expected_pinch in zip(dataset.pinches, expected, strict=True):
+        assert (pinch.label, pinch.truth, pinch.first_sample) == (
+            expected_pinch.label,
+            expected_pinch.truth,
+            expected_pinch.first_sample,
+        )
+        assert np.array_equal(pinch.data, expected_pinch.data)
+        assert pinch.data.dtype == np.int16
+    by_files = load_dataset(list(files))
+    assert by_files.specimens.tolist() == dataset.specimens.tolist()
 
 
-def test_samples_stay_as_they_were_read(tmp_path, layout, pinches):
+def test_samples_are_views_of_the_file_buffer(tmp_path, layout, pinches):
     write_dataset(Dataset(pinches[:1]), tmp_path, Header(layout))
     (pinch,) = load_dataset(tmp_path).pinches
     assert pinch.data.base is not None  # a view, not a copy
 
 
-def test_a_pinch_across_a_gap_is_left_out_and_told(tmp_path, layout, counted):
+def test_pinch_across_a_gap_is_skipped_with_a_note(tmp_path, layout, counted):
     with RecordingWriter(tmp_path / "a.mcap", Header(layout, session="s")) as writer:
         writer.write(counted(0, 100))
         writer.write(counted(120, 100))
@@ -103,7 +107,7 @@ def test_folders_without_pinches_are_refused(tmp_path, small):
         load_dataset([])
 
 
-def test_folders_below_are_read_in_the_order_of_their_names(tmp_path, layout, pinches):
+def test_subfolders_are_read_in_name_order(tmp_path, layout, pinches):
     for folder in ("b", "a/deep"):
         (tmp_path / folder).mkdir(parents=True)
     for folder, pinch in (("b", pinches[1]), ("a/deep", pinches[0])):
@@ -123,22 +127,26 @@ def test_paths_may_be_strings(tmp_path, layout, pinches):
     assert (tmp_path / "pinches.csv").is_file()
 
 
-def test_no_public_function_asks_for_a_path_object():
+def test_public_functions_accept_path_strings():
     """``open`` takes strings, so users give strings: an AttributeError says nothing to them."""
     rooms = re.split(r"^###? (firstcontact\S*)$", PAGE.read_text(encoding="utf-8"), flags=re.M)[1:]
     assert rooms
     for room, table in zip(rooms[::2], rooms[1::2], strict=True):
         for name in re.findall(r"^\| `(\w+)` \|", table, flags=re.M):
-            thing = getattr(import_module(room), name)
-            if is_dataclass(thing) or not callable(thing) or not hasattr(thing, "__module__"):
+            function = getattr(import_module(room), name)
+            if (
+                is_dataclass(function)
+                or not callable(function)
+                or not hasattr(function, "__module__")
+            ):
                 continue
             with suppress(ValueError):  # a type without a signature
-                for parameter in signature(thing).parameters.values():
+                for parameter in signature(function).parameters.values():
                     kinds = {kind.strip() for kind in str(parameter.annotation).split("|")}
                     assert "Path" not in kinds, f"{room}.{name}({parameter})"
 
 
-def test_a_dataset_shows_counts_and_no_samples(pinches):
+def test_dataset_repr_has_counts_without_samples(pinches):
     dataset = Dataset(pinches, "synthetic")
     text = repr(dataset)
     assert len(text) < 200

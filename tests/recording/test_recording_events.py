@@ -37,40 +37,40 @@ def table(folder: Path, *lines: str) -> Path:
 
 
 @pytest.fixture
-def refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., None]:
+def check_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., None]:
     def check(path: Path, events: Path | None, *words: str) -> None:
-        more = [] if events is None else ["--events", str(events)]
-        assert main(["import", str(path), "--out", str(tmp_path / "out"), *more]) == 2
-        said = capsys.readouterr().err
-        assert said.count("\n") == 1
+        options = [] if events is None else ["--events", str(events)]
+        assert main(["import", str(path), "--out", str(tmp_path / "out"), *options]) == 2
+        message = capsys.readouterr().err
+        assert message.count("\n") == 1
         for word in words:
-            assert word in said, said
+            assert word in message, message
         assert not (tmp_path / "out").exists()
 
     return check
 
 
-def test_seconds_and_samples_name_the_same_contacts(folder: Path, tmp_path: Path) -> None:
-    found = []
+def test_seconds_and_samples_give_the_same_contacts(folder: Path, tmp_path: Path) -> None:
+    contacts = []
     for name, cells in (("onset_s", ("0.25", "1.5")), ("onset_sample", ("2000", "12000"))):
         events = table(folder, f"{name},shore_a", *(f"{cell},20" for cell in cells))
         out = tmp_path / name
         words = ["--events", str(events), "--sensor", "piezo", "--source", "real"]
         assert main(["import", str(folder / "mono.wav"), "--out", str(out), *words]) == 0
         dataset = load_dataset(out)
-        found.append([(p.data[:, 0].tolist(), p.first) for p in dataset.pinches])
+        contacts.append([(p.data[:, 0].tolist(), p.first) for p in dataset.pinches])
         for pinch, onset in zip(dataset.pinches, (2000, 12_000), strict=True):
             assert pinch.first is not None
             assert pinch.first.finger is Finger.INDEX
             assert pinch.data[pinch.first.sample - pinch.first_sample, 0] == onset
             assert len(pinch.data) == (BEFORE + AFTER) * RATE
-    assert found[0] == found[1]
+    assert contacts[0] == contacts[1]
     assert dataset.layout.rate == RATE
     assert set(dataset.sessions) == {"mono"}
 
 
 @given(st.lists(st.integers(0, SAMPLES - 1), min_size=1, max_size=12, unique=True))
-def test_cuts_hold_their_contact_and_share_no_sample(onsets: list[int]) -> None:
+def test_cuts_contain_their_contact_and_do_not_overlap(onsets: list[int]) -> None:
     import tempfile
 
     with tempfile.TemporaryDirectory() as place:
@@ -78,30 +78,30 @@ def test_cuts_hold_their_contact_and_share_no_sample(onsets: list[int]) -> None:
         wavfile.write(path, RATE, np.arange(SAMPLES, dtype=np.int16))
         events = table(Path(place), "onset_sample", *map(str, onsets))
         dataset = import_events(path, events=events)
-    seen: list[int] = []
+    used_samples: list[int] = []
     for pinch, onset in zip(dataset.pinches, onsets, strict=True):
         samples = pinch.data[:, 0].tolist()
         assert pinch.first is not None
         assert samples[pinch.first.sample - pinch.first_sample] == onset
         assert onset - BEFORE * RATE <= samples[0] <= samples[-1] < onset + AFTER * RATE
-        seen += samples
-    assert len(seen) == len(set(seen))
+        used_samples += samples
+    assert len(used_samples) == len(set(used_samples))
 
 
-def test_of_many_channels_one_is_named(
-    folder: Path, tmp_path: Path, refused: Callable[..., None]
+def test_one_of_many_channels_is_selected(
+    folder: Path, tmp_path: Path, check_refused: Callable[..., None]
 ) -> None:
     many = np.stack([np.arange(SAMPLES, dtype=np.int16) + k for k in range(4)], axis=1)
     wavfile.write(folder / "many.wav", RATE, many)
-    refused(folder / "many.wav", None, "4 channels", "column channel", "--events")
-    refused(folder / "many.wav", table(folder, "onset_sample", "9000"), "column channel")
+    check_refused(folder / "many.wav", None, "4 channels", "column channel", "--events")
+    check_refused(folder / "many.wav", table(folder, "onset_sample", "9000"), "column channel")
     events = table(folder, "onset_sample,channel", "9000,3")
     (pinch,) = import_events(folder / "many.wav", events=events).pinches
     assert pinch.first is not None
     assert pinch.data[pinch.first.sample - pinch.first_sample].tolist() == [9003]
 
 
-def test_of_files_with_more_channels_the_named_one_comes(folder: Path) -> None:
+def test_channel_column_selects_the_channel(folder: Path) -> None:
     events = table(
         folder,
         "file,onset_sample,channel,object,hardness_class",
@@ -115,7 +115,7 @@ def test_of_files_with_more_channels_the_named_one_comes(folder: Path) -> None:
     assert dataset.hardness_rank.tolist() == [0, 2]
 
 
-def test_what_is_passed_over_is_counted(folder: Path) -> None:
+def test_skipped_rows_and_files_are_counted(folder: Path) -> None:
     rows = ("file,onset_sample,channel,remark", "mono.wav,9000,0,loud", "stereo.wav,9000,0,")
     events = table(folder, *rows)
     notes = " ".join(import_events(folder / "mono.wav", events=events).notes)
@@ -143,13 +143,13 @@ def test_what_is_passed_over_is_counted(folder: Path) -> None:
         (("file,onset_sample,shore_a", "mono.wav,9,200"), ("shore_a of line 2", "200")),
     ],
 )
-def test_a_bad_table_is_refused_in_one_sentence(
-    folder: Path, refused: Callable[..., None], lines: tuple[str, ...], words: tuple[str, ...]
+def test_invalid_event_table_is_refused(
+    folder: Path, check_refused: Callable[..., None], lines: tuple[str, ...], words: tuple[str, ...]
 ) -> None:
-    refused(folder, table(folder, *lines), *words)
+    check_refused(folder, table(folder, *lines), *words)
 
 
-def test_a_file_without_events_is_one_pinch_of_which_no_contact_is_known(folder: Path) -> None:
+def test_file_without_events_is_one_unlabelled_pinch(folder: Path) -> None:
     dataset = import_events(folder / "mono.wav")
     (pinch,) = dataset.pinches
     assert pinch.first is None
@@ -158,11 +158,11 @@ def test_a_file_without_events_is_one_pinch_of_which_no_contact_is_known(folder:
 
 
 def test_events_are_for_sound_files_only(
-    folder: Path, refused: Callable[..., None], tmp_path: Path
+    folder: Path, check_refused: Callable[..., None], tmp_path: Path
 ) -> None:
     events = table(folder, "onset_s", "1")
     (tmp_path / "some.npz").write_bytes(b"")
-    refused(tmp_path / "some.npz", events, "not for --events", "leave --events out")
-    refused(folder / "mono.wav", tmp_path / "none.csv", "none.csv cannot be read")
-    one = table(folder, "file,onset_s", "stereo.wav,1")
-    refused(folder / "mono.wav", one, "no row has file", "mono.wav")
+    check_refused(tmp_path / "some.npz", events, "not for --events", "leave --events out")
+    check_refused(folder / "mono.wav", tmp_path / "none.csv", "none.csv cannot be read")
+    other_events = table(folder, "file,onset_s", "stereo.wav,1")
+    check_refused(folder / "mono.wav", other_events, "no row has file", "mono.wav")

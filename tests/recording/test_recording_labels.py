@@ -13,12 +13,14 @@ SETTINGS = read_settings("x", {"sample_rate_hz": RATE, "piezo_unit": "V"})
 ONE, TWO = (make_layout(SETTINGS, sensors) for sensors in (1, 2))
 
 
-def two_fingers(seed: int, first: Finger, touch: int, second: int) -> np.ndarray:
+def two_fingers(
+    seed: int, first_finger: Finger, first_sample: int, second_sample: int
+) -> np.ndarray:
     """Noise on both channels, a step response on each after its finger touches."""
     piezo = np.random.default_rng(seed).normal(0, 0.01, (300, 2))
     # The fingers' gains differ, so the larger trace is not always the livelier one.
     piezo[:, 1] *= 20
-    for finger, start in ((first, touch), (first.other, second)):
+    for finger, start in ((first_finger, first_sample), (first_finger.other, second_sample)):
         t = np.arange(300 - start) / RATE
         gain = 20 if finger is Finger.THUMB else 1
         piezo[start:, finger] += gain * np.sin(2 * np.pi * 80 * t) * np.exp(-t / 0.01)
@@ -27,7 +29,7 @@ def two_fingers(seed: int, first: Finger, touch: int, second: int) -> np.ndarray
 
 @pytest.mark.parametrize("finger", Finger)
 @pytest.mark.parametrize("unknown", [{}, {"first_finger": [-1]}, {"first_finger": [""]}])
-def test_an_unknown_first_finger_is_the_livelier_one_and_said(finger, unknown):
+def test_unknown_first_finger_is_estimated_with_a_note(finger, unknown):
     piezo = two_fingers(1, finger, 150, 180)
     columns = {"first_contact": [150], "second_contact": [180], **unknown}
     contacts, notes = make_contacts("x", columns, [piezo], TWO)
@@ -36,7 +38,7 @@ def test_an_unknown_first_finger_is_the_livelier_one_and_said(finger, unknown):
     assert "first_finger of 1 pinches is not known" in notes[0]
 
 
-def test_a_given_first_finger_is_taken_as_it_is():
+def test_given_first_finger_is_used():
     piezo = two_fingers(2, Finger.INDEX, 150, 180)
     columns = {"first_contact": [150], "first_finger": ["thumb"]}
     contacts, notes = make_contacts("x", columns, [piezo], TWO)
@@ -44,7 +46,7 @@ def test_a_given_first_finger_is_taken_as_it_is():
     assert notes == []
 
 
-def test_one_channel_is_that_of_the_finger_that_touched_and_said():
+def test_one_channel_belongs_to_the_touching_finger():
     columns = {"first_contact": [20, 20], "first_finger": [0, 1]}
     contacts, notes = make_contacts("x", columns, [np.zeros((60, 1))] * 2, ONE)
     assert contacts == [(Contact(Finger.INDEX, 20, 20),)] * 2
@@ -58,8 +60,8 @@ def test_no_contact_needs_no_finger():
 
 
 @pytest.mark.parametrize(
-    ("alpha", "rate", "said"), [(0.5, 4936, 0), (1, 9000, 0), (0.9, 4936, 1), (0.5, 16000, 1)]
+    ("alpha", "rate", "note_count"), [(0.5, 4936, 0), (1, 9000, 0), (0.9, 4936, 1), (0.5, 16000, 1)]
 )
-def test_smoothing_unlike_the_device_is_said(alpha, rate, said):
-    given = {"sample_rate_hz": rate, "piezo_unit": "V", "smoothing_alpha": alpha}
-    assert len(read_settings("x", given).notes) == said
+def test_smoothing_unlike_the_device_adds_a_note(alpha, rate, note_count):
+    fields = {"sample_rate_hz": rate, "piezo_unit": "V", "smoothing_alpha": alpha}
+    assert len(read_settings("x", fields).notes) == note_count

@@ -26,7 +26,7 @@ skin,,thumb,100,,1,0
 
 
 def variables(n: int = 200, seed: int = 0) -> dict[str, Any]:
-    """As a BioTac writes: packets of 22 samples side by side, and slower ones beside them."""
+    """Return BioTac variables: packets of 22 samples in columns, and slower signals."""
     rng = np.random.default_rng(seed)
     count = np.arange(22 * n, dtype=np.uint16)
     return {
@@ -50,16 +50,18 @@ def folder(tmp_path: Path) -> Path:
 
 
 def _with_column(text: str) -> str:
-    header, first, *others = CHANNELS.splitlines()
-    return "\n".join([f"{header},column", f"{first},{text}", *(f"{row}," for row in others)])
+    header, first_row, *other_rows = CHANNELS.splitlines()
+    return "\n".join(
+        [f"{header},column", f"{first_row},{text}", *(f"{row}," for row in other_rows)]
+    )
 
 
-def run(folder: Path, out: Path, *more: str) -> int:
+def run(folder: Path, out: Path, *options: str) -> int:
     channels = str(out.parent / "channels.csv")
-    return main(["import", str(folder), "--channels", channels, "--out", str(out), *more])
+    return main(["import", str(folder), "--channels", channels, "--out", str(out), *options])
 
 
-def test_each_file_is_a_pinch_with_its_slower_signals(folder: Path, tmp_path: Path) -> None:
+def test_each_mat_file_is_one_pinch_with_slower_signals(folder: Path, tmp_path: Path) -> None:
     assert run(folder, tmp_path / "out") == 0
     dataset = load_dataset(tmp_path / "out")
     assert sorted(dataset.objects.tolist()) == ["foam", "steel"]
@@ -77,7 +79,7 @@ def test_each_file_is_a_pinch_with_its_slower_signals(folder: Path, tmp_path: Pa
     assert any("joint" in note for note in dataset.notes)
 
 
-def test_a_file_of_version_73_says_the_same(folder: Path, tmp_path: Path) -> None:
+def test_version_73_file_imports_equally(folder: Path, tmp_path: Path) -> None:
     assert run(folder / "steel.mat", tmp_path / "old") == 0
     new = tmp_path / "new.mat"
     with h5py.File(new, "w", userblock_size=512) as file:
@@ -86,12 +88,12 @@ def test_a_file_of_version_73_says_the_same(folder: Path, tmp_path: Path) -> Non
     with new.open("r+b") as stream:
         stream.write(b"MATLAB 7.3 MAT-file, made by a test".ljust(124) + b"\x00\x02IM")
     assert run(new, tmp_path / "new") == 0
-    (one,), (other,) = (load_dataset(tmp_path / name).pinches for name in ("old", "new"))
-    assert np.array_equal(one.data, other.data)
-    assert np.array_equal(one.group("100_hz")[1], other.group("100_hz")[1])
+    (old_pinch,), (new_pinch,) = (load_dataset(tmp_path / name).pinches for name in ("old", "new"))
+    assert np.array_equal(old_pinch.data, new_pinch.data)
+    assert np.array_equal(old_pinch.group("100_hz")[1], new_pinch.group("100_hz")[1])
 
 
-def test_arrays_of_ours_need_no_table(tmp_path: Path) -> None:
+def test_arrays_with_our_names_need_no_table(tmp_path: Path) -> None:
     volts = np.random.default_rng(0).normal(size=(4, 300))
     cells = np.array(["foam", "steel", "foam", "steel"], dtype=object)
     savemat(
@@ -114,19 +116,19 @@ def test_arrays_of_ours_need_no_table(tmp_path: Path) -> None:
     assert np.allclose([p.vibration()[:, 0] for p in dataset.pinches], volts)
 
 
-def changed(**with_these: Any) -> dict[str, Any]:
-    return {k: v for k, v in {**variables(), **with_these}.items() if v is not None}
+def changed_variables(**changes: Any) -> dict[str, Any]:
+    return {k: v for k, v in {**variables(), **changes}.items() if v is not None}
 
 
 @pytest.mark.parametrize(
-    ("held", "table", "words"),
+    ("content", "table", "words"),
     [
-        (changed(pac=None), CHANNELS, ("no variable 'pac'", "joint")),
-        (changed(pac=np.full((22, 200), np.nan)), CHANNELS, ("pac is NaN",)),
-        (changed(pac=np.zeros((22, 20))), CHANNELS, ("lasts", "rate_hz")),
-        (changed(pac=np.zeros((2, 3, 4))), CHANNELS, ("shape (2, 3, 4)",)),
-        (changed(pac="text"), CHANNELS, ("pac",)),
-        (changed(pac={"a": 1}), CHANNELS, ("neither numbers nor texts",)),
+        (changed_variables(pac=None), CHANNELS, ("no variable 'pac'", "joint")),
+        (changed_variables(pac=np.full((22, 200), np.nan)), CHANNELS, ("pac is NaN",)),
+        (changed_variables(pac=np.zeros((22, 20))), CHANNELS, ("lasts", "rate_hz")),
+        (changed_variables(pac=np.zeros((2, 3, 4))), CHANNELS, ("shape (2, 3, 4)",)),
+        (changed_variables(pac="text"), CHANNELS, ("pac",)),
+        (changed_variables(pac={"a": 1}), CHANNELS, ("neither numbers nor texts",)),
         (variables(), CHANNELS.replace("2200", "22"), ("rate_hz", "22")),
         (variables(), CHANNELS.replace(",2200,", ",,", 1), ("no rate_hz of pac",)),
         (variables(), CHANNELS.replace("hydrophone", "nose"), ("line 2", "'nose'")),
@@ -144,22 +146,22 @@ def test_bad_signals_and_tables_are_refused(
     folder: Path,
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
-    held: dict[str, Any],
+    content: dict[str, Any],
     table: str,
     words: tuple[str, ...],
 ) -> None:
-    savemat(folder / "steel.mat", held)
+    savemat(folder / "steel.mat", content)
     (tmp_path / "channels.csv").write_text(table)
     assert run(folder, tmp_path / "out") == 2
-    said = capsys.readouterr().err
-    assert said.count("\n") == 1
+    message = capsys.readouterr().err
+    assert message.count("\n") == 1
     for word in words:
-        assert word in said, said
+        assert word in message, message
     assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize("keep", [0, 60, 127, 1000, -10])
-def test_a_file_that_is_cut_off_is_refused(
+def test_truncated_mat_file_is_refused(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], keep: int
 ) -> None:
     path = folder / "steel.mat"
@@ -169,7 +171,7 @@ def test_a_file_that_is_cut_off_is_refused(
     assert not (tmp_path / "out").exists()
 
 
-def test_what_is_missing_is_asked_for(
+def test_missing_tables_and_rows_are_refused(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = str(tmp_path / "out")
@@ -180,15 +182,13 @@ def test_what_is_missing_is_asked_for(
     assert "1 MAT file has no row" in capsys.readouterr().err
 
 
-def test_the_real_biotac_recordings_come_in_and_go_through_a_study(
-    biotac: Path, tmp_path: Path
-) -> None:
+def test_real_biotac_recordings_run_through_a_study(biotac: Path, tmp_path: Path) -> None:
     maker = Path(__file__).parents[2] / "examples" / "biotac_tables.py"
     tables = [str(tmp_path / name) for name in ("labels.csv", "channels.csv")]
     subprocess.run([sys.executable, maker, str(biotac), *tables], check=True, env=os.environ)
     out = str(tmp_path / "out")
-    more = ["--labels", tables[0], "--channels", tables[1], "--source", "real", "--out", out]
-    assert main(["import", str(biotac), *more]) == 0
+    options = ["--labels", tables[0], "--channels", tables[1], "--source", "real", "--out", out]
+    assert main(["import", str(biotac), *options]) == 0
     dataset = load_dataset(tmp_path / "out")
     assert len(dataset) == 60
     assert len(set(dataset.objects.tolist())) == 6

@@ -10,15 +10,15 @@ from firstcontact.recording._chunks import MAGIC, _candidates
 
 
 def chunk_ends(path):
-    """Where each chunk of an intact file ends, and which samples it holds."""
+    """Return the bytes, the ends of all chunks and the recording of an intact file."""
     data = path.read_bytes()
     ends = [stop for _, stop in _candidates(data)]
     recording = read_recording(path)
     return data, ends, recording
 
 
-def test_a_file_cut_anywhere_gives_all_its_complete_chunks(small, numbers_agree):
-    data, ends, whole = chunk_ends(small)
+def test_truncated_file_gives_all_complete_chunks(small, numbers_agree):
+    data, ends, intact = chunk_ends(small)
     assert len(ends) > 3
     cut = small.with_name("cut.mcap")
     readable = []
@@ -31,9 +31,9 @@ def test_a_file_cut_anywhere_gives_all_its_complete_chunks(small, numbers_agree)
         complete = sum(end <= length for end in ends)
         assert len(recording.stretches) == (recording.samples > 0)
         # Only the end of a chunk brings new samples, and it does at once.
-        before = readable[-2] if len(readable) > 1 else -1
-        assert (recording.samples != before) <= (length in ends)
-        assert complete < len(ends) or recording.samples == whole.samples
+        previous = readable[-2] if len(readable) > 1 else -1
+        assert (recording.samples != previous) <= (length in ends)
+        assert complete < len(ends) or recording.samples == intact.samples
     assert readable == sorted(readable)
     for length in range(1, ends[0]):
         cut.write_bytes(data[:length])
@@ -41,8 +41,8 @@ def test_a_file_cut_anywhere_gives_all_its_complete_chunks(small, numbers_agree)
             read_recording(cut)
 
 
-def test_one_flipped_bit_anywhere_gives_no_wrong_sample(small, numbers_agree):
-    data, ends, whole = chunk_ends(small)
+def test_flipped_bit_gives_no_wrong_sample(small, numbers_agree):
+    data, ends, intact = chunk_ends(small)
     starts = [start for start, _ in _candidates(data)]
     flipped = small.with_name("flipped.mcap")
     for at in range(len(data)):
@@ -52,41 +52,41 @@ def test_one_flipped_bit_anywhere_gives_no_wrong_sample(small, numbers_agree):
         recording = read_recording(flipped)
         numbers_agree(recording)
         touched = any(a <= at < b for a, b in zip(starts, ends, strict=True))
-        lost = whole.samples - recording.samples
-        assert lost <= 300  # what one chunk holds at most
-        assert not lost or (touched and recording.skipped)
-        assert recording.header == whole.header
+        lost_count = intact.samples - recording.samples
+        assert lost_count <= 300  # what one chunk holds at most
+        assert not lost_count or (touched and recording.skipped)
+        assert recording.header == intact.header
 
 
 def test_a_corrupt_chunk_in_the_middle_is_skipped_and_counted(small, numbers_agree):
-    data, ends, whole = chunk_ends(small)
+    data, ends, intact = chunk_ends(small)
     bad = bytearray(data)
     bad[ends[2] - 5] ^= 0xFF
     small.write_bytes(bad)
     recording = read_recording(small)
     numbers_agree(recording)
-    first, second = recording.stretches
-    missing = second.first_sample - first.end
-    assert second.end == 350
-    assert 0 < missing == whole.samples - recording.samples
+    first_stretch, second_stretch = recording.stretches
+    missing = second_stretch.first_sample - first_stretch.end
+    assert second_stretch.end == 350
+    assert 0 < missing == intact.samples - recording.samples
     assert any(f"{missing} samples are missing in 1 gap" in s for s in recording.skipped)
     assert any("damaged" in s for s in recording.skipped)
 
 
-def test_lost_marks_are_told(tmp_path, layout, counted):
+def test_lost_marks_are_listed(tmp_path, layout, counted):
     path = tmp_path / "a.mcap"
     with RecordingWriter(path, Header(layout)) as writer:
         for first in range(0, 2000, 400):
             writer.pinch(Pinch(counted(first, 400).data, layout, first_sample=first))
     data = path.read_bytes()
-    where = data.index(b'"number":2')
-    path.write_bytes(data[:where] + b"!" + data[where + 1 :])
+    position = data.index(b'"number":2')
+    path.write_bytes(data[:position] + b"!" + data[position + 1 :])
     recording = read_recording(path)
     assert [p.number for p in recording.pinches] == [0, 1, 3, 4]
     assert any("pinches 2 " in s for s in recording.skipped)
 
 
-def test_losses_on_the_way_are_counted(tmp_path, layout, counted):
+def test_lost_and_doubled_samples_are_counted(tmp_path, layout, counted):
     path = tmp_path / "a.mcap"
     with RecordingWriter(path, Header(layout)) as writer:
         for first, count in ((0, 50), (100, 50), (60, 40), (140, 30), (0, 0)):
@@ -110,7 +110,7 @@ def test_epochs_are_never_joined(tmp_path, layout, counted):
 
 
 @pytest.mark.parametrize(
-    ("content", "message"),
+    ("content", "problem"),
     [
         (b"", "is empty"),
         (b"RIFF....WAVEfmt ", "not an MCAP file"),
@@ -120,27 +120,27 @@ def test_epochs_are_never_joined(tmp_path, layout, counted):
         (MAGIC + bytes(1000), "not a firstcontact recording"),
     ],
 )
-def test_other_files_are_refused(tmp_path, content, message):
+def test_other_files_are_refused(tmp_path, content, problem):
     path = tmp_path / "other.mcap"
     path.write_bytes(content)
-    with pytest.raises(InputError, match=message) as refused:
+    with pytest.raises(InputError, match=problem) as error:
         read_recording(path)
-    assert str(path) in str(refused.value)
+    assert str(path) in str(error.value)
 
 
 def test_files_that_cannot_be_opened_are_refused(tmp_path):
     os.mkfifo(tmp_path / "pipe.mcap")  # nobody will ever write to it
-    for name, said in (
+    for name, problem in (
         ("", r"is a folder: name one recording in it \(\*\.mcap\)"),
         ("pipe.mcap", "not a regular file"),
         ("missing.mcap", "cannot be read"),
     ):
-        with pytest.raises(InputError, match=said):
+        with pytest.raises(InputError, match=problem):
             read_recording(tmp_path / name)
 
 
 @pytest.mark.parametrize(
-    ("message", "said"),
+    ("message", "problem"),
     [
         (b'{"format":"firstcontact.recording","version":3}', "version 3"),
         (b'{"format":"firstcontact.recording","version":1}', "layout"),
@@ -150,7 +150,7 @@ def test_files_that_cannot_be_opened_are_refused(tmp_path):
         (b"\xff\xfe", "not JSON"),
     ],
 )
-def test_headers_of_other_makers_are_refused(tmp_path, message, said):
+def test_invalid_headers_are_refused(tmp_path, message, problem):
     path = tmp_path / "a.mcap"
     with path.open("wb") as stream:
         writer = Writer(stream)
@@ -158,11 +158,11 @@ def test_headers_of_other_makers_are_refused(tmp_path, message, said):
         writer.register_channel("/header", "json", 0)
         writer.add_message(1, 0, message, 0)
         writer.finish()
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=problem):
         read_recording(path)
 
 
-def test_a_pinch_in_a_recording_reads_back(tmp_path, layout, counted):
+def test_pinch_round_trips_through_a_recording(tmp_path, layout, counted):
     truth = (Contact(Finger.THUMB, 30, 30), Contact(Finger.INDEX, 60, 60))
     pinch = Pinch(counted(20, 90).data, layout, Label("block", 43.0), 20, truth)
     with RecordingWriter(tmp_path / "a.mcap", Header(layout)) as writer:

@@ -11,15 +11,19 @@ def block(first, end):
 
 
 @given(st.lists(st.tuples(st.integers(0, 60), st.integers(0, 12)), max_size=12))
-def test_any_blocks_give_exactly_the_samples_they_hold(parts):
+def test_any_blocks_are_joined_without_loss_or_duplicates(parts):
     blocks = [block(first, first + n) for first, n in parts]
     stretches, losses = join(blocks)
-    there = [i for s in stretches for i in range(s.first_sample, s.end)]
-    assert there == sorted({i for first, n in parts for i in range(first, first + n)})
+    joined_numbers = [i for s in stretches for i in range(s.first_sample, s.end)]
+    assert joined_numbers == sorted({i for first, n in parts for i in range(first, first + n)})
     for s in stretches:
         assert s.data[:, 0].tolist() == list(range(s.first_sample, s.end))
-    arrived = sum(n for _, n in parts)
+    total = sum(n for _, n in parts)
     text = " ".join(losses)
-    assert (f"{arrived - len(there)} samples came twice" in text) == (arrived > len(there))
-    missing = there[-1] - there[0] + 1 - len(there) if there else 0
+    assert (f"{total - len(joined_numbers)} samples came twice" in text) == (
+        total > len(joined_numbers)
+    )
+    missing = (
+        joined_numbers[-1] - joined_numbers[0] + 1 - len(joined_numbers) if joined_numbers else 0
+    )
     assert (f"missing in {counted(len(stretches) - 1, 'gap')}" in text) == (missing > 0)

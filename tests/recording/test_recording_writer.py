@@ -32,7 +32,7 @@ with RecordingWriter(Path(sys.argv[1]), Header(fingertip_layout(), "synthetic"))
 """
 
 
-def test_what_goes_in_comes_out(tmp_path, layout, counted):
+def test_recording_round_trips(tmp_path, layout, counted):
     path = tmp_path / "Übung äöü 指.mcap"
     header = Header(layout, "real", "int16", "s", "h", "1.0", "Tag 1", "naß", "2024-01-01T00:00:00")
     mark = PinchMark(
@@ -69,21 +69,21 @@ def test_the_same_samples_give_the_same_bytes(tmp_path, layout, counted):
     assert (tmp_path / "a.mcap").read_bytes() == (tmp_path / "b.mcap").read_bytes()
 
 
-def test_other_mcap_readers_read_it_and_time_never_goes_back(tmp_path, layout, counted):
+def test_other_mcap_readers_see_increasing_times(tmp_path, layout, counted):
     path = tmp_path / "a.mcap"
     with RecordingWriter(path, Header(layout)) as writer:
         writer.write(counted(1000, 450))
         writer.write(counted(0, 300, epoch=1))  # the device was reset: it counts from 0 again
         writer.write(counted(50_00, 10, epoch=2))
     with path.open("rb") as stream:
-        found = [m for _, c, m in make_reader(stream).iter_messages(log_time_order=False)]
-    times = [m.log_time for m in found]
+        messages = [m for _, c, m in make_reader(stream).iter_messages(log_time_order=False)]
+    times = [m.log_time for m in messages]
     assert times == sorted(times)
-    assert [m.sequence for m in found] == list(range(len(found)))
+    assert [m.sequence for m in messages] == list(range(len(messages)))
     assert [s.epoch for s in read_recording(path).stretches] == [0, 1, 2]
 
 
-def test_pinches_that_do_not_continue_are_epochs_and_not_losses(tmp_path, layout, counted):
+def test_separate_pinches_are_epochs(tmp_path, layout, counted):
     def pinch(first):
         return Pinch(counted(first, 100).data, layout, first_sample=first)
 
@@ -100,10 +100,10 @@ def test_pinches_that_do_not_continue_are_epochs_and_not_losses(tmp_path, layout
 
 
 def test_a_recording_is_never_overwritten(small, layout):
-    before = small.read_bytes()
+    content = small.read_bytes()
     with pytest.raises(InputError, match="never overwritten"):
         RecordingWriter(small, Header(layout))
-    assert small.read_bytes() == before
+    assert small.read_bytes() == content
 
 
 def test_blocks_that_do_not_fit_the_header_are_refused(tmp_path, layout, counted):
@@ -116,7 +116,7 @@ def test_blocks_that_do_not_fit_the_header_are_refused(tmp_path, layout, counted
         writer.write(counted(0, 5))
 
 
-def test_an_exception_beside_the_writer_finalises_the_file(tmp_path, layout, counted):
+def test_exception_finalises_the_file(tmp_path, layout, counted):
     path = tmp_path / "a.mcap"
 
     def interrupted():
@@ -151,33 +151,33 @@ def test_a_killed_writer_loses_at_most_a_tenth_of_a_second(tmp_path, acknowledge
     assert recording.samples >= handed - 0.1 * fingertip_layout().rate
 
 
-def test_a_full_disk_stops_the_writer_and_what_was_complete_stays(tmp_path, layout, counted):
+def test_full_disk_stops_the_writer_and_keeps_complete_chunks(tmp_path, layout, counted):
     limit = 40_000  # the kernel refuses the write beyond it, as a full disk does
     path = tmp_path / "full.mcap"
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     writer = RecordingWriter(path, Header(layout))
-    written = 0
+    sample_count = 0
 
     def fill():
-        nonlocal written
+        nonlocal sample_count
         while True:
-            writer.write(counted(written, 64))
-            written += 64
+            writer.write(counted(sample_count, 64))
+            sample_count += 64
 
     try:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, before[1]))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limits[1]))
         with pytest.raises(InputError, match="stays readable"):
             fill()
         with pytest.raises(InputError, match="closed"):
-            writer.write(counted(written, 64))
+            writer.write(counted(sample_count, 64))
         writer.close()
     finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
         signal.signal(signal.SIGXFSZ, ignored)
     assert path.stat().st_size == limit
     (stretch,) = read_recording(path).stretches
-    assert stretch.end >= written - 0.1 * layout.rate
+    assert stretch.end >= sample_count - 0.1 * layout.rate
     assert np.array_equal(stretch.data, counted(0, stretch.end).data)
 
 

@@ -38,9 +38,9 @@ def stream(
     of = struct.pack("<I", number)
     parts = [chunk(2, of + xml.encode())]
     for start in range(0, len(stamps), 400):
-        some = range(start, min(start + 400, len(stamps)))
-        body = of + b"\x04" + struct.pack("<I", len(some))
-        for i in some:
+        chunk_range = range(start, min(start + 400, len(stamps)))
+        body = of + b"\x04" + struct.pack("<I", len(chunk_range))
+        for i in chunk_range:
             body += b"\x08" + struct.pack("<d", stamps[i])
             if kind == "string":
                 text = values[i].encode()
@@ -63,18 +63,18 @@ def times(n: int, rate: float, jitter: float = 0.0, begin: float = 50.0) -> Valu
 
 
 def vibration(name: str = "finger", number: int = 1, **changes: Any) -> bytes:
-    given = {"rate": RATE, "kind": "float32", "stamps": times(SAMPLES, RATE, 0.0004)}
-    given |= {"values": np.arange(SAMPLES, dtype=np.float32)} | changes
-    return stream(number, name, **given)
+    fields = {"rate": RATE, "kind": "float32", "stamps": times(SAMPLES, RATE, 0.0004)}
+    fields |= {"values": np.arange(SAMPLES, dtype=np.float32)} | changes
+    return stream(number, name, **fields)
 
 
 def slow(**changes: Any) -> bytes:
-    given = {"stamps": times(200, SLOW), "values": np.arange(400.0).reshape(200, 2)} | changes
-    return stream(2, "grip", SLOW, "float32", **given)
+    fields = {"stamps": times(200, SLOW), "values": np.arange(400.0).reshape(200, 2)} | changes
+    return stream(2, "grip", SLOW, "float32", **fields)
 
 
-def marks(number: int = 3, name: str = "marks", said: Any = MARKS) -> bytes:
-    return stream(number, name, 0.0, "string", [50.0 + t for t, _ in said], [x for _, x in said])
+def marks(number: int = 3, name: str = "marks", texts: Any = MARKS) -> bytes:
+    return stream(number, name, 0.0, "string", [50.0 + t for t, _ in texts], [x for _, x in texts])
 
 
 def xdf(tmp_path: Path, *streams: bytes) -> Path:
@@ -105,8 +105,8 @@ def test_markers_are_contacts_and_slower_streams_go_along(tmp_path: Path) -> Non
 
 
 def test_a_table_names_the_stream_and_its_column(tmp_path: Path) -> None:
-    both = np.stack([np.zeros(SAMPLES), np.arange(SAMPLES)], axis=1)
-    path = xdf(tmp_path, vibration(values=both), marks())
+    columns = np.stack([np.zeros(SAMPLES), np.arange(SAMPLES)], axis=1)
+    path = xdf(tmp_path, vibration(values=columns), marks())
     out = str(tmp_path / "out")
     assert main(["import", str(path), "--out", out]) == 2
     table = tmp_path / "channels.csv"
@@ -117,24 +117,22 @@ def test_a_table_names_the_stream_and_its_column(tmp_path: Path) -> None:
     assert pinch.data[0, 0] > 0
 
 
-def test_nothing_is_joined_across_a_gap(tmp_path: Path) -> None:
+def test_pinches_do_not_span_a_gap(tmp_path: Path) -> None:
     stamps = times(SAMPLES, RATE)
     stamps[SAMPLES // 2 :] += 3.0
-    said = ((0.5, "before"), (4.5, "behind"))
-    path = xdf(tmp_path, vibration(stamps=stamps), marks(said=said))
+    texts = ((0.5, "before"), (4.5, "behind"))
+    path = xdf(tmp_path, vibration(stamps=stamps), marks(texts=texts))
     out = tmp_path / "out"
     assert main(["import", str(path), "--out", str(out)]) == 0
     dataset = load_dataset(out)
     assert any("1 gaps" in note for note in dataset.notes)
-    found = [p.data[p.first.sample - p.first_sample, 0] for p in dataset.pinches if p.first]
-    assert found == pytest.approx([0.5 * RATE, 1.5 * RATE], abs=1)
+    values = [p.data[p.first.sample - p.first_sample, 0] for p in dataset.pinches if p.first]
+    assert values == pytest.approx([0.5 * RATE, 1.5 * RATE], abs=1)
 
 
 @pytest.mark.parametrize("column", ["onset_s", "onset_sample"])
 @pytest.mark.parametrize("late", [False, True])
-def test_events_count_from_the_first_of_the_vibration(
-    tmp_path: Path, column: str, late: bool
-) -> None:
+def test_event_times_start_at_the_vibration(tmp_path: Path, column: str, late: bool) -> None:
     # Behind a gap, and where the part before it is left out: another stream began later.
     stamps = times(SAMPLES, RATE)
     stamps[SAMPLES // 2 :] += 3.0
@@ -144,32 +142,32 @@ def test_events_count_from_the_first_of_the_vibration(
         begin = float(stamps[SAMPLES // 2]) - 0.1
         streams.append(slow(stamps=times(200, SLOW, begin=begin)))
     table = tmp_path / "events.csv"
-    wanted = SAMPLES // 2 + round(0.5 * RATE)
-    table.write_text(f"{column}\n{behind + 0.5 if column == 'onset_s' else wanted}\n")
+    expected = SAMPLES // 2 + round(0.5 * RATE)
+    table.write_text(f"{column}\n{behind + 0.5 if column == 'onset_s' else expected}\n")
     out = tmp_path / "out"
     path = xdf(tmp_path, *streams)
     assert main(["import", str(path), "--events", str(table), "--out", str(out)]) == 0
     (pinch,) = load_dataset(out).pinches
     assert pinch.first is not None
-    assert pinch.data[pinch.first.sample - pinch.first_sample, 0] == pytest.approx(wanted, abs=1)
+    assert pinch.data[pinch.first.sample - pinch.first_sample, 0] == pytest.approx(expected, abs=1)
 
 
-def test_a_marker_where_nothing_is_kept_is_told_of_and_left_out(
+def test_markers_outside_the_kept_samples_are_skipped_with_a_note(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     # The first half is left out, since the other stream began behind the gap.
     stamps = times(SAMPLES, RATE)
     stamps[SAMPLES // 2 :] += 3.0
     late = slow(stamps=times(200, SLOW, begin=float(stamps[SAMPLES // 2]) - 0.1))
-    said = ((0.5, "left out"), (2.5, "in the gap"), (4.5, "kept"))
-    path = xdf(tmp_path, vibration(stamps=stamps), late, marks(said=said))
+    texts = ((0.5, "left out"), (2.5, "in the gap"), (4.5, "kept"))
+    path = xdf(tmp_path, vibration(stamps=stamps), late, marks(texts=texts))
     assert main(["import", str(path), "--out", str(tmp_path / "out")]) == 0
     assert load_dataset(tmp_path / "out").objects.tolist() == ["kept"]
     assert "2 of 3 contacts lie in a gap" in capsys.readouterr().out
-    path = xdf(tmp_path, vibration(stamps=stamps), late, marks(said=said[:2]))
+    path = xdf(tmp_path, vibration(stamps=stamps), late, marks(texts=texts[:2]))
     assert main(["import", str(path), "--out", str(tmp_path / "none")]) == 2
     assert "each of its 2 contacts" in capsys.readouterr().err
-    path = xdf(tmp_path, vibration(stamps=stamps), late, marks(said=((9.0, "beyond"),)))
+    path = xdf(tmp_path, vibration(stamps=stamps), late, marks(texts=((9.0, "beyond"),)))
     assert main(["import", str(path), "--out", str(tmp_path / "none")]) == 2
     assert "no samples" in capsys.readouterr().err
 
@@ -203,19 +201,19 @@ HOLED[9] = np.nan
         ((vibration(stamps=TOO_FEW), marks()), ("4000 Hz", "4400 Hz")),
         ((vibration(stamps=NO_TIME), marks()), ("finger", "nan at sample 7")),
         ((vibration(stamps=FAR), marks()), ("finger", "1e+17 at sample 0", "in seconds")),
-        ((vibration(), marks(said=((1e30, "far"),))), ("marks", "1e+30")),
+        ((vibration(), marks(texts=((1e30, "far"),))), ("marks", "1e+30")),
         ((vibration(), slow(stamps=times(200, SLOW, begin=-1e17))), ("grip", "-1e+17")),
         ((vibration(stamps=STANDING), marks()), ("4000 Hz", "do not advance")),
         ((vibration(rate=math.nan), marks()), ("finger", "nan Hz")),
         ((vibration(rate=1e300), marks()), ("finger", "1e+300 Hz")),
         ((vibration(values=HOLED), marks()), ("NaN", "(9, 0)")),
         ((vibration(), marks(), marks(4, "more")), ("several streams of texts", "--events")),
-        ((vibration(), marks(said=((5.0, "late"),))), ("marker 1", "outside")),
-        ((vibration(), marks(said=((0.5, "weight=3"),))), ("marker 1", "weight=3")),
+        ((vibration(), marks(texts=((5.0, "late"),))), ("marker 1", "outside")),
+        ((vibration(), marks(texts=((0.5, "weight=3"),))), ("marker 1", "weight=3")),
         ((), ("0 streams",)),
     ],
 )
-def test_what_cannot_be_used_is_refused(
+def test_invalid_streams_are_refused(
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
     streams: tuple[bytes, ...],
@@ -223,33 +221,33 @@ def test_what_cannot_be_used_is_refused(
 ) -> None:
     path = xdf(tmp_path, *streams)
     assert main(["import", str(path), "--out", str(tmp_path / "out")]) == 2
-    said = capsys.readouterr().err
-    assert said.count("\n") == 1
+    message = capsys.readouterr().err
+    assert message.count("\n") == 1
     for word in words:
-        assert word in said, said
+        assert word in message, message
     assert not (tmp_path / "out").exists()
 
 
-def test_a_file_that_is_cut_off_anywhere_is_refused_or_says_so(
+def test_truncated_file_is_refused_or_noted(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = xdf(tmp_path, vibration(), marks())
-    whole = path.read_bytes()
-    for place, keep in enumerate((0, 3, 50, 3000, len(whole) // 2, len(whole) - 30)):
-        path.write_bytes(whole[:keep])
+    content = path.read_bytes()
+    for place, keep in enumerate((0, 3, 50, 3000, len(content) // 2, len(content) - 30)):
+        path.write_bytes(content[:keep])
         out = tmp_path / f"out{place}"
         status = main(["import", str(path), "--out", str(out)])
-        said = capsys.readouterr()
+        output = capsys.readouterr()
         assert status in (0, 2)
         if status == 2:
-            assert said.err.count("\n") == 1
-            assert "taps.xdf" in said.err
+            assert output.err.count("\n") == 1
+            assert "taps.xdf" in output.err
             assert not out.exists()
         else:
-            assert "not ended properly" in said.out
+            assert "not ended properly" in output.out
 
 
-def test_an_open_recording_is_noted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_unfinished_recording_is_noted(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = xdf(tmp_path, vibration(foot=False), marks())
     assert main(["import", str(path), "--out", str(tmp_path / "out")]) == 0
     assert "stream finger: its recording was not ended properly" in capsys.readouterr().out

@@ -1,4 +1,4 @@
-"""Whether somebody named the session is a field of the header, for old recordings too."""
+"""Header field for sessions assumed by an importer, also for old recordings."""
 
 from __future__ import annotations
 
@@ -17,32 +17,34 @@ from firstcontact.signal import resample_dataset
 OLD = "imported from x.csv\nno session column: all pinches were taken as one session"
 
 
-def imported(folder: Path, **more: object) -> Path:
+def import_arrays(folder: Path, **fields: object) -> Path:
     noise = np.random.default_rng(0).normal(0, 0.01, (3, 400, 1)).astype(np.float32)
-    np.savez(folder / "x.npz", piezo=noise, sample_rate_hz=8000, piezo_unit="V", **more)
+    np.savez(folder / "x.npz", piezo=noise, sample_rate_hz=8000, piezo_unit="V", **fields)
     import_path(folder / "x.npz", folder / "out")
     return folder / "out"
 
 
 @pytest.mark.parametrize(("named", "assumed"), [({}, True), ({"session": ["a"] * 3}, False)])
-def test_an_importer_says_it(tmp_path: Path, named: dict[str, object], assumed: bool) -> None:
-    out = imported(tmp_path, **named)
+def test_importer_sets_the_assumed_session(
+    tmp_path: Path, named: dict[str, object], assumed: bool
+) -> None:
+    out = import_arrays(tmp_path, **named)
     (file,) = out.iterdir()
     assert read_recording(file).header.session_assumed is assumed
     dataset = load_dataset(out)
-    for same in (dataset, dataset.take([0, 1]), resample_dataset(dataset, 5000)):
-        assert same.sessions_assumed is assumed
+    for variant in (dataset, dataset.take([0, 1]), resample_dataset(dataset, 5000)):
+        assert variant.sessions_assumed is assumed
 
 
-def test_one_of_several_is_enough(tmp_path: Path) -> None:
-    for name, more in (("a", {}), ("b", {"session": ["a"] * 3})):
+def test_one_assumed_session_marks_the_dataset(tmp_path: Path) -> None:
+    for name, fields in (("a", {}), ("b", {"session": ["a"] * 3})):
         (tmp_path / name).mkdir()
-        imported(tmp_path / name, **more)
+        import_arrays(tmp_path / name, **fields)
     assert load_dataset(tmp_path).sessions_assumed
 
 
-def header(notes: str, **more: object) -> bytes:
-    return json.dumps({**Header(fingertip_layout(), notes=notes).to_json(), **more}).encode()
+def header(notes: str, **fields: object) -> bytes:
+    return json.dumps({**Header(fingertip_layout(), notes=notes).to_json(), **fields}).encode()
 
 
 @pytest.mark.parametrize(
@@ -55,10 +57,10 @@ def header(notes: str, **more: object) -> bytes:
         (header("x"), False),
     ],
 )
-def test_a_header_is_read(data: bytes, assumed: bool) -> None:
+def test_assumed_session_is_read_from_the_header(data: bytes, assumed: bool) -> None:
     assert read_header(data, "x").session_assumed is assumed
 
 
-def test_a_named_session_leaves_no_trace_in_the_file() -> None:
+def test_named_session_is_not_in_the_header() -> None:
     assert "session_assumed" not in Header(fingertip_layout()).to_json()
     assert not Dataset(()).sessions_assumed

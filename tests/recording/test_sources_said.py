@@ -1,4 +1,4 @@
-"""Where imported data come from is what someone said, and unknown where nobody did."""
+"""Source of imported data: from the file or the option, otherwise unknown."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ DATA = np.random.default_rng(1).normal(size=(2, 60, 1)).astype(np.float32)
 
 
 def npz(folder: Path, source: str) -> Path:
-    said = {"source": source} if source else {}
-    np.savez(folder / "x.npz", piezo=DATA, sample_rate_hz=5000, piezo_unit="V", **said)
+    fields = {"source": source} if source else {}
+    np.savez(folder / "x.npz", piezo=DATA, sample_rate_hz=5000, piezo_unit="V", **fields)
     return folder / "x.npz"
 
 
@@ -26,14 +26,14 @@ def wav(folder: Path, source: str) -> Path:
     (folder / "w").mkdir(exist_ok=True)
     for k in range(2):
         wavfile.write(folder / "w" / f"{k}.wav", 5000, DATA[k])
-    head, more = (",source", f",{source}") if source else ("", "")
-    (folder / "w" / "labels.csv").write_text(f"file{head}\n0.wav{more}\n1.wav{more}\n")
+    head, cell = (",source", f",{source}") if source else ("", "")
+    (folder / "w" / "labels.csv").write_text(f"file{head}\n0.wav{cell}\n1.wav{cell}\n")
     return folder / "w"
 
 
 def csv(folder: Path, source: str) -> Path:
-    head, more = (",source", f",{source}") if source else ("", "")
-    rows = [f"{k // 60},{k / 5000},{v}{more}\n" for k, v in enumerate(DATA.ravel())]
+    head, cell = (",source", f",{source}") if source else ("", "")
+    rows = [f"{k // 60},{k / 5000},{v}{cell}\n" for k, v in enumerate(DATA.ravel())]
     (folder / "x.csv").write_text(f"pinch,time_s,piezo_index{head}\n" + "".join(rows))
     return folder / "x.csv"
 
@@ -44,7 +44,7 @@ Maker = Callable[[Path, str], Path]
 
 @pytest.mark.parametrize("make", MAKERS)
 @pytest.mark.parametrize(
-    ("said", "asked", "source"),
+    ("file_source", "option_source", "source"),
     [
         ("", None, "unknown"),
         ("", "real", "real"),
@@ -54,30 +54,30 @@ Maker = Callable[[Path, str], Path]
         ("unknown", "real", "real"),
     ],
 )
-def test_it_is_what_was_said(
-    tmp_path: Path, make: Maker, said: str, asked: str | None, source: str
+def test_source_comes_from_the_file_or_the_option(
+    tmp_path: Path, make: Maker, file_source: str, option_source: str | None, source: str
 ) -> None:
-    import_path(make(tmp_path, said), tmp_path / "o", source=asked)
+    import_path(make(tmp_path, file_source), tmp_path / "o", source=option_source)
     dataset = load_dataset(tmp_path / "o")
     assert dataset.source == source
     assert any("not known" in n and "--source" in n for n in dataset.notes) == (source == "unknown")
 
 
 @pytest.mark.parametrize("make", MAKERS)
-@pytest.mark.parametrize("asked", ["twin", "unknown"])
-def test_a_contradiction_is_refused(tmp_path: Path, make: Maker, asked: str) -> None:
-    with pytest.raises(InputError, match=f"source is real and --source {asked}"):
-        import_path(make(tmp_path, "real"), tmp_path / "o", source=asked)
+@pytest.mark.parametrize("option_source", ["twin", "unknown"])
+def test_contradicting_sources_are_refused(tmp_path: Path, make: Maker, option_source: str) -> None:
+    with pytest.raises(InputError, match=f"source is real and --source {option_source}"):
+        import_path(make(tmp_path, "real"), tmp_path / "o", source=option_source)
     assert not (tmp_path / "o").exists()
 
 
 @pytest.mark.parametrize("make", MAKERS)
-def test_another_word_is_refused(tmp_path: Path, make: Maker) -> None:
+def test_unknown_source_is_refused(tmp_path: Path, make: Maker) -> None:
     with pytest.raises(InputError, match="source is 'martian'"):
         import_path(make(tmp_path, "martian"), tmp_path / "o")
 
 
-def test_the_command_takes_it_and_says_it(
+def test_command_sets_and_shows_the_source(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = wav(tmp_path, "")

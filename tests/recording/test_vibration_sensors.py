@@ -1,4 +1,4 @@
-"""Any vibration sensor: a finger's or nobody's, one axis or several, smoothed or not."""
+"""Vibration sensors with or without a finger, of one or several axes, smoothed or not."""
 
 from __future__ import annotations
 
@@ -52,18 +52,20 @@ def wavs(folder: Path) -> Path:
     return folder
 
 
-def arrays(folder: Path, **more: object) -> Path:
-    given = {"accelerometer": ring(3, 2, axes=3)[:, :, None], "accelerometer_unit": "m/s2"}
-    np.savez(folder / "x.npz", sample_rate_hz=RATE, first_contact=[TOUCH] * 3, **{**given, **more})
+def arrays(folder: Path, **fields: object) -> Path:
+    defaults = {"accelerometer": ring(3, 2, axes=3)[:, :, None], "accelerometer_unit": "m/s2"}
+    np.savez(
+        folder / "x.npz", sample_rate_hz=RATE, first_contact=[TOUCH] * 3, **{**defaults, **fields}
+    )
     return folder / "x.npz"
 
 
-def imported(path: Path, out: Path, *more: str) -> Dataset:
-    assert main(["import", str(path), "--out", str(out), *more]) == 0
+def import_file(path: Path, out: Path, *options: str) -> Dataset:
+    assert main(["import", str(path), "--out", str(out), *options]) == 0
     return load_dataset(out)
 
 
-def test_a_recording_of_version_1_is_what_it_was(tmp_path: Path) -> None:
+def test_version_1_recording_is_read(tmp_path: Path) -> None:
     header = read_recording(VERSION_1).header
     assert header.layout == fingertip_layout()
     assert header.calibration is not None
@@ -72,19 +74,19 @@ def test_a_recording_of_version_1_is_what_it_was(tmp_path: Path) -> None:
     assert [c.finger for c in old.pinches[0].truth] == [Finger.THUMB, Finger.INDEX]
     with RecordingWriter(tmp_path / "new.mcap", header) as writer:
         writer.pinch(old.pinches[0])
-    both = load_dataset([VERSION_1, tmp_path / "new.mcap"])
-    assert np.array_equal(both.pinches[0].vibration(), both.pinches[1].vibration())
+    versions = load_dataset([VERSION_1, tmp_path / "new.mcap"])
+    assert np.array_equal(versions.pinches[0].vibration(), versions.pinches[1].vibration())
 
 
 @pytest.mark.parametrize("sensor", VibrationSensor)
-def test_a_device_says_its_layout_and_is_understood(sensor: VibrationSensor) -> None:
+def test_layout_round_trips_through_the_descriptor(sensor: VibrationSensor) -> None:
     alone = Channel("x", ChannelKind.VIBRATION, None, "V", sensor=sensor, axes=3, axis=1)
     for layout in (fingertip_layout(), Layout((alone,), 2000.0, 0.5)):
         assert Descriptor.from_text(Descriptor(layout).to_text()).layout == layout
 
 
-def test_a_microphone_is_nobodys_finger(tmp_path: Path) -> None:
-    dataset = imported(wavs(tmp_path / "w"), tmp_path / "out")
+def test_microphone_belongs_to_no_finger(tmp_path: Path) -> None:
+    dataset = import_file(wavs(tmp_path / "w"), tmp_path / "out")
     (channel,) = dataset.layout.channels
     assert (channel.sensor, channel.finger) == (VibrationSensor.MICROPHONE, None)
     for pinch in dataset.pinches:
@@ -94,33 +96,35 @@ def test_a_microphone_is_nobodys_finger(tmp_path: Path) -> None:
     assert contact_windows(dataset, [p.first for p in dataset.pinches], 0.015)[1].all()
 
 
-def test_what_recorded_wav_files_can_be_said(tmp_path: Path) -> None:
+def test_sensor_option_overrides_the_microphone(tmp_path: Path) -> None:
     folder = wavs(tmp_path / "w")
-    heard = imported(folder, tmp_path / "a")
-    piezo = imported(folder, tmp_path / "b", "--sensor", "piezo")
+    microphone = import_file(folder, tmp_path / "a")
+    piezo = import_file(folder, tmp_path / "b", "--sensor", "piezo")
     assert piezo.layout.vibration_fingers == (Finger.INDEX,)
-    windows = [contact_windows(d, [p.first for p in d.pinches], 0.015)[0] for d in (heard, piezo)]
+    windows = [
+        contact_windows(d, [p.first for p in d.pinches], 0.015)[0] for d in (microphone, piezo)
+    ]
     assert np.array_equal(*windows)
 
 
-def test_a_sensor_that_the_file_names_is_not_said_again(
+def test_sensor_option_with_a_named_sensor_is_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    more = ["--out", str(tmp_path / "out"), "--sensor", "piezo"]
-    assert main(["import", str(arrays(tmp_path, axis=2)), *more]) == 2
+    options = ["--out", str(tmp_path / "out"), "--sensor", "piezo"]
+    assert main(["import", str(arrays(tmp_path, axis=2)), *options]) == 2
     assert "leave --sensor out" in capsys.readouterr().err
 
 
 def test_three_axes_are_one_channel(tmp_path: Path) -> None:
-    dataset = imported(arrays(tmp_path, axis=2), tmp_path / "out")
+    dataset = import_file(arrays(tmp_path, axis=2), tmp_path / "out")
     (channel,) = dataset.layout.channels
     assert (channel.axes, channel.axis, dataset.layout.width) == (3, 2, 3)
     assert dataset.layout.column_names == tuple(f"accelerometer_{a}" for a in "xyz")
     pinch = dataset.pinches[0]
     assert np.array_equal(pinch.vibration(), ring(3, 2, axes=3)[0, :, 2:])
     assert [c.finger for c in detect(ThresholdDetector(), pinch)] == [None]
-    windows, kept = contact_windows(dataset, [p.first for p in dataset.pinches], 0.015)
-    assert kept.all()
+    windows, is_valid = contact_windows(dataset, [p.first for p in dataset.pinches], 0.015)
+    assert is_valid.all()
     stream = WindowStream(dataset.layout, [0.015])
     assert pinch.first is not None
     (live,) = stream.update(Block(pinch.data, pinch.first_sample), [pinch.first])
@@ -128,7 +132,7 @@ def test_three_axes_are_one_channel(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("axis", [{}, {"axis": 3}, {"axis": "x"}, {"axis": -1}])
-def test_a_vector_says_which_axis_stands_for_it(
+def test_vector_sensor_needs_a_valid_axis(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], axis: dict[str, object]
 ) -> None:
     path = arrays(tmp_path, **axis)
@@ -146,16 +150,18 @@ def test_two_sensors_in_a_file_are_refused(
 
 @pytest.mark.parametrize("to", ["csv", "hdf5"])
 @pytest.mark.parametrize("make", [wavs, arrays])
-def test_sensors_go_out_and_come_back(tmp_path: Path, to: str, make: Callable[..., Path]) -> None:
+def test_sensors_round_trip_through_exports(
+    tmp_path: Path, to: str, make: Callable[..., Path]
+) -> None:
     path = make(tmp_path / "w") if make is wavs else make(tmp_path, axis=1)
-    there = imported(path, tmp_path / "a")
+    original = import_file(path, tmp_path / "a")
     out = tmp_path / f"x.{'h5' if to == 'hdf5' else to}"
     assert main(["export", str(tmp_path / "a"), "--to", to, "--out", str(out)]) == 0
-    back = imported(out, tmp_path / "b")
-    assert back.layout.vibration == there.layout.vibration
-    for one, other in zip(there.pinches, back.pinches, strict=True):
-        assert np.array_equal(one.vibration(), other.vibration())
-        assert [c.finger for c in one.truth] == [c.finger for c in other.truth]
+    back = import_file(out, tmp_path / "b")
+    assert back.layout.vibration == original.layout.vibration
+    for original_pinch, back_pinch in zip(original.pinches, back.pinches, strict=True):
+        assert np.array_equal(original_pinch.vibration(), back_pinch.vibration())
+        assert [c.finger for c in original_pinch.truth] == [c.finger for c in back_pinch.truth]
 
 
 def test_each_channel_is_smoothed_once() -> None:
@@ -172,17 +178,17 @@ def test_each_channel_is_smoothed_once() -> None:
     assert missing_smoothing(Layout((smoothed,), RATE)) is None
 
 
-def test_layouts_that_name_a_sensor_twice_are_refused() -> None:
-    one = Channel("a", ChannelKind.VIBRATION, None, "V")
-    assert "no finger" in Layout((one, replace(one, name="b")), RATE).fault
+def test_invalid_sensor_layouts_are_refused() -> None:
+    channel = Channel("a", ChannelKind.VIBRATION, None, "V")
+    assert "no finger" in Layout((channel, replace(channel, name="b")), RATE).fault
     with pytest.raises(ValueError, match="no vibration channel"):
-        Header(Layout((replace(one, kind=ChannelKind.FORCE, sensor=None),), RATE))
+        Header(Layout((replace(channel, kind=ChannelKind.FORCE, sensor=None),), RATE))
     for wrong in ({"axis": 1}, {"kind": ChannelKind.FORCE}):
         with pytest.raises(ValueError, match=r"axis|sensor"):
-            replace(one, **wrong)
+            replace(channel, **wrong)
 
 
-def test_contacts_of_no_finger_are_kept(tmp_path: Path) -> None:
+def test_contacts_without_a_finger_are_kept(tmp_path: Path) -> None:
     layout = Layout((Channel("m", ChannelKind.VIBRATION, None, "V"),), RATE)
     truth = (Contact(None, 20, 20), Contact(None, 40, 40))
     with RecordingWriter(tmp_path / "a.mcap", Header(layout)) as writer:

@@ -89,21 +89,21 @@ def test_compare_lists_contacts_without_a_strip():
 
 def test_compare_refuses_too_few_contacts_and_invalid_fps():
     recording, truth = random_recording(1, pinches=2)
-    with pytest.raises(InputError, match="2 pinches have contacts both"):
+    with pytest.raises(InputError, match=r"a\.mcap: 2 pinches"):
         compare(recording, film(truth, 0.0, 0.0))
     for fps in (0.0, 1e200, float("nan")):
-        with pytest.raises(InputError, match="fps is"):
+        with pytest.raises(InputError, match="fps"):
             compare(recording, {}, fps)
 
 
 @pytest.mark.parametrize(
     ("text", "problem"),
     [
-        ("pinch,finger\n0,index\n", "'time_s' is missing"),
-        ("pinch,finger,time_s\n0,toe,1\n", "line 2: give a pinch"),
-        ("pinch,finger,time_s\n0,index,nan\n", "line 2: give a pinch"),
-        ("pinch,finger,time_s\n0,index,1e300\n", "line 2: give a pinch"),
-        ("pinch,finger,time_s\n0,index,1\n0,index,2\n", "line 3: this contact is listed twice"),
+        ("pinch,finger\n0,index\n", "'time_s'"),
+        ("pinch,finger,time_s\n0,toe,1\n", "line 2"),
+        ("pinch,finger,time_s\n0,index,nan\n", "line 2"),
+        ("pinch,finger,time_s\n0,index,1e300\n", "line 2"),
+        ("pinch,finger,time_s\n0,index,1\n0,index,2\n", "line 3"),
     ],
 )
 def test_invalid_contact_lists_are_refused(tmp_path, text, problem):
@@ -111,7 +111,7 @@ def test_invalid_contact_lists_are_refused(tmp_path, text, problem):
     path.write_text(text)
     with pytest.raises(InputError, match=problem):
         read_contacts(path)
-    with pytest.raises(InputError, match="cannot be read"):
+    with pytest.raises(InputError, match=r"none\.csv"):
         read_contacts(tmp_path / "none.csv")
 
 

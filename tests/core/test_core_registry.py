@@ -68,7 +68,7 @@ def test_broken_plugin_is_reported_and_skipped(
     assert name in caplog.text
     assert registry.find("blue") is Blue
     if name != "blue":
-        with pytest.raises(InputError, match=f"plug-in '{name}' .* cannot be loaded"):
+        with pytest.raises(InputError, match=f"'{name}'"):
             registry.find(name)
 
 
@@ -76,7 +76,7 @@ def test_unknown_name_is_refused_with_the_choices(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     registry = colours(monkeypatch, red=f"{__name__}:Red")
-    with pytest.raises(InputError, match="no colour is called 'green': choose one of blue, red"):
+    with pytest.raises(InputError, match=r"'green'.*blue, red"):
         registry.find("green")
     with pytest.raises(KeyError):
         registry["green"]

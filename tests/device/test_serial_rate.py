@@ -42,7 +42,7 @@ def read(
 
 def test_rate_off_by_3_percent_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(_serial_source, "OPENING", 60.0)
-    with pytest.raises(InputError, match=r"sends 5\d\d\d samples .* stated as 4936") as refusal:
+    with pytest.raises(InputError, match=r"\b5\d{3} .*\b4936\b") as refusal:
         read(tmp_path, 1.03 * RATE, lambda n: n >= MANY)
     assert str(tmp_path / "port") in str(refusal.value)
 
@@ -67,7 +67,7 @@ def test_rate_change_during_a_session_is_a_warning(
     with caplog.at_level(logging.WARNING):
         read(tmp_path, 2 * RATE, lambda n: bool(warnings()) or n >= MANY)
     (message,) = warnings()
-    assert "stated as 4936" in message
+    assert "4936" in message
 
 
 def test_descriptor_without_real_time_round_trips() -> None:

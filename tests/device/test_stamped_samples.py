@@ -20,7 +20,7 @@ def numbers(stamps: np.ndarray, chunk: int) -> np.ndarray:
 
 @settings(max_examples=40)
 @given(
-    lost=st.lists(st.integers(0, 900), max_size=60),
+    lost_samples=st.lists(st.integers(0, 900), max_size=60),
     chunk=st.integers(2, 80),
     drift=st.floats(-2e-4, 2e-4),
 )

@@ -25,7 +25,7 @@ class Study:
     quick: bool = False
     """Run each part on little data; quote no number of it."""
     parts: Annotated[tuple[str, ...], one_of(PARTS)] = ()
-    """Parts to run, besides those that they need; the paper's experiments by default."""
+    """Parts to run, with what they need; the paper's by default."""
     detector_type: Annotated[str, one_of(DETECTORS)] = DETECTORS.default
     """Detector of the contacts at which windows start."""
     estimator: tuple[str, ...] = ()

@@ -35,7 +35,7 @@ def test_simulate_writes_recordings_and_says_so(
         (["--pinches-per-block", "-1"], "negative"),
         (["--pinches-per-block", "0", "--pinches-per-object", "0"], "both 0"),
         (["--seed", "-3"], "seed is -3"),
-        (["--workers", "0"], "workers is 0"),
+        (["--workers", "-1"], "workers is -1"),
     ],
 )
 def test_bad_input_is_one_sentence_and_exit_code_2(

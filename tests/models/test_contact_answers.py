@@ -10,6 +10,8 @@ from hypothesis import strategies as st
 
 from firstcontact.core import fingertip_layout
 from firstcontact.models import BEFORE, LONGEST, InContextModel, Touches, moments, shipped_model
+from firstcontact.models._compact import THIN, CompactNetwork, Rounded, Thin, moving
+from firstcontact.models._network_inputs import INPUTS
 from firstcontact.signal import samples_in
 
 RATE = fingertip_layout().rate
@@ -55,3 +57,25 @@ def test_each_moment_is_that_of_the_model(seed: int, finger: int, due: set[int])
             expected.out_of_range[0],
         )
         assert answer.half_width == model.half_widths(expected.spread, samples, RATE)[0]
+
+
+@given(seed=st.integers(0, 2**32 - 1), stage=st.integers(0, 4))
+@settings(max_examples=20)
+def test_one_contact_of_a_compact_network_is_a_row_of_many(seed: int, stage: int) -> None:
+    rng = np.random.default_rng(seed)
+    base = shipped()._network
+    layers = {}
+    for name in THIN:
+        weight, bias = base._layers[name]
+        hidden, rest = len(base._layers["query1"][1]), base._layers["mean"][0].shape[0]
+        changes = moving(name, weight.shape[1], hidden, rest)
+        into = Rounded.of(rng.normal(0, 0.1, (8, int(changes.sum()))), rng.normal(0, 0.1, 8))
+        out = Rounded.of(rng.normal(0, 0.1, (len(bias), 8)), bias)
+        fixed = rng.normal(0, 0.1, (8, int((~changes).sum()))).astype(np.float32)
+        layers[name] = Thin(into, out, fixed)
+    network = CompactNetwork(base, layers)
+    rig = shipped().rigs[-1]
+    context = network.context(rig.tokens, rig.general)
+    x = rng.normal(0, 1, (1, INPUTS))
+    many = network.outputs(x, context, np.full(1, stage))
+    np.testing.assert_allclose(network.outputs_of_one(x[0], context, stage), many[:, 0], rtol=1e-5)

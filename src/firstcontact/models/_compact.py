@@ -56,8 +56,8 @@ class Rounded:
         return cls(whole, scale, bias.astype(np.float32))
 
     def __call__(self, x: Matrix) -> Matrix:
-        """Return outputs for inputs (n, inputs), each row rounded to 15 bits of its largest."""
-        most = np.abs(x).max(axis=1, keepdims=True)
+        """Return outputs for inputs (n, inputs) or (inputs,), each row rounded to 15 bits of its largest."""
+        most = np.abs(x).max(axis=-1, keepdims=True)
         each = np.where(most > 1e-30, np.float32(32767) / np.maximum(most, 1e-30), np.float32(0))
         steps = x * each.astype(np.float32)
         rounded = np.trunc(steps + np.copysign(np.float32(0.5), steps)).astype(np.float64)
@@ -118,8 +118,8 @@ class CompactNetwork(Network):
 
     def _parted(self, name: str, x: Matrix) -> tuple[Matrix, Matrix]:
         """Return the inputs of a layer that change with a contact, and the fixed ones."""
-        is_moving = moving(name, x.shape[1], self._hidden, self._rest)
-        return x[:, is_moving], x[:, ~is_moving]
+        is_moving = moving(name, x.shape[-1], self._hidden, self._rest)
+        return x[..., is_moving], x[..., ~is_moving]
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """Return the arrays of the network and ``thin.LAYER.PART`` of each thin layer."""

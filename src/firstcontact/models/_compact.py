@@ -56,7 +56,7 @@ class Rounded:
         return cls(whole, scale, bias.astype(np.float32))
 
     def __call__(self, x: Matrix) -> Matrix:
-        """Return outputs for inputs (n, inputs) or (inputs,), each row rounded to 15 bits of its largest."""
+        """Return outputs for inputs (..., inputs), each row rounded to 15 bits of its largest."""
         most = np.abs(x).max(axis=-1, keepdims=True)
         each = np.where(most > 1e-30, np.float32(32767) / np.maximum(most, 1e-30), np.float32(0))
         steps = x * each.astype(np.float32)

@@ -71,13 +71,13 @@ def live_session(
     from threadpoolctl import threadpool_limits
 
     layout, delay = source.descriptor.layout, source.descriptor.delay
-    with ExitStack() as stack:
-        # Products of small matrices: threads of theirs only wait for one another.
-        stack.enter_context(threadpool_limits(1))
-        pipeline = Pipeline(layout, detector, predictor, delay=delay, real_time=real_time)
-        floors = calibration()
-        pipeline.calibrate(floors)
-        try:
+    try:
+        with ExitStack() as stack:
+            # Products of small matrices: threads of theirs only wait for one another.
+            stack.enter_context(threadpool_limits(1))
+            pipeline = Pipeline(layout, detector, predictor, delay=delay, real_time=real_time)
+            floors = calibration()
+            pipeline.calibrate(floors)
             grasping = None
             if hand is not None:
                 grasping = Grasping(
@@ -98,8 +98,8 @@ def live_session(
                 shape,
             )
             yield session, grasping
-        except HandError as error:
-            raise InputError(str(error), parameter="hand") from error
+    except HandError as error:  # also when it is released
+        raise InputError(str(error), parameter="hand") from error
 
 
 def check_hand(

@@ -192,6 +192,12 @@ def test_several_windows_make_a_model_each_beside_one_detector(
     ]
 
 
+@pytest.mark.parametrize("ms", ["nan", "inf", "0"])
+def test_impossible_window_beside_a_model_is_refused(ms: str, data: Path, tmp_path: Path) -> None:
+    assert run("train", data, "--estimator", "peak", "--out", tmp_path / "m") == 0
+    assert run("train", data, "--window-ms", ms, "--out", tmp_path / "m") == 2
+
+
 def test_the_detector_is_saved_whatever_aligned_the_windows(data: Path, tmp_path: Path) -> None:
     for contacts in ("known", "detected"):
         out = tmp_path / contacts

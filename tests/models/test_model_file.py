@@ -279,6 +279,7 @@ def test_a_constant_that_is_no_class(tmp_path: Path) -> None:
 def test_a_folder_of_an_earlier_version_names_the_command(tmp_path: Path, name: str) -> None:
     (tmp_path / name).parent.mkdir(exist_ok=True)
     (tmp_path / name).write_text("{}", encoding="utf-8")
+    (tmp_path / "detector.json").write_text("{}", encoding="utf-8")  # as all of them have
     for use in (lambda: load_model(tmp_path), lambda: save_window(svm(), tmp_path)):
         with pytest.raises(InputError, match="firstcontact train"):
             use()

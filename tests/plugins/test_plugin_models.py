@@ -82,7 +82,8 @@ def test_a_study_scores_and_draws_them(
     assert results["inference_us"]["loudness"]["p50"] > 0
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert "Loudness alone" in page
-    assert "Unseen objects, Loudness alone" in page
+    objects = page.partition('<section id="objects"')[2].partition("</section>")[0]
+    assert "Loudness alone" in objects
     assert "energy" in page
 
 

@@ -12,7 +12,7 @@ ORIGIN = "twin"
 #: Training pinches of each block: enough for a first look in half a minute.
 PINCHES = 60
 #: Version of the training; a new one replaces older models.
-RECIPE = 2
+RECIPE = 3
 
 
 def cache_folder() -> Path:
@@ -32,7 +32,7 @@ def twin_model(condition: str, seed: int) -> Path:
         Random seed of the twin; the training pinches differ from those shown live.
     """
     folder = cache_folder() / f"twin-{version('firstcontact')}.{RECIPE}-{condition}-{seed}"
-    if (folder / "detector.json").is_file():
+    if (folder / "model.json").is_file():
         return folder
     from firstcontact.core import require_modules, temporary_path
     from firstcontact.models import train
@@ -52,6 +52,6 @@ def twin_model(condition: str, seed: int) -> Path:
             (making / "model").rename(folder)
         except OSError:
             # Another run may have made it meanwhile.
-            if not (folder / "detector.json").is_file():
+            if not (folder / "model.json").is_file():
                 raise
     return folder

@@ -184,7 +184,7 @@ class SerialSource:
                 self._looked = time.monotonic()
             finally:
                 self._turn.release()
-        return self._inbox.read(max(remaining, 0.0), least)
+        return self._inbox.read(max(until - time.monotonic(), 0.0), least)
 
     def _look(self, least: int, patience: float) -> None:
         """Read the port once, in the thread of the reader, when the samples are due."""
@@ -268,11 +268,12 @@ class SerialSource:
             _log.exception("%s: reading it failed", self.name)
             error = InputError(f"{self.name}: reading it failed ({unexpected!r}): open it again")
         finally:
-            transport, self._transport = self._transport, None
-            if transport is not None:
-                transport.close()
-            with self._inbox.changed:
+            with self._turn:  # a reader may be at the port
                 self._connected = False
+                transport, self._transport = self._transport, None
+                if transport is not None:
+                    transport.close()
+            with self._inbox.changed:
                 self._inbox.end(error)
                 self._flush_pending()
 

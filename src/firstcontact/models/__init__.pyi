@@ -151,6 +151,7 @@ from ._touches import lengths as lengths
 from ._touches import radius_of as radius_of
 from ._touches import touches_of as touches_of
 from ._train import adapt as adapt
+from ._train import check_windows as check_windows
 from ._train import known_contacts as known_contacts
 from ._train import train as train
 from ._train import train_detector as train_detector

@@ -116,7 +116,7 @@ def _one_cycle(step: int, steps: int) -> float:
     rise = max(1, round(RISE * steps))
     if step < rise:
         return (step + 1) / rise
-    return 0.5 * (1.0 + cos(pi * (step - rise) / (steps - rise)))
+    return 0.5 * (1.0 + cos(pi * (step - rise) / max(1, steps - rise)))
 
 
 def _scale(X: Windows) -> NDArray[np.float64]:

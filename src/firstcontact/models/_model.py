@@ -25,6 +25,7 @@ from firstcontact.core import (
 from firstcontact.models._alignment import found
 from firstcontact.models._card import TrainingData
 from firstcontact.models._model_file import (
+    check_former,
     check_replaceable,
     has_model,
     model_folder,
@@ -182,7 +183,9 @@ class Model:
         if not predictors:
             kinds = dict.fromkeys(p.model.kind for p in self.predictors)
             raise InputError(
-                f"{estimator!r} is none of {', '.join(kinds)}, which the model has",
+                f"{estimator!r} is none of {', '.join(kinds)}, which the model has"
+                if kinds
+                else "the model folder holds a detector only: train a model",
                 parameter="estimator",
             )
         return replace(self, predictors=predictors)
@@ -249,6 +252,8 @@ def load_model(path: str | os.PathLike[str], detector: Detector | None = None) -
     """
     folder = model_folder(path)
     has_detector = (folder / DETECTOR_CARD).exists()
+    if not has_model(folder):
+        check_former(folder)
     saved = read_model(folder) if has_model(folder) or not has_detector else None
     if detector is None and has_detector:
         detector = load_detector(folder)

@@ -197,7 +197,7 @@ def valid_samples(
 ) -> NDArray[np.intp]:
     """Return the number of samples after each contact of the first finger alone.
 
-    They end with the pinch, or before the second contact. No model uses samples after these.
+    They end with the pinch, or before the second contact. No prediction uses samples after these.
 
     Parameters
     ----------

@@ -291,12 +291,17 @@ def detector_data(detector: Detector, dataset: Dataset) -> dict[str, Any]:
     }
 
 
-def _check(windows: Sequence[float], level: float, seed: int, rate: float | None) -> None:
+def check_windows(windows: Sequence[float]) -> None:
+    """Refuse lengths of windows, s, that no model can have; InputError names the parameter."""
     least, most = WINDOWS
     if not windows or not all(least <= length <= most for length in windows):
         raise InputError("lengths must lie between 1 ms and 1 s", parameter="windows")
     if len(set(windows)) < len(windows):
         raise InputError("two lengths are the same: give each once", parameter="windows")
+
+
+def _check(windows: Sequence[float], level: float, seed: int, rate: float | None) -> None:
+    check_windows(windows)
     if not 0 <= seed < MOST_SEEDS:
         raise InputError(f"it must lie between 0 and {MOST_SEEDS - 1}", parameter="seed")
     if not 0.5 <= level <= 0.99:

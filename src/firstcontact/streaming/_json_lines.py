@@ -188,6 +188,7 @@ class JsonLinesSink:
 
     name = "json"
     every = 0.1
+    is_prompt = True
 
     def __init__(self, stream: TextIO) -> None:
         self._stream = stream

@@ -33,6 +33,7 @@ class LslSink:
     """
 
     every = 0.02
+    is_prompt = True
 
     def __init__(self, name: str = "firstcontact") -> None:
         self._lsl: Any = lsl_library()

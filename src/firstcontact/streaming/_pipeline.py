@@ -219,7 +219,7 @@ class Pipeline:
         estimates.prepare()
         if self._transport is None or self.predictor is None or pinch.contacts:
             return
-        if self._closings.end - self._warmed >= self._every:
+        if abs(self._closings.end - self._warmed) >= self._every:  # numbers restart in an epoch
             self._warmed = self._closings.end
             self.predictor.warm()
 

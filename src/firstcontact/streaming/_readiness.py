@@ -45,8 +45,12 @@ class Readiness:
         if self._is_active:
             if self._scheduling is not None:
                 policy, priority = self._scheduling
-                with suppress(OSError):
-                    os.sched_setscheduler(0, policy, os.sched_param(priority))
+                parameters = os.sched_param(priority)
+                try:
+                    os.sched_setscheduler(0, policy, parameters)
+                except OSError:  # only the superuser may clear the flag
+                    with suppress(OSError):
+                        os.sched_setscheduler(0, policy | os.SCHED_RESET_ON_FORK, parameters)
             self.hurry(is_urgent=False)
             gc.unfreeze()
             sys.setswitchinterval(self._interval)

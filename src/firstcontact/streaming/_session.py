@@ -104,6 +104,7 @@ class LiveSession:
         self._was_connected: bool | None = None  # when the session closed the source
         self._events: list[Event] = []
         self._given = 0  # number of these that the caller has
+        self._is_prompt = False  # True if a program waits for the events
         self._can_poll = getattr(source, "can_poll", False)
         self._objects = ObjectCombiner()
         device = source.descriptor.predictor
@@ -167,6 +168,7 @@ class LiveSession:
         self.fanout = Fanout(sinks, self.source.descriptor, patient)
         until = math.inf if seconds is None else time.monotonic() + seconds
         together = min((sink.every for sink in sinks), default=TOGETHER)
+        self._is_prompt = any(getattr(sink, "is_prompt", False) for sink in sinks)
         self._given = 0
         try:
             with Readiness(real_time=self.pipeline.real_time) as readiness:
@@ -205,8 +207,11 @@ class LiveSession:
             if new:
                 last_arrival = now
             fresh, self._given = self._events[self._given :], len(self._events)
-            # Other threads get nothing to do while estimates are due.
-            wait = HOLD if self.pipeline.is_predicting else 0.0 if is_urgent else together
+            # Other threads get nothing to do while estimates are due, unless a program waits.
+            if is_urgent and (self._is_prompt or not self.pipeline.is_predicting):
+                wait = 0.0
+            else:
+                wait = HOLD if self.pipeline.is_predicting else together
             if now - updated >= wait:
                 # Before the caller, who may take its time, or never come back.
                 self._update()

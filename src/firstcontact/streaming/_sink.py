@@ -46,7 +46,8 @@ class Sink(Protocol):
     """Output of a session. It takes updates in a separate thread.
 
     It may be slow or raise. Its queue is bounded; updates that do not fit are dropped and counted,
-    and the rest of the session goes on.
+    and the rest of the session goes on. A sink for other programs sets ``is_prompt = True`` and
+    gets each event at once; all others may get the events of a closing up to 50 ms late.
     """
 
     @property
@@ -55,7 +56,7 @@ class Sink(Protocol):
 
     @property
     def every(self) -> float:
-        """Longest time that samples may be held back for it, s; events and markers never are."""
+        """Longest time that samples may be held back for it, s."""
 
     def open(self, descriptor: Descriptor) -> None:
         """Begin; called once, before the first update."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from firstcontact.cli.options import devices
 
@@ -28,6 +28,8 @@ class Calibrate:
     """CSV file of known weights on a taxel: finger,newtons,volts."""
     weigh: tuple[float, ...] = ()
     """Weights to ask for, N; their volts are measured."""
+
+    former: ClassVar[dict[str, str]] = {"--tap": "the default; leave it out"}
 
     def run(self) -> None:
         """Measure, print the results, and write the file."""

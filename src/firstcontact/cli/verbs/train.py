@@ -60,10 +60,12 @@ class Train:
         """Train, save, and print the scores on held-out sessions."""
         from firstcontact.cli.losses import print_losses
         from firstcontact.core import replacing_folder
-        from firstcontact.models import check_replaceable
+        from firstcontact.models import check_replaceable, check_windows
         from firstcontact.recording import check_rate, load_dataset
 
-        windows = [] if self.detector_only else [1e-3 * ms for ms in self.window_ms]
+        windows = [1e-3 * ms for ms in self.window_ms]
+        check_windows(windows)
+        windows = [] if self.detector_only else windows
         former = check_replaceable(self.out, windows, network=not self.detector_only)
         if self.rate is not None:
             check_rate("--rate", self.rate)

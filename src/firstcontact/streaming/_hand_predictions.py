@@ -113,7 +113,8 @@ class HandPredictions:
         """Return the pinches that are left when no more samples come."""
         last = max((place for place, _ in self._events), default=(0, 0))
         own = max(map(_pinch_place, self._done), default=(0, 0))
-        return self._pinches(*max(last, own))
+        # The device may have predicted from samples that the host has not processed.
+        return self._pinches(*min(max(last, own), self._heard or (0, 0)))
 
     def _pinches(self, epoch: int, until: int) -> list[Event]:
         """Return pinches whose first contact was up to this sample, each once."""

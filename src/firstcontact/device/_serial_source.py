@@ -6,7 +6,8 @@ import logging
 import math
 import threading
 import time
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from typing import Self
 
 import numpy as np
@@ -48,6 +49,8 @@ EARLY = 0.0004
 #: Size of a read, in bytes, after which the next read follows without a sleep. A pseudo terminal
 #: holds 4095 bytes. If these stay full, the device has to wait, and drops samples.
 PILE = 3800
+#: Longest wait for a reader when the source ends, s.
+LAST_TURN = 1.0
 #: Time in the first epoch in which a wrong rate is refused, s. Later, in the middle of a session,
 #: it only causes a warning.
 OPENING = 5.0
@@ -268,7 +271,7 @@ class SerialSource:
             _log.exception("%s: reading it failed", self.name)
             error = InputError(f"{self.name}: reading it failed ({unexpected!r}): open it again")
         finally:
-            with self._turn:  # a reader may be at the port
+            with self._last_turn():  # a reader may be at the port
                 self._connected = False
                 transport, self._transport = self._transport, None
                 if transport is not None:
@@ -296,8 +299,18 @@ class SerialSource:
             else:
                 self._closing.wait(LOOK)
         if self._assembler.epoch >= 0:
-            with self._turn, suppress(LinkError):
+            with self._last_turn(), suppress(LinkError):
                 self._stop(transport)
+
+    @contextmanager
+    def _last_turn(self) -> Iterator[None]:
+        """Wait for a reader, but not for ever: a signal may have ended it while it had the turn."""
+        has_turn = self._turn.acquire(timeout=LAST_TURN)
+        try:
+            yield
+        finally:
+            if has_turn:
+                self._turn.release()
 
     def _step(self, transport: SerialTransport, patience: float = math.inf) -> None:
         """Ask a silent device, and take what it sends. The caller holds the turn."""

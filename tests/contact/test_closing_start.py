@@ -272,3 +272,11 @@ def test_force_without_a_unit_keeps_the_start() -> None:
         for i, p in enumerate(dataset.pinches)
     )
     assert count_starts(closing_starts(Dataset(pinches, "synthetic"))) == {How.REST: 8}
+
+
+def test_pinches_whose_rate_has_no_sample_in_a_step_start_with_their_first_sample() -> None:
+    layout = replace(LAYOUT, rate=45.0)
+    noise = np.random.default_rng(0).normal(0, 0.01, (9, 400, len(layout.channels)))
+    pinches = tuple(Pinch(data, layout) for data in noise.astype(np.float32))
+    starts = closing_starts(Dataset(pinches, "synthetic"))
+    assert [start.sample for start in starts] == [p.first_sample for p in pinches]

@@ -46,7 +46,7 @@ _COMMON = (
     "firstcontact.streaming._text", "pyarrow.parquet", "pyxdf", "scipy.io.matlab",
     "scipy.io.wavfile", "soundfile",
     "matplotlib.backends.backend_agg", "matplotlib.figure", "matplotlib.backends.backend_svg",
-    "matplotlib.backends.backend_pdf", "sklearn.svm",
+    "matplotlib.backends.backend_pdf", "sklearn.svm", "skops.io",
 )  # fmt: skip
 
 

@@ -14,7 +14,7 @@ import pytest
 from numpy.typing import NDArray
 from safetensors.numpy import save
 
-from firstcontact.core import InputError
+from firstcontact.core import LONGEST_CARD, InputError
 from firstcontact.models import (
     CARD,
     WEIGHTS,
@@ -104,6 +104,7 @@ def test_a_flipped_bit_is_noticed(folder: Path) -> None:
         {"task": "guessing"},
         {"rate_hz": "fast"},
         {"rate_hz": -1.0},
+        {"rate_hz": 45.0},
         {"rate_hz": float("nan")},
         {"samples": 0},
         {"samples": 75},
@@ -243,6 +244,13 @@ def test_a_header_that_declares_terabytes(folder: Path) -> None:
     with pytest.raises(InputError, match="not a safetensors file"):
         load_window(folder)
     vouch(folder, (1 << 62).to_bytes(8, "little") + header)
+    with pytest.raises(InputError, match="not a safetensors file"):
+        load_window(folder)
+
+
+def test_a_header_that_takes_memory_to_parse(folder: Path) -> None:
+    header = b'{"__metadata__":{"format":"%s"}}' % (b"0" * LONGEST_CARD)
+    vouch(folder, len(header).to_bytes(8, "little") + header)
     with pytest.raises(InputError, match="not a safetensors file"):
         load_window(folder)
 

@@ -81,6 +81,8 @@ def rest_floor(pinches: Sequence[Pinch]) -> Calibration | None:
 def _start(pinch: Pinch, running: float) -> _Start | None:
     """Return the levels at the start of a pinch; None if the pinch is too short."""
     samples = samples_in(STEP, pinch.layout.rate)
+    if not samples:  # the rate is too low
+        return None
     volts = pinch.vibration()
     steps = len(volts) // samples
     if steps < 3 * STEPS or not np.isfinite(volts).all():

@@ -85,13 +85,13 @@ class Approached:
 
 
 def pick_specimen(pick: Pick) -> TwinObject:
-    """The very thing: its own mass, friction and limit."""
+    """Return the specimen of a pick, with its own mass, friction and limit."""
     specimen = household_named(pick.kind)
     return draw_household_specimen(pick.hand, condition(CONDITION), specimen, pick.specimen)
 
 
 def make_plant(pick: Pick, breaks: bool = True, lift: Lift | None = None) -> GraspPlant:
-    """The hand about to close on it."""
+    """Return the simulated hand, about to close on the object of a pick."""
     specimen = pick_specimen(pick)
     rig = condition(CONDITION)
     draw = draw_pinch(pick.hand, rig, f"household-{pick.specimen}", specimen, pick.kind)

@@ -53,7 +53,7 @@ def _drop_share(dropped: Values, damaged: Values, damage: float) -> float:
 
 
 def find_scale(front: Front, damage: float = DAMAGE) -> float:
-    """The largest scale at which no more than that is damaged."""
+    """Return the largest scale that damages at most this share."""
     within = np.flatnonzero(np.maximum.accumulate(front.damaged) <= damage)
     return float(SCALES[within[-1]] if within.size else SCALES[0])
 

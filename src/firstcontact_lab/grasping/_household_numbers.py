@@ -179,11 +179,11 @@ def _by_fold(
 
 
 def ceiling(table: Table) -> Front:
-    """The best approach, force and reflex of each very pick, found by looking at what they do.
+    """Choose the best approach, force and reflex of each pick from its outcomes.
 
-    Nobody can do better, and nobody can have it: it is chosen on the very picks that it is judged
-    on. Where a pick can be neither dropped nor damaged, it is; where not, the price of damage in
-    drops decides, which makes a front.
+    No hand can reach this bound: it is chosen on the picks that it is scored on. Where every choice
+    drops or damages a pick, the price of damage in drops decides. Two prices give two ends of a
+    front.
     """
     forces = np.exp(np.linspace(np.log(table.how.forces[0]), np.log(table.how.forces[-1]), 60))
     grid = np.repeat(forces[:, None], len(table.picks), axis=1)
@@ -204,13 +204,13 @@ def ceiling(table: Table) -> Front:
 
 
 def resample_weights(table: Table, seed: int) -> NDArray[np.float64]:
-    """Resamples of kinds and hands, the same for everybody: differences are paired."""
+    """Resample kinds and hands, the same for all policies, so that differences are paired."""
     groups = np.array([household_named(pick.kind).group for pick in table.picks])
     return resampled(table.kinds, table.hands, groups, RESAMPLES, seed)
 
 
 def between(value: float, drawn: NDArray[np.float64]) -> Between:
-    """A number with the middle 95 % of its resamples."""
+    """Return a number with the middle 95 % of its resamples."""
     low, high = np.nanpercentile(drawn, [2.5, 97.5])
     return Between(value=value, low=float(low), high=float(high))
 
@@ -253,10 +253,10 @@ def fewer(ours: Judged, theirs: Judged, weights: NDArray[np.float64] | None = No
 
 
 def fewer_as_bold(ours: Judged, theirs: Judged, weights: NDArray[np.float64]) -> Between:
-    """The same where in resamples both stay as bold as over all picks.
+    """Return the same score with the scales of all picks also in the resamples.
 
-    What they damage then differs: each thing that ours damages more counts as one that it drops,
-    and each that it damages less as one that it does not.
+    The damage of the two then differs. Each object that ours damages more counts as a drop, and
+    each that it damages less as a drop less.
     """
     a, b = (int(np.argmin(np.abs(SCALES - find_scale(j.front)))) for j in (ours, theirs))
     mine, baseline_drops = front(ours.outcomes, weights), front(theirs.outcomes, weights)
@@ -267,7 +267,7 @@ def fewer_as_bold(ours: Judged, theirs: Judged, weights: NDArray[np.float64]) ->
 
 
 def conditions() -> dict[str, tuple[int, int]]:
-    """Places of every lift and detection, by what they are called."""
+    """Return the indices of each lift and detection delay by their common name."""
     return {
         f"{lift}, {1e3 * wait:g} ms": (a, b)
         for a, lift in enumerate(LIFTS)
@@ -325,7 +325,7 @@ def _pressed(
 
 
 def _given(table: Table, by_mass: Mapping[str, str], by_limit: Mapping[str, str]) -> Table:
-    """The same picks with what other kinds weigh and bear, specimen by specimen."""
+    """Return the same picks with the masses and limits of other kinds, by specimen."""
     place = {(p.kind, p.hand, p.specimen): i for i, p in enumerate(table.picks)}
 
     def indices(by: Mapping[str, str]) -> NDArray[np.intp]:

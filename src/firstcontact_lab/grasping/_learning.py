@@ -109,7 +109,7 @@ def learn(settings: GraspStudySettings, out: Path, runner: Runner) -> Learned:
 def _learned(
     duration: float, dataset: Dataset, contacts: Alignment, model: str, seed: int
 ) -> tuple[LabelledWindows, FinalModel]:
-    """A model for one length of window, and the windows that it learned from."""
+    """Train a model for one window length. Return its training windows and the model."""
     from firstcontact.models import Task, labelled_windows, train_final_model
 
     cut = labelled_windows(dataset, contacts.contacts, duration, dataset.shore_a)

@@ -63,7 +63,7 @@ def real(job: RealJob, hands: Mapping[tuple[int, float], OwnHand]) -> RealRow:
 
 
 def played(job: RealJob, hands: Mapping[tuple[int, float], OwnHand]) -> Played:
-    """The same, to look at."""
+    """Simulate a pick with the real network, and return the whole course for plots."""
     own_hand = hands[job.pick.hand, job.settings["approach"]]
     plant = make_plant(job.pick, lift=LIFTS[job.lift])
     numbers = household_named(job.pick.kind).numbers

@@ -110,7 +110,7 @@ class Table:
         return np.array([household_named(p.kind).numbers.shore_a.value for p in self.picks])
 
     def otherwise(self, needed: Values | None = None, limit: Values | None = None) -> Table:
-        """The same picks, as if other forces held or damaged them."""
+        """Return the same picks with other holding or damaging forces."""
         return replace(
             self,
             needed=self.needed if needed is None else needed,

@@ -131,7 +131,7 @@ def candidates(
 
 
 def choose(tried: Sequence[Candidate], selected: NDArray[np.bool_]) -> Chosen:
-    """The setting with the fewest drops at about a tenth of damage, of some of the picks."""
+    """Choose the setting with the fewest drops of the selected picks at about 10 % damage."""
     weights = selected.astype(np.float64)
     fronts = [front(c.outcomes, weights) for c in tried]
     worth = [np.mean([f.drop_share(d) for d in AROUND]) for f in fronts]

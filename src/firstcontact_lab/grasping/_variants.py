@@ -50,7 +50,7 @@ class Variant:
     velostat: VelostatParameters | None = None
 
     def make(self, grip: Grip, shore_a: float, settings: Mapping[str, float]) -> Policy:
-        """A policy for one pinch, as it was tuned."""
+        """Return the tuned policy for one pinch."""
         return make_policy(self.policy, grip, Truth(shore_a), settings)
 
 

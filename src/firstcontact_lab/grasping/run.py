@@ -120,7 +120,7 @@ def _filmed(path: Path, work: HouseholdWork, settings: GraspStudySettings, pictu
 
 
 def _payload(settings: GraspStudySettings, out: Path, runner: Runner) -> Payload:
-    """The older task, small."""
+    """Run the older task, with a payload, in small."""
     learned = learn(settings, out, runner)
     tuned = search(settings, runner)
     rows = close_all(settings, tuned, loaded(learned.folder), runner)

@@ -28,7 +28,7 @@ def percent(share: float) -> str:
 
 
 def ends(number: Between, sign: bool = False) -> str:
-    """A share with its interval."""
+    """Return a share with its interval as text."""
     form = "{:+.0f}" if sign else "{:.0f}"
     value, low, high = (form.format(100 * x + 0.0) for x in (number.value, number.low, number.high))
     return f"{value} % ({low} to {high})".replace("-", "−")
@@ -42,7 +42,7 @@ def fewer(number: Between) -> str:
 
 
 def headline(household: Household) -> str:
-    """The gain in a sentence, whether or not the target was met."""
+    """Return a sentence with the gain and the verdict on the target."""
     gain = household.fewer_drops_than_blind
     ours, blind = (household.drops_at_10_damage[k.name] for k in (candidate(), baseline()))
     verdict = "met" if household.met else "not met"
@@ -95,7 +95,7 @@ def shortly(household: Household) -> str:
 
 
 def sentences(results: GraspResults) -> list[str]:
-    """The headline, what a reflex leaves of it, and how far it can be trusted."""
+    """Return the sentences on the gain, on the gain beside a reflex, and on the trust in both."""
     household = results.household
     return [
         headline(household),

@@ -66,7 +66,7 @@ class HouseholdSettings:
         return tuning, [first + 200 + n for n in range(self.judged_hands)]
 
     def quick(self) -> HouseholdSettings:
-        """The same, small: no number is to be quoted."""
+        """Return these settings reduced to a quick trial. Do not quote its numbers."""
         return replace(
             self,
             tuning_hands=1,
@@ -128,7 +128,7 @@ class GraspStudySettings:
     workers: int = 2
 
     def quick(self) -> GraspStudySettings:
-        """The same study, small: every part runs, no number is to be quoted."""
+        """Return settings of a quick trial that runs every part. Do not quote its numbers."""
         return replace(
             self,
             household=self.household.quick(),

@@ -50,7 +50,7 @@ def answers(
 
 
 def finished(network: Network, examples: Examples, seed: int) -> InContextModel:
-    """The model that knows no rig yet.
+    """Return the model that is not conditioned on a rig.
 
     Parameters
     ----------

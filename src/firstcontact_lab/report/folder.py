@@ -94,7 +94,7 @@ def _claim(out: Path, options: Mapping[str, Any]) -> None:
 
 
 def fresh(directory: Path, mark: Mapping[str, object]) -> Path:
-    """An empty folder that bears our mark; what a study left there is removed.
+    """Return an empty marked folder. Remove the outputs of an earlier study.
 
     Raises
     ------

@@ -57,7 +57,7 @@ def canvas(
     size: tuple[float, float] = SIZE,
     **options: Any,
 ) -> Iterator[tuple[Canvas, NDArray[Any]]]:
-    """A figure and its axes, shape (rows, columns), in the common style."""
+    """Yield a figure and its axes, shape (rows, columns), in the common style."""
     import matplotlib as mpl
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -69,7 +69,7 @@ def canvas(
 
 
 def uri(figure: Canvas) -> str:
-    """The figure as a data URI: SVG, with what is marked rasterized at twice screen density."""
+    """Return the figure as a data URI of an SVG. Rasterized artists get twice screen density."""
     buffer = io.StringIO()
     figure.savefig(buffer, format="svg", dpi=192, metadata={"Date": None, "Creator": None})
     svg = re.sub(r"^.*?(?=<svg)", "", buffer.getvalue(), flags=re.DOTALL)
@@ -106,7 +106,7 @@ def boxes(
 
 
 def vibration_unit(layout: Layout) -> str:
-    """Unit of the vibration channels, as it is written."""
+    """Return the unit of the vibration channels as text for figures."""
     return figure_label(layout.vibration[0].unit, 12)
 
 

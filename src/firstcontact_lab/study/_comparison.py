@@ -55,7 +55,7 @@ class Generalised(Record, frozen=True, kw_only=True):
 def rig_sets(
     seeds: Sequence[int], condition: Condition, sizes: Sizes, late: Sequence[int], runner: Runner
 ) -> list[RigSet]:
-    """A set of each seed; see :func:`firstcontact_lab.study._rig_sets.rig_set`."""
+    """Make one set per seed; see :func:`firstcontact_lab.study._rig_sets.rig_set`."""
     return runner.map(_made, list(seeds), condition, sizes, late)
 
 

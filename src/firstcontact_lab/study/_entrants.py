@@ -64,7 +64,7 @@ def answer(query: Query, sets: Sequence[RigSet], seed: int) -> Values:
 
 
 def _trained(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int) -> Values:
-    """A registered estimator, which learns from these pinches and nothing else."""
+    """Predict with a registered estimator that is fitted to these pinches only."""
     options = dict(entrant.options)
     name = options.pop("estimator")
     X = rigs.windows.X[ask]
@@ -81,7 +81,7 @@ def _in_context(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: 
 
 
 def _anybody(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int) -> Values:
-    """A regressor of a user's own: a model a length, answering by the longest that is filled."""
+    """Predict with a user's regressor: one model per length; the longest filled window counts."""
     return fit_on_set(entrant, rigs, learn, seed).predict(rigs.touches.take(ask)).value
 
 
@@ -123,7 +123,7 @@ def _modulus(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int
 
 
 def _stiffness(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int) -> Values:
-    """A parabola in the logarithm of the contact's stiffness, through what was learned."""
+    """Predict with a parabola in the logarithm of the contact's stiffness."""
     logarithms = np.log(rigs.stiffnesses)
     shore_a = rigs.windows.y[learn]
     degree = min(2, len(np.unique(shore_a)) - 1)

@@ -38,7 +38,7 @@ class OffBlocks(Record, frozen=True, kw_only=True):
     intervals: dict[str, Ends]
 
     def bounded(self, name: str) -> Bounded | None:
-        """A score with its interval; None where it was not asked for."""
+        """Return a score with its interval, or None if the score was not computed."""
         value: float | None = getattr(self, name)
         return None if value is None else Bounded(value, self.intervals.get(name))
 
@@ -149,7 +149,7 @@ class _Tally:
             of_group[place] = of_group.get(place, np.zeros(3)) + sums
 
     def _columns(self, name: str) -> tuple[Values, Callable[[Values], Values]]:
-        """Sums of each set, shape (sets, 3 times groups), and what makes a score of them."""
+        """Return the sums of each set, shape (sets, 3 times groups), and the score's formula."""
         groups = self._sums[name].values()
         places = sorted({place for of_group in groups for place in of_group})
         columns = np.array(

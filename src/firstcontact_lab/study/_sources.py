@@ -53,7 +53,7 @@ def simulated(
 
 
 def recorded(path: Path, out: Path) -> Dataset:
-    """Recordings, or anything that can be imported, at the models' rate.
+    """Load recordings or importable data at the models' rate.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def check_sources(path: Path | None, out: Path) -> None:
 
 
 def _recordings(path: Path) -> list[Path]:
-    """Recordings that are to be studied; none where the path is to be imported."""
+    """Return the recordings to study, or an empty list if the path has to be imported."""
     if not path.exists():
         raise InputError(f"{path} does not exist: give a folder of recordings, or data to import")
     recordings, made = _search(path)
@@ -106,7 +106,7 @@ def _recordings(path: Path) -> list[Path]:
 
 
 def _search(path: Path) -> tuple[list[Path], list[Path]]:
-    """Recordings at or below a path, and folders below it that a study made."""
+    """Find recordings at or below a path, and folders below it that a study made."""
     if path.is_file():
         return [path] if path.suffix == ".mcap" else [], []
     made = sorted(mark.parent for mark in path.rglob(MARK) if mark.parent != path)

@@ -195,7 +195,7 @@ def render(results: BenchmarkResults) -> str:
 
 
 def in_words(results: BenchmarkResults) -> list[str]:
-    """The tables for a terminal."""
+    """Return the tables as lines for a terminal."""
     lines = about(results)
     for name, outcome in results.conditions.items():
         lines += ["", name]

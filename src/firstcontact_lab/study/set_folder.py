@@ -50,7 +50,7 @@ class RealSet:
 
 
 def find_sets(folder: Path) -> list[RealSet]:
-    """The sets in a folder: its folders that have recordings.
+    """Return the sets in a folder: its subfolders with recordings.
 
     Raises
     ------

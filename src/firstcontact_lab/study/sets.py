@@ -290,7 +290,7 @@ def _good(places: NDArray[np.float64], early: float) -> NDArray[np.bool_]:
 
 
 def _alarms(detector: Detector, noise: Sequence[Block], recorded_set: RealSet) -> int:
-    """Runs of firing windows in unbroken noise."""
+    """Count the runs of firing windows in unbroken noise."""
     alarms = 0
     for number, block in enumerate(noise):
         detector.start(recorded_set.layout)
@@ -320,7 +320,7 @@ def _by_file(recorded_set: RealSet, labelled: Dataset, firsts: Firsts) -> dict[s
 
 
 def _finder(recorded_set: RealSet, labelled: Dataset, firsts: Firsts) -> FinderScores:
-    """The onset nearest to each label, and to the detector's first trigger."""
+    """Score the onsets nearest to each label and to the detector's first trigger."""
     from_label, from_detector = [], []
     rate = recorded_set.layout.rate
     for pinch, first in zip(labelled.pinches, firsts, strict=True):

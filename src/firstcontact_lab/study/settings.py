@@ -59,7 +59,7 @@ class StudySettings:
     workers: int = 2
 
     def quick(self) -> StudySettings:
-        """The same study, small: every part runs, no number is to be quoted."""
+        """Return settings of a quick trial that runs every part. Do not quote its numbers."""
         return replace(
             self,
             block_pinches=40,

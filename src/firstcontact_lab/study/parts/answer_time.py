@@ -78,7 +78,7 @@ def answer_time(subject: Subject, settings: StudySettings) -> PartResult:
 
 
 def answered(pinch: Pinch, contact: Contact, duration: float) -> int:
-    """Number of the sample after whose arrival the window from a contact is known."""
+    """Return the sample number at which the window from a contact is complete."""
     layout = pinch.layout
     last = contact.sample + samples_in(duration, layout.rate) - 1
     return max(contact.decided, last + Conditioner(layout).lookahead)

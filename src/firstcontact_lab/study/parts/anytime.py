@@ -138,7 +138,7 @@ def conditioning_contacts(labelled: LabelledTouches, subject: Subject) -> Labell
 
 
 def conditioned_model(model: InContextModel, home: LabelledTouches, seed: int) -> Adapted:
-    """The model that knows the rig by these contacts."""
+    """Condition the model on the rig by these contacts."""
     return adapt_network(model, home.touches, home.shore_a, home.named_sessions, seed)
 
 

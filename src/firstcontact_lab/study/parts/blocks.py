@@ -81,7 +81,7 @@ class BlockScores(Record, frozen=True, kw_only=True):
     strip_aligned: BlockScores | None = None
 
     def split(self, name: str) -> SplitScores | None:
-        """The scores of a split."""
+        """Return the scores of a split."""
         scores_by_model: SplitScores | None = getattr(self, name)
         return scores_by_model
 

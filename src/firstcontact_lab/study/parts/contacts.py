@@ -330,7 +330,7 @@ def _firsts(
 
 
 def _example(dataset: Dataset, detections: Sequence[Contact | None]) -> int:
-    """A pinch whose contact was found, the middle one."""
+    """Return the index of the middle pinch among those with a detected contact."""
     able = [
         i
         for i, (p, c) in enumerate(zip(dataset.pinches, detections, strict=True))

@@ -59,7 +59,7 @@ class Offsets(Record, frozen=True, kw_only=True):
 
 
 def describe(subject: Subject) -> PartResult:
-    """Counts of the data, the offset distribution and the timing of one pinch."""
+    """Describe the data: counts, distribution of offsets, and timing of one pinch."""
     dataset = subject.dataset
     recorded, rate = dataset.recorded_rate, float(dataset.layout.rate)
     summary = DataSummary(
@@ -103,7 +103,7 @@ def describe(subject: Subject) -> PartResult:
 
 
 def _merged(notes: Sequence[str], most: int = 12) -> list[str]:
-    """Notes without repetitions, the rest counted."""
+    """Return unique notes, at most ``most``, and the number of further ones."""
     unique = list(dict.fromkeys(notes))
     if len(unique) <= most:
         return unique

@@ -191,7 +191,7 @@ def inference(subject: Subject, settings: StudySettings, runner: Runner) -> Part
 
 
 def _anytime(subject: Subject, settings: StudySettings) -> InferenceTime | None:
-    """The any-time network's first answer to a contact; None where it cannot be asked."""
+    """Time the any-time network's first estimate. Return None if the network does not apply."""
     model = pretrained()
     if not subject.detections or not is_same_rate(subject.dataset.layout.rate, model.rate):
         return None

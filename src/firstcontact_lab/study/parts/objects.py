@@ -129,7 +129,7 @@ def objects(
 
 
 def object_splits(subject: Subject, data: LabelledWindows) -> list[Split]:
-    """The one split of the roles, or none where it cannot be done with these windows."""
+    """Return the split by roles, or an empty list if these windows do not allow it."""
     if why_not_unseen(subject) or not data.test.any() or data.test.all():
         return []
     split = unseen_objects(data.test, [Group.SESSION] if _sessions_unknown(subject) else [])

@@ -100,7 +100,7 @@ def misplaced(subject: Subject, early: float) -> NDArray[np.bool_]:
 
 
 def samples_to_spare(subject: Subject) -> Values:
-    """Samples from the end of each pinch's window to its second contact, shape (pinches,).
+    """Return the samples from the end of each window to the second contact, shape (pinches,).
 
     Negative: the second contact is in the window, or came before it. NaN where
     it is not known or there is no window. A window begins where its contact was

@@ -179,7 +179,7 @@ def short_windows(subject: Subject, settings: StudySettings, runner: Runner) -> 
 
 
 def _ways(subject: Subject) -> list[_Variant]:
-    """The one that the numbers are of first; then what differs from it."""
+    """Return the variant that the numbers describe, followed by its alternatives."""
     moves = [
         n for n, e in window_estimators().items() if e.moves and Task.CLASSIFICATION in e.tasks
     ]
@@ -285,7 +285,7 @@ def _most(order: Values) -> float:
 
 
 def accuracy_figure(real: RealSet) -> Figure:
-    """A line for each reading against the length of the window."""
+    """Draw the accuracy of each reading against the window length."""
     lengths = [float(ms) for ms in real.material_held_out]
     with canvas(size=(6.2, 4.0)) as (figure, axes):
         ax = axes[0, 0]

@@ -26,7 +26,7 @@ class PeakVoltage(Record, frozen=True, kw_only=True):
 
 
 def waveforms(subject: Subject) -> PartResult:
-    """Representative responses and peak amplitude against Shore A."""
+    """Plot representative responses and the peak amplitude against Shore A."""
     if len(subject.levels) < 2:
         return PartResult(
             left_out=["Responses by stiffness: the data have no two Shore A levels to learn from."]

@@ -10,6 +10,7 @@ from .collect import record as record
 from .core import Calibration as Calibration
 from .core import Contact as Contact
 from .core import Dataset as Dataset
+from .core import Estimate as Estimate
 from .core import Finger as Finger
 from .core import InputError as InputError
 from .core import Label as Label
@@ -28,7 +29,6 @@ from .models import load_model as load_model
 from .models import train as train
 from .streaming import ClosingStart as ClosingStart
 from .streaming import ContactEvent as ContactEvent
-from .streaming import Estimate as Estimate
 from .streaming import Event as Event
 from .streaming import HandCommand as HandCommand
 from .streaming import HandPinch as HandPinch

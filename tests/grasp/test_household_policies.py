@@ -11,7 +11,6 @@ from firstcontact.grasp import (
     FinalForce,
     GraspLoop,
     Grip,
-    Stiffness,
     Task,
     Truth,
     make_policy,
@@ -21,6 +20,7 @@ from firstcontact.grasp.policies.final_force import PATIENCE, SLOW
 from firstcontact.grasp.policies.slip_reflex import SlipReflex
 from firstcontact.grasp.policies.stiffness_reflex import StiffnessReflex
 from firstcontact.grasp.policies.weight import ByWeight
+from firstcontact.testing import make_estimate
 
 CONTACT = Contact(Finger.INDEX, 100, 105)
 HOUSEHOLD = [name for name, policy in POLICIES.items() if policy.task is Task.HOUSEHOLD]
@@ -55,7 +55,7 @@ def test_force_steps_up_with_the_lowered_estimate() -> None:
     assert policy.target_force() == 3.0
     forces = []
     for value, half in ((0.0, 0.0), (30.0, 0.0), (60.0, 30.0), (60.0, 10.0)):
-        policy.estimated(Stiffness(value, value - half, value + half, 0.01))
+        policy.estimated(make_estimate(value, value - half, value + half, 0.01))
         forces.append(policy.target_force())
     assert forces == pytest.approx([2.0, 4.0, 4.0, 6.0], abs=1e-3)
     policy.begin()
@@ -67,7 +67,7 @@ def test_estimate_after_the_second_contact_corrects_the_force() -> None:
     policy.begin()
     policy.touched(CONTACT, True)
     unknown = policy.touched(CONTACT, False)
-    corrected = policy.estimated(Stiffness(90.0, 85.0, 95.0, 0.003))
+    corrected = policy.estimated(make_estimate(90.0, 85.0, 95.0, 0.003))
     assert corrected is not None
     assert unknown is not None
     assert corrected.force > unknown.force
@@ -84,7 +84,7 @@ def test_estimate_by_the_deadline_counts_even_if_the_second_finger_is_late(
         loop.begin()
         loop.touched(CONTACT, True, 0.105)
         if has_estimate:
-            loop.estimated(Stiffness(40.0, 35.0, 45.0, 0.01), 0.115)
+            loop.estimated(make_estimate(40.0, 35.0, 45.0, 0.01), 0.115)
         loop.felt(0.0, 0.100 + ByStiffness.deadline + 0.002)
         # With an estimate the speed stays; without one the policy becomes gentler.
         assert (sent[-1] == Command(SLOW, 1.0)) is has_estimate

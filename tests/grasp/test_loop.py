@@ -10,12 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.core import ChannelKind, Command, Contact, Finger, fingertip_layout
-from firstcontact.grasp import POLICIES, GraspLoop, Grip, Stiffness, Taxels, Truth
+from firstcontact.grasp import POLICIES, GraspLoop, Grip, Taxels, Truth
 from firstcontact.grasp._taxels import REST
+from firstcontact.testing import make_estimate
 
 RATE = 1000.0
-NARROW = Stiffness(50.0, 45.0, 55.0, 0.015)
-SHORT = Stiffness(50.0, 10.0, 90.0, 0.003)
+NARROW = make_estimate(50.0, 45.0, 55.0, 0.015)
+SHORT = make_estimate(50.0, 10.0, 90.0, 0.003)
 
 
 def make_loop(name: str, deadline: float | None = None) -> tuple[GraspLoop, list[Command]]:

@@ -9,20 +9,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firstcontact.core import Command, Contact, InputError
-from firstcontact.grasp import POLICIES, Grip, Policy, Stiffness, Task, live_policies, live_policy
+from firstcontact.core import Command, Contact, Estimate, InputError
+from firstcontact.grasp import POLICIES, Grip, Policy, Task, live_policies, live_policy
 from firstcontact.grasp._policy import Tunable
 from firstcontact.grasp.policies.early_exit import EarlyExit
 from firstcontact.grasp.policies.first_contact import FirstContact
 from firstcontact.grasp.policies.force_feedback import ForceFeedback
 from firstcontact.grasp.policies.touch import Touch
-from firstcontact.testing import check_policy
+from firstcontact.testing import check_policy, make_estimate
 
 SHORE = st.floats(0.0, 100.0)
 
 
-def _around(value: float, half: float, ms: float = 15.0) -> Stiffness:
-    return Stiffness(value, max(value - half, 0.0), min(value + half, 100.0), 1e-3 * ms)
+def _around(value: float, half: float, ms: float = 15.0) -> Estimate:
+    return make_estimate(value, max(value - half, 0.0), min(value + half, 100.0), 1e-3 * ms)
 
 
 @pytest.mark.parametrize("name", POLICIES)
@@ -69,15 +69,15 @@ class Wild(Touch):
 class Rash(FirstContact):
     """Policy that presses soft objects harder."""
 
-    def estimated(self, stiffness: Stiffness) -> Command:
-        return self.grip.command_for(100 - stiffness.value)
+    def estimated(self, estimate: Estimate) -> Command:
+        return self.grip.command_for(100 - estimate.value)
 
 
 class Sure(FirstContact):
     """Policy that uses the firm end of the interval."""
 
-    def estimated(self, stiffness: Stiffness) -> Command:
-        return self.grip.command_for(stiffness.high)
+    def estimated(self, estimate: Estimate) -> Command:
+        return self.grip.command_for(estimate.high)
 
 
 class Speechless(FirstContact):

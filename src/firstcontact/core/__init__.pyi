@@ -17,6 +17,7 @@ from ._command import Command as Command
 from ._counted import counted as counted
 from ._counted import nouns as nouns
 from ._errors import InputError as InputError
+from ._estimate import Estimate as Estimate
 from ._extras import install_command as install_command
 from ._extras import missing_modules as missing_modules
 from ._extras import require_extra as require_extra

@@ -11,7 +11,6 @@ from ._policy import ForceArray as ForceArray
 from ._policy import Part as Part
 from ._policy import Policy as Policy
 from ._policy import SensorVariant as SensorVariant
-from ._policy import Stiffness as Stiffness
 from ._policy import Task as Task
 from ._policy import Truth as Truth
 from ._registry import HANDS as HANDS

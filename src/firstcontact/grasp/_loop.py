@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from firstcontact.core import Command, Contact, InputError
-from firstcontact.grasp._policy import Policy, Stiffness
+from firstcontact.core import Command, Contact, Estimate, InputError
+from firstcontact.grasp._policy import Policy
 
 
 @dataclass(slots=True)
@@ -104,14 +104,14 @@ class GraspLoop:
         self._forward(self.policy.touched(contact, first))
         self._check_deadline(now)
 
-    def estimated(self, stiffness: Stiffness, now: float) -> bool:
+    def estimated(self, estimate: Estimate, now: float) -> bool:
         """Pass an estimate of time ``now`` to the policy. Return True if the policy acted on it."""
         reaches = now + self._wait()
         self._check_deadline(reaches)
         if not self._closing or self._first is None or self._missed:
             self.counts.unused += 1
             return False
-        command = self.policy.estimated(stiffness)
+        command = self.policy.estimated(estimate)
         if command is None:  # the policy passes this one over and waits for another
             return False
         self._due = None

@@ -11,30 +11,7 @@ from firstcontact.core import SKY, Command
 from firstcontact.grasp._grip import Grip
 
 if TYPE_CHECKING:
-    from firstcontact.core import Contact
-
-
-@dataclass(frozen=True, slots=True)
-class Stiffness:
-    """Stiffness estimate for a policy. It used only samples before the second contact.
-
-    Parameters
-    ----------
-    value
-        Shore A.
-    low, high
-        Bounds of the interval; equal to the value if the model gives no interval.
-    elapsed
-        Length of the signal after the contact that the model used, s.
-    final
-        True if no later estimate of this closing follows.
-    """
-
-    value: float
-    low: float
-    high: float
-    elapsed: float
-    final: bool = False
+    from firstcontact.core import Contact, Estimate
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,8 +172,8 @@ class Policy:
         """React to a contact. ``first`` is True for the first one of this closing."""
         return None
 
-    def estimated(self, stiffness: Stiffness) -> Command | None:
-        """React to a stiffness estimate."""
+    def estimated(self, estimate: Estimate) -> Command | None:
+        """React to an estimate. It used only samples before the second contact."""
         return None
 
     def felt(self, volts: float, since: float | None) -> Command | None:

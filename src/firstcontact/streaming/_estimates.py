@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 
 from msgspec.structs import replace
 
-from firstcontact.core import Block, Contact, InputError, Layout
+from firstcontact.core import Block, Contact, Estimate, InputError, Layout
 from firstcontact.models import in_words
-from firstcontact.streaming._events import Estimate, Event, NoEstimate, judged
+from firstcontact.streaming._events import Event, NoEstimate, judged
 from firstcontact.streaming._predictors import Prediction, Predictor
 
 

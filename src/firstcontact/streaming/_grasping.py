@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from firstcontact.contact import SlipDetector
-from firstcontact.core import Block, Command, Layout
+from firstcontact.core import Block, Command, Estimate, Layout
 from firstcontact.device import TransportDelay
-from firstcontact.grasp import Begins, GraspLoop, Hand, Policy, SafeHand, Stiffness, Taxels
+from firstcontact.grasp import Begins, GraspLoop, Hand, Policy, SafeHand, Taxels
 from firstcontact.streaming._events import (
     ClosingStart,
     ContactEvent,
-    Estimate,
     Event,
     HandCommand,
     PinchDone,
@@ -207,10 +206,7 @@ class Grasping:
             # It comes with the block that made it final, not with its own.
             known = estimate.complete if self._second is None else self._second
             now += (known - estimate.complete) / self._rate + self._late - estimate.transport
-        stiffness = Stiffness(
-            estimate.value, estimate.low, estimate.high, estimate.elapsed, final=estimate.final
-        )
-        if self.loop.estimated(stiffness, now):
+        if self.loop.estimated(estimate, now):
             self._acted_on = estimate.elapsed
 
     def _send(self, command: Command) -> None:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from firstcontact.core import Block, Contact
+from firstcontact.core import Block, Contact, Estimate
 from firstcontact.device import DeviceContact, DevicePrediction
 from firstcontact.streaming._events import (
     ContactEvent,
-    Estimate,
     Event,
     HandCheck,
     HandPinch,

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from firstcontact.core import percent
-from firstcontact.streaming._events import Estimate, PinchDone, Verdict
+from firstcontact.core import Estimate, percent
+from firstcontact.streaming._events import PinchDone, Verdict
 
 #: Number of pinches that the figures cover: the last ones.
 KEPT = 10_000

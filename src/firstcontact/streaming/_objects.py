@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterable
 
+from firstcontact.core import Estimate
 from firstcontact.device import concerns_hand, held_object
 from firstcontact.models import combine
 from firstcontact.recording import Marker, PinchMark
-from firstcontact.streaming._events import Estimate, ObjectEstimate, PinchDone
+from firstcontact.streaming._events import ObjectEstimate, PinchDone
 
 #: Most markers that wait for their pinch, and most pinches of one object that are combined.
 WAITING, PINCHES = 16, 100

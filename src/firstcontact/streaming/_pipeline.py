@@ -16,12 +16,12 @@ from firstcontact.contact import (
     ClosingSamples,
     Detector,
 )
-from firstcontact.core import Block, Calibration, Layout, merge_blocks
+from firstcontact.core import Block, Calibration, Estimate, Layout, merge_blocks
 from firstcontact.device import TransportDelay
 from firstcontact.signal import samples_in
 from firstcontact.streaming._closing import OpenClosing, Strips
 from firstcontact.streaming._estimates import ClosingEstimates
-from firstcontact.streaming._events import ClosingStart, ContactEvent, Estimate, Event, PinchDone
+from firstcontact.streaming._events import ClosingStart, ContactEvent, Event, PinchDone
 from firstcontact.streaming._ledger import Ledger
 from firstcontact.streaming._predictors import Predictor
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TextIO
 
-from firstcontact.core import finger_name
+from firstcontact.core import Estimate, finger_name
 from firstcontact.device import Descriptor, Health, LinkNews, lost_object
 from firstcontact.streaming._events import (
-    Estimate,
     HandCheck,
     HandCommand,
     HandPinch,

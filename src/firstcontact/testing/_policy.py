@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from math import isfinite
 from random import Random
 
-from firstcontact.core import Command, Contact, Finger
-from firstcontact.grasp import Grip, Policy, Stiffness, Truth, make_policy
+from firstcontact.core import Command, Contact, Estimate, Finger
+from firstcontact.grasp import Grip, Policy, Truth, make_policy
 
 #: Number of closings for each check.
 CLOSINGS = 300
@@ -147,7 +147,7 @@ def _closing(policy: Policy, chance: Random, late: bool = False) -> list[Command
     return _answers(policy, None if late else estimate, chance.uniform(-0.1, 3.3))
 
 
-def _answers(policy: Policy, estimate: Stiffness | None, volts: float) -> list[Command]:
+def _answers(policy: Policy, estimate: Estimate | None, volts: float) -> list[Command]:
     commands = [
         policy.begin(),
         policy.felt(volts, None),
@@ -161,8 +161,39 @@ def _answers(policy: Policy, estimate: Stiffness | None, volts: float) -> list[C
     return [command for command in commands if command is not None]
 
 
-def _around(value: float, half: float, elapsed: float) -> Stiffness:
-    return Stiffness(value, max(value - half, 0.0), min(value + half, 100.0), elapsed)
+def _around(value: float, half: float, elapsed: float) -> Estimate:
+    return make_estimate(value, max(value - half, 0.0), min(value + half, 100.0), elapsed)
+
+
+def make_estimate(
+    value: float, low: float, high: float, elapsed: float = 0.015, *, final: bool = False
+) -> Estimate:
+    """Return an estimate for the test of a policy, as if it was available without delay.
+
+    Parameters
+    ----------
+    value, low, high
+        Shore A, and the ends of the interval.
+    elapsed
+        Length of the signal after the contact that was used, s.
+    final
+        True if no later estimate of the closing follows.
+    """
+    return Estimate(
+        value=value,
+        low=low,
+        high=high,
+        level=0.9,
+        elapsed=elapsed,
+        available=elapsed,
+        final=final,
+        model="",
+        contact=_CONTACT,
+        complete=_CONTACT.decided,
+        epoch=0,
+        host=0.0,
+        compute=0.0,
+    )
 
 
 def _shore(chance: Random) -> float:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from firstcontact.core import Block, Command
-from firstcontact.grasp import ByStiffness, Grip, Stiffness
+from firstcontact.core import Block, Command, Estimate
+from firstcontact.grasp import ByStiffness, Grip
 from firstcontact.streaming import (
     ContactEvent,
-    Estimate,
     Grasping,
     NetworkPredictor,
     Pipeline,
@@ -49,16 +48,6 @@ class Pick:
     specimen: int
 
 
-@dataclass(frozen=True, slots=True)
-class Answer:
-    """An answer of the any-time model: so long after the contact, s; Shore A."""
-
-    duration: float
-    value: float
-    low: float
-    high: float
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Approached:
     """State in which both fingers touch, and no command has been given since.
@@ -67,10 +56,10 @@ class Approached:
     ----------
     plant
         As it is then.
-    told
-        The estimate that a policy has by then; None without one.
+    estimate
+        Estimate that a policy has by then; None without one.
     answers
-        Answers that came before the second contact.
+        Estimates that came before the second contact.
     heard
         From the first contact to where the second was known, s; None where it was not heard.
     offset
@@ -78,8 +67,8 @@ class Approached:
     """
 
     plant: GraspPlant
-    estimate: Stiffness | None
-    answers: tuple[Answer, ...]
+    estimate: Estimate | None
+    answers: tuple[Estimate, ...]
     heard: float | None
     offset: float | None
 
@@ -131,7 +120,7 @@ def approached(pick: Pick, speed: float, hands: OwnHand, breaks: bool = False) -
     grasping = Grasping(policy, hand, LAYOUT)
     predictor = NetworkPredictor(hands.model)
     pipeline = Pipeline(LAYOUT, hands.detector, predictor, clock=lambda: 0.0)
-    answers: list[Answer] = []
+    answers: list[Estimate] = []
     first: float | None = None
     heard: float | None = None
     while not policy.both and not plant.ended:
@@ -140,9 +129,9 @@ def approached(pick: Pick, speed: float, hands: OwnHand, breaks: bool = False) -
         for event in pipeline.update(block, 0.0):
             match event:
                 case Estimate() if event.final:
-                    answers = [a for a in answers if a.duration <= event.elapsed]
+                    answers = [a for a in answers if a.elapsed <= event.elapsed]
                 case Estimate():
-                    answers.append(Answer(event.elapsed, event.value, event.low, event.high))
+                    answers.append(event)
                 case ContactEvent() if event.first:
                     first = event.contact.sample / LAYOUT.rate
                 case ContactEvent() if heard is None and first is not None:

@@ -8,10 +8,10 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import FINGERTIP_RATE, GRAVITY, Command
-from firstcontact.grasp import Grip, Stiffness
+from firstcontact.core import FINGERTIP_RATE, GRAVITY, Command, Estimate
+from firstcontact.grasp import Grip
 from firstcontact.twin import LIFT, GraspPlant, Lift
-from firstcontact_lab.grasping._approach import Answer, Pick, approached, pick_specimen
+from firstcontact_lab.grasping._approach import Pick, approached, pick_specimen
 from firstcontact_lab.grasping._own_hand import OwnHand
 from firstcontact_lab.grasping._slip import SlipWatch
 
@@ -54,8 +54,8 @@ class Branches:
         Which.
     mass, friction, limit
         Of the very specimen: kg, and N at which it is damaged, infinite where nothing does.
-    told
-        The estimate that a policy has at the second contact; None without one.
+    estimate
+        Estimate that a policy has at the second contact; None without one.
     answers
         Before the second contact.
     heard
@@ -72,8 +72,8 @@ class Branches:
     mass: float
     friction: float
     limit: float
-    estimate: Stiffness | None
-    answers: tuple[Answer, ...]
+    estimate: Estimate | None
+    answers: tuple[Estimate, ...]
     heard: float | None
     peak: Values
     hold: Values

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from firstcontact.core import Block, Command, fingertip_layout
+from firstcontact.core import Block, Command, Estimate, fingertip_layout
 from firstcontact.grasp import Hand, HandLimits, LoopCounts, Policy
 from firstcontact.streaming import (
     ClosingStart,
     ContactEvent,
-    Estimate,
     Grasping,
     NoEstimate,
     Pipeline,

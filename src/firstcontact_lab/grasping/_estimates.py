@@ -37,9 +37,9 @@ def _errors(rows: Sequence[Branches]) -> dict[str, list[float]]:
     for row in rows:
         label = household_named(row.pick.kind).numbers.shore_a.value
         for window in WINDOWS:
-            complete = [a for a in row.answers if abs(a.duration - window) < 5e-4 + HALF]
+            complete = [a for a in row.answers if abs(a.elapsed - window) < 5e-4 + HALF]
             if complete:
-                nearest = min(complete, key=lambda a: abs(a.duration - window))
+                nearest = min(complete, key=lambda a: abs(a.elapsed - window))
                 errors[f"{1e3 * window:g}"].append(nearest.value - label)
         if row.estimate is not None:
             errors[USED].append(row.estimate.value - label)
@@ -61,7 +61,7 @@ def estimates(
     within = [
         r for r in approaches if household_named(r.pick.kind).numbers.shore_a.value <= FIRMEST
     ]
-    longest = [max((a.duration for a in r.answers), default=0.0) for r in approaches]
+    longest = [max((a.elapsed for a in r.answers), default=0.0) for r in approaches]
     hands = {(r.pick.hand, r.speed) for r in approaches}
     return Estimates(
         rmse=_rmse(_errors(approaches)),

@@ -10,7 +10,8 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.grasp import POLICIES, Part, Policy, Stiffness, Task
+from firstcontact.grasp import POLICIES, Part, Policy, Task
+from firstcontact.testing import make_estimate
 from firstcontact.twin import household_named
 from firstcontact_lab.grasping._branches import DETECTION, LIFTS
 from firstcontact_lab.grasping._families import folds
@@ -112,7 +113,7 @@ def labelled(table: Table, rmse: float, seed: int) -> list[Told]:
     rng = np.random.default_rng([seed, round(1e3 * rmse)])
     noisy = table.shore_a + rmse * rng.standard_normal(len(table.picks))
     half = NORMAL * rmse
-    estimates = [Stiffness(float(s), float(s) - half, float(s) + half, 0.015) for s in noisy]
+    estimates = [make_estimate(float(s), float(s) - half, float(s) + half) for s in noisy]
     return [estimates for _ in table.how.speeds]
 
 

@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import holding_force
-from firstcontact.grasp import Stiffness
+from firstcontact.core import Estimate, holding_force
 from firstcontact.twin import household_named
 from firstcontact_lab.grasping._approach import Pick
 from firstcontact_lab.grasping._branches import Branches, Branching
@@ -54,8 +53,8 @@ class Table:
         What both fingers have to hold with, N, shape (picks,).
     limit
         Contact force at which it is damaged, N, shape (picks,).
-    told
-        The estimate at the second contact by speed and pick; None where there is none.
+    estimates
+        Estimate at the second contact by speed and pick; None where there is none.
     peak, hold
         By speed, pick and force, N.
     slip_peak, slip_drop
@@ -66,7 +65,7 @@ class Table:
     picks: tuple[Pick, ...]
     needed: Values
     limit: Values
-    estimates: tuple[tuple[Stiffness | None, ...], ...]
+    estimates: tuple[tuple[Estimate | None, ...], ...]
     peak: Values
     hold: Values
     slip_peak: Values

@@ -9,7 +9,8 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.grasp import FinalForce, Grip, Policy, Stiffness, Truth, make_policy
+from firstcontact.core import Estimate
+from firstcontact.grasp import FinalForce, Grip, Policy, Truth, make_policy
 from firstcontact.twin import household_named
 from firstcontact_lab.grasping._front import AROUND, SCALES, Front, find_scale, front
 from firstcontact_lab.grasping._table import Outcomes, Reflexed, Table, Values
@@ -19,7 +20,7 @@ from firstcontact_lab.grasping._table import Outcomes, Reflexed, Table, Values
 SCATTER = 0.2
 Settings = Mapping[str, float]
 #: What a policy is told of each pick.
-Told = Sequence[Stiffness | None]
+Told = Sequence[Estimate | None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from firstcontact.core import GRAVITY
-from firstcontact.grasp import Stiffness
+from firstcontact.testing import make_estimate
 from firstcontact_lab.grasping._approach import Pick
 from firstcontact_lab.grasping._branches import DETECTION, LIFTS, Branches, Branching
 from firstcontact_lab.grasping._table import Table
@@ -29,7 +29,7 @@ def branch(kind: str, hand: int, specimen: int = 1) -> Branches:
     shore = SHORE.get(kind, 75.0)
     return Branches(
         Pick(kind, hand, specimen), 0.10, 2 * holds * 0.5 / GRAVITY, 0.5, limit,
-        Stiffness(shore, shore - 5, shore + 5, 0.01), (), 0.02,
+        make_estimate(shore, shore - 5, shore + 5, 0.01), (), 0.02,
         forces, 2 * forces,
         np.broadcast_to(np.where(slips, 9.0, np.nan), shape).copy(),
         np.broadcast_to(np.where(slips, 0.0, np.nan), shape).copy(),

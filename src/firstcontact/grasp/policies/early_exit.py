@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from firstcontact.core import GREEN, Command
+from firstcontact.core import GREEN, Command, Estimate
 from firstcontact.grasp._grip import Grip
-from firstcontact.grasp._policy import Stiffness
 from firstcontact.grasp.policies.first_contact import LONGEST, FirstContact
 
 
@@ -36,11 +35,11 @@ class EarlyExit(FirstContact):
         self._acted = False
         return super().begin()
 
-    def estimated(self, stiffness: Stiffness) -> Command | None:
+    def estimated(self, estimate: Estimate) -> Command | None:
         """Return the command for the soft end of the interval, once per closing."""
-        precise = stiffness.high - stiffness.low <= self.tight
-        last = stiffness.final or stiffness.elapsed >= self.window - 5e-4
+        precise = estimate.high - estimate.low <= self.tight
+        last = estimate.final or estimate.elapsed >= self.window - 5e-4
         if self._acted or not (precise or last):
             return None
         self._acted = True
-        return self.grip.command_for(min(stiffness.low, stiffness.value))
+        return self.grip.command_for(min(estimate.low, estimate.value))

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 from firstcontact.core import BLUE, Command
 from firstcontact.grasp._grip import Grip
-from firstcontact.grasp._policy import Policy, Stiffness
+from firstcontact.grasp._policy import Policy
 
 if TYPE_CHECKING:
-    from firstcontact.core import Contact
+    from firstcontact.core import Contact, Estimate
 
 #: Length of the longest window, s.
 LONGEST = 0.015
@@ -45,12 +45,12 @@ class FirstContact(Policy):
         """Slow down for the softest object at the first contact."""
         return self.grip.gentle if first else None
 
-    def estimated(self, stiffness: Stiffness) -> Command | None:
+    def estimated(self, estimate: Estimate) -> Command | None:
         """Return the command for the soft end of the interval."""
         # Tolerance for rounding: a window's length is a whole number of samples.
-        if stiffness.elapsed < self.window - 5e-4 and not stiffness.final:
+        if estimate.elapsed < self.window - 5e-4 and not estimate.final:
             return None
-        return self.grip.command_for(min(stiffness.low, stiffness.value))
+        return self.grip.command_for(min(estimate.low, estimate.value))
 
     def late(self) -> Command | None:
         """Return the gentle command."""

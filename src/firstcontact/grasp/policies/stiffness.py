@@ -1,13 +1,13 @@
-"""Policy with a force that grows with the estimated stiffness."""
+"""Policy with a force that grows with the estimated estimate."""
 
 from __future__ import annotations
 
 from math import exp
 from typing import ClassVar
 
-from firstcontact.core import BLUE, Command
+from firstcontact.core import BLUE, Command, Estimate
 from firstcontact.grasp._grip import Grip
-from firstcontact.grasp._policy import Stiffness, Tunable
+from firstcontact.grasp._policy import Tunable
 from firstcontact.grasp.policies.final_force import FinalForce
 from firstcontact.grasp.policies.first_contact import GRANTED, LONGEST
 
@@ -63,10 +63,10 @@ class ByStiffness(FinalForce):
         super().__init__(grip, approach, scale)
         self.soft, self.firm, self.middle, self.width = soft, firm, middle, width
         self.caution, self.unknown = caution, unknown
-        self._estimate: Stiffness | None = None
+        self._estimate: Estimate | None = None
 
     @property
-    def estimate(self) -> Stiffness | None:
+    def estimate(self) -> Estimate | None:
         """Estimate that determines the force; None without one."""
         return self._estimate
 
@@ -75,9 +75,9 @@ class ByStiffness(FinalForce):
         self._estimate = None
         return super().begin()
 
-    def estimated(self, stiffness: Stiffness) -> Command | None:
+    def estimated(self, estimate: Estimate) -> Command | None:
         """Store the estimate. Press accordingly if both fingers touch, else stay slow."""
-        self._estimate = stiffness
+        self._estimate = estimate
         return self.final if self._both else self.slow
 
     def late(self) -> Command | None:

@@ -12,11 +12,10 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import ChannelKind, Finger, merge_blocks
+from firstcontact.core import ChannelKind, Estimate, Finger, merge_blocks
 from firstcontact.device import Arrival, Descriptor, RecorderStatus
 from firstcontact.streaming._events import (
     ContactEvent,
-    Estimate,
     Event,
     HandCommand,
     HandPinch,

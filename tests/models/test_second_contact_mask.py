@@ -61,6 +61,19 @@ def test_what_follows_the_second_contact_changes_no_prediction(
         np.testing.assert_array_equal(touched.value, again.value)
 
 
+def test_evaluation_leaves_out_windows_that_reach_the_second_contact(
+    data: Dataset, model: Model
+) -> None:
+    alone = fc.evaluate(model, data)[-2:]
+    late = fc.evaluate(model, with_second(data, samples(LENGTHS[0])))[-2:]
+    assert [e.duration for e in late] == list(LENGTHS)
+    assert [g.scores for g in late[0].groups] == [g.scores for g in alone[0].groups]
+    assert (late[1].scored, late[1].groups, late[1].left_out) == (0, (), len(data))
+    with pytest.raises(fc.InputError) as caught:
+        fc.evaluate(model.only("peak"), with_second(data, samples(LENGTHS[0]) - 1))
+    assert caught.value.parameter == "data"
+
+
 def test_a_shorter_window_stands_in_and_before_the_first_there_is_none(
     data: Dataset, model: Model
 ) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,18 +11,17 @@ from numpy.typing import NDArray
 from firstcontact.contact import Detector
 from firstcontact.core import Dataset, InputError, Progress, counted, is_same_rate, progress_steps
 from firstcontact.models._alignment import Alignment, found, known
-from firstcontact.models._anytime_scores import anytime_scores, predictions_by_time
-from firstcontact.models._final_model import Target, covered, score
-from firstcontact.models._metrics import per_object
+from firstcontact.models._final_model import Target
+from firstcontact.models._metrics import classification_scores, per_object, regression_scores
 from firstcontact.models._model import Model, require_dataset
-from firstcontact.models._predictors import NetworkPredictor, WindowPredictor
-from firstcontact.models._scores import Ends, SpecimenErrors, TaskScores
+from firstcontact.models._predictions import Predictions
+from firstcontact.models._predictors import NetworkPredictor, Predictor
+from firstcontact.models._scores import RegressionScores, SpecimenErrors, TaskScores
+from firstcontact.models._spec import Values
 from firstcontact.models._train import known_contacts
 from firstcontact.models._train_overlap import SEEN, TrainOverlap, train_overlap
-from firstcontact.models._training import LabelledTouches, labelled_windows
+from firstcontact.models._training import resampling_clusters
 from firstcontact.signal import resample_dataset
-
-T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,18 +36,17 @@ class GroupScores:
         Name of the estimator, or of the network.
     n
         Number of pinches.
-    rmse, coverage, width, out_of_range
-        By elapsed time, s: error in Shore A (or ranks), share of truths in the interval, mean
-        width of the interval, and share of contacts that are marked out of range. Empty where the
-        model has none.
-    intervals
-        90 % intervals of these scores over specimens, by score and elapsed time.
+    scores
+        By elapsed time, s: errors in Shore A (or ranks) or accuracy, with bootstrap intervals.
+    coverage, width
+        By elapsed time, s: share of truths in the interval, and its mean width. Empty for a model
+        without intervals.
+    out_of_range
+        By elapsed time, s: share of contacts that are marked out of range. Empty for window models.
+    objects
+        Errors of each specimen at the latest time.
     constant
         Error of always predicting the mean of these pinches; None for classes.
-    window
-        All scores of a window model; None for the network.
-    objects
-        Errors of each specimen of a window model.
     level
         Level of the model's intervals; None without intervals.
     """
@@ -57,15 +54,18 @@ class GroupScores:
     title: str
     predictor: str
     n: int
-    rmse: Mapping[float, float] = field(default_factory=dict)
+    scores: Mapping[float, TaskScores]
     coverage: Mapping[float, float] = field(default_factory=dict)
     width: Mapping[float, float] = field(default_factory=dict)
     out_of_range: Mapping[float, float] = field(default_factory=dict)
-    intervals: Mapping[str, Mapping[float, Ends]] = field(default_factory=dict)
-    constant: float | None = None
-    window: TaskScores | None = None
     objects: Mapping[str, SpecimenErrors] = field(default_factory=dict)
+    constant: float | None = None
     level: float | None = None
+
+    @property
+    def rmse(self) -> Mapping[float, float]:
+        """Root mean square error by elapsed time, s; empty for classes."""
+        return {at: s.rmse for at, s in self.scores.items() if isinstance(s, RegressionScores)}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,9 +81,8 @@ class Evaluation:
     contacts
         How the contacts were found, in words.
     scored, left_out
-        Number of pinches that were scored, and of all others: without a contact, a label or a
-        whole window, of a class that the model does not know, or for the network without enough
-        signal before the second contact. Windows may hold the second contact, as in the paper.
+        Number of pinches that were scored, and of all others: without a contact or a label, of a
+        class that the model does not know, or without enough signal before the second contact.
     warnings
         Sentences about pinches that the model was trained on.
     groups
@@ -137,6 +136,8 @@ def evaluate(
 ) -> tuple[Evaluation, ...]:
     """Score every predictor of a model on labelled pinches.
 
+    As live, no prediction uses a sample after a known second contact.
+
     Parameters
     ----------
     model
@@ -144,7 +145,7 @@ def evaluate(
     data
         Pinches as they were loaded; they are resampled to the model's rate where theirs differs.
     contacts
-        Windows start at "known" contacts or at "detected" ones; "auto" takes known ones where
+        Predictions start at "known" contacts or at "detected" ones; "auto" takes known ones where
         there are any.
     detector
         Contact detector in place of the model's own.
@@ -175,137 +176,106 @@ def evaluate(
     if not model.moments:
         raise InputError("it holds a detector only: train with an estimator", parameter="model")
     require_dataset(data)
-    aligned: dict[float, tuple[Dataset, Alignment]] = {}
+    at_rate: dict[float, tuple[Dataset, Alignment]] = {}
 
-    def at(rate: float) -> tuple[Dataset, Alignment]:
-        if rate not in aligned:
+    def aligned(rate: float) -> tuple[Dataset, Alignment]:
+        if rate not in at_rate:
             dataset = data if is_same_rate(data.layout.rate, rate) else resample_dataset(data, rate)
             if known_contacts(contacts, dataset):
-                aligned[rate] = dataset, known(dataset)
+                at_rate[rate] = dataset, known(dataset)
             else:
-                aligned[rate] = dataset, found(dataset, detector or model.own_detector)
-        return aligned[rate]
+                at_rate[rate] = dataset, found(dataset, detector or model.own_detector)
+        return at_rate[rate]
 
+    networks = () if model.network is None else (model.network,)
     out = []
     overlap = train_overlap(data, model.trained_on, model.digests)
     with progress_steps(progress, len(model.predictors), "model", "scoring") as step:
-        if model.network is not None:
-            out.append(_of_network(model.network, overlap, *at(model.network.rate)))
+        for predictor in (*networks, *model.windows):
+            target = "shore_a" if predictor in networks else model.trained_on.target
+            out.append(_evaluation(predictor, target, overlap, *aligned(predictor.rate)))
             step(1)
-        for window in model.windows:
-            target = model.trained_on.target
-            out.append(_of_window(window, target, overlap, *at(window.rate)))
-            step(1)
+    if not any(evaluation.scored for evaluation in out):
+        raise InputError(
+            f"none of {len(data)} pinches has a contact ({out[0].contacts}), a "
+            f"{model.trained_on.target} that the model knows, and "
+            f"{1e3 * model.moments[0]:.3g} ms of signal before its second contact",
+            parameter="data",
+        )
     return tuple(out)
 
 
-def _of_network(
-    predictor: NetworkPredictor, overlap: TrainOverlap, dataset: Dataset, aligned: Alignment
-) -> Evaluation:
-    model = predictor.model
-    labelled = LabelledTouches.of(dataset, aligned.contacts)
-    labelled = labelled.take(labelled.touches.answerable)
-    if not len(labelled):
-        raise InputError(
-            f"none of {len(dataset)} pinches has a contact ({aligned.how}), a Shore A, and "
-            f"{model.shortest} samples before its second contact",
-            parameter="data",
-        )
-    groups = []
-    for title, members in overlap.groups().items():
-        part = labelled.take(members[labelled.which])
-        if len(part):
-            answers = predictions_by_time(model, part.touches)
-            scores = anytime_scores(answers, part.shore_a, part.clusters, 0)
-            groups.append(
-                GroupScores(
-                    title=title,
-                    predictor=model.kind,
-                    n=len(part),
-                    rmse=_by_seconds(scores.rmse),
-                    coverage=_by_seconds(scores.coverage),
-                    width=_by_seconds(scores.width),
-                    out_of_range=_by_seconds(scores.strange),
-                    intervals={k: _by_seconds(v) for k, v in scores.intervals.items()},
-                    constant=float(part.shore_a.std()),
-                    level=model.level,
-                )
-            )
-    return Evaluation(
-        predictor=model.kind,
-        target="shore_a",
-        contacts=aligned.how,
-        scored=len(labelled),
-        left_out=len(dataset) - len(labelled),
-        warnings=tuple(overlap.warnings(labelled.which)),
-        groups=tuple(groups),
-    )
-
-
-def _of_window(
-    predictor: WindowPredictor,
+def _evaluation(
+    predictor: Predictor,
     target: Target,
     overlap: TrainOverlap,
     dataset: Dataset,
     aligned: Alignment,
 ) -> Evaluation:
-    model = predictor.model
-    values = dataset.hardness_rank if target == "hardness_rank" else dataset.shore_a
-    cut = labelled_windows(dataset, aligned.contacts, model.spec.duration, values)
-    if not len(cut):
-        raise InputError(
-            f"none of {len(dataset)} pinches has a contact ({aligned.how}), a whole window of "
-            f"{1e3 * predictor.duration:.3g} ms and a {target}",
-            parameter="data",
-        )
+    """Score one predictor on the pinches that it predicts for."""
+    predictions = {
+        at: predictor.predict(dataset, aligned.contacts, at) for at in predictor.scored_moments
+    }
+    truth = dataset.hardness_rank if target == "hardness_rank" else dataset.shore_a
+    values = np.array([p.value for p in predictions.values()])
+    has_both = np.isfinite(values).all(axis=0) & np.isfinite(truth)
+    is_known = np.isin(truth, predictor.classes) if predictor.classes else has_both
+    warnings = overlap.warnings(np.flatnonzero(has_both))
     groups = []
-    warnings = overlap.warnings(cut.which)
     for title, members in overlap.groups().items():
-        part = cut.take(members[cut.which])
-        inside: NDArray[np.bool_] = np.ones(len(part), np.bool_)
-        if model.spec.classes:
-            inside = np.isin(part.y, model.spec.classes)
-        if not inside.all():
+        unknown = int((members & has_both & ~is_known).sum())
+        if unknown:
             warnings.append(
-                f"{title}: {counted(int((~inside).sum()), 'pinch')} are of no class that the "
-                "model knows and are left out"
+                f"{title}: {counted(unknown, 'pinch')} are of no class that the model knows and "
+                "are left out"
             )
-        part = part.take(inside)
-        if not len(part):
-            continue
-        predicted = model.predict(part.X)
-        scores = score(model.spec.task, part, predicted, seed=0)
-        interval_scores = covered(predictor.interval, predicted, part.y, model.spread(part.X))
-        at = predictor.duration
-        rmse = getattr(scores, "rmse", None)
-        groups.append(
-            GroupScores(
-                title=title,
-                predictor=model.kind,
-                n=len(part),
-                rmse={} if rmse is None else {at: rmse},
-                coverage={at: interval_scores["coverage"]} if interval_scores else {},
-                width={at: interval_scores["mean_width"]} if interval_scores else {},
-                intervals={name: {at: ends} for name, ends in scores.intervals.items()},
-                constant=None if model.spec.classes else float(part.y.std()),
-                window=scores,
-                objects=per_object(part.y, predicted, part.specimens, part.objects),
-                level=None if predictor.interval is None else predictor.interval.level,
-            )
-        )
-    if not groups:
-        raise InputError("no pinch is of a class that the model knows", parameter="data")
+        rows = members & has_both & is_known
+        if rows.any():
+            groups.append(_group(title, predictor, predictions, truth, dataset, rows))
+    scored = sum(group.n for group in groups)
     return Evaluation(
-        predictor=model.kind,
+        predictor=predictor.model.kind,
         target=target,
         contacts=aligned.how,
-        scored=sum(group.n for group in groups),
-        left_out=len(dataset) - sum(group.n for group in groups),
+        scored=scored,
+        left_out=len(dataset) - scored,
         warnings=tuple(warnings),
         groups=tuple(groups),
-        duration=predictor.duration,
+        duration=None if isinstance(predictor, NetworkPredictor) else predictor.duration,
     )
 
 
-def _by_seconds(by_ms: Mapping[str, T]) -> dict[float, T]:
-    return {int(ms) / 1000: value for ms, value in by_ms.items()}
+def _group(
+    title: str,
+    predictor: Predictor,
+    predictions: Mapping[float, Predictions],
+    truth: Values,
+    dataset: Dataset,
+    rows: NDArray[np.bool_],
+) -> GroupScores:
+    """Score predictions of the pinches where ``rows`` is true."""
+    truth, specimens = truth[rows], dataset.specimens[rows]
+    clusters = resampling_clusters(dataset.sessions[rows], specimens)
+    compare = classification_scores if predictor.classes else regression_scores
+    scores: dict[float, TaskScores] = {}
+    coverage, width, out_of_range = {}, {}, {}
+    for at, all_pinches in predictions.items():
+        answer = all_pinches.take(rows)
+        scores[at] = compare(truth, answer.value, clusters, 0)
+        if predictor.level is not None:
+            coverage[at] = float(((answer.low <= truth) & (truth <= answer.high)).mean())
+            width[at] = float((answer.high - answer.low).mean())
+        if isinstance(predictor, NetworkPredictor):
+            out_of_range[at] = float(answer.out_of_range.mean())
+    return GroupScores(
+        title=title,
+        predictor=predictor.model.kind,
+        n=len(truth),
+        scores=scores,
+        coverage=coverage,
+        width=width,
+        out_of_range=out_of_range,
+        objects=per_object(truth, answer.value, specimens, dataset.objects[rows]),
+        constant=None if predictor.classes else float(truth.std()),
+        level=predictor.level,
+    )

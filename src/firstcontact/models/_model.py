@@ -173,8 +173,7 @@ class Model:
             return self.network.predict(data, firsts, latest)
         out = Predictions.empty(firsts)
         for window in self.windows:
-            if window.duration <= latest + 1e-9:
-                out = window.predict(data, firsts).filled(out)
+            out = window.predict(data, firsts, latest).filled(out)
         return out
 
     def only(self, estimator: str) -> Model:

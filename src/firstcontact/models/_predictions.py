@@ -71,6 +71,10 @@ class Predictions:
         for column, new in zip(self.columns, predictions.columns, strict=True):
             column[rows] = new
 
+    def take(self, rows: NDArray[Any]) -> Predictions:
+        """Return the predictions at these positions, or where a mask is true, without contacts."""
+        return _of_columns([column[rows] for column in self.columns], ())
+
     def filled(self, other: Predictions) -> Predictions:
         """Return the predictions; another model fills the missing ones."""
         missing = np.isnan(self.value)

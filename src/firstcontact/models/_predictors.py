@@ -18,7 +18,7 @@ from firstcontact.models._predictions import Predictions
 from firstcontact.models._registry import model_kind
 from firstcontact.models._spec import Arrays, Spec, Task
 from firstcontact.models._touch_stream import STEP
-from firstcontact.models._touches import LONGEST, SHORTEST, touches_of, valid_samples
+from firstcontact.models._touches import LONGEST, SHORTEST, TIMES, touches_of, valid_samples
 from firstcontact.models._window_model import WindowModel
 from firstcontact.signal import SavitzkyGolay, contact_windows, samples_in
 
@@ -68,9 +68,31 @@ class WindowPredictor:
                 return length
         return spec.duration
 
-    def predict(self, data: Dataset, contacts: Sequence[Contact | None]) -> Predictions:
-        """Predict each pinch whose window ends before the second contact, filter included."""
+    @property
+    def scored_moments(self) -> tuple[float, ...]:
+        """Moments at which :func:`evaluate` scores it, s."""
+        return self.moments
+
+    @property
+    def classes(self) -> tuple[float, ...]:
+        """Classes that it predicts; empty for a regression."""
+        return self.model.spec.classes
+
+    @property
+    def level(self) -> float | None:
+        """Level of the intervals; None without intervals."""
+        return None if self.interval is None else self.interval.level
+
+    def predict(
+        self, data: Dataset, contacts: Sequence[Contact | None], at: float = LONGEST_WINDOW
+    ) -> Predictions:
+        """Predict each pinch whose window ends before the second contact, filter included.
+
+        There is no prediction where ``at``, s, is shorter than the window.
+        """
         out = Predictions.empty(contacts)
+        if at < self.duration - 1e-9:
+            return out
         needed = self.model.spec.samples + SavitzkyGolay().lookahead
         is_valid = valid_samples(data, contacts) >= needed
         alone = [c if valid else None for c, valid in zip(contacts, is_valid, strict=True)]
@@ -142,6 +164,21 @@ class NetworkPredictor:
     def moments(self) -> tuple[float, ...]:
         """Elapsed times after a contact at which it predicts, s, ascending."""
         return MOMENTS
+
+    @property
+    def scored_moments(self) -> tuple[float, ...]:
+        """Moments at which :func:`evaluate` scores it, s."""
+        return tuple(ms / 1000 for ms in TIMES)
+
+    @property
+    def classes(self) -> tuple[float, ...]:
+        """No classes: it predicts Shore A."""
+        return ()
+
+    @property
+    def level(self) -> float:
+        """Level of the intervals."""
+        return self.model.level
 
     def predict(
         self, data: Dataset, contacts: Sequence[Contact | None], at: float = LONGEST

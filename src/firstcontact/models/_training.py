@@ -57,16 +57,12 @@ class LabelledWindows:
     @property
     def has_sessions(self) -> bool:
         """Return True if these windows lie in two known sessions or more."""
-        return len(np.unique(self.sessions)) > 1 and bool((self.sessions != "").all())
+        return _tells_apart(self.sessions)
 
     @property
     def clusters(self) -> NDArray[np.str_]:
         """Return the clusters to resample: sessions, else specimens, else pinches."""
-        if self.has_sessions:
-            return self.sessions
-        if len(np.unique(self.specimens)) > 1 and (self.specimens != "").all():
-            return self.specimens
-        return np.arange(len(self)).astype(np.str_)
+        return resampling_clusters(self.sessions, self.specimens)
 
     def take(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> LabelledWindows:
         """Return the windows at these positions, or where a mask is true."""
@@ -80,6 +76,20 @@ class LabelledWindows:
             self.which[rows],
             self.rate,
         )
+
+
+def resampling_clusters(
+    sessions: NDArray[np.str_], specimens: NDArray[np.str_]
+) -> NDArray[np.str_]:
+    """Return the clusters to resample: sessions, else specimens, else pinches."""
+    for names in (sessions, specimens):
+        if _tells_apart(names):
+            return names
+    return np.arange(len(sessions)).astype(np.str_)
+
+
+def _tells_apart(names: NDArray[np.str_]) -> bool:
+    return len(np.unique(names)) > 1 and bool((names != "").all())
 
 
 def distinct_specimens(dataset: Dataset) -> NDArray[np.str_]:
@@ -192,8 +202,7 @@ class LabelledTouches:
     @property
     def named_sessions(self) -> NDArray[np.str_] | None:
         """The sessions, where there are several and all have a name."""
-        several = len(np.unique(self.sessions)) > 1 and (self.sessions != "").all()
-        return self.sessions if several else None
+        return self.sessions if _tells_apart(self.sessions) else None
 
     @property
     def clusters(self) -> NDArray[np.str_]:

@@ -67,11 +67,11 @@ def _lines(evaluation: Evaluation) -> Iterator[str]:
     yield (
         f"{evaluation.when}, {evaluation.predictor}: contacts {evaluation.contacts}; "
         f"{counted(evaluation.scored, 'pinch')} scored, {evaluation.left_out} left out (no "
-        "contact, label, whole window or known class)"
+        "contact, label, known class or enough signal before the second contact)"
     )
     yield from evaluation.warnings
     for group in evaluation.groups:
-        if group.window is None:
+        if evaluation.duration is None:
             yield from _network_lines(group)
         else:
             yield from _window_lines(group, evaluation)
@@ -93,8 +93,8 @@ def _window_lines(group: GroupScores, evaluation: Evaluation) -> Iterator[str]:
     from firstcontact.models import UNITS, scores_in_words
 
     unit = UNITS[evaluation.target]
-    assert group.window is not None
-    yield f"{group.title}: {scores_in_words(group.window, evaluation.target)}"
+    (scores,) = group.scores.values()
+    yield f"{group.title}: {scores_in_words(scores, evaluation.target)}"
     for at, coverage in group.coverage.items():
         yield (
             f"  interval at level {group.level:g} held {percent(coverage)} of {group.n} "

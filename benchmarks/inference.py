@@ -11,10 +11,11 @@ import time
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from firstcontact.models import Task, make_estimator, time_inference
+from firstcontact.models import Task, make_estimator
 from firstcontact.recording import load_dataset
 from firstcontact.signal import contact_windows
 from firstcontact.twin import simulate
+from firstcontact_lab.study.timing import time_inference
 
 
 def main() -> None:

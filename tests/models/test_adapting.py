@@ -8,15 +8,9 @@ import numpy as np
 import pytest
 
 from firstcontact.core import InputError
-from firstcontact.models import (
-    ANY,
-    InContextModel,
-    Touches,
-    adapt_network,
-    predictions_by_time,
-    pretrained,
-)
+from firstcontact.models import ANY, TIMES, InContextModel, Touches, adapt_network, pretrained
 from firstcontact.models._network_estimator import LEAST_OF_FINGER, MOST_OF_LEVEL, WAYS
+from firstcontact.signal import samples_in
 from ringing import ringing
 
 BASE = pretrained()
@@ -99,7 +93,7 @@ def test_scores_no_better_than_the_mean_are_a_reason_to_refuse() -> None:
 
 def held(model: InContextModel, touches: Touches, truth: np.ndarray) -> np.ndarray:
     """Share of truths in the intervals at each time."""
-    by_time = predictions_by_time(model, touches).values()
+    by_time = [model.predict(touches.until(samples_in(1e-3 * ms, touches.rate))) for ms in TIMES]
     return np.array([np.mean((a.low <= truth) & (truth <= a.high)) for a in by_time])
 
 

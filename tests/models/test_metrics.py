@@ -8,12 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.models import (
-    RankCorrelation,
     classification_scores,
     cluster_intervals,
-    over_objects,
     per_object,
-    rank_correlation,
     regression_scores,
 )
 
@@ -95,18 +92,6 @@ def test_each_object_by_itself_and_all_alike() -> None:
     assert each["a"].sd == pytest.approx(1.0)
     assert each["b"].n == 1
     assert each["b"].sd is None
-    means = over_objects(each)
-    assert means.rmse == pytest.approx(np.sqrt((2**2 + 4**2) / 2))
-    assert means.n == 2
-
-
-def test_permutation_p_is_exact_for_few() -> None:
-    """Of the 24 orders of four, one is as high and one as low."""
-    found = rank_correlation(np.arange(4.0), np.array([1.0, 3.0, 7.0, 9.0]), 0)
-    assert found.rho == pytest.approx(1.0)
-    assert found.p == pytest.approx(2 / 24)
-    assert found.exact
-    assert rank_correlation(np.array([1.0, 1.0, 1.0]), np.arange(3.0), 0) == RankCorrelation(n=3)
 
 
 def test_a_single_class_has_a_confusion_of_one_number() -> None:

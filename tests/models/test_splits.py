@@ -7,15 +7,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from firstcontact.models import (
-    Group,
-    Split,
-    by_session,
-    leave_one_out,
-    random_90_10,
-    random_folds,
-    unseen_objects,
-)
+from firstcontact.models import Group, Split, by_session, leave_one_out
 
 
 @st.composite
@@ -44,15 +36,6 @@ def test_by_session_holds_whole_sessions_out_and_asks_about_everyone_once(made, 
         split.check(sessions, specimens)
         assert Group.SESSION not in split.shares
         assert not set(sessions[split.train]) & set(sessions[split.test])
-
-
-@given(pinches(), st.integers(0, 5))
-def test_random_splits_say_what_they_share(made, seed: int) -> None:
-    levels = made[2]
-    for split in (*random_90_10(np.repeat(levels, 10), seed), *random_folds(levels, seed)):
-        assert split.shares == {Group.SESSION, Group.SPECIMEN}
-        assert not set(split.train) & set(split.test)
-    assert covered(random_folds(levels, seed)) == list(range(len(levels)))
 
 
 @given(pinches())
@@ -99,22 +82,6 @@ def test_unknown_sessions_cannot_be_told_apart() -> None:
         split.check(np.array(["", ""]), np.array(["a", "b"]))
 
 
-def test_roles_decide_who_is_unseen() -> None:
-    split = unseen_objects(np.array([False, True, False]))
-    assert split.train.tolist() == [0, 2]
-    assert split.test.tolist() == [1]
-    assert not split.shares
-
-
 def test_an_empty_side_is_refused() -> None:
     with pytest.raises(ValueError, match="empty side"):
         Split("x", np.array([], dtype=int), np.array([1])).check(np.array([""]), np.array([""]))
-
-
-def test_the_same_seed_gives_the_same_split() -> None:
-    levels = np.repeat([1.0, 2.0, 3.0], 30)
-    first, second = random_90_10(levels, 7)[0], random_90_10(levels, 7)[0]
-    assert first.test.tolist() == second.test.tolist()
-    assert first.test.tolist() != random_90_10(levels, 8)[0].test.tolist()
-    assert len(first.test) == 9
-    assert np.unique(levels[first.test], return_counts=True)[1].tolist() == [3, 3, 3]

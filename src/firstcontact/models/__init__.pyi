@@ -5,8 +5,6 @@ from ._alignment import fit_detector as fit_detector
 from ._alignment import found as found
 from ._alignment import found_as_live as found_as_live
 from ._alignment import known as known
-from ._anytime_scores import anytime_scores as anytime_scores
-from ._anytime_scores import predictions_by_time as predictions_by_time
 from ._card import ModelCard as ModelCard
 from ._card import NetworkCard as NetworkCard
 from ._card import PredictorCard as PredictorCard
@@ -19,6 +17,8 @@ from ._compact import CompactNetwork as CompactNetwork
 from ._compact import Rounded as Rounded
 from ._compact import compacted as compacted
 from ._compact import deaf as deaf
+from ._conformal import conformal_interval as conformal_interval
+from ._conformal import least_answers as least_answers
 from ._contact_answers import ContactAnswers as ContactAnswers
 from ._context_network import CENTRE as CENTRE
 from ._context_network import COMPONENTS as COMPONENTS
@@ -59,9 +59,7 @@ from ._interval import SHORE_A as SHORE_A
 from ._interval import Interval as Interval
 from ._metrics import classification_scores as classification_scores
 from ._metrics import cluster_intervals as cluster_intervals
-from ._metrics import over_objects as over_objects
 from ._metrics import per_object as per_object
-from ._metrics import rank_correlation as rank_correlation
 from ._metrics import regression_scores as regression_scores
 from ._model import Model as Model
 from ._model import load_model as load_model
@@ -88,7 +86,6 @@ from ._out_of_range import traits as traits
 from ._pooling import combine as combine
 from ._predictions import ContactPredictor as ContactPredictor
 from ._predictions import Predictions as Predictions
-from ._predictions import joined_predictions as joined_predictions
 from ._predictors import NetworkPredictor as NetworkPredictor
 from ._predictors import Predictor as Predictor
 from ._predictors import WindowPredictor as WindowPredictor
@@ -103,12 +100,9 @@ from ._rig import TOKEN as TOKEN
 from ._rig import USUAL_LEVEL as USUAL_LEVEL
 from ._rig import Rig as Rig
 from ._rig import stage_of as stage_of
-from ._scores import AnytimeScores as AnytimeScores
 from ._scores import Bounded as Bounded
 from ._scores import ClassificationScores as ClassificationScores
 from ._scores import Ends as Ends
-from ._scores import MeanErrors as MeanErrors
-from ._scores import RankCorrelation as RankCorrelation
 from ._scores import RegressionScores as RegressionScores
 from ._scores import Scores as Scores
 from ._scores import SpecimenErrors as SpecimenErrors
@@ -123,12 +117,7 @@ from ._splits import Group as Group
 from ._splits import Split as Split
 from ._splits import by_session as by_session
 from ._splits import inner_folds as inner_folds
-from ._splits import learns_one_value as learns_one_value
 from ._splits import leave_one_out as leave_one_out
-from ._splits import never_learned as never_learned
-from ._splits import random_90_10 as random_90_10
-from ._splits import random_folds as random_folds
-from ._splits import unseen_objects as unseen_objects
 from ._svm import Svm as Svm
 from ._svm import machine_of as machine_of
 from ._svm_model import LEVEL_WEIGHT as LEVEL_WEIGHT
@@ -136,9 +125,6 @@ from ._svm_model import SvmModel as SvmModel
 from ._svm_model import level_of as level_of
 from ._svm_model import log_rms as log_rms
 from ._svm_model import shape_and_level as shape_and_level
-from ._timing import InferenceTime as InferenceTime
-from ._timing import time_calls as time_calls
-from ._timing import time_inference as time_inference
 from ._touch_stream import TouchStream as TouchStream
 from ._touch_stream import moments as moments
 from ._touches import BEFORE as BEFORE
@@ -166,8 +152,6 @@ from ._training import distinct_specimens as distinct_specimens
 from ._training import fit_model as fit_model
 from ._training import held_out as held_out
 from ._training import labelled_windows as labelled_windows
-from ._window_ladder import fit_window_ladder as fit_window_ladder
-from ._window_ladder import registered as registered
 from ._window_model import TARGET as TARGET
 from ._window_model import ArrayCheck as ArrayCheck
 from ._window_model import ArraysModel as ArraysModel

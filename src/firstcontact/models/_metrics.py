@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from firstcontact.models._scores import (
     ClassificationScores,
     Ends,
-    MeanErrors,
-    RankCorrelation,
     RegressionScores,
     SpecimenErrors,
 )
@@ -166,45 +164,3 @@ def per_object(
             mse=float((error**2).mean()),
         )
     return out
-
-
-def over_objects(each: Mapping[str, SpecimenErrors]) -> MeanErrors:
-    """Errors of the objects' mean predictions: one number an object, all alike."""
-    error = np.array([o.mean - o.true for o in each.values()])
-    return MeanErrors(
-        rmse=float(np.sqrt((error**2).mean())),
-        mae=float(np.abs(error).mean()),
-        mse=float((error**2).mean()),
-        bias=float(error.mean()),
-        n=len(error),
-    )
-
-
-def rank_correlation(truth: Values, score: Values, seed: int) -> RankCorrelation:
-    """Spearman's rho with a permutation p-value, exact for small n.
-
-    Parameters
-    ----------
-    truth, score
-        One value a group, shape (n,); ties take their mean rank.
-    seed
-        Used only where n! is too many to go through.
-    """
-    from math import factorial
-
-    from scipy.stats import permutation_test, spearmanr
-
-    n = len(truth)
-    if n < 3 or np.ptp(truth) == 0 or np.ptp(score) == 0:
-        return RankCorrelation(n=n)
-    resamples = 9999
-    result = permutation_test(
-        (truth,),
-        lambda x: spearmanr(x, score).statistic,
-        permutation_type="pairings",
-        n_resamples=resamples,
-        rng=np.random.default_rng(seed),
-    )
-    return RankCorrelation(
-        rho=float(result.statistic), n=n, p=float(result.pvalue), exact=factorial(n) <= resamples
-    )

@@ -90,12 +90,6 @@ class ContactPredictor(Protocol):
         ...
 
 
-def joined_predictions(parts: Sequence[Predictions]) -> Predictions:
-    """Return predictions for contacts one after the other."""
-    columns = zip(*(part.columns for part in parts), strict=True)
-    return _of_columns([np.concatenate(column) for column in columns], ())
-
-
 def _of_columns(columns: list[Any], contacts: Sequence[Contact | None]) -> Predictions:
     value, spread, low, high, out_of_range, elapsed = columns
     return Predictions(value, spread, low, high, out_of_range, elapsed, contacts)

@@ -44,21 +44,6 @@ class ClassificationScores(Record, frozen=True, kw_only=True):
 TaskScores = RegressionScores | ClassificationScores
 
 
-class AnytimeScores(Record, frozen=True, kw_only=True):
-    """Answers for ``n`` pinches by the time after the contact, ms; later signal is not looked at.
-
-    ``coverage`` and ``width`` are of the model's intervals, the width in Shore A; ``strange`` is
-    the share that the model says not to know. ``intervals`` by score, then by time.
-    """
-
-    n: int
-    rmse: dict[str, float]
-    coverage: dict[str, float]
-    width: dict[str, float]
-    strange: dict[str, float]
-    intervals: dict[str, dict[str, Ends]]
-
-
 class SpecimenErrors(Record, frozen=True, kw_only=True):
     """Errors of one specimen: of its pinches, and of their mean; ``sd`` of two pinches or more."""
 
@@ -71,28 +56,6 @@ class SpecimenErrors(Record, frozen=True, kw_only=True):
     rmse: float
     mae: float
     mse: float
-
-
-class MeanErrors(Record, frozen=True, kw_only=True):
-    """Errors of the specimens' mean predictions: ``n`` specimens, all alike."""
-
-    rmse: float
-    mae: float
-    mse: float
-    bias: float
-    n: int
-
-
-class RankCorrelation(Record, frozen=True, kw_only=True):
-    """Spearman's rho over ``n`` groups with its two-sided p; without both where a side is constant.
-
-    ``exact`` says whether all permutations were gone through.
-    """
-
-    rho: float | None = None
-    n: int
-    p: float | None = None
-    exact: bool | None = None
 
 
 class Scores(Protocol):

@@ -18,11 +18,10 @@ from firstcontact.models import (
     Touches,
     adapt_network,
     fit_model,
-    fit_window_ladder,
     pretrained,
-    registered,
 )
 from firstcontact_lab.study._rig_sets import RigSet
+from firstcontact_lab.study.window_ladder import fit_window_ladder, registered
 
 Index = NDArray[np.intp]
 Values = NDArray[np.float64]

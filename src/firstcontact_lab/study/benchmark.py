@@ -8,14 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from firstcontact.core import Record, Runner
-from firstcontact.models import (
-    ESTIMATORS,
-    AnytimeScores,
-    Predictions,
-    anytime_scores,
-    joined_predictions,
-    predictions_by_time,
-)
+from firstcontact.models import ESTIMATORS, Predictions
 from firstcontact.twin import condition
 from firstcontact_lab.study._comparison import (
     BRIEF,
@@ -28,6 +21,12 @@ from firstcontact_lab.study._comparison import (
 )
 from firstcontact_lab.study._entrants import Entrant, fit_on_set
 from firstcontact_lab.study._rig_sets import RigSet, Sizes, Use
+from firstcontact_lab.study.scores import (
+    AnytimeScores,
+    anytime_scores,
+    joined_predictions,
+    predictions_by_time,
+)
 from firstcontact_lab.study.settings import StudySettings
 
 #: Contacts are as late as one of these, samples: about what detectors do on the twin.

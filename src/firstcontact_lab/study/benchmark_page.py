@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from firstcontact.core import BLUE, GREEN, ORANGE, PURPLE, RED, SKY, Record, counted, percent
-from firstcontact.models import AnytimeScores, Bounded
+from firstcontact.models import Bounded
 from firstcontact_lab.report.findings import Figure
 from firstcontact_lab.report.names import competitor_title
 from firstcontact_lab.report.page import Column, Page, Section
@@ -21,6 +21,7 @@ from firstcontact_lab.study.parts.generalise import (
     others_off_blocks,
 )
 from firstcontact_lab.study.recorded_benchmark import RecordedData, RecordedScores
+from firstcontact_lab.study.scores import AnytimeScores
 
 
 class BenchmarkResults(Record, frozen=True, kw_only=True):

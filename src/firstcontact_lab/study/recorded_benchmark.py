@@ -11,18 +11,13 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Contact, Dataset, InputError, Record, Runner, counted, is_same_rate
 from firstcontact.models import (
-    AnytimeScores,
     LabelledTouches,
     Predictions,
     Split,
-    anytime_scores,
     by_session,
     fit_detector,
     found,
     found_as_live,
-    joined_predictions,
-    learns_one_value,
-    predictions_by_time,
     pretrained,
 )
 from firstcontact.recording import check_rate, load_dataset
@@ -32,6 +27,13 @@ from firstcontact_lab.study._entrants import Entrant, fit_predictor
 from firstcontact_lab.study._subject import Subject
 from firstcontact_lab.study.benchmark import competitors
 from firstcontact_lab.study.parts.objects import why_not_unseen
+from firstcontact_lab.study.scores import (
+    AnytimeScores,
+    anytime_scores,
+    joined_predictions,
+    predictions_by_time,
+)
+from firstcontact_lab.study.splits import learns_one_value
 
 Names = NDArray[np.str_]
 

@@ -13,20 +13,15 @@ from firstcontact.models import (
     ESTIMATORS,
     TIMES,
     Adapted,
-    AnytimeScores,
     Bounded,
     Ends,
     InContextModel,
     LabelledTouches,
     Predictions,
     adapt_network,
-    anytime_scores,
     bounded,
     by_session,
-    joined_predictions,
-    learns_one_value,
     lengths,
-    predictions_by_time,
     pretrained,
     regression_scores,
 )
@@ -49,7 +44,14 @@ from firstcontact_lab.study._subject import Subject
 from firstcontact_lab.study.part import Part, Step, Subjects
 from firstcontact_lab.study.parts.answer_time import before_second, waits
 from firstcontact_lab.study.parts.objects import UNSEEN
+from firstcontact_lab.study.scores import (
+    AnytimeScores,
+    anytime_scores,
+    joined_predictions,
+    predictions_by_time,
+)
 from firstcontact_lab.study.settings import StudySettings
+from firstcontact_lab.study.splits import learns_one_value
 
 
 class FixedWindow(Record, frozen=True, kw_only=True):

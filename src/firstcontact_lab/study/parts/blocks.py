@@ -24,10 +24,7 @@ from firstcontact.models import (
     by_session,
     classification_scores,
     held_out,
-    learns_one_value,
     leave_one_out,
-    never_learned,
-    random_90_10,
     regression_scores,
     window_estimators,
 )
@@ -41,6 +38,7 @@ from firstcontact_lab.study._subject import Subject
 from firstcontact_lab.study.part import Part, Step, Subjects, distinct, per_subject
 from firstcontact_lab.study.parts.contacts import is_learned
 from firstcontact_lab.study.settings import StudySettings
+from firstcontact_lab.study.splits import learns_one_value, never_learned, random_90_10
 
 
 class WindowCounts(Record, frozen=True, kw_only=True):

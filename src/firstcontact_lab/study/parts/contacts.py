@@ -43,7 +43,6 @@ from firstcontact.models import (
     Split,
     by_session,
     judged,
-    random_folds,
     resampler_lookahead,
     score_decisions,
 )
@@ -56,6 +55,7 @@ from firstcontact_lab.study._subject import Subject
 from firstcontact_lab.study.part import Part, Step, Subjects, distinct, per_subject
 from firstcontact_lab.study.parts.data import DATA
 from firstcontact_lab.study.settings import StudySettings
+from firstcontact_lab.study.splits import random_folds
 
 
 @dataclass(frozen=True, slots=True)

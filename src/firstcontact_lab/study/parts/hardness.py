@@ -15,18 +15,13 @@ from firstcontact.models import (
     ClassificationScores,
     LabelledWindows,
     Question,
-    RankCorrelation,
     RegressionScores,
     Task,
     Values,
     bounded,
     classification_scores,
     held_out,
-    learns_one_value,
     leave_one_out,
-    never_learned,
-    random_folds,
-    rank_correlation,
     regression_scores,
     window_estimators,
 )
@@ -53,7 +48,9 @@ from firstcontact_lab.study.part import (
 from firstcontact_lab.study.parts.blocks import BLOCKS
 from firstcontact_lab.study.parts.contacts import is_learned
 from firstcontact_lab.study.parts.objects import OBJECTS
+from firstcontact_lab.study.scores import RankCorrelation, rank_correlation
 from firstcontact_lab.study.settings import StudySettings
+from firstcontact_lab.study.splits import learns_one_value, never_learned, random_folds
 
 
 class Material(Record, frozen=True, kw_only=True):

@@ -27,7 +27,6 @@ from firstcontact.models import (
     DURATION,
     ESTIMATORS,
     Fit,
-    InferenceTime,
     LabelledTouches,
     LabelledWindows,
     Task,
@@ -36,8 +35,6 @@ from firstcontact.models import (
     make_estimator,
     moments,
     pretrained,
-    time_calls,
-    time_inference,
     window_estimators,
 )
 from firstcontact_lab.report import names
@@ -63,6 +60,7 @@ from firstcontact_lab.study.part import (
 )
 from firstcontact_lab.study.parts.anytime import conditioned_model, conditioning_contacts
 from firstcontact_lab.study.settings import StudySettings
+from firstcontact_lab.study.timing import InferenceTime, time_calls, time_inference
 
 
 class InferenceTimes(InferenceTime, frozen=True, kw_only=True):

@@ -16,7 +16,6 @@ from firstcontact.models import (
     ESTIMATORS,
     Group,
     LabelledWindows,
-    MeanErrors,
     Question,
     RegressionScores,
     SpecimenErrors,
@@ -25,11 +24,8 @@ from firstcontact.models import (
     Values,
     bounded,
     held_out,
-    learns_one_value,
-    over_objects,
     per_object,
     regression_scores,
-    unseen_objects,
 )
 from firstcontact_lab.report import names
 from firstcontact_lab.report.charts import Dot, Panel, dot_figure
@@ -55,7 +51,9 @@ from firstcontact_lab.study.part import (
     per_subject,
 )
 from firstcontact_lab.study.parts.blocks import WindowCounts, able
+from firstcontact_lab.study.scores import MeanErrors, over_objects
 from firstcontact_lab.study.settings import StudySettings
+from firstcontact_lab.study.splits import learns_one_value, unseen_objects
 
 
 class ObjectScores(RegressionScores, frozen=True, kw_only=True):

@@ -23,13 +23,10 @@ from firstcontact.models import (
     TIMES,
     LabelledWindows,
     Question,
-    RankCorrelation,
     Task,
     Values,
     held_out,
     leave_one_out,
-    never_learned,
-    rank_correlation,
     window_estimators,
 )
 from firstcontact.recording import figure_label
@@ -42,7 +39,9 @@ from firstcontact_lab.study._subject import Subject
 from firstcontact_lab.study.part import Part, Step, Subjects, with_ranks
 from firstcontact_lab.study.parts.contacts import is_learned
 from firstcontact_lab.study.parts.hardness import SCORE, spectral_centroid
+from firstcontact_lab.study.scores import RankCorrelation, rank_correlation
 from firstcontact_lab.study.settings import StudySettings
+from firstcontact_lab.study.splits import never_learned
 
 #: Lengths of windows that headlines and overviews show, ms.
 SHOWN_MS = ("3", "15")

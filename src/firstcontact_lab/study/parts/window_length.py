@@ -16,7 +16,6 @@ from firstcontact.models import (
     bounded,
     by_session,
     held_out,
-    learns_one_value,
     regression_scores,
 )
 from firstcontact_lab.report import names
@@ -28,6 +27,7 @@ from firstcontact_lab.study._subject import Subject
 from firstcontact_lab.study.part import Part, Step
 from firstcontact_lab.study.parts.objects import object_splits, specimen_names
 from firstcontact_lab.study.settings import StudySettings
+from firstcontact_lab.study.splits import learns_one_value
 
 
 class WindowErrors(Record, frozen=True, kw_only=True):

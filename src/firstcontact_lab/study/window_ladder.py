@@ -14,13 +14,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import InputError
-from firstcontact.models._conformal import conformal_interval, least_answers
-from firstcontact.models._interval import SHORE_A, Interval
-from firstcontact.models._predictions import Predictions
-from firstcontact.models._registry import make_estimator
-from firstcontact.models._spec import Task, Values, Windows, usable
-from firstcontact.models._splits import inner_folds
-from firstcontact.models._touches import TIMES, Touches
+from firstcontact.models import (
+    SHORE_A,
+    TIMES,
+    Interval,
+    Predictions,
+    Task,
+    Touches,
+    Values,
+    Windows,
+    conformal_interval,
+    inner_folds,
+    least_answers,
+    make_estimator,
+    usable,
+)
 from firstcontact.signal import SavitzkyGolay, samples_in
 
 #: Lengths of the windows, s.

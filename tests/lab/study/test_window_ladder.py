@@ -13,15 +13,14 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 
 from firstcontact.core import InputError
-from firstcontact.models import (
-    ESTIMATORS,
-    Touches,
+from firstcontact.models import ESTIMATORS, Touches, window_estimators
+from firstcontact.models._regressor import fresh
+from firstcontact_lab.study.window_ladder import (
+    WindowLadder,
     fit_window_ladder,
     registered,
-    window_estimators,
+    windows,
 )
-from firstcontact.models._regressor import fresh
-from firstcontact.models._window_ladder import WindowLadder, windows
 from ringing import LONGEST, SHORTEST, ringing
 
 TOUCHES, SHORE_A, SESSIONS = ringing(120)

@@ -14,9 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Record
-from firstcontact.models._estimator import Reference
-from firstcontact.models._spec import Windows
-from firstcontact.models._window_model import WindowModel
+from firstcontact.models import Reference, WindowModel, Windows
 
 #: Calls before the clock counts: caches and parts that are built late.
 WARM_UP = 200
@@ -46,7 +44,7 @@ class Timed:
     preempted: NDArray[np.bool_]
 
     @property
-    def own(self) -> NDArray[np.float64]:
+    def uninterrupted(self) -> NDArray[np.float64]:
         """Times of the calls that ran through; of all where none did."""
         return self.microseconds if self.preempted.all() else self.microseconds[~self.preempted]
 
@@ -129,10 +127,10 @@ def time_inference(
     return msgspec.structs.replace(
         times,
         reference=reference.name,
-        reference_p50=float(np.percentile(theirs.own, 50)),
-        reference_p99=float(np.percentile(theirs.own, 99)),
+        reference_p50=float(np.percentile(theirs.uninterrupted, 50)),
+        reference_p99=float(np.percentile(theirs.uninterrupted, 99)),
         reference_calls=len(theirs.microseconds),
-        speedup=float(np.percentile(theirs.own, 50)) / times.p50,
+        speedup=float(np.percentile(theirs.uninterrupted, 50)) / times.p50,
     )
 
 
@@ -144,8 +142,8 @@ def time_calls(call: Call, inputs: Sequence[Any] | NDArray[Any], calls: int) -> 
     with threadpoolctl.threadpool_limits(1):
         times = timed(call, inputs, calls)
     return InferenceTime(
-        p50=float(np.percentile(times.own, 50)),
-        p99=float(np.percentile(times.own, 99)),
+        p50=float(np.percentile(times.uninterrupted, 50)),
+        p99=float(np.percentile(times.uninterrupted, 99)),
         p99_with_preempted=float(np.percentile(times.microseconds, 99)),
         calls=calls,
         preempted=int(times.preempted.sum()),

@@ -9,16 +9,16 @@ import sys
 import numpy as np
 import pytest
 
-from firstcontact.models._timing import Timed, load, preemptions, timed
+from firstcontact_lab.study.timing import Timed, load, preemptions, timed
 
 
 def test_preempted_calls_are_apart() -> None:
     spent = np.array([10.0] * 97 + [4000.0] * 3)
     found = Timed(spent, spent > 1000)
-    assert np.percentile(found.own, 99) == 10.0
+    assert np.percentile(found.uninterrupted, 99) == 10.0
     assert np.percentile(found.microseconds, 99) > 1000
     everything = Timed(spent, np.ones(100, dtype=bool))
-    assert len(everything.own) == 100
+    assert len(everything.uninterrupted) == 100
 
 
 def test_every_call_is_made_and_timed() -> None:
@@ -49,7 +49,7 @@ def test_on_a_shared_core_the_calls_that_were_interrupted_are_found() -> None:
                 found = timed(lambda _: work @ work, [0], 5000)
             assert preemptions() > began
             # A time slice of the other process is in each of these.
-            assert np.median(found.microseconds[found.preempted]) > np.median(found.own)
+            assert np.median(found.microseconds[found.preempted]) > np.median(found.uninterrupted)
         finally:
             os.sched_setaffinity(0, before)
             other.kill()

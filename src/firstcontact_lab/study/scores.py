@@ -1,0 +1,173 @@
+"""Scores of the study: by time after the contact, over objects, and of ranks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import Record
+from firstcontact.models import (
+    TIMES,
+    ContactPredictor,
+    Ends,
+    Predictions,
+    SpecimenErrors,
+    Touches,
+    Values,
+    cluster_intervals,
+)
+from firstcontact.signal import samples_in
+
+
+class AnytimeScores(Record, frozen=True, kw_only=True):
+    """Answers for ``n`` pinches by the time after the contact, ms; later signal is not looked at.
+
+    ``coverage`` and ``width`` are of the model's intervals, the width in Shore A; ``strange`` is
+    the share that the model says not to know. ``intervals`` by score, then by time.
+    """
+
+    n: int
+    rmse: dict[str, float]
+    coverage: dict[str, float]
+    width: dict[str, float]
+    strange: dict[str, float]
+    intervals: dict[str, dict[str, Ends]]
+
+
+class MeanErrors(Record, frozen=True, kw_only=True):
+    """Errors of the specimens' mean predictions: ``n`` specimens, all alike."""
+
+    rmse: float
+    mae: float
+    mse: float
+    bias: float
+    n: int
+
+
+class RankCorrelation(Record, frozen=True, kw_only=True):
+    """Spearman's rho over ``n`` groups with its two-sided p; without both where a side is constant.
+
+    ``exact`` says whether all permutations were gone through.
+    """
+
+    rho: float | None = None
+    n: int
+    p: float | None = None
+    exact: bool | None = None
+
+
+_STATISTICS: Mapping[str, Callable[[Values], Values]] = {
+    "rmse": lambda s: np.sqrt(s[..., 1] / s[..., 0]),
+    "coverage": lambda s: s[..., 2] / s[..., 0],
+    "width": lambda s: s[..., 3] / s[..., 0],
+}
+
+
+def predictions_by_time(
+    model: ContactPredictor, touches: Touches, times: Sequence[int] = TIMES
+) -> dict[int, Predictions]:
+    """Return predictions by time after the contact, ms, or at the second contact if earlier."""
+    return {ms: model.predict(touches.until(samples_in(1e-3 * ms, touches.rate))) for ms in times}
+
+
+def anytime_scores(
+    predictions: Mapping[int, Predictions], truth: Values, clusters: NDArray[Any], seed: int
+) -> AnytimeScores:
+    """Errors and intervals at each time, with bootstrap intervals over whole clusters.
+
+    Parameters
+    ----------
+    predictions
+        By time, ms, of the same contacts at each.
+    truth
+        Shore A, shape (n,).
+    clusters
+        What is resampled as a whole, shape (n,).
+    seed
+        Of the resampling.
+
+    Raises
+    ------
+    ValueError
+        No contact.
+    """
+    if not len(truth):
+        raise ValueError("there is no contact to score")
+    scores: dict[str, dict[str, float]] = {name: {} for name in _STATISTICS}
+    intervals: dict[str, dict[str, Ends]] = {name: {} for name in _STATISTICS}
+    out_of_range = {}
+    for ms, at_time in predictions.items():
+        is_inside = (at_time.low <= truth) & (truth <= at_time.high)
+        columns = np.stack(
+            [
+                np.ones_like(truth),
+                (at_time.value - truth) ** 2,
+                is_inside,
+                at_time.high - at_time.low,
+            ],
+            axis=1,
+        )
+        total = columns.sum(axis=0)
+        ends = cluster_intervals(columns, _STATISTICS, clusters, seed)
+        for name, statistic in _STATISTICS.items():
+            scores[name][str(ms)] = float(statistic(total))
+            if name in ends:
+                intervals[name][str(ms)] = ends[name]
+        out_of_range[str(ms)] = float(at_time.out_of_range.mean())
+    return AnytimeScores(
+        n=len(truth),
+        **scores,
+        strange=out_of_range,
+        intervals={name: ends for name, ends in intervals.items() if ends},
+    )
+
+
+def joined_predictions(parts: Sequence[Predictions]) -> Predictions:
+    """Return predictions for contacts one after the other."""
+    columns = zip(*(part.columns for part in parts), strict=True)
+    return Predictions(*(np.concatenate(column) for column in columns))
+
+
+def over_objects(each: Mapping[str, SpecimenErrors]) -> MeanErrors:
+    """Errors of the objects' mean predictions: one number an object, all alike."""
+    error = np.array([o.mean - o.true for o in each.values()])
+    return MeanErrors(
+        rmse=float(np.sqrt((error**2).mean())),
+        mae=float(np.abs(error).mean()),
+        mse=float((error**2).mean()),
+        bias=float(error.mean()),
+        n=len(error),
+    )
+
+
+def rank_correlation(truth: Values, score: Values, seed: int) -> RankCorrelation:
+    """Spearman's rho with a permutation p-value, exact for small n.
+
+    Parameters
+    ----------
+    truth, score
+        One value a group, shape (n,); ties take their mean rank.
+    seed
+        Used only where n! is too many to go through.
+    """
+    from math import factorial
+
+    from scipy.stats import permutation_test, spearmanr
+
+    n = len(truth)
+    if n < 3 or np.ptp(truth) == 0 or np.ptp(score) == 0:
+        return RankCorrelation(n=n)
+    resamples = 9999
+    result = permutation_test(
+        (truth,),
+        lambda x: spearmanr(x, score).statistic,
+        permutation_type="pairings",
+        n_resamples=resamples,
+        rng=np.random.default_rng(seed),
+    )
+    return RankCorrelation(
+        rho=float(result.statistic), n=n, p=float(result.pvalue), exact=factorial(n) <= resamples
+    )

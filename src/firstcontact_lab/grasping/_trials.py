@@ -6,10 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from firstcontact.grasp import Grip
+from firstcontact.models import Model
 from firstcontact.streaming import Pipeline, WindowLadder
 from firstcontact.twin import Drive, GraspPlant, condition, draw_pinch, draw_specimen
 from firstcontact_lab.grasping._closing import LAYOUT, ClosingRecord, close
-from firstcontact_lab.grasping._learning import CONDITION, Models
+from firstcontact_lab.grasping._learning import CONDITION
 from firstcontact_lab.grasping._variants import Variant
 from firstcontact_lab.grasping.settings import KINDS
 
@@ -79,18 +80,18 @@ def played(
     setup: PinchSetup,
     variant: Variant,
     tuned: Tuned,
-    models: Models | None,
+    model: Model | None,
 ) -> ClosingRecord:
     """Close on the setup, with the variant's policy."""
     # The approach is as it was drawn; the policy is told so.
     grip = Grip(speed=plant.nominal.speed, force=plant.nominal.force)
     policy = variant.make(grip, KINDS[setup.kind].shore_a, tuned.get(variant.key, {}))
     feels = policy.uses_force()
-    if not policy.uses_piezos() or models is None:
+    if not policy.uses_piezos() or model is None:
         return close(plant, policy, feels=feels)
-    wanted = models.stiffness if policy.deadline is not None else ()
+    wanted = model.windows if policy.deadline is not None else ()
     predictor = WindowLadder(wanted) if wanted else None
-    pipeline = Pipeline(LAYOUT, models.detector, predictor, clock=lambda: 0.0)
+    pipeline = Pipeline(LAYOUT, model.own_detector, predictor, clock=lambda: 0.0)
     return close(plant, policy, pipeline, len(wanted), feels)
 
 
@@ -104,19 +105,19 @@ class Trial:
     tuned: Tuned
 
 
-def run_trial(trial: Trial, models: Models | None = None) -> list[Row]:
+def run_trial(trial: Trial, model: Model | None = None) -> list[Row]:
     """One row for each latency and variant, in this order."""
     return [
-        _row(trial, models, variant, latency)
+        _row(trial, model, variant, latency)
         for latency in trial.latencies
         for variant in trial.variants
     ]
 
 
-def _row(trial: Trial, models: Models | None, variant: Variant, latency: float) -> Row:
+def _row(trial: Trial, model: Model | None, variant: Variant, latency: float) -> Row:
     setup = trial.setup
     plant = trial_plant(setup, variant, latency)
-    closing = played(plant, setup, variant, trial.tuned, models)
+    closing = played(plant, setup, variant, trial.tuned, model)
     outcome = plant.outcome
     both = outcome.first_contact is not None and outcome.second_contact is not None
     last = closing.estimates[-1].value if closing.estimates else None

@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from firstcontact.core import Runner, installed_versions, parallel, write_text
+from firstcontact.models import Model
 from firstcontact_lab.grasping._film import KINDS, PICTURES, film
 from firstcontact_lab.grasping._household import HouseholdWork, household
 from firstcontact_lab.grasping._household_numbers import baseline, candidate
-from firstcontact_lab.grasping._learning import Models, learn, loaded
+from firstcontact_lab.grasping._learning import held_out_errors, learn
 from firstcontact_lab.grasping._numbers import by_policy
 from firstcontact_lab.grasping._search import search
 from firstcontact_lab.grasping._trials import PinchSetup, Row, Trial, run_trial
@@ -24,7 +25,6 @@ from firstcontact_lab.grasping.results import (
     GraspData,
     GraspResults,
     GraspRun,
-    ModelErrors,
     Payload,
     Tuning,
 )
@@ -121,9 +121,9 @@ def _filmed(path: Path, work: HouseholdWork, settings: GraspStudySettings, pictu
 
 def _payload(settings: GraspStudySettings, out: Path, runner: Runner) -> Payload:
     """Run the older task, with a payload, in small."""
-    learned = learn(settings, out, runner)
+    model = learn(settings, out)
     tuned = search(settings, runner)
-    rows = close_all(settings, tuned, loaded(learned.folder), runner)
+    rows = close_all(settings, tuned, model, runner)
     return Payload(
         data=GraspData(
             source="twin",
@@ -134,14 +134,14 @@ def _payload(settings: GraspStudySettings, out: Path, runner: Runner) -> Payload
             training=5 * settings.training,
             latencies_ms=[round(1e3 * latency, 3) for latency in settings.latencies],
         ),
-        models=ModelErrors(rmse=learned.rmse, interval_width=learned.width),
+        models=held_out_errors(model),
         feedback=tuned,
         policies=by_policy(rows, settings.seed),
     )
 
 
 def close_all(
-    settings: GraspStudySettings, work: dict[str, Tuning], models: Models, runner: Runner
+    settings: GraspStudySettings, work: dict[str, Tuning], model: Model, runner: Runner
 ) -> list[Row]:
     """Every policy on every pinch at every latency: same pinch, same chance."""
     tuned = {key: f.settings for key, f in work.items()}
@@ -151,7 +151,7 @@ def close_all(
         for s in range(settings.sessions)
         for k in settings.kinds
     ]
-    return [row for rows in runner.map(run_trial, trials, models) for row in rows]
+    return [row for rows in runner.map(run_trial, trials, model) for row in rows]
 
 
 def _options(settings: GraspStudySettings) -> dict[str, Any]:

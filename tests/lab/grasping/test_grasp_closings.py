@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from firstcontact.core import FINGERTIP_RATE, Serial, parallel
-from firstcontact_lab.grasping._learning import Models, learn, loaded
+from firstcontact.models import Model
+from firstcontact_lab.grasping._learning import learn
 from firstcontact_lab.grasping._search import search
 from firstcontact_lab.grasping._trials import PinchSetup, Row, Trial, played, run_trial, trial_plant
 from firstcontact_lab.grasping._variants import unmodulated, variants
@@ -28,13 +29,13 @@ VARIANTS = tuple(BY_KEY.values())
 
 
 @pytest.fixture(scope="module")
-def models(tmp_path_factory: pytest.TempPathFactory) -> Models:
-    return loaded(learn(SMALL, tmp_path_factory.mktemp("grasp"), Serial()).folder)
+def model(tmp_path_factory: pytest.TempPathFactory) -> Model:
+    return learn(SMALL, tmp_path_factory.mktemp("grasp"))
 
 
-def closings(models: Models, session: int = 0, latency: float = 0.020) -> dict[str, Row]:
+def closings(model: Model, session: int = 0, latency: float = 0.020) -> dict[str, Row]:
     trial = Trial(PinchSetup("block 20", session), VARIANTS, (latency,), TUNED)
-    return {row.variant: row for row in run_trial(trial, models)}
+    return {row.variant: row for row in run_trial(trial, model)}
 
 
 def test_every_policy_closes_on_the_same_pinch() -> None:
@@ -60,16 +61,16 @@ def test_scenes_differ_in_chance_and_none_was_learned_from() -> None:
     assert len({plant.advance(500).tobytes() for plant in plants}) == len(setups)
 
 
-def test_at_the_first_contact_they_still_share_their_past(models: Models) -> None:
-    rows = closings(models)
+def test_at_the_first_contact_they_still_share_their_past(model: Model) -> None:
+    rows = closings(model)
     assert len({row.touched for row in rows.values()}) == 1
     assert all(row.offset is not None for row in rows.values())
 
 
-def test_the_estimate_comes_and_the_hand_is_told_after_the_contact(models: Models) -> None:
+def test_the_estimate_comes_and_the_hand_is_told_after_the_contact(model: Model) -> None:
     setup = PinchSetup("block 60", 1)
     plant = trial_plant(setup, BY_KEY["early_exit"], 0.020)
-    told = played(plant, setup, BY_KEY["early_exit"], TUNED, models)
+    told = played(plant, setup, BY_KEY["early_exit"], TUNED, model)
     first = plant.outcome.first_contact
     assert first is not None
     assert len(told.estimates) == len(SMALL.windows)
@@ -81,22 +82,22 @@ def test_the_estimate_comes_and_the_hand_is_told_after_the_contact(models: Model
     assert told.counts.misses + told.counts.estimates >= 1
 
 
-def test_gentle_at_touch_presses_less_than_no_modulation(models: Models) -> None:
-    rows = closings(models)
+def test_gentle_at_touch_presses_less_than_no_modulation(model: Model) -> None:
+    rows = closings(model)
     for variant in ("touch", "first_contact", "early_exit"):
         assert rows[variant].peak < rows["none"].peak
         assert not rows[variant].dropped
 
 
-def test_same_seed_same_rows_on_one_worker_and_two(models: Models) -> None:
+def test_same_seed_same_rows_on_one_worker_and_two(model: Model) -> None:
     trials = [
         Trial(PinchSetup(kind, s), VARIANTS, (0.020,), TUNED)
         for s in range(2)
         for kind in SMALL.kinds
     ]
-    alone = Serial().map(run_trial, trials, models)
+    alone = Serial().map(run_trial, trials, model)
     with parallel(2) as runner:
-        assert runner.map(run_trial, trials, models) == alone
+        assert runner.map(run_trial, trials, model) == alone
 
 
 def test_the_search_finds_what_holds_and_asks_other_pinches_than_the_report() -> None:

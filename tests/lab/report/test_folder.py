@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from firstcontact.core import InputError, Serial, write_json
+from firstcontact.core import InputError, write_json
 from firstcontact_lab.grasping._learning import learn
 from firstcontact_lab.grasping.settings import GraspStudySettings
 from firstcontact_lab.report.folder import MARK, fresh, sole_use
@@ -116,5 +116,5 @@ def test_a_grasp_study_removes_nobodys_folders(tmp_path: Path, name: str) -> Non
     (tmp_path / name).mkdir()
     (tmp_path / name / "precious").touch()
     with pytest.raises(InputError, match=f"{name} was not made by a study"):
-        learn(GraspStudySettings().quick(), tmp_path, Serial())
+        learn(GraspStudySettings().quick(), tmp_path)
     assert (tmp_path / name / "precious").exists()

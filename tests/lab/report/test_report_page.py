@@ -21,7 +21,8 @@ from firstcontact_lab.report.tables import Cell, Line, Table, beside
 from firstcontact_lab.study.page import render
 from firstcontact_lab.study.parts.data import offset_figure
 from firstcontact_lab.study.parts.window_length import WindowErrors, lengths_figure
-from firstcontact_lab.study.sets import SET, SetResults, sets_page
+from firstcontact_lab.study.set_scores import SetResults
+from firstcontact_lab.study.sets import SET, sets_page
 from firstcontact_lab.study.settings import StudySettings
 from partial import results
 

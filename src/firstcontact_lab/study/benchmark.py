@@ -24,7 +24,7 @@ from firstcontact_lab.study._rig_sets import RigSet, Sizes, Use
 from firstcontact_lab.study.scores import (
     AnytimeScores,
     anytime_scores,
-    joined_predictions,
+    join_by_time,
     predictions_by_time,
 )
 from firstcontact_lab.study.settings import StudySettings
@@ -134,7 +134,6 @@ def _scores(
     by_set: Sequence[Mapping[int, Predictions]], sets: Sequence[RigSet], seed: int
 ) -> AnytimeScores:
     objects = [rig_data.windows.take(rig_data.indices(Use.OBJECTS)) for rig_data in sets]
-    joined = {ms: joined_predictions([answers[ms] for answers in by_set]) for ms in by_set[0]}
     truth = np.concatenate([windows.y for windows in objects])
     specimens = np.concatenate(
         [
@@ -142,4 +141,4 @@ def _scores(
             for place, rig_data in enumerate(objects)
         ]
     )
-    return anytime_scores(joined, truth, specimens, seed)
+    return anytime_scores(join_by_time(by_set), truth, specimens, seed)

@@ -30,7 +30,7 @@ from firstcontact_lab.study.parts.objects import why_not_unseen
 from firstcontact_lab.study.scores import (
     AnytimeScores,
     anytime_scores,
-    joined_predictions,
+    join_by_time,
     predictions_by_time,
 )
 from firstcontact_lab.study.splits import learns_one_value
@@ -215,9 +215,8 @@ def _scores(
     scores = {}
     for entrant in entrants:
         parts = [next(answers) for _ in splits]
-        joined = {ms: joined_predictions([part[ms] for part in parts]) for ms in parts[0]}
         scores[entrant.name] = anytime_scores(
-            joined, labelled.shore_a[order], clusters[order], seed
+            join_by_time(parts), labelled.shore_a[order], clusters[order], seed
         )
     return RecordedScores(
         learned=float(np.mean([len(split.train) for split in splits])),

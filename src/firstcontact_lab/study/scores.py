@@ -125,10 +125,13 @@ def anytime_scores(
     )
 
 
-def joined_predictions(parts: Sequence[Predictions]) -> Predictions:
-    """Return predictions for contacts one after the other."""
-    columns = zip(*(part.columns for part in parts), strict=True)
-    return Predictions(*(np.concatenate(column) for column in columns))
+def join_by_time(parts: Sequence[Mapping[int, Predictions]]) -> dict[int, Predictions]:
+    """Return predictions for contacts one after the other, by time."""
+    joined = {}
+    for ms in parts[0]:
+        columns = zip(*(part[ms].columns for part in parts), strict=True)
+        joined[ms] = Predictions(*map(np.concatenate, columns))
+    return joined
 
 
 def over_objects(each: Mapping[str, SpecimenErrors]) -> MeanErrors:

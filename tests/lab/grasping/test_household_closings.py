@@ -50,7 +50,7 @@ def test_the_estimate_is_one_from_before_the_second_contact(
     assert begun.offset is not None
     assert begun.heard is not None
     assert begun.heard >= begun.offset - 0.002
-    assert all(a.duration <= begun.offset + 0.002 for a in begun.answers)
+    assert all(a.elapsed <= begun.offset + 0.002 for a in begun.answers)
     if begun.estimate is not None:
         assert begun.estimate.value == begun.answers[-1].value
 

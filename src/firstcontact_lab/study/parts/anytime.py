@@ -11,13 +11,11 @@ from msgspec.structs import asdict
 from firstcontact.core import Record, counted, is_same_rate, percent
 from firstcontact.models import (
     ESTIMATORS,
-    TIMES,
     Adapted,
     Bounded,
     Ends,
     InContextModel,
     LabelledTouches,
-    Predictions,
     adapt_network,
     bounded,
     by_session,
@@ -47,7 +45,7 @@ from firstcontact_lab.study.parts.objects import UNSEEN
 from firstcontact_lab.study.scores import (
     AnytimeScores,
     anytime_scores,
-    joined_predictions,
+    join_by_time,
     predictions_by_time,
 )
 from firstcontact_lab.study.settings import StudySettings
@@ -153,15 +151,13 @@ def _blocks(
     folds = by_session(home.sessions, home.shore_a, settings.seed, settings.folds)
     if learns_one_value(folds, home.shore_a):
         return None
-    by_time: dict[int, list[Predictions]] = {ms: [] for ms in TIMES}
+    parts = []
     for fold in folds:
         selected = conditioned_model(model, home.take(fold.train), settings.seed).model
-        for ms, answers in predictions_by_time(selected, home.take(fold.test).touches).items():
-            by_time[ms].append(answers)
+        parts.append(predictions_by_time(selected, home.take(fold.test).touches))
     order = np.concatenate([fold.test for fold in folds])
-    joined = {ms: joined_predictions(parts) for ms, parts in by_time.items()}
     queries = home.take(order)
-    return anytime_scores(joined, queries.shore_a, queries.sessions, settings.seed)
+    return anytime_scores(join_by_time(parts), queries.shore_a, queries.sessions, settings.seed)
 
 
 def _fixed(subject: Subject, queries: LabelledTouches, seed: int) -> FixedWindow | None:

@@ -48,8 +48,6 @@ from ._evaluate import GroupScores as GroupScores
 from ._evaluate import evaluate as evaluate
 from ._final_model import UNITS as UNITS
 from ._final_model import FinalModel as FinalModel
-from ._final_model import covered as covered
-from ._final_model import score as score
 from ._final_model import scores_in_words as scores_in_words
 from ._final_model import train_final_model as train_final_model
 from ._in_context import ANY as ANY

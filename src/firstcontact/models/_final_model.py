@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from firstcontact.core import InputError, Runner, counted, percent
 from firstcontact.models._conformal import conformal_interval, coverage, held_out_bounds, refusal
@@ -103,7 +102,7 @@ def train_final_model(
     answers, spreads = held_out_with_spread(runner, [question], seed)[0]
     [final] = runner.map(fit_model, [Fit(model, task, data, data.X[:0], seed)])
     has_prediction = np.isfinite(answers)
-    scores = score(task, data.take(has_prediction), answers[has_prediction], seed)
+    scores = _score(task, data.take(has_prediction), answers[has_prediction], seed)
     interval, conformal = None, _none(data, task, level)
     if not conformal:
         limits = SHORE_A if shore else None
@@ -140,23 +139,12 @@ def _splits(data: LabelledWindows, folds: int, seed: int) -> tuple[list[Split], 
     return [Split("random fifth", learn, ask, shares)], words
 
 
-def score(task: str, data: LabelledWindows, answers: Values, seed: int) -> TaskScores:
+def _score(task: str, data: LabelledWindows, answers: Values, seed: int) -> TaskScores:
     """Scores of answers about pinches that their model did not learn from."""
     of: Callable[..., TaskScores] = (
         regression_scores if task == "regression" else classification_scores
     )
     return of(data.y, answers, data.clusters, seed)
-
-
-def covered(
-    interval: Interval | None, answers: Values, truth: Values, spreads: Values | None = None
-) -> dict[str, float]:
-    """Coverage and mean width of an interval on pinches; empty without an interval.
-
-    See :func:`firstcontact.models._conformal.coverage`.
-    """
-    everyone: NDArray[np.bool_] = np.ones(len(answers), dtype=np.bool_)
-    return {} if interval is None else coverage([(interval, everyone)], answers, truth, spreads)
 
 
 def scores_in_words(scores: TaskScores, target: Target) -> str:

@@ -130,7 +130,8 @@ def join_by_time(parts: Sequence[Mapping[int, Predictions]]) -> dict[int, Predic
     joined = {}
     for ms in parts[0]:
         columns = zip(*(part[ms].columns for part in parts), strict=True)
-        joined[ms] = Predictions(*map(np.concatenate, columns))
+        value, spread, low, high, out_of_range, elapsed = map(np.concatenate, columns)
+        joined[ms] = Predictions(value, spread, low, high, out_of_range, elapsed)
     return joined
 
 

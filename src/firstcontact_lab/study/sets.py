@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from firstcontact.contact import DETECTORS
 from firstcontact.core import Dataset, installed_versions, percent
@@ -37,7 +37,6 @@ from firstcontact_lab.study.set_scores import (
     TWIN,
     DetectorScores,
     FinderScores,
-    Placement,
     Recorded,
     SetResults,
     score_set,
@@ -52,8 +51,8 @@ _TRAINING = {
     OTHERS: "the set's other specimens",
     NOTHING: "learns nothing",
 }
-_PLACED = Row[Placement]("found within 2 ms", lambda s: s.placed_2_ms, "share")
-_EARLY = Row[Placement]("early", lambda s: s.early_triggers)
+_PLACED = Row[Any]("found within 2 ms", lambda s: s.placed_2_ms, "share")
+_EARLY = Row[Any]("early", lambda s: s.early_triggers)
 _ALARMS = Row[DetectorScores](
     "false alarms a minute of noise", lambda s: s.noise_false_alarms_per_minute, "rate"
 )
@@ -69,11 +68,9 @@ def _quantile_rows(
     )
 
 
-def _delay(scores: Placement) -> Delays | None:
-    return scores.delay_ms
-
-
-_DELAYS = _quantile_rows("delay, median", "delay, 95th percentile", _delay)
+_DELAYS: Sequence[Row[Any]] = _quantile_rows(
+    "delay, median", "delay, 95th percentile", lambda s: s.delay_ms
+)
 _DETECTOR_ROWS: Sequence[Row[DetectorScores]] = (
     Row("contacts", lambda s: s.n),
     _PLACED,
@@ -175,7 +172,7 @@ _FILE_ROWS: Sequence[Row[Recorded]] = (
     Row("contacts", lambda s: s.n),
     _PLACED,
     _EARLY,
-    *_quantile_rows("delay, median", "95th percentile", _delay),
+    *_quantile_rows("delay, median", "95th percentile", lambda s: s.delay_ms),
 )
 
 

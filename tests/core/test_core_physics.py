@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from firstcontact.core import contact_modulus, gent_modulus, hertz_stiffness
+from firstcontact.core import GRAVITY, contact_modulus, gent_modulus, hertz_stiffness, holding_force
 from firstcontact.core._physics import POISSON
 
 
@@ -32,3 +32,9 @@ def test_against_a_rigid_body_only_the_softer_one_gives(poisson: float) -> None:
 
 def test_hertz_stiffness_grows_with_the_modulus_and_the_root_of_the_radius() -> None:
     assert hertz_stiffness(3e6, 0.04) == pytest.approx(4 / 3 * 3e6 * 0.2)
+
+
+@pytest.mark.parametrize(("mass", "friction"), [(0.1, 0.5), (0.35, 0.8)])
+def test_the_friction_of_both_fingers_carries_the_weight(mass: float, friction: float) -> None:
+    force = holding_force(mass, friction)
+    assert 2 * friction * force == pytest.approx(mass * GRAVITY)

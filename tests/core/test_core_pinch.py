@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,10 +11,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.core import (
+    Block,
+    Channel,
+    ChannelKind,
     Contact,
     Dataset,
     Finger,
+    Group,
     Label,
+    Layout,
     Pinch,
     Role,
     fingertip_layout,
@@ -51,6 +57,18 @@ def test_offset_is_the_time_between_the_contacts() -> None:
     assert pinch(Label(), 100, 182).offset == pytest.approx(82 / rate)
     assert pinch(Label(), 100).offset is None
     assert pinch(Label()).offset is None
+
+
+def test_times_of_a_slower_group_begin_with_the_pinch() -> None:
+    rate = fingertip_layout().rate
+    slow = Layout((Channel("p", ChannelKind.FORCE, None, "V"),), 100.0)
+    layout = replace(fingertip_layout(), groups=(Group("slow", slow),))
+    values = np.arange(3, dtype=np.float32)[:, None]
+    data = np.zeros((900, 16), dtype=np.int16)
+    groups = {"slow": Block(values, first_sample=21)}
+    times, read = Pinch(data, layout, Label(), first_sample=988, groups=groups).group("slow")
+    assert times == pytest.approx(np.array([0.21, 0.22, 0.23]) - 988 / rate)
+    np.testing.assert_array_equal(read, values)
 
 
 def test_contacts_are_in_order_of_time() -> None:

@@ -31,7 +31,9 @@ def test_regular_stamps_reveal_every_gap(lost_samples: list[int], chunk: int, dr
     np.testing.assert_array_equal(sample_numbers, true_numbers - true_numbers[0])
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize(
+    "seed", [*range(4), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(4, 20))]
+)
 @pytest.mark.parametrize("jitter", [0.5, 5.0])
 def test_jitter_and_drift_are_no_gaps(seed: int, jitter: float) -> None:
     rng = np.random.default_rng(seed)

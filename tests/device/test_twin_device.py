@@ -49,9 +49,9 @@ def test_real_time_samples_equal_the_stream() -> None:
 def test_accelerated_twin_waits_for_a_stalled_host(twin: TwinDevice) -> None:
     with host(twin.port) as h:
         h.start(1000)
-        # 30 s of the twin's time: far more than fits into the line and what waits for it.
-        select.select([], [], [], 1.5)
-        h.start(20 * 4936)
+        # 20 s of the twin's time: far more than fits into the line and what waits for it.
+        select.select([], [], [], 1.0)
+        h.start(8 * 4936)
         stopped = h.stop()
         assert stopped[1] == 0
         h.check(stopped)
@@ -94,7 +94,7 @@ def test_reset_starts_another_boot_on_the_same_port() -> None:
     switched_on = time.monotonic()
     with TwinDevice(seed=4, speed=20) as twin, host(twin.port) as h:
         boot = h.boot()
-        h.start(50_000)
+        h.start(5_000)
         last_start = h.samples[-1].first_sample
         twin.reset()
         h.torn = True

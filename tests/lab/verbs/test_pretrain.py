@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,12 +14,19 @@ pytest.importorskip("torch")
 
 from firstcontact.models import WEIGHTS, read_card
 from firstcontact.twin import FAMILIES
+from firstcontact_lab.pretraining.pretrain import Size
 from ringing import ringing
 from saved import load_network
 from trainings import run
 
 
-def test_a_small_one_from_nothing_and_the_same_again(tmp_path: Path, capsys: Any) -> None:
+def test_a_small_one_from_nothing_and_the_same_again(
+    tmp_path: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    few = Size(calibration=10, judgement=4, held_out=2)
+    monkeypatch.setattr(
+        Size, "resized", lambda size, rigs, epochs: replace(few, rigs=rigs, epochs=epochs)
+    )
     words = ("--rigs", "12", "--epochs", "2", "--workers", "1", "--work", tmp_path / "work")
     assert run("pretrain", "--out", tmp_path / "a", *words) == 0
     said = capsys.readouterr().out

@@ -103,6 +103,13 @@ real: $(VENV)/.study ## the real sets in FIRSTCONTACT_DATA on one page: firstcon
 live: $(VENV)/.live ## the live page, with the simulated hand: opens on http://127.0.0.1:8765/
 	$(BIN)/firstcontact live --device twin --page
 
+.PHONY: twin-model
+twin-model: $(VENV)/.live ## the model that ships for the simulated hand, anew (half a minute)
+	rm -rf $(OUT)/twin-model
+	$(BIN)/firstcontact simulate --out $(OUT)/twin-model/pinches --pinches-per-block 60 --pinches-per-object 0
+	$(BIN)/firstcontact train $(OUT)/twin-model/pinches --contacts detected --out $(OUT)/twin-model/model
+	cp $(OUT)/twin-model/model/* src/firstcontact/twin/pretrained/
+
 # --- checks ------------------------------------------------------------------------------------
 
 .PHONY: test test-slow mutation fuzz soak lint format types layers docs bench

@@ -16,9 +16,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from firstcontact.cli import twin_model
 from firstcontact.core import Dataset
-from shared_runs import made_once
 from toy_pinches import rank_dataset, shore_dataset
 
 # Tests assert no times: neither here nor by the way.
@@ -87,16 +85,9 @@ def make_shore() -> Callable[..., Dataset]:
 
 
 @pytest.fixture(scope="session")
-def twin_cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Folder of a user's cache with the default model of the simulated hand, from few pinches."""
-
-    def make(folder: Path) -> None:
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setenv("XDG_CACHE_HOME", str(folder))
-            patch.setattr(twin_model, "PINCHES", 20)
-            twin_model.twin_model("paper-rig", 0)
-
-    return made_once(tmp_path_factory, "twin-cache", make)
+def user_cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder of a user's cache, empty at first."""
+    return tmp_path_factory.mktemp("cache")
 
 
 @pytest.fixture(scope="module")

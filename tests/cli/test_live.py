@@ -29,9 +29,9 @@ LONG = 240.0
 
 
 @pytest.fixture(scope="module")
-def environment(twin_cache: Path) -> dict[str, str]:
-    """Environment with a cache that holds the twin's model."""
-    return {**os.environ, "XDG_CACHE_HOME": str(twin_cache)}
+def environment(user_cache: Path) -> dict[str, str]:
+    """Environment with a cache of its own."""
+    return {**os.environ, "XDG_CACHE_HOME": str(user_cache)}
 
 
 def live(environment: dict[str, str], *arguments: str) -> subprocess.CompletedProcess[str]:

@@ -188,10 +188,10 @@ TUTORIALS = [page for page in pages_with("") if page.parent.name == "tutorial"]
 
 
 @pytest.mark.timeout(900)  # a hand in real time among them
-def test_tutorials_run_in_a_row_in_one_folder(tmp_path: Path, twin_cache: Path) -> None:
+def test_tutorials_run_in_a_row_in_one_folder(tmp_path: Path, user_cache: Path) -> None:
     assert len(TUTORIALS) == 3
     for page in TUTORIALS:
-        said = run(page, tmp_path, {""}, twin_cache)
+        said = run(page, tmp_path, {""}, user_cache)
         # None ends in advice to record more, or finds the files of another.
         assert not re.search("too few|did not make|replaced", said), f"{name(page)}\n{said}"
 
@@ -205,26 +205,26 @@ def test_no_two_tutorials_write_to_the_same_place() -> None:
 
 
 @pytest.mark.parametrize("page", [p for p in pages_with("") if p not in TUTORIALS], ids=name)
-def test_commands_run(page: Path, tmp_path: Path, twin_cache: Path) -> None:
-    run(page, tmp_path, {""}, twin_cache)
+def test_commands_run(page: Path, tmp_path: Path, user_cache: Path) -> None:
+    run(page, tmp_path, {""}, user_cache)
 
 
 @pytest.mark.parametrize("page", pages_with("data"), ids=name)
 def test_commands_run_on_the_real_impacts(
     page: Path,
     tmp_path: Path,
-    twin_cache: Path,
+    user_cache: Path,
     impacts: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setenv("FIRSTCONTACT_DATA", str(impacts))
-    run(page, tmp_path, {"", "data"}, twin_cache)
+    run(page, tmp_path, {"", "data"}, user_cache)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("page", pages_with("slow"), ids=name)
-def test_long_commands_run(page: Path, tmp_path: Path, twin_cache: Path) -> None:
-    run(page, tmp_path, {"", "slow"}, twin_cache)
+def test_long_commands_run(page: Path, tmp_path: Path, user_cache: Path) -> None:
+    run(page, tmp_path, {"", "slow"}, user_cache)
 
 
 @pytest.mark.parametrize(

@@ -33,7 +33,7 @@ class _Notice(Listener):
             if self.cached
             else "in each process, because no cache folder can be written: set NUMBA_CACHE_DIR"
         )
-        _log.warning("compiling the simulated hand (some 15 s, %s)", often)
+        _log.warning("compiling the simulated hand (some 8 s, %s)", often)
 
     def on_end(self, event: Event) -> None:
         """Ignore the end of a compilation."""

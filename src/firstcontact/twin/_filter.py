@@ -49,7 +49,8 @@ def _filter(
             smoothed[f] = (smoothed[f] + _clipped(scans[i, f]) * SUBCOUNTS) >> 1
             count = _clipped(scans[i, 2 + f])
             if readings[f, taxel, 0] < 0:
-                readings[f, taxel, :] = count
+                for k in range(FORCE_READINGS):
+                    readings[f, taxel, k] = count
                 sums[f, taxel] = FORCE_READINGS * count
             sums[f, taxel] += count - readings[f, taxel, slot]
             readings[f, taxel, slot] = count

@@ -47,10 +47,22 @@ def contact_stiffness(p: FingerParameters, o: ObjectParameters) -> float:
 
 
 @_inlined
+def _contact_force(
+    o: ObjectParameters, stiffness: float, depth: float, rate: float, arm: float
+) -> float:
+    """Return the force of a contact, N. ``depth`` is NaN for a finger that has not touched yet."""
+    if not depth >= 0.0:
+        return 0.0
+    slow = stiffness * depth * math.sqrt(depth) * (1.0 + 1.5 * o.contact_loss * rate)
+    # A contact never pulls, even if the face recovers more slowly than the finger leaves.
+    pressed = max(arm, 0.0)
+    return max(slow + o.arm_share * stiffness * pressed * math.sqrt(pressed), 0.0)
+
+
+@_inlined
 def _finger(
     x: _Vector, dx: _Vector, b: int, p: FingerParameters, o: ObjectParameters, stiffness: float,
-    touching: bool, depth: float, rate: float, push: float, speed: float, motor_force: float,
-    back_damping: float,
+    depth: float, rate: float, push: float, speed: float, motor_force: float, back_damping: float,
 ) -> float:  # fmt: skip
     """Compute the derivatives of one finger's states from ``b`` on. Return its contact force, N."""
     drive, phalanx, board, skin = x[b], x[b + 2], x[b + 4], x[b + 6]
@@ -69,14 +81,10 @@ def _finger(
         + p.pad_arm_stiffness * pad_arm
         + p.pad_damping * squeezing
     )
-    force = 0.0
+    force = _contact_force(o, stiffness, depth, rate, arm)
     arm_v = -arm * (1.0 / o.arm_relaxation)
-    if touching and depth >= 0.0:
+    if depth >= 0.0:
         arm_v += rate
-        slow = stiffness * depth * math.sqrt(depth) * (1.0 + 1.5 * o.contact_loss * rate)
-        # A contact never pulls, even if the face recovers more slowly than the finger leaves.
-        pressed = max(arm, 0.0)
-        force = max(slow + o.arm_share * stiffness * pressed * math.sqrt(pressed), 0.0)
     volts = p.piezo_volts_per_newton * mount - leaked
     dx[b] = drive_v
     dx[b + 1] = (motor - link) * (1.0 / p.drive_mass)
@@ -98,17 +106,15 @@ def _derivative(
     x: _Vector, dx: _Vector, index: FingerParameters, thumb: FingerParameters,
     o: ObjectParameters, stiffness: _Vector, gap: _Vector, push_i: float, push_t: float,
     speeds: _Vector, motor_force: float, back_damping: float,
-) -> tuple[float, float]:  # fmt: skip
+) -> None:  # fmt: skip
     """Compute all derivatives. ``gap`` is NaN for a finger that has not touched yet."""
     n = 2 * FINGER_STATES
-    on_i = not math.isnan(gap[0])
-    on_t = not math.isnan(gap[1])
     f_i = _finger(
-        x, dx, 0, index, o, stiffness[0], on_i, x[6] - x[n] - gap[0], x[7] - x[n + 1], push_i,
+        x, dx, 0, index, o, stiffness[0], x[6] - x[n] - gap[0], x[7] - x[n + 1], push_i,
         speeds[0], motor_force, back_damping,
     )  # fmt: skip
     f_t = _finger(
-        x, dx, 12, thumb, o, stiffness[1], on_t, x[18] + x[n + 2] - gap[1], x[19] + x[n + 3],
+        x, dx, 12, thumb, o, stiffness[1], x[18] + x[n + 2] - gap[1], x[19] + x[n + 3],
         push_t, speeds[1], motor_force, back_damping,
     )  # fmt: skip
     bulk = o.bulk_stiffness * (x[n] - x[n + 2]) + o.bulk_damping * (x[n + 1] - x[n + 3])
@@ -120,7 +126,6 @@ def _derivative(
     dx[n + 3] = (bulk - f_t - 0.5 * (o.clamp_stiffness * x[n + 2] + o.clamp_damping * x[n + 3])) * (
         1.0 / o.face_mass
     )
-    return f_i, f_t
 
 
 @_inlined
@@ -133,11 +138,8 @@ def _step(
     """Advance ``x`` in place by one classical Runge-Kutta step."""
     for stage in range(4):
         h = 0.0 if stage == 0 else (dt if stage == 3 else 0.5 * dt)
-        if stage == 0:
-            k[4, :] = x
-        else:
-            for j in range(STATES):
-                k[4, j] = x[j] + h * k[stage - 1, j]
+        for j in range(STATES):
+            k[4, j] = x[j] if stage == 0 else x[j] + h * k[stage - 1, j]
         place = (t + h) * (1.0 / noise_dt)
         cell = min(max(int(place), 0), noise.shape[1] - 2)
         part = place - cell
@@ -234,13 +236,12 @@ def integrate(
     first = 0 if touch[0] <= touch[1] else 1
     for sample in range(times.size):
         wanted = speeds[min(sample, len(speeds) - 1)]
-        f_i, f_t = _derivative(
-            x, k[0], index, thumb, o, stiffness, gap, 0.0, 0.0, wanted, motor_force, back_damping
-        )
         row = out[sample]
-        row[0, CONTACT_FORCE], row[1, CONTACT_FORCE] = f_i, f_t
         row[0, INDENTATION] = x[6] - x[n] - gap[0]
         row[1, INDENTATION] = x[18] + x[n + 2] - gap[1]
+        f_i = _contact_force(o, stiffness[0], row[0, INDENTATION], x[7] - x[n + 1], x[9])
+        f_t = _contact_force(o, stiffness[1], row[1, INDENTATION], x[19] + x[n + 3], x[21])
+        row[0, CONTACT_FORCE], row[1, CONTACT_FORCE] = f_i, f_t
         row[0, FACE], row[1, FACE] = x[n], -x[n + 2]
         near = times[min(sample + 1, times.size - 1)] >= touch[first]
         for f in range(2):
@@ -254,7 +255,8 @@ def integrate(
         if sample == times.size - 1:
             break
         steps = substeps
-        if times[sample] - max(touched[0], touched[1]) > calm and not math.isnan(touched.sum()):
+        both = not math.isnan(touched[0] + touched[1])
+        if both and times[sample] - max(touched[0], touched[1]) > calm:
             steps = calm_steps
         elif not near:
             steps = max(substeps // 2, 1)

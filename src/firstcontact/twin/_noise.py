@@ -79,25 +79,20 @@ class MotorNoise:
 
 @compiled()
 def _tones(
-    rates: NDArray[np.float64],
+    lines: NDArray[np.complex128],
+    turns: NDArray[np.complex128],
     amplitudes: NDArray[np.float64],
-    phases: NDArray[np.float64],
     depth: NDArray[np.float64],
-    slow: float,
-    dt: float,
     out: NDArray[np.float64],
 ) -> None:
-    """Add spectral lines to ``out``. ``depth`` is the modulation of each by the slow shaft."""
+    """Add spectral lines to ``out``. The last phasor is the slow shaft, which modulates them."""
     # Each line is a rotating phasor: one multiplication per point instead of a sine.
-    lines = np.exp(1j * phases)
-    turns = np.exp(2j * math.pi * rates * dt)
-    beat = np.exp(1j * phases[0])
-    beat_turn = np.exp(2j * math.pi * slow * dt)
     for i in range(out.size):
-        for k in range(rates.size):
-            out[i] += amplitudes[k] * (1.0 + depth[k] * beat.imag) * lines[k].imag
+        beat = lines[-1].imag
+        for k in range(amplitudes.size):
+            out[i] += amplitudes[k] * (1.0 + depth[k] * beat) * lines[k].imag
+        for k in range(lines.size):
             lines[k] *= turns[k]
-        beat *= beat_turn
 
 
 @compiled()
@@ -108,11 +103,10 @@ def _filtered(sections: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[
     for i in range(x.size):
         y = x[i]
         for k in range(len(sections)):
-            b0, b1, b2, _, a1, a2 = sections[k]
             before = y
-            y = b0 * before + state[k, 0]
-            state[k, 0] = b1 * before - a1 * y + state[k, 1]
-            state[k, 1] = b2 * before - a2 * y
+            y = sections[k, 0] * before + state[k, 0]
+            state[k, 0] = sections[k, 1] * before - sections[k, 4] * y + state[k, 1]
+            state[k, 1] = sections[k, 2] * before - sections[k, 5] * y
         out[i] = y
     return out
 
@@ -162,7 +156,9 @@ def phalanx_force(
     amplitudes = np.array([noise.rotor, noise.rotor / 2, noise.rotor / 3, 0.6 * noise.mesh,
                            noise.mesh, noise.mains])  # fmt: skip
     depth = np.array([0.1, 0.1, 0.1, 0.6, 0.6, 0.0])
-    _tones(rates, amplitudes, rng.uniform(0, 2 * math.pi, rates.size), depth, r / 23, dt, out)
+    phases = rng.uniform(0, 2 * math.pi, rates.size)
+    lines = np.exp(1j * np.append(phases, phases[0]))
+    _tones(lines, np.exp(2j * math.pi * dt * np.append(rates, r / 23)), amplitudes, depth, out)
     for _ in range(rng.poisson(noise.click_rate * duration)):
         start = int(rng.uniform(0, n))
         length = max(int(rng.uniform(0.3e-3, 1.2e-3) * rate), 2)

@@ -1,0 +1,25 @@
+"""Tests of the model of the simulated hand."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import firstcontact as fc
+from firstcontact.cli.twin_model import SHIPPED_HAND, twin_model
+
+
+def test_the_default_hand_has_a_model_without_training(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    model = fc.load_model(twin_model(*SHIPPED_HAND))
+    assert list(tmp_path.iterdir()) == []
+    # Objects of the same hand: the model knows its blocks only.
+    unseen = fc.simulate(tmp_path / "objects", pinches_per_block=0, pinches_per_object=2)
+    for evaluation in fc.evaluate(model, unseen):
+        (group,) = evaluation.groups
+        assert group.title == "not seen in training"
+        assert group.constant is not None
+        assert max(group.rmse.values()) < group.constant

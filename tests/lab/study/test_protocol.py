@@ -17,8 +17,6 @@ from firstcontact_lab.study import _protocol as protocol
 from firstcontact_lab.study.parts.contacts import detection_splits
 from firstcontact_lab.study.settings import StudySettings
 
-pytestmark = pytest.mark.usefixtures("small_searches")
-
 SMALL = replace(StudySettings(), durations=(0.005, 0.015), folds=3, brief=True, calls=30, workers=1)
 
 

@@ -39,8 +39,8 @@ def arrays(tmp_path: Path) -> Path:
     return path
 
 
-def start(path: Path, out: Path) -> subprocess.Popen[str]:
-    arguments = ["study", "--quick", "--recordings", str(path), "--out", str(out)]
+def start(path: Path, out: Path, *words: str) -> subprocess.Popen[str]:
+    arguments = ["study", "--quick", "--recordings", str(path), "--out", str(out), *words]
     return subprocess.Popen(
         [sys.executable, "-m", "firstcontact.cli.main", *arguments],
         stdout=subprocess.PIPE,
@@ -52,7 +52,7 @@ def start(path: Path, out: Path) -> subprocess.Popen[str]:
 
 def test_a_study_of_arrays_writes_both_files(arrays: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    process = start(arrays, out)
+    process = start(arrays, out, "--workers", "1")
     stdout, stderr = process.communicate()
     assert process.returncode == 0, stderr
     assert stdout.strip() == str(out / "report.html")
@@ -94,7 +94,8 @@ def test_the_same_study_may_run_again_and_no_other_meanwhile_or_over_it(
     arrays: Path, tmp_path: Path
 ) -> None:
     out = tmp_path / "out"
-    first = start(arrays, out)
+    words = ("--parts", "waveforms", "--workers", "1")
+    first = start(arrays, out, *words)
     assert first.stderr is not None
     seen = ""
     while "contact detection" not in seen:
@@ -110,7 +111,7 @@ def test_the_same_study_may_run_again_and_no_other_meanwhile_or_over_it(
         with pytest.raises(InputError, match="holds another study's results"):
             other.run()
     assert (out / "results.json").read_bytes() == before
-    again = start(arrays, out)
+    again = start(arrays, out, *words)
     assert again.communicate()[0].strip() == str(out / "report.html")
     assert json.loads((out / "results.json").read_text(encoding="utf-8"))["study"]["complete"]
 

@@ -84,10 +84,13 @@ def test_idle_or_growing_worker_is_not_replaced() -> None:
     """Otherwise a warning interrupts the progress bar of a study."""
     with warnings.catch_warnings(record=True) as caught_warnings, parallel(2) as runner:
         warnings.simplefilter("always")
-        worker_pids = set(runner.map(_pid, range(4)))
+        # Not their replies: on a busy machine one worker may do all jobs.
+        assert runner.map(_pid, range(4))
+        workers = runner._parallel._backend._workers  # type: ignore[attr-defined]
+        worker_pids = set(workers._processes)
         assert set(runner.map(_keep, range(6))) <= worker_pids
         # Pauses between steps of a study take minutes, which no test waits for.
-        assert runner._parallel._backend._workers._timeout > 86_400  # type: ignore[attr-defined]
+        assert workers._timeout > 86_400
     assert [str(w.message) for w in caught_warnings] == []
 
 

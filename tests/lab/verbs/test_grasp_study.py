@@ -22,7 +22,12 @@ def smallest(monkeypatch: pytest.MonkeyPatch) -> None:
     small = replace(
         quick, household=household, sessions=1, training=10, kinds=("block 5", "egg shell")
     )
-    monkeypatch.setattr(GraspStudySettings, "quick", lambda self: replace(small, seed=self.seed))
+    monkeypatch.setattr("firstcontact_lab.grasping.run.PICTURES", 6)
+    monkeypatch.setattr(
+        GraspStudySettings,
+        "quick",
+        lambda self: replace(small, seed=self.seed, workers=self.workers),
+    )
 
 
 @pytest.mark.usefixtures("smallest")

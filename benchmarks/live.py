@@ -51,8 +51,8 @@ from firstcontact.models import (
     SvmModel,
     Touches,
     load_model,
-    machine_of,
     shape_and_level,
+    svm_machine,
 )
 from firstcontact.signal import contact_windows, samples_in
 from firstcontact.streaming import NetworkPredictor, PinchDone, Pipeline, WindowLadder
@@ -91,7 +91,7 @@ def one_answer(model: InContextModel, seed: int, times: int = 5000) -> str:
     touch = Touches(
         signal.astype(np.float32), np.array([40]), finger, unknown, unknown, LAYOUT.rate
     )
-    rig = model.known(touch)
+    rig = model.rig_features(touch)
     spent = np.empty((times, 2))
     for n in range(times):
         began = time.perf_counter(), time.thread_time()
@@ -110,7 +110,7 @@ def naive_seconds(
     """Return the median time of a prediction that starts from the whole closing so far, s."""
     arrays = model.to_arrays()
     c, gamma, epsilon = (float(p) for p in arrays["parameters"])
-    machine = machine_of(model.spec.task, (c, gamma, epsilon))
+    machine = svm_machine(model.spec.task, (c, gamma, epsilon))
     rng = np.random.default_rng(0)
     machine.fit(arrays["vectors"], rng.standard_normal(len(arrays["vectors"])))
     spent = []
@@ -190,9 +190,9 @@ class RealTime:
 def machine_name() -> str:
     """Return the name of the processor."""
     with suppress(OSError):
-        found = re.search(r"^model name\s*: (.+)$", Path("/proc/cpuinfo").read_text(), re.MULTILINE)
-        if found:
-            return found[1]
+        match = re.search(r"^model name\s*: (.+)$", Path("/proc/cpuinfo").read_text(), re.MULTILINE)
+        if match:
+            return match[1]
     return platform.processor() or platform.machine()
 
 

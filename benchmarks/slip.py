@@ -66,7 +66,7 @@ def hold(seed: int, place: int, ratio: float, lift: Lift, coupling: float) -> Ho
     draw = draw_pinch(seed, rig, "slip", specimen, (specimen.name, round(100 * ratio)))
     sound = SlipParameters(coupling=coupling)
     plant = GraspPlant(draw, Drive(), specimen, lift=lift, longest=4.0, slip=sound, slip_seed=seed)
-    mass = 2 * draw.held.face_mass
+    mass = 2 * draw.object.face_mass
     force = min(ratio * holding_force(mass, specimen.friction), 12.0)
     plant.command(Command(0.10, 1.0))
     data, slips, drops, is_pressing = [], None, None, False

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from firstcontact.core import BLUE, RED, SKY, Dataset, Label
-from firstcontact.models import touches_of
+from firstcontact.models import cut_touches
 from firstcontact.twin import (
     BLOCKS,
     EVERYDAY,
@@ -57,21 +57,21 @@ def median_signal(seed: int, kind: TwinObject) -> tuple[np.ndarray, np.ndarray]:
         draw = draw_pinch(seed, EVERYDAY, "picture", kind, f"{kind.name} {number}")
         label = Label(kind.name, kind.shore_a, None, kind.name, "picture", kind.role)
         pinches.append(simulate_pinch(excerpt(draw, 0.045), label, duration=0.065))
-    touches, _ = touches_of(Dataset(tuple(pinches)), [pinch.first for pinch in pinches])
-    samples = np.arange(touches.after.shape[1])
-    known = np.where(samples < touches.valid[:, None], touches.after, np.nan)
-    return 1e3 * samples / touches.rate, np.nanmedian(known, axis=0)
+    touches, _ = cut_touches(Dataset(tuple(pinches)), [pinch.first for pinch in pinches])
+    samples = np.arange(touches.waves.shape[1])
+    valid_waves = np.where(samples < touches.valid[:, None], touches.waves, np.nan)
+    return 1e3 * samples / touches.rate, np.nanmedian(valid_waves, axis=0)
 
 
 def waveforms() -> str:
     """Flat and round things by one hand; one block by several, and over their own levels."""
     with canvas(1, 3, (9.6, 3.4)) as (figure, axes):
-        things, hands, levels = axes[0]
+        objects, hands, levels = axes[0]
         for name, colour, style in THINGS:
             kind = object_named(name)
             title = f"{name.removesuffix(' 1')} ({kind.shore_a:g})" if style == "--" else name
-            things.plot(*median_signal(SEEDS[0], kind), style, color=colour, label=title)
-        things.legend(loc="lower left", fontsize=7, ncols=2)
+            objects.plot(*median_signal(SEEDS[0], kind), style, color=colour, label=title)
+        objects.legend(loc="lower left", fontsize=7, ncols=2)
         for number, seed in enumerate(SEEDS):
             signals = {block.name: median_signal(seed, block) for block in BLOCKS}
             level = np.exp(np.mean([np.log(np.max(volts)) for _, volts in signals.values()]))
@@ -79,9 +79,9 @@ def waveforms() -> str:
             style = {"color": shades(len(SEEDS))[number], "label": f"hand {number + 1}"}
             hands.plot(time, volts, **style)
             levels.plot(time, volts / level, **style)
-        low, high = things.get_ylim()
-        things.set(title="One hand, several things", ylabel="Piezo (V)")
-        things.set(ylim=(low - 0.25 * (high - low), high))  # room for the names
+        low, high = objects.get_ylim()
+        objects.set(title="One hand, several things", ylabel="Piezo (V)")
+        objects.set(ylim=(low - 0.25 * (high - low), high))  # room for the names
         hands.set(title=f"{BLOCKS[3].name}, several hands", ylabel="Piezo (V)")
         levels.set(title="Over the hand's own level", ylabel="Piezo / level")
         for ax in axes[0]:

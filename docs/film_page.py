@@ -48,18 +48,18 @@ def pictures(folder: Path) -> list[Image.Image]:
         try:
             driver.get(url)
             began = time.monotonic() + START
-            shown = []
-            while len(shown) < SECONDS * PACE:
-                due = began + len(shown) / PACE
+            frames = []
+            while len(frames) < SECONDS * PACE:
+                due = began + len(frames) / PACE
                 time.sleep(max(0.0, due - time.monotonic()))
                 picture = Image.open(io.BytesIO(driver.get_screenshot_as_png())).convert("RGB")
                 height = round(picture.height * WIDTH / picture.width)
-                shown.append(picture.resize((WIDTH, height), Image.Resampling.LANCZOS))
+                frames.append(picture.resize((WIDTH, height), Image.Resampling.LANCZOS))
         finally:
             driver.quit()
             live.send_signal(signal.SIGINT)
             live.communicate()
-    return shown
+    return frames
 
 
 def main() -> None:
@@ -68,9 +68,9 @@ def main() -> None:
     parser.add_argument("out", type=Path)
     out = parser.parse_args().out
     with tempfile.TemporaryDirectory() as folder:
-        shown = pictures(Path(folder))
-    palette = shown[len(shown) // 2].quantize(COLOURS, dither=Image.Dither.NONE)
-    frames = [p.quantize(palette=palette, dither=Image.Dither.NONE) for p in shown]
+        screenshots = pictures(Path(folder))
+    palette = screenshots[len(screenshots) // 2].quantize(COLOURS, dither=Image.Dither.NONE)
+    frames = [p.quantize(palette=palette, dither=Image.Dither.NONE) for p in screenshots]
     frames[0].save(
         out, save_all=True, append_images=frames[1:], duration=round(1000 / PACE), loop=0,
         optimize=True,

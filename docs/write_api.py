@@ -114,7 +114,7 @@ def entries(text: str) -> list[str]:
 
 
 def signature(name: str, subject: Any) -> str:
-    """Return how a function or class is called, with types; "" where nobody calls it."""
+    """Return the signature of a function or class with types; "" if it is not callable."""
     if is_enum(subject):
         return ""
     if inspect.isclass(subject) and (
@@ -167,7 +167,7 @@ def described(name: str, subject: Any) -> list[str]:
     """Return the lines about one public name."""
     lines = [f"### {name}", ""]
     if isinstance(subject, Registry):
-        names = ", ".join(f"`{own}`" for own in subject.own)
+        names = ", ".join(f"`{entry}`" for entry in subject.builtin_names)
         lines += [f"{summary(subject)} Those of the package: {names}.", ""]
         return lines
     if isinstance(subject, UnionType | dict | ModuleType):

@@ -43,7 +43,7 @@ sys.exit(main(sys.argv[1:]))
 """
 
 
-def told(*arguments: str) -> str:
+def help_text(*arguments: str) -> str:
     """Return what the longest help of a command prints, 96 columns wide, without colours."""
     option = "--help-all" if arguments else "--help"
     command = [sys.executable, "-c", ALONE, *arguments, option]
@@ -54,16 +54,16 @@ def told(*arguments: str) -> str:
         "TERM": "dumb",
         "PYTHONIOENCODING": "utf-8",
     }
-    done = subprocess.run(
+    process = subprocess.run(
         command, capture_output=True, text=True, check=True, env=environment, encoding="utf-8"
     )
-    return "\n".join(line.rstrip() for line in done.stdout.strip().splitlines())
+    return "\n".join(line.rstrip() for line in process.stdout.strip().splitlines())
 
 
 def page() -> str:
     """Return the page."""
-    parts = [HEAD, f"```text\n{told()}\n```\n"]
-    parts += [f"## {verb}\n\n```text\n{told(verb)}\n```\n" for verb in verb_places()]
+    parts = [HEAD, f"```text\n{help_text()}\n```\n"]
+    parts += [f"## {verb}\n\n```text\n{help_text(verb)}\n```\n" for verb in verb_places()]
     return "\n".join(parts)
 
 

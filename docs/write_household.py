@@ -32,8 +32,8 @@ SHOWN = {
 def _cell(quantity: Quantity | None, factor: float, marks: dict[str, int]) -> str:
     if quantity is None:
         return "–"
-    shown = f"{factor * quantity.value:.4g}"
-    return shown if quantity.estimated else f"**{shown}** [{marks[quantity.source]}]"
+    figure = f"{factor * quantity.value:.4g}"
+    return figure if quantity.estimated else f"**{figure}** [{marks[quantity.source]}]"
 
 
 def tables() -> dict[str, str]:
@@ -41,9 +41,11 @@ def tables() -> dict[str, str]:
     marks = {key: i + 1 for i, key in enumerate(HOUSEHOLD_SOURCES)}
     heads = ["object", "group", "origin", *(SHOWN[name][0] for name in QUANTITIES)]
     lines = ["| " + " | ".join(heads) + " |", "| " + " | ".join(["---"] * len(heads)) + " |"]
-    for thing in HOUSEHOLD:
-        cells = [_cell(getattr(thing.numbers, n), SHOWN[n][1], marks) for n in QUANTITIES]
-        lines.append("| " + " | ".join([thing.name, thing.group, thing.origin, *cells]) + " |")
+    for specimen in HOUSEHOLD:
+        cells = [_cell(getattr(specimen.numbers, n), SHOWN[n][1], marks) for n in QUANTITIES]
+        lines.append(
+            "| " + " | ".join([specimen.name, specimen.group, specimen.origin, *cells]) + " |"
+        )
     sources = [
         f"{marks[s.key]}. {s.authors} ({s.year or 'undated'}). *{s.title}*. {s.where}."
         for s in HOUSEHOLD_SOURCES.values()

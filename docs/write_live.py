@@ -32,11 +32,11 @@ PARTS = {"channels of the descriptor": ChannelLine, "check of a hand_pinch": Han
 def section(kind: type, heading: str = "") -> str:
     """Return heading, sentence and table of one record."""
     text = inspect.cleandoc(kind.__doc__ or "")
-    summary, _, rest = text.partition("\n\n")
+    summary, _, details = text.partition("\n\n")
     config = getattr(kind, "__struct_config__", None)
     tag = None if config is None else config.tag
     rows = [f"| `type` | `{tag}` |"] if tag else []
-    documented = parameters(rest)
+    documented = parameters(details)
     fields = [name for names in documented for name in names.split(", ")]
     if config is not None:
         assert fields == [field.name for field in msgspec.structs.fields(kind)], kind
@@ -50,13 +50,13 @@ def section(kind: type, heading: str = "") -> str:
 def parameters(text: str) -> dict[str, str]:
     """Return the parameters of a docstring and their meanings."""
     _, _, text = text.partition("Parameters\n----------\n")
-    found: dict[str, list[str]] = {}
+    documented: dict[str, list[str]] = {}
     for line in text.split("\n\n")[0].splitlines():
         if not line.startswith(" "):
-            found[line] = []
+            documented[line] = []
         else:
-            found[list(found)[-1]].append(line.strip())
-    return {names: plain(" ".join(words)) for names, words in found.items()}
+            documented[list(documented)[-1]].append(line.strip())
+    return {names: plain(" ".join(words)) for names, words in documented.items()}
 
 
 def plain(text: str) -> str:

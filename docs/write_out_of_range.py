@@ -91,31 +91,35 @@ MADE_UP = {
 
 
 def made_up(make: Callable[[np.random.Generator], Signal]) -> Touches:
-    """Signals of a kind that begin in noise of 0.2 to 5 % of their peak."""
+    """Return signals from a generator, each with noise of 0.2 to 5 % of its peak before it."""
     rng = np.random.default_rng([SEED, 1])
     quiet = np.exp(rng.uniform(np.log(0.002), np.log(0.05), (SIGNALS, 1)))
     signals = quiet * rng.standard_normal((SIGNALS, _BEFORE + _AFTER))
     signals[:, _BEFORE:] += [make(rng) for _ in range(SIGNALS)]
-    return touches_of(list(signals))
+    return cut_touches(list(signals))
 
 
-def touches_of(signals: list[Signal]) -> Touches:
-    """Contacts with all their samples."""
+def cut_touches(signals: list[Signal]) -> Touches:
+    """Return contacts with all their samples."""
     n = len(signals)
-    whole = np.full(n, _AFTER, np.intp)
+    valid = np.full(n, _AFTER, np.intp)
     array = np.array(signals, np.float32).reshape(n, _BEFORE + _AFTER)
-    return Touches.untold(array, whole, np.full(n, -1, np.intp), FINGERTIP_RATE)
+    return Touches.untold(array, valid, np.full(n, -1, np.intp), FINGERTIP_RATE)
 
 
-def cut_at(sound: Signal, rate: float, onsets: list[float] | None, most: int = 10**6) -> Touches:
-    """Contacts in a sound; where no onsets (s) are known they are found, at most so many."""
+def cut_contacts(
+    sound: Signal, rate: float, onsets: list[float] | None, most: int = 10**6
+) -> Touches:
+    """Cut contacts from a sound at its onsets, s. Without onsets, detect at most ``most``."""
     x = resample(sound[:, None], rate, FINGERTIP_RATE)[:, 0]
     places = [round(s * FINGERTIP_RATE) for s in onsets or ()]
     if onsets is None:
         places = [o.sample for o in find_onsets(x[:, None], FINGERTIP_RATE)][:most]
     cut = [cut_touch(x[: place + _AFTER], place, FINGERTIP_RATE) for place in places]
     ends = [place + _AFTER <= len(x) for place in places]
-    return touches_of([c for c, whole in zip(cut, ends, strict=True) if whole and c is not None])
+    return cut_touches(
+        [c for c, is_complete in zip(cut, ends, strict=True) if is_complete and c is not None]
+    )
 
 
 def read_wav(file: Path) -> tuple[int, Signal]:
@@ -134,14 +138,14 @@ def strikes(folder: Path) -> Iterator[Touches]:
             by_file.setdefault(row["file"], []).append(int(row["onset_sample"]))
     for file, onsets in by_file.items():
         rate, sound = read_wav(folder / "wav" / file)
-        yield cut_at(sound, rate, [onset / rate for onset in onsets])
+        yield cut_contacts(sound, rate, [onset / rate for onset in onsets])
 
 
 def impacts(folder: Path) -> Iterator[Touches]:
     """Return the first onset of each recorded impact."""
     for file in sorted((folder / "wav").glob("*.wav")):
         rate, sound = read_wav(file)
-        yield cut_at(sound, rate, None, 1)
+        yield cut_contacts(sound, rate, None, 1)
 
 
 def speech() -> Iterator[Touches]:
@@ -153,16 +157,16 @@ def speech() -> Iterator[Touches]:
             rate, sound = read_wav(file)
         rng = np.random.default_rng([SEED, 2])
         sound = np.concatenate([np.zeros(rate // 5), sound])
-        yield cut_at(sound + 1e-3 * rng.standard_normal(len(sound)), rate, None)
+        yield cut_contacts(sound + 1e-3 * rng.standard_normal(len(sound)), rate, None)
 
 
 def joined(parts: Iterator[Touches]) -> Touches:
     """Contacts of several sounds as one set."""
-    return touches_of([signal for part in parts for signal in part.signals])
+    return cut_touches([signal for part in parts for signal in part.signals])
 
 
 def shares(model: InContextModel, touches: Touches) -> NDArray[np.float64]:
-    """How many are out of range at each time."""
+    """Return the number of contacts out of range at each time."""
     longest = [samples_in(1e-3 * ms, touches.rate) for ms in TIMES]
     return np.array([model.predict(touches.until(n)).out_of_range.sum() for n in longest], float)
 
@@ -181,21 +185,21 @@ def simulated(family: str, rigs: int) -> list[tuple[Rig, Touches]]:
         rig = Rig(level, sign, None, np.nan, tokens, examples.general[0, 0])
         signals = volts(examples.signals)
         late = placing(np.random.default_rng([SEED, number]), len(signals))
-        before = signals[:, MARGIN : MARGIN + _BEFORE]
-        whole = np.concatenate([before, cut(signals, late)], axis=1)
-        made.append((rig, touches_of(list(whole))))
+        lead = signals[:, MARGIN : MARGIN + _BEFORE]
+        segment = np.concatenate([lead, cut(signals, late)], axis=1)
+        made.append((rig, cut_touches(list(segment))))
     return made
 
 
 def measured(data: Path | None) -> dict[str, Any]:
-    """All rows: number of signals, and share out of range at each time with and without a rig."""
+    """Return all rows: signals, and their share out of range per time with and without a rig."""
     from firstcontact.twin import FAMILIES
 
     unknown = pretrained()
     rows: dict[str, Any] = {}
 
-    def add(group: str, name: str, n: int, known: Signal, none: Signal) -> None:
-        row = {"n": n, "rig": (known / n).tolist(), "no_rig": (none / n).tolist()}
+    def add(group: str, name: str, n: int, with_rig: Signal, none: Signal) -> None:
+        row = {"n": n, "rig": (with_rig / n).tolist(), "no_rig": (none / n).tolist()}
         rows.setdefault(group, {})[name] = row
         print(group, name, row)
 
@@ -204,9 +208,11 @@ def measured(data: Path | None) -> dict[str, Any]:
     for family, title in families.items():
         made = simulated(family, RIGS if not family else RIGS // 3)
         rigs = rigs or [rig for rig, _ in made]
-        known = sum(shares(unknown.conditioned_on({ANY: rig}), touches) for rig, touches in made)
+        rig_shares = sum(
+            shares(unknown.conditioned_on({ANY: rig}), touches) for rig, touches in made
+        )
         none = sum(shares(unknown, touches) for _, touches in made)
-        add("touches", title, sum(len(touches) for _, touches in made), known, none)
+        add("touches", title, sum(len(touches) for _, touches in made), rig_shares, none)
     kinds: dict[str, Touches] = {}
     if data is not None:
         kinds["strikes on drum pads (real)"] = joined(strikes(data / "piezo_strikes"))
@@ -215,20 +221,20 @@ def measured(data: Path | None) -> dict[str, Any]:
         kinds["speech (synthetic)"] = joined(speech())
     kinds |= {name: made_up(make) for name, make in MADE_UP.items()}
     for name, touches in kinds.items():
-        known = np.zeros(len(TIMES))
+        rig_shares = np.zeros(len(TIMES))
         rng = np.random.default_rng([SEED, 3])
         place = rng.integers(0, len(rigs), len(touches))
-        peak = np.abs(touches.after).max(axis=1)
+        peak = np.abs(touches.waves).max(axis=1)
         for number, rig in enumerate(rigs):
-            which = np.flatnonzero(place == number)
-            if len(which):
+            members = np.flatnonzero(place == number)
+            if len(members):
                 # As loud as the rig's own touches, within a factor of three.
-                loud = rig.level * np.exp(rng.uniform(-np.log(3), np.log(3), len(which)))
-                some = touches.take(which)
-                gain = (loud / peak[which])[:, None].astype(np.float32)
-                scaled = replace(some, signals=gain * some.signals)
-                known += shares(unknown.conditioned_on({ANY: rig}), scaled)
-        add("others", name, len(touches), known, shares(unknown, touches))
+                loud = rig.level * np.exp(rng.uniform(-np.log(3), np.log(3), len(members)))
+                sample = touches.take(members)
+                gain = (loud / peak[members])[:, None].astype(np.float32)
+                scaled = replace(sample, signals=gain * sample.signals)
+                rig_shares += shares(unknown.conditioned_on({ANY: rig}), scaled)
+        add("others", name, len(touches), rig_shares, shares(unknown, touches))
     return rows
 
 

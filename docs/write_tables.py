@@ -35,12 +35,12 @@ TABLE = re.compile(
 
 #: Tables of the grasp study, as its report has them.
 GRASP: Mapping[str, Callable[[GraspResults], Table]] = {
-    "grasp": lambda found: grasp_chapters.policies_table(found.household),
-    "grasp_reflex": lambda found: grasp_chapters.reflex_table(found.household),
-    "grasp_controls": lambda found: grasp_chapters.controls_table(found.household),
-    "grasp_closings": lambda found: grasp_chapters.closings_table(found.household),
-    "grasp_estimates": lambda found: grasp_chapters.estimates_table(found.household),
-    "grasp_sensitivity": lambda found: grasp_chapters.sensitivity_table(found.household),
+    "grasp": lambda results: grasp_chapters.policies_table(results.household),
+    "grasp_reflex": lambda results: grasp_chapters.reflex_table(results.household),
+    "grasp_controls": lambda results: grasp_chapters.controls_table(results.household),
+    "grasp_closings": lambda results: grasp_chapters.closings_table(results.household),
+    "grasp_estimates": lambda results: grasp_chapters.estimates_table(results.household),
+    "grasp_sensitivity": lambda results: grasp_chapters.sensitivity_table(results.household),
     "grasp_payload": grasp_chapters.payload_table,
 }
 #: Part of a study whose rows depend on the computer.
@@ -63,7 +63,7 @@ def part_tables(name: str, subjects: Mapping[str, SubjectResults]) -> str:
     return "\n".join(filter(None, made))
 
 
-def subjects_of(path: Path) -> dict[str, SubjectResults]:
+def read_subjects(path: Path) -> dict[str, SubjectResults]:
     """Return the results of each subject of a study by its title."""
     named = named_subjects(read_study(path))
     return {name.replace("-", " "): results for name, results in named.items()}
@@ -71,11 +71,11 @@ def subjects_of(path: Path) -> dict[str, SubjectResults]:
 
 def study_tables(path: Path) -> dict[str, str]:
     """Return the tables of a study of the twin."""
-    subjects = subjects_of(path)
+    subjects = read_subjects(path)
     chosen = [row for name in PARTS if name != TIMED for row in rows(subjects, [name])]
     headline = [row for row in chosen if row.headline]
-    whole = Row[SubjectResults]("The whole study", lambda results: results[SECONDS], "s")
-    speed = [*rows(subjects, [TIMED]), whole]
+    total = Row[SubjectResults]("The whole study", lambda results: results[SECONDS], "s")
+    speed = [*rows(subjects, [TIMED]), total]
     return {
         "headline": markdown(row_table(headline, subjects, intervals=False)),
         "study": markdown(row_table(chosen, subjects, published=True)),
@@ -92,7 +92,7 @@ def tables(results: Path) -> dict[str, str]:
     if (results / "study.json").is_file():
         made |= study_tables(results / "study.json")
     if (results / "generalise.json").is_file():
-        made["generalise"] = part_tables("generalise", subjects_of(results / "generalise.json"))
+        made["generalise"] = part_tables("generalise", read_subjects(results / "generalise.json"))
     if (results / "real.json").is_file():
         subjects = {"here": read_study(results / "real.json").about}
         chosen = [row for name in PARTS if name != TIMED for row in rows(subjects, [name])]
@@ -104,7 +104,9 @@ def tables(results: Path) -> dict[str, str]:
     if (results / "grasp.json").is_file():
         grasp = read_results(results / "grasp.json", GraspResults)
         made["grasp_short"] = grasp_sentences.shortly(grasp.household) + "\n"
-        made["grasp_headline"] = "".join(f"- {said}\n" for said in grasp_sentences.sentences(grasp))
+        made["grasp_headline"] = "".join(
+            f"- {sentence}\n" for sentence in grasp_sentences.sentences(grasp)
+        )
         for name, make in GRASP.items():
             made[name] = captioned(make(grasp))
     if (results / "sets.json").is_file():

@@ -1,4 +1,4 @@
-"""What all tests share."""
+"""Fixtures shared by all tests."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def ranks() -> Dataset:
 
 @pytest.fixture(scope="session")
 def make_shore() -> Callable[..., Dataset]:
-    """What makes toy pinches with Shore A."""
+    """Factory of toy pinches with Shore A."""
     return shore_dataset
 
 

@@ -16,7 +16,7 @@ from processes import until
 
 @dataclass(frozen=True)
 class Cluster:
-    """Where it is, and its processes."""
+    """Address and processes of a cluster."""
 
     address: str
     scheduler: subprocess.Popen[bytes]
@@ -38,7 +38,7 @@ def cluster(folder: Path, workers: int, first_on_path: Path | None = None) -> It
     """
     paths = [str(first_on_path or folder), *sys.path]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
-    said = folder / "scheduler.json"
+    text = folder / "scheduler.json"
 
     def started(*words: str) -> subprocess.Popen[bytes]:
         command = [sys.executable, "-m", "dask", *words, "--no-dashboard"]
@@ -50,10 +50,10 @@ def cluster(folder: Path, workers: int, first_on_path: Path | None = None) -> It
         return process
 
     with ExitStack() as stack, (folder / "log").open("wb") as log:
-        where = ("--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(said))
-        scheduler = started("scheduler", *where)
-        until(lambda: said.is_file() and said.read_text("utf-8").rstrip().endswith("}"))
-        address = json.loads(said.read_text(encoding="utf-8"))["address"]
+        location = ("--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(text))
+        scheduler = started("scheduler", *location)
+        until(lambda: text.is_file() and text.read_text("utf-8").rstrip().endswith("}"))
+        address = json.loads(text.read_text(encoding="utf-8"))["address"]
         worker = ("worker", address, "--host", "127.0.0.1", "--nthreads", "1", "--no-nanny")
         processes = tuple(started(*worker) for _ in range(workers))
         # Each says so when it is registered.

@@ -79,11 +79,11 @@ class EmulatedAbility:
 
     @property
     def open(self) -> bool:
-        """Whether finger and thumb are open."""
+        """Return True if finger and thumb are open."""
         return max(self.position[0], self.position[4]) <= NEARLY_OPEN
 
     def force(self, motor: int) -> float:
-        """What a fingertip presses with, N."""
+        """Force of a fingertip, N."""
         return max(self.position[motor] - self._touch_at, 0.0) * self._stiffness
 
     def unplug(self) -> None:
@@ -134,7 +134,7 @@ class EmulatedAbility:
 
 
 def _count(force: float) -> int:
-    """What the converter of a touch sensor gives at this force: the package's formula backwards."""
+    """Return the converter value of a touch sensor at a force."""
     if force <= 0.88:
         return 0
     resistance = 121591.0 / (force - 0.878894)

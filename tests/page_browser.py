@@ -47,11 +47,11 @@ def browsing(folder: Path) -> Iterator[Any]:
         driver.quit()
 
 
-def until(driver: Any, what: Callable[[Any], Any]) -> Any:
+def until(driver: Any, kind: Callable[[Any], Any]) -> Any:
     """Wait until it is so."""
     from selenium.webdriver.support.ui import WebDriverWait
 
-    return WebDriverWait(driver, PATIENCE, poll_frequency=0.1).until(what)
+    return WebDriverWait(driver, PATIENCE, poll_frequency=0.1).until(kind)
 
 
 def text(driver: Any, element: str) -> str:

@@ -32,16 +32,16 @@ def filled(kind: Any, tree: Any) -> Any:
         return filled(args[0], tree)
     if origin is ByName:
         each, about = args
-        own = set(about.__struct_fields__)
-        fields = filled(about, {k: v for k, v in tree.items() if k in own})
-        return {k: filled(each, v) for k, v in tree.items() if k not in own} | fields
+        own_values = set(about.__struct_fields__)
+        fields = filled(about, {k: v for k, v in tree.items() if k in own_values})
+        return {k: filled(each, v) for k, v in tree.items() if k not in own_values} | fields
     if origin is dict and isinstance(tree, dict):
-        return {name: filled(args[1], its) for name, its in tree.items()}
+        return {name: filled(args[1], entry) for name, entry in tree.items()}
     if not (isinstance(kind, type) and issubclass(kind, Record)):
         return tree
     hints = get_type_hints(kind)
     absent = [f.name for f in msgspec.structs.fields(kind) if f.required and f.name not in tree]
-    return {name: filled(hints[name], its) for name, its in tree.items()} | {
+    return {name: filled(hints[name], entry) for name, entry in tree.items()} | {
         name: _nothing(hints[name]) for name in absent
     }
 

@@ -15,7 +15,7 @@ PATIENCE = 60.0
 
 
 def gone(pid: int) -> bool:
-    """Whether a process ends, waiting for it."""
+    """Return True if a process ends within the patience."""
     try:
         descriptor = os.pidfd_open(pid)
     except ProcessLookupError:
@@ -37,17 +37,17 @@ def until(reached: Callable[[], object]) -> None:
 
 
 def children(pid: int) -> list[int]:
-    """Of all its threads."""
+    """Return the children of all threads of a process."""
     tasks = Path(f"/proc/{pid}/task").glob("*/children")
-    found: list[int] = []
+    collected: list[int] = []
     for task in tasks:
         with suppress(OSError):  # a thread that has ended meanwhile
-            found += [int(child) for child in task.read_text().split()]
-    return sorted(found)
+            collected += [int(child) for child in task.read_text().split()]
+    return sorted(collected)
 
 
 def command_line(pid: int) -> bytes:
-    """What a process runs; nothing where it has gone meanwhile."""
+    """Return the command of a process, or an empty text if it has ended."""
     try:
         return Path(f"/proc/{pid}/cmdline").read_bytes()
     except OSError:
@@ -55,11 +55,11 @@ def command_line(pid: int) -> bytes:
 
 
 def stopped(pid: int) -> bool:
-    """Whether a process stands still."""
+    """Return True if a process is stopped."""
     return Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rsplit(")", 1)[1].split()[0] == "T"
 
 
 def stop(pid: int) -> None:
-    """Have a process stand still."""
+    """Stop a process until the context ends."""
     os.kill(pid, signal.SIGSTOP)
     until(lambda: stopped(pid))

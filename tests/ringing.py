@@ -19,10 +19,10 @@ def ringing(
 ) -> tuple[Touches, NDArray[np.float64], NDArray[np.str_]]:
     """Contacts, their Shore A and their sessions; ``gain`` is the sensor's."""
     rng = np.random.default_rng(seed)
-    before, after = samples_in(BEFORE, RATE), samples_in(LAST, RATE)
+    lead, tail = samples_in(BEFORE, RATE), samples_in(LAST, RATE)
     shore_a = np.array([levels[i % len(levels)] for i in range(n)])
-    t = np.arange(-before, after) / RATE
-    signals = np.empty((n, before + after))
+    t = np.arange(-lead, tail) / RATE
+    signals = np.empty((n, lead + tail))
     for row, hard in enumerate(shore_a):
         speed = np.exp(0.1 * rng.standard_normal())
         motor = sum(
@@ -35,7 +35,7 @@ def ringing(
         signals[row] = motor + 0.001 * rng.standard_normal(len(t)) + size * ring
     touches = Touches(
         (gain * signals).astype(np.float32),
-        np.full(n, after, np.intp),
+        np.full(n, tail, np.intp),
         rng.integers(0, 2, n).astype(np.intp),
         np.full(n, np.nan),
         np.full(n, np.nan),

@@ -59,7 +59,7 @@ def vouch(folder: Path, arrays: bytes, card: str = CARD, weights: str = WEIGHTS)
     edit(folder, card, sha256=hashlib.sha256(arrays).hexdigest())
 
 
-def arrays_of(folder: Path) -> dict[str, Any]:
+def load_arrays(folder: Path) -> dict[str, Any]:
     """Return the arrays of the first predictor of a folder."""
     arrays = load_file(folder / WEIGHTS)
     return {n.removeprefix("0."): a for n, a in arrays.items() if n.startswith("0.")}

@@ -30,12 +30,12 @@ def _plugin() -> Path:
     built = Path(mkdtemp(prefix="firstcontact-tape-")) / "libtape.so"
     source = Path(__file__).with_name("sound_tape.c")
     flags = ["-O1", "-Wall", "-Wextra", "-Werror", "-DPIC", "-fPIC", "-shared"]
-    done = subprocess.run(
+    process = subprocess.run(
         ["cc", *flags, "-o", built, source, "-lasound"], capture_output=True, text=True
     )
-    if "asoundlib.h" in done.stderr:
+    if "asoundlib.h" in process.stderr:
         pytest.skip("no headers of ALSA: apt install libasound2-dev")
-    assert done.returncode == 0, done.stderr
+    assert process.returncode == 0, process.stderr
     return built
 
 
@@ -68,10 +68,10 @@ def playing(folder: Path, samples: NDArray[np.int16], **settings: int) -> dict[s
 
 
 @contextmanager
-def heard_here(folder: Path, samples: NDArray[np.int16], **settings: int) -> Iterator[Any]:
+def local_sound(folder: Path, samples: NDArray[np.int16], **settings: int) -> Iterator[Any]:
     """The same in this process, whose PortAudio looks for inputs anew."""
     variables = playing(folder, samples, **settings)
-    before = {name: os.environ.get(name) for name in variables}
+    previous = {name: os.environ.get(name) for name in variables}
     os.environ.update(variables)
     sound = portaudio()
     try:
@@ -79,7 +79,7 @@ def heard_here(folder: Path, samples: NDArray[np.int16], **settings: int) -> Ite
         sound._initialize()
         yield sound
     finally:
-        for name, value in before.items():
+        for name, value in previous.items():
             if value is None:
                 del os.environ[name]
             else:

@@ -28,7 +28,7 @@ def model(data: fc.Dataset) -> fc.Model:
     return fc.train(data, "spectral_ridge" if "spectral_ridge" in plugins.ESTIMATORS else "svm")
 
 
-def test_every_public_name_is_there() -> None:
+def test_every_public_name_exists() -> None:
     for name in fc.__all__:
         assert getattr(fc, name) is not None
     assert {"load", "train", "live", "plugins", "InputError"} <= set(fc.__all__)
@@ -36,8 +36,17 @@ def test_every_public_name_is_there() -> None:
 
 def test_importing_it_imports_no_arrays() -> None:
     code = "import sys, firstcontact; print(*sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert not set(done.stdout.split()) & {"numpy", "scipy", "sklearn", "numba", "torch", "msgspec"}
+    process = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    assert not set(process.stdout.split()) & {
+        "numpy",
+        "scipy",
+        "sklearn",
+        "numba",
+        "torch",
+        "msgspec",
+    }
 
 
 def test_progress_counts_every_pinch(tmp_path: Path) -> None:
@@ -66,19 +75,19 @@ def test_a_model_predicts_the_same_after_saving(
     again = fc.load_model(model.save(tmp_path / "rig"))
     assert again.moments == model.moments
     for at in (0.003, 0.015):
-        told, kept = model.predict(data, at=at), again.predict(data, at=at)
-        assert np.array_equal(told.value, kept.value, equal_nan=True)
-        assert np.array_equal(told.low, kept.low, equal_nan=True)
+        predictions, selected = model.predict(data, at=at), again.predict(data, at=at)
+        assert np.array_equal(predictions.value, selected.value, equal_nan=True)
+        assert np.array_equal(predictions.low, selected.low, equal_nan=True)
 
 
 def test_predictions_hold_one_row_a_pinch(data: fc.Dataset, model: fc.Model) -> None:
     predictions = model.predict(data, at=0.005)
-    there = np.isfinite(predictions.value)
+    is_predicted = np.isfinite(predictions.value)
     assert len(predictions) == len(data)
-    assert there.mean() > 0.8
-    assert (predictions.low <= predictions.value)[there].all()
-    assert (predictions.value <= predictions.high)[there].all()
-    assert (predictions.elapsed[there] <= 0.005 + 1 / 4936).all()
+    assert is_predicted.mean() > 0.8
+    assert (predictions.low <= predictions.value)[is_predicted].all()
+    assert (predictions.value <= predictions.high)[is_predicted].all()
+    assert (predictions.elapsed[is_predicted] <= 0.005 + 1 / 4936).all()
 
 
 def test_nothing_after_the_second_contact_is_used(data: fc.Dataset, model: fc.Model) -> None:
@@ -167,12 +176,12 @@ def test_a_model_is_written_as_c(data: fc.Dataset, model: fc.Model, tmp_path: Pa
 
 
 def test_contacts_are_detected(data: fc.Dataset) -> None:
-    known = [p.first for p in data.pinches]
+    labelled_contacts = [p.first for p in data.pinches]
     detected = fc.detect(data)
     assert len(detected) == len(data)
     late = [
         (d.sample - k.sample) / data.layout.rate
-        for d, k in zip(detected, known, strict=True)
+        for d, k in zip(detected, labelled_contacts, strict=True)
         if d is not None and k is not None
     ]
     assert np.median(np.abs(late)) < 0.003
@@ -183,8 +192,8 @@ def test_live_gives_a_final_estimate_for_each_pinch() -> None:
         calibration = fc.calibrate(source, seconds=0.5)
         events = list(fc.live(source, calibration=calibration, pinches=2))
     assert not any(e.real_time for e in events if isinstance(e, fc.PinchDone))
-    done = [e for e in events if isinstance(e, fc.PinchDone)]
-    assert len(done) == 2
+    finished_pinch = [e for e in events if isinstance(e, fc.PinchDone)]
+    assert len(finished_pinch) == 2
     assert sum(isinstance(e, fc.Estimate) and e.final for e in events) >= 2
 
 

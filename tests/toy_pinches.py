@@ -23,7 +23,9 @@ LAYOUT = Layout(
 )
 
 
-def pinch(label: Label, seed: int, hardness: float, known: bool = True, second: int = 90) -> Pinch:
+def pinch(
+    label: Label, seed: int, hardness: float, has_contacts: bool = True, second: int = 90
+) -> Pinch:
     """One pinch; ``second`` samples after the first contact the other finger touches."""
     rng = np.random.default_rng(seed)
     data = 0.002 * rng.standard_normal((900, 2))
@@ -37,7 +39,7 @@ def pinch(label: Label, seed: int, hardness: float, known: bool = True, second: 
             Contact(finger, CONTACT, CONTACT),
             Contact(finger.other, CONTACT + second, CONTACT + second),
         )
-        if known
+        if has_contacts
         else ()
     )
     return Pinch(data.astype(np.float32), LAYOUT, label, truth=truth)
@@ -48,7 +50,7 @@ def shore_dataset(
     levels: tuple[float, ...] = (10.0, 30.0, 60.0),
     objects: tuple[float, ...] = (20.0, 50.0),
     sessions: int = 3,
-    known: bool = True,
+    has_contacts: bool = True,
 ) -> Dataset:
     """Blocks in sessions, and unseen objects in a session of their own."""
     pinches = []
@@ -56,12 +58,12 @@ def shore_dataset(
         for i in range(each):
             label = Label(f"block {level:g}", level, None, f"block {level:g}", f"s{i % sessions}")
             offset = 30 + 15 * (i % 6)
-            pinches.append(pinch(label, len(pinches), level, known, offset))
+            pinches.append(pinch(label, len(pinches), level, has_contacts, offset))
     for shore in objects:
         for _ in range(each // 2):
             name = f"fruit {shore:g}"
             label = Label(name, shore, None, name, "unseen", Role.TEST)
-            pinches.append(pinch(label, len(pinches), shore, known))
+            pinches.append(pinch(label, len(pinches), shore, has_contacts))
     return Dataset(tuple(pinches), "synthetic")
 
 

@@ -19,7 +19,7 @@ LAYOUT = fingertip_layout()
 CONTACT, LENGTH = 500, 700
 
 
-def touch(shore: float, label: Label, rng: np.random.Generator, known: bool = True) -> Pinch:
+def touch(shore: float, label: Label, rng: np.random.Generator, has_contacts: bool = True) -> Pinch:
     """Quiet, then a damped oscillation of the index finger's piezo; the thumb hears little."""
     data = np.zeros((LENGTH, len(LAYOUT.channels)))
     data[:, :2] = 16384 + rng.normal(0, 60, (LENGTH, 2))
@@ -28,14 +28,14 @@ def touch(shore: float, label: Label, rng: np.random.Generator, known: bool = Tr
     # As quick and as loud as the any-time model takes for touches of such hardness.
     wave = np.sin(2 * np.pi * (40 + 2 * hard) * t) * np.exp(-t / 0.006)
     data[CONTACT:, 0] += 2500 * np.exp(hard / 40) * rng.lognormal(0, 0.1) * wave
-    truth = (Contact(Finger.INDEX, CONTACT, CONTACT),) if known else ()
+    truth = (Contact(Finger.INDEX, CONTACT, CONTACT),) if has_contacts else ()
     return Pinch(np.clip(data, 0, 32767).astype(np.int16), LAYOUT, label, truth=truth)
 
 
 def recordings(
     folder: Path,
     sessions: tuple[str, ...] = ("a", "b", "c", "d"),
-    known: bool = True,
+    has_contacts: bool = True,
     seed: int = 0,
 ) -> Path:
     """Five pinches of each of three blocks in each session, and an unseen object in its own."""
@@ -44,9 +44,9 @@ def recordings(
     for session in sessions:
         for shore in (10.0, 29.0, 60.0):
             label = Label(f"block {shore:g}", shore, None, f"block {shore:g}", session)
-            pinches += [touch(shore, label, rng, known) for _ in range(5)]
+            pinches += [touch(shore, label, rng, has_contacts) for _ in range(5)]
     unseen = Label("apple", 28.0, None, "apple 1", "objects", Role.TEST)
-    pinches += [touch(28.0, unseen, rng, known) for _ in range(4)]
+    pinches += [touch(28.0, unseen, rng, has_contacts) for _ in range(4)]
     folder.mkdir()
     write_dataset(Dataset(tuple(pinches), "synthetic"), folder, Header(LAYOUT, "synthetic"))
     return folder
@@ -56,7 +56,7 @@ def run(*words: Any) -> int:
     return main([str(w) for w in words])
 
 
-def card_of(folder: Path) -> Any:
+def load_card(folder: Path) -> Any:
     return json.loads((folder / CARD).read_text(encoding="utf-8"))
 
 

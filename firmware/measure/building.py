@@ -128,7 +128,7 @@ def memory(image: Path) -> tuple[int, int]:
     return text + data, data + bss
 
 
-def emulator_there() -> bool:
+def has_emulator() -> bool:
     """Return True if a compiler and an emulator for the Cortex-M7 are installed."""
     return all(shutil.which(name) for name in (f"{ARM}gcc", "qemu-system-arm"))
 

@@ -43,12 +43,12 @@ from firstcontact.models import (
     Touches,
     WindowModel,
     adapt_network,
+    cut_touches,
     deaf,
     labelled_windows,
     make_estimator,
     moments,
     pretrained,
-    touches_of,
     train_final_model,
     window_estimators,
 )
@@ -219,7 +219,7 @@ def of_touches(sets: list[Dataset], out: Path, quick: bool) -> tuple[Numbers, In
 
 
 def _touches(dataset: Dataset) -> tuple[Touches, NDArray[np.intp]]:
-    touches, indices = touches_of(dataset, [p.first for p in dataset.pinches])
+    touches, indices = cut_touches(dataset, [p.first for p in dataset.pinches])
     long_enough = touches.valid >= 10
     return touches.take(long_enough), indices[long_enough]
 

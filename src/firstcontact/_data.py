@@ -194,10 +194,10 @@ def detect(data: Dataset, detector: Detector | str | None = None) -> list[Contac
     True
     """
     from firstcontact.contact import pretrained_detector
-    from firstcontact.models import fit_detector, found
+    from firstcontact.models import detect_alignment, fit_detector
 
     if detector is None:
         detector = pretrained_detector()
     elif isinstance(detector, str):
         detector = fit_detector(data, detector)
-    return list(found(data, detector).contacts)
+    return list(detect_alignment(data, detector).contacts)

@@ -125,7 +125,7 @@ def live(
     from firstcontact.device import ResampledSource, measure_noise
     from firstcontact.grasp import HANDS, Begins
     from firstcontact.models import Model, load_model, shipped_model
-    from firstcontact.streaming import check_hand, live_session, predictor_of
+    from firstcontact.streaming import check_hand, live_predictor, live_session
 
     if not hasattr(type(source), "descriptor"):
         raise InputError(
@@ -151,7 +151,7 @@ def live(
     elif not isinstance(model, Model):
         model = load_model(model)
     detector = model.own_detector
-    predictor = predictor_of(model, estimator)
+    predictor = live_predictor(model, estimator)
     rate = detector.rate or (source.descriptor.layout.rate if predictor is None else predictor.rate)
     if source.descriptor.layout.rate != rate:
         source = ResampledSource(source, rate)

@@ -1,4 +1,4 @@
-"""What several tests of the command line ask."""
+"""Shared helpers of the command-line tests."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ def refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Callable[...,
 
     def check(path: Path, *words: str, more: tuple[str, ...] = ()) -> None:
         out = tmp_path / "out"
-        before = sorted(tmp_path.rglob("*"))
+        original = sorted(tmp_path.rglob("*"))
         assert main(["import", str(path), "--out", str(out), *more]) == 2
         message = capsys.readouterr().err
         assert message.count("\n") == 1, message
         for word in words:
             assert word in message
-        assert sorted(tmp_path.rglob("*")) == before
+        assert sorted(tmp_path.rglob("*")) == original
 
     return check

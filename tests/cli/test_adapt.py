@@ -15,10 +15,10 @@ from firstcontact.models import (
     CARD,
     WEIGHTS,
     Touches,
+    cut_touches,
     pretrained,
     read_card,
     shipped_model,
-    touches_of,
 )
 from firstcontact.recording import Header, load_dataset, write_dataset
 from firstcontact.testing import closings
@@ -33,17 +33,17 @@ def blocks(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return recordings(tmp_path_factory.mktemp("adapt") / "blocks")
 
 
-def only(data: Path, out: Path, kept: Any) -> Path:
+def only(data: Path, out: Path, selected: Any) -> Path:
     """A folder with those pinches for whose label this holds."""
-    pinches = [p for p in load_dataset(data).pinches if kept(p.label)]
+    pinches = [p for p in load_dataset(data).pinches if selected(p.label)]
     out.mkdir()
     write_dataset(Dataset(tuple(pinches), "synthetic"), out, Header(LAYOUT, "synthetic"))
     return out
 
 
-def known(data: Path) -> Touches:
+def labelled_touches(data: Path) -> Touches:
     dataset = load_dataset(data)
-    return touches_of(dataset, [p.first for p in dataset.pinches])[0]
+    return cut_touches(dataset, [p.first for p in dataset.pinches])[0]
 
 
 def test_recordings_make_a_model_that_knows_the_rig(
@@ -51,10 +51,10 @@ def test_recordings_make_a_model_that_knows_the_rig(
 ) -> None:
     out = tmp_path / "rig"
     assert run("adapt", blocks, "--out", out) == 0
-    said = capsys.readouterr().out
-    assert "3 Shore A levels" in said
-    assert "held out" in said
-    assert str(out) in said
+    output = capsys.readouterr().out
+    assert "3 Shore A levels" in output
+    assert "held out" in output
+    assert str(out) in output
     card = read_card(out)
     assert card.trained_on.levels == (10.0, 29.0, 60.0)
     assert card.trained_on.pinches == 60  # the apple has role "test"
@@ -63,7 +63,7 @@ def test_recordings_make_a_model_that_knows_the_rig(
     assert 50 <= part.record.pinches <= 60
     assert any(name.startswith("held out") for name in part.record.scores)
     assert load_detector(out).name
-    touches = known(blocks)
+    touches = labelled_touches(blocks)
     mine, unknown = load_network(out).predict(touches), pretrained().predict(touches)
     assert np.mean(mine.high - mine.low) < np.mean(unknown.high - unknown.low)
 
@@ -75,17 +75,17 @@ def test_the_same_seed_gives_the_same_bytes(blocks: Path, tmp_path: Path) -> Non
         assert (tmp_path / "a" / file).read_bytes() == (tmp_path / "b" / file).read_bytes()
 
 
-def test_without_recordings_no_rig_is_known(tmp_path: Path, capsys: Any) -> None:
+def test_without_recordings_the_rig_is_unknown(tmp_path: Path, capsys: Any) -> None:
     out = tmp_path / "any"
     assert run("adapt", "--out", out) == 0
     assert "unknown rig" in capsys.readouterr().out
     assert read_card(out).trained_on.pinches == 0
     # Trained on the twin: the threshold of three sigmas fires early on most closings.
-    detector, others = load_detector(out), closings(40, seed=1)
-    placed = [next(iter(detect(detector, pinch)), None) for pinch in others.pinches]
+    detector, remaining = load_detector(out), closings(40, seed=1)
+    placed = [next(iter(detect(detector, pinch)), None) for pinch in remaining.pinches]
     near = [
         contact is not None and abs(contact.sample - pinch.truth[0].sample) <= 15
-        for contact, pinch in zip(placed, others.pinches, strict=True)
+        for contact, pinch in zip(placed, remaining.pinches, strict=True)
     ]
     assert np.mean(near) >= 0.95
     assert run("adapt", "--detector-type", "three_sigma", "--out", out) == 0
@@ -111,13 +111,13 @@ def test_what_cannot_be_used_is_refused_and_nothing_written(
         "one": (lambda label: label.shore_a == 29.0, "two Shore A levels"),
         "tests": (lambda label: label.object == "apple", 'role "test"'),
     }
-    for name, (kept, why) in cases.items():
-        data = only(blocks, tmp_path / name, kept)
+    for name, (selected, why) in cases.items():
+        data = only(blocks, tmp_path / name, selected)
         assert run("adapt", data, "--out", tmp_path / "no") == 2
-        said = capsys.readouterr().err
-        assert why in said
-        assert name in said
-        assert said.count("\n") == 1
+        errors = capsys.readouterr().err
+        assert why in errors
+        assert name in errors
+        assert errors.count("\n") == 1
         assert not (tmp_path / "no").exists()
     assert run("adapt", tmp_path / "nowhere", "--out", tmp_path / "no") == 2
     assert run("adapt", "--detector-type", "svm", "--out", tmp_path / "no") == 2
@@ -137,9 +137,9 @@ def test_pinches_without_a_shore_a_do_not_count(tmp_path: Path, capsys: Any) -> 
     bare.mkdir()
     write_dataset(Dataset(tuple(pinches), "synthetic"), bare, Header(LAYOUT, "synthetic"))
     assert run("adapt", bare, "--out", tmp_path / "no") == 2
-    said = capsys.readouterr().err
-    assert "no pinch has a Shore A" in said
-    assert "--shore-a" in said
+    errors = capsys.readouterr().err
+    assert "no pinch has a Shore A" in errors
+    assert "--shore-a" in errors
     assert not (tmp_path / "no").exists()
     # Models of windows learn the ranks, and say in what their errors are.
     assert run("train", bare, "--out", tmp_path / "ranks", "--estimator", "peak") == 0
@@ -151,16 +151,16 @@ def test_pinches_without_a_shore_a_do_not_count(tmp_path: Path, capsys: Any) -> 
 def test_a_rig_that_the_model_cannot_read_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
 ) -> None:
-    """Its errors on held-out pinches were over twice those of always answering the mean."""
+    """Errors on held-out pinches were over twice those of the mean prediction."""
     monkeypatch.chdir(tmp_path)
     runpy.run_path(str(EXAMPLES / "own_arrays.py"), run_name="__main__")
     assert run("import", "own.npz", "--out", "own") == 0
     capsys.readouterr()
     assert run("adapt", "own", "--out", "rig") == 2
-    said = capsys.readouterr().err
-    assert said.count("\n") == 1
-    assert "own: " in said
-    assert "always answering their mean" in said
+    errors = capsys.readouterr().err
+    assert errors.count("\n") == 1
+    assert "own: " in errors
+    assert "always answering their mean" in errors
     assert not Path("rig").exists()
 
 
@@ -174,14 +174,14 @@ def test_the_card_keeps_how_the_model_was_checked(blocks: Path, tmp_path: Path) 
 
 
 def test_a_training_is_not_torn_apart(blocks: Path, tmp_path: Path, capsys: Any) -> None:
-    """Its window models were trained with its detector: another beside them would be refused."""
+    """The window models require their own detector. Another detector is refused."""
     trained = tmp_path / "trained"
     assert run("train", blocks, "--out", trained, "--estimator", "peak") == 0
-    before = {path.name: path.read_bytes() for path in trained.iterdir()}
+    original = {path.name: path.read_bytes() for path in trained.iterdir()}
     capsys.readouterr()
     assert run("adapt", blocks, "--out", trained) == 2
     assert "would not be made again" in capsys.readouterr().err
-    assert {path.name: path.read_bytes() for path in trained.iterdir()} == before
+    assert {path.name: path.read_bytes() for path in trained.iterdir()} == original
     rig = tmp_path / "rig"
     assert run("adapt", blocks, "--out", rig) == 0
     assert run("adapt", "--out", rig) == 0  # its own is replaced

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from firstcontact.cli.main import main
-from sound import heard_here
+from sound import local_sound
 
 
 @pytest.fixture
@@ -20,7 +20,7 @@ def quiet() -> np.ndarray:
 def test_ports_lists_the_inputs(
     tmp_path: Path, quiet: np.ndarray, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    with heard_here(tmp_path, quiet):
+    with local_sound(tmp_path, quiet):
         assert main(["ports"]) == 0
     assert "audio:disc       sound input, 1 channel, 48000 Hz" in capsys.readouterr().out
 
@@ -28,24 +28,24 @@ def test_ports_lists_the_inputs(
 def test_info_says_what_it_is_and_what_its_filter_costs(
     tmp_path: Path, quiet: np.ndarray, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    with heard_here(tmp_path, quiet, loop=1):
+    with local_sound(tmp_path, quiet, loop=1):
         assert main(["info", "--device", "audio:disc"]) == 0
-    said = capsys.readouterr().out
-    assert "its own filter delays samples by 0.36 ms" in said
-    assert "sound input disc" in said
+    output = capsys.readouterr().out
+    assert "its own filter delays samples by 0.36 ms" in output
+    assert "sound input disc" in output
 
 
 def test_calibrate_measures_its_noise(
     tmp_path: Path, quiet: np.ndarray, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "calibration.json"
-    with heard_here(tmp_path, quiet, loop=1):
+    with local_sound(tmp_path, quiet, loop=1):
         options = ["--device", "audio:disc", "--no-tap", "--seconds", "0.5", "--out", str(out)]
         assert main(["calibrate", *options]) == 0
-    said = capsys.readouterr().out
-    assert "of full scale RMS" in said
-    assert "touch nothing" in said
-    assert "mV" not in said
+    output = capsys.readouterr().out
+    assert "of full scale RMS" in output
+    assert "touch nothing" in output
+    assert "mV" not in output
     (floor,) = json.loads(out.read_text())["piezo"]
     # White noise of 30 steps, of which the filter leaves what is below 2.5 of 24 kHz.
     assert floor["noise"] == pytest.approx(30 / 32768 * (4936 / 48_000) ** 0.5, rel=0.1)
@@ -55,7 +55,7 @@ def test_calibrate_measures_its_noise(
 def test_live_counts_the_filter_in_its_ledger(
     tmp_path: Path, quiet: np.ndarray, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    with heard_here(tmp_path, quiet, loop=1):
+    with local_sound(tmp_path, quiet, loop=1):
         assert main(["live", "--device", "audio:disc", "--seconds", "0.3"]) == 0
-    said = capsys.readouterr().err
-    assert "0.360 ms of each wait are the source's own filter" in said
+    errors = capsys.readouterr().err
+    assert "0.360 ms of each wait are the source's own filter" in errors

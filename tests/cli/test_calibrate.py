@@ -19,10 +19,10 @@ def test_the_twin_is_calibrated_between_its_closings(tmp_path, capsys):
     arguments = ["--no-tap", "--seconds", "0.5", "--patience", "30", "--weights", str(weights)]
     assert main(["calibrate", "--device", "twin", "--out", str(out), *arguments]) == 0
     calibration = read_calibration(out)
-    said = capsys.readouterr().out
+    output = capsys.readouterr().out
     for finger in Finger:
         assert 0.001 < calibration.noise(finger) < 0.003
-        assert f"{finger.name.lower()}  noise" in said
+        assert f"{finger.name.lower()}  noise" in output
     assert [c.finger for c in calibration.force] == list(Finger)
     assert all(c.rms < 0.3 for c in calibration.force)
     assert json.loads(out.read_text())["format"] == "firstcontact.calibration"
@@ -37,16 +37,16 @@ def test_what_the_fingertips_feel_is_their_tap(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "text"),
     [
         (["--seconds", "0"], "--seconds: "),
         (["--weights", "none.csv"], "none.csv cannot be read"),
     ],
 )
-def test_what_cannot_be_calibrated_is_refused(tmp_path, capsys, arguments, said):
+def test_what_cannot_be_calibrated_is_refused(tmp_path, capsys, arguments, text):
     out = tmp_path / "calibration.json"
     assert main(["calibrate", "--device", "twin", "--out", str(out), *arguments]) == 2
-    assert said in capsys.readouterr().err
+    assert text in capsys.readouterr().err
     assert not out.exists()
 
 
@@ -54,9 +54,9 @@ def test_an_unwritable_result_is_told_before_the_work(tmp_path, capsys):
     (tmp_path / "file").write_text("as it was")
     for out in (tmp_path, tmp_path / "file" / "calibration.json"):
         assert main(["calibrate", "--device", "twin", "--out", str(out)]) == 2
-        told = capsys.readouterr()
-        assert f"{out} cannot be written" in told.err
-        assert "Traceback" not in told.err
-        assert told.out == ""  # nothing was asked for
+        captured = capsys.readouterr()
+        assert f"{out} cannot be written" in captured.err
+        assert "Traceback" not in captured.err
+        assert captured.out == ""  # nothing was asked for
     assert [p.name for p in tmp_path.iterdir()] == ["file"]
     assert (tmp_path / "file").read_text() == "as it was"

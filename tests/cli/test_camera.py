@@ -33,11 +33,11 @@ def test_a_camera_is_compared_with_the_strips(tmp_path, capsys, recording):
             lines.append(f"{number},{finger},{np.ceil(time * 960) / 960}")
     contacts.write_text("\n".join([*lines, "77,thumb,3.0", ""]))
     assert main(["camera", str(recording), "--times", str(contacts), "--fps", "960"]) == 0
-    said = capsys.readouterr().out
-    assert "12 in both lists" in said
-    assert "83.3 % within one frame of 1.04 ms" in said
-    assert said.count("disagrees   pinch 4") == said.count("disagrees") == 2
-    assert "left out    pinch 77, thumb" in said
+    output = capsys.readouterr().out
+    assert "12 in both lists" in output
+    assert "83.3 % within one frame of 1.04 ms" in output
+    assert output.count("disagrees   pinch 4") == output.count("disagrees") == 2
+    assert "left out    pinch 77, thumb" in output
 
 
 def test_a_list_that_does_not_fit_is_refused(tmp_path, capsys, recording):

@@ -43,9 +43,9 @@ def test_a_set_is_the_same_to_the_byte_though_a_worker_is_killed(tmp_path: Path)
 
     with cluster(tmp_path, 2) as two:
 
-        def progress(done: int) -> None:
+        def progress(finished: int) -> None:
             nonlocal made
-            made += done
+            made += finished
             if made == 5:
                 two.workers[0].kill()
                 two.workers[0].wait()
@@ -78,12 +78,12 @@ def test_an_interrupt_leaves_neither_processes_nor_work_behind(tmp_path: Path) -
 
 def test_a_model_learned_there_is_the_same(tmp_path: Path) -> None:
     data = recordings(tmp_path / "data")
-    where: list[dict[str, Any]] = []
+    location: list[dict[str, Any]] = []
     with cluster(tmp_path, 1) as one:
         for name, address in (("here", None), ("there", one.address)):
             Train(data, tmp_path / name, contacts="detected", cluster=address).run()
-            where.append(contents(tmp_path / name))
-    assert where[0] == where[1]
+            location.append(contents(tmp_path / name))
+    assert location[0] == location[1]
 
 
 @pytest.mark.slow
@@ -93,37 +93,37 @@ def test_a_model_learned_there_is_the_same(tmp_path: Path) -> None:
 def test_a_study_finds_the_same_though_a_worker_is_killed(
     verb: str, midway: str, tmp_path: Path
 ) -> None:
-    found = []
+    collected = []
     with cluster(tmp_path, 2) as two:
-        for name, where in (("here", []), ("there", ["--cluster", two.address])):
+        for name, location in (("here", []), ("there", ["--cluster", two.address])):
             out = tmp_path / name
-            command = [verb, "--quick", "--out", str(out), *where]
+            command = [verb, "--quick", "--out", str(out), *location]
             process = subprocess.Popen(
                 [sys.executable, "-m", "firstcontact.cli.main", *command],
                 stderr=subprocess.PIPE,
                 stdout=subprocess.DEVNULL,
             )
             assert process.stderr is not None
-            if where:
+            if location:
                 seen = b""
                 while midway.encode() not in seen:
                     part = os.read(process.stderr.fileno(), 4096)
                     assert part, seen.decode()
                     seen += part
                 two.workers[0].kill()
-            said = process.communicate()[1].decode()
-            assert process.returncode == 0, said
-            found.append(comparable(json.loads((out / "results.json").read_text("utf-8"))))
+            errors = process.communicate()[1].decode()
+            assert process.returncode == 0, errors
+            collected.append(comparable(json.loads((out / "results.json").read_text("utf-8"))))
         assert two.workers[1].poll() is None
-    assert found[0] == found[1]
+    assert collected[0] == collected[1]
 
 
 def comparable(tree: Any) -> Any:
     """Results without what is said of the run, and without times of this machine."""
     if not isinstance(tree, dict):
         return tree
-    kept = {key: value for key, value in tree.items() if key not in RUN}
-    return {key: comparable(value) for key, value in kept.items()}
+    selected = {key: value for key, value in tree.items() if key not in RUN}
+    return {key: comparable(value) for key, value in selected.items()}
 
 
 @pytest.mark.parametrize("verb", [["simulate"], ["study", "--quick"], ["grasp-study", "--quick"]])

@@ -23,12 +23,12 @@ def script(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def completed(script: Path, *words: str) -> set[str]:
-    """What Tab in bash offers behind these words, the last of which is being typed."""
+    """Return the completions of bash for these words; the last one is incomplete."""
     code = (
         'source "$1"; shift; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); '
         'complete -p firstcontact > /dev/null && _firstcontact; printf "%s\\n" "${COMPREPLY[@]}"'
     )
-    done = subprocess.run(
+    process = subprocess.run(
         ["bash", "-uc", code, "bash", str(script), "firstcontact", *words],
         env={"PATH": ""},  # no Python is started
         executable=shutil.which("bash"),
@@ -36,8 +36,8 @@ def completed(script: Path, *words: str) -> set[str]:
         text=True,
         check=True,
     )
-    assert done.stderr == ""
-    return set(done.stdout.split())
+    assert process.stderr == ""
+    return set(process.stdout.split())
 
 
 def test_verbs_are_completed(script: Path) -> None:

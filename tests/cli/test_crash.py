@@ -1,4 +1,4 @@
-"""What nobody foresaw: one sentence, a log, an exit code of its own, and nothing half-written."""
+"""Unexpected errors: one sentence, a log, a separate exit code and no partial files."""
 
 from __future__ import annotations
 
@@ -58,15 +58,15 @@ def only_log(folder: Path) -> Path:
 
 
 def test_a_fault_is_one_sentence_a_log_and_its_own_exit_code(tmp_path: Path) -> None:
-    done = run('raise ZeroDivisionError("by 0\\\\n\\x1b[31m")', tmp_path, "--token=s3cret")
-    assert done.returncode == 70
-    assert done.stdout == ""
-    (said,) = done.stderr.splitlines()
+    process = run('raise ZeroDivisionError("by 0\\\\n\\x1b[31m")', tmp_path, "--token=s3cret")
+    assert process.returncode == 70
+    assert process.stdout == ""
+    (message,) = process.stderr.splitlines()
     log = only_log(tmp_path / "state" / "firstcontact")
-    assert said.startswith("firstcontact: ")
-    assert "ZeroDivisionError: by 0\\n\\u001b[31m" in said
-    assert "report" in said
-    assert said.endswith(str(log))
+    assert message.startswith("firstcontact: ")
+    assert "ZeroDivisionError: by 0\\n\\u001b[31m" in message
+    assert "report" in message
+    assert message.endswith(str(log))
     text = log.read_text(encoding="utf-8")
     assert f"firstcontact {__version__}" in text
     assert "Python 3." in text
@@ -81,33 +81,33 @@ def test_a_fault_is_one_sentence_a_log_and_its_own_exit_code(tmp_path: Path) -> 
 
 def test_what_was_logged_last_is_in_the_log(tmp_path: Path) -> None:
     logs = '__import__("logging").getLogger("firstcontact.x").info("device is lost")'
-    done = run(f"{logs}; raise ZeroDivisionError", tmp_path)
-    assert len(done.stderr.splitlines()) == 1
+    process = run(f"{logs}; raise ZeroDivisionError", tmp_path)
+    assert len(process.stderr.splitlines()) == 1
     text = only_log(tmp_path / "state" / "firstcontact").read_text(encoding="utf-8")
     assert "firstcontact.x: device is lost" in text
 
 
 @pytest.mark.parametrize("arguments", [["--token=s3cret"], ["--token", "s3cret"]])
 def test_a_token_is_in_no_log(tmp_path: Path, arguments: list[str]) -> None:
-    done = run('raise RuntimeError("with " + self.token)', tmp_path, *arguments)
-    assert done.returncode == 70
+    process = run('raise RuntimeError("with " + self.token)', tmp_path, *arguments)
+    assert process.returncode == 70
     text = only_log(tmp_path / "state" / "firstcontact").read_text(encoding="utf-8")
     assert "s3cret" not in text
     assert "--token" in text
 
 
-def test_memory_that_runs_out_is_said(tmp_path: Path) -> None:
+def test_memory_that_runs_out_is_stated(tmp_path: Path) -> None:
     body = "import resource; resource.setrlimit(resource.RLIMIT_AS, (2**30, 2**30)); b'x' * 2**31"
-    done = run(body, tmp_path)
-    assert done.returncode == 70
-    assert "memory ran out" in done.stderr
+    process = run(body, tmp_path)
+    assert process.returncode == 70
+    assert "memory ran out" in process.stderr
     assert only_log(tmp_path / "state" / "firstcontact").exists()
 
 
 def test_a_system_that_fails_is_a_fault_with_a_log(tmp_path: Path) -> None:
-    done = run("import os; os.close(os.open('.', 0) + 1)", tmp_path)
-    assert done.returncode == 70
-    assert "Bad file descriptor" in done.stderr
+    process = run("import os; os.close(os.open('.', 0) + 1)", tmp_path)
+    assert process.returncode == 70
+    assert "Bad file descriptor" in process.stderr
     assert only_log(tmp_path / "state" / "firstcontact").exists()
 
 
@@ -116,20 +116,20 @@ def test_a_disk_that_is_full_is_the_users(tmp_path: Path) -> None:
         "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (9, 9)); "
         "temporary.write_text('more than there is room for')"
     )
-    done = run(body, tmp_path)
-    assert done.returncode == 2
-    assert "make room" in done.stderr
+    process = run(body, tmp_path)
+    assert process.returncode == 2
+    assert "make room" in process.stderr
     assert list(tmp_path.iterdir()) == []
 
 
 def test_without_a_folder_for_states_the_log_is_a_temporary_file(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     (tmp_path / "tmp").mkdir()
-    done = run(
+    process = run(
         "1 / 0", tmp_path, XDG_STATE_HOME=str(tmp_path / "file"), TMPDIR=str(tmp_path / "tmp")
     )
-    assert done.returncode == 70
-    assert str(only_log(tmp_path / "tmp")) in done.stderr
+    assert process.returncode == 70
+    assert str(only_log(tmp_path / "tmp")) in process.stderr
 
 
 @dataclass(frozen=True)
@@ -170,6 +170,6 @@ def test_whatever_it_is_nothing_is_left_half_written(
     monkeypatch.setattr(Raising, "out", tmp_path / "out", raising=False)
     monkeypatch.setattr("firstcontact_lab.verbs.study.Study", Raising)
     assert command.main(["study"]) == code
-    (said,) = capsys.readouterr().err.splitlines()
-    assert said.startswith("firstcontact: ")
+    (errors,) = capsys.readouterr().err.splitlines()
+    assert errors.startswith("firstcontact: ")
     assert sorted(p.name for p in tmp_path.iterdir()) == (["state"] if code == 70 else [])

@@ -41,7 +41,7 @@ def test_every_detector_is_made_alone_and_used_beside_a_model(
 def test_a_detector_that_cannot_learn_is_no_other_one(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    unknown = recordings(tmp_path / "unknown", known=False)
+    unknown = recordings(tmp_path / "unknown", has_contacts=False)
     arguments = ("train", unknown, "--out", tmp_path / "m", "--detector-type", "svm")
     assert run(*arguments) == 2
     assert "0 pinches" in capsys.readouterr().err

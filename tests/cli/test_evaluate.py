@@ -25,10 +25,10 @@ def test_seen_and_unseen_are_told_apart(
     assert run("train", data, "--out", tmp_path / "m") == 0
     capsys.readouterr()
     assert run("evaluate", tmp_path / "m", data) == 0
-    said = capsys.readouterr().out
-    assert "warning: 60 pinches are ones that the model learned from, sample by sample" in said
+    output = capsys.readouterr().out
+    assert "warning: 60 pinches are ones that the model learned from, sample by sample" in output
     # Of the any-time model first, then of the one of a window.
-    unseen, seen = said[said.index("\n15 ms, ") :].split("\nseen in training:")
+    unseen, seen = output[output.index("\n15 ms, ") :].split("\nseen in training:")
     assert "4 pinches" in unseen
     assert "apple 1" in unseen
     assert "apple 1" not in seen
@@ -36,9 +36,9 @@ def test_seen_and_unseen_are_told_apart(
 
     other = recordings(tmp_path / "other", ("e", "f"), seed=1)
     assert run("evaluate", tmp_path / "m", other) == 0
-    said = capsys.readouterr().out
-    assert "warning" not in said
-    of_window = said[said.index("\n15 ms, ") :]
+    output = capsys.readouterr().out
+    assert "warning" not in output
+    of_window = output[output.index("\n15 ms, ") :]
     new, familiar = of_window.split("\nspecimens of the training, other sessions:")
     assert "4 pinches" in new
     assert "apple 1" in new
@@ -57,9 +57,9 @@ def test_a_stranger_with_the_same_session_name_is_not_seen_in_training(
     write_dataset(Dataset(pinches, "synthetic"), folder, Header(LAYOUT, "synthetic"))
     capsys.readouterr()
     assert run("evaluate", tmp_path / "m", folder) == 0
-    said = capsys.readouterr().out
-    assert "warning" not in said
-    assert "sessions of the training by name, other specimens:" in said
+    output = capsys.readouterr().out
+    assert "warning" not in output
+    assert "sessions of the training by name, other specimens:" in output
 
 
 def test_a_specimen_of_one_pinch_has_no_spread(
@@ -93,25 +93,25 @@ def test_a_folder_without_a_model(
 
 @pytest.mark.parametrize("contacts", ["known", "detected"])
 @pytest.mark.parametrize("rate", [5200.0, 16000.0])
-def test_recordings_of_another_rate_are_resampled_and_told(
+def test_recordings_of_another_rate_are_resampled_with_a_note(
     data: Path, tmp_path: Path, rate: float, contacts: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run("train", data, "--estimator", "peak", "--out", tmp_path / "m") == 0
     capsys.readouterr()
     assert run("evaluate", tmp_path / "m", data, "--contacts", contacts) == 0
-    there = capsys.readouterr().out
+    present = capsys.readouterr().out
     other = resampled(data, rate, tmp_path / "other")
     assert run("evaluate", tmp_path / "m", other, "--contacts", contacts) == 0
-    said = capsys.readouterr().out
-    assert f"Resampled from {rate:g} Hz to 4936 Hz" in said
+    output = capsys.readouterr().out
+    assert f"Resampled from {rate:g} Hz to 4936 Hz" in output
     scored = "60 pinches, " if contacts == "known" else " pinches, "
-    assert scored in said
+    assert scored in output
     # The same pinches: twice resampled they give nearly the same errors.
-    error = [float(re.findall(r"rmse ([0-9.]+) ", text)[0]) for text in (there, said)]
+    error = [float(re.findall(r"rmse ([0-9.]+) ", text)[0]) for text in (present, output)]
     assert error[1] == pytest.approx(error[0], abs=1.5)
 
 
-def test_recordings_too_slow_for_what_the_model_heard_are_warned_of(
+def test_recordings_slower_than_the_training_give_a_warning(
     data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run("train", data, "--estimator", "peak", "--out", tmp_path / "m") == 0
@@ -121,7 +121,7 @@ def test_recordings_too_slow_for_what_the_model_heard_are_warned_of(
     assert "hold nothing above 1250 Hz" in capsys.readouterr().out
 
 
-def test_names_alone_do_not_make_a_pinch_one_that_was_learned_from(
+def test_names_alone_do_not_make_a_training_pinch(
     data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Another lab names its blocks, sessions and source the same."""
@@ -137,20 +137,20 @@ def test_names_alone_do_not_make_a_pinch_one_that_was_learned_from(
     write_dataset(Dataset(tuple(pinches), "synthetic"), folder, Header(LAYOUT, "synthetic"))
     capsys.readouterr()
     assert run("evaluate", tmp_path / "m", folder) == 0
-    said = capsys.readouterr().out
-    assert "warning" not in said
-    assert "note: 15 pinches have the session and specimen of others" in said
-    assert "names as in the training, other samples: " in said
-    assert "seen in training: " not in said.replace("not seen in training", "")
+    output = capsys.readouterr().out
+    assert "warning" not in output
+    assert "note: 15 pinches have the session and specimen of others" in output
+    assert "names as in the training, other samples: " in output
+    assert "seen in training: " not in output.replace("not seen in training", "")
 
 
-@pytest.mark.parametrize("way", ["renamed", "csv", "hdf5"])
+@pytest.mark.parametrize("route", ["renamed", "csv", "hdf5"])
 def test_pinches_learned_from_are_known_by_any_name(
-    data: Path, tmp_path: Path, way: str, capsys: pytest.CaptureFixture[str]
+    data: Path, tmp_path: Path, route: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run("train", data, "--estimator", "peak", "--out", tmp_path / "m") == 0
     again = tmp_path / "again"
-    if way == "renamed":
+    if route == "renamed":
         pinches = tuple(
             replace(p, label=replace(p.label, session="z", specimen="other", role=Role.TEST))
             for p in load_dataset(data).pinches
@@ -158,13 +158,13 @@ def test_pinches_learned_from_are_known_by_any_name(
         again.mkdir()
         write_dataset(Dataset(pinches, "real"), again, Header(LAYOUT, "real"))
     else:
-        assert run("export", data, "--to", way, "--out", tmp_path / f"all.{way}") == 0
-        assert run("import", tmp_path / f"all.{way}", "--out", again) == 0
+        assert run("export", data, "--to", route, "--out", tmp_path / f"all.{route}") == 0
+        assert run("import", tmp_path / f"all.{route}", "--out", again) == 0
     capsys.readouterr()
     assert run("evaluate", tmp_path / "m", again) == 0
-    said = capsys.readouterr().out
-    assert "warning: 60 pinches are ones that the model learned from, sample by sample" in said
-    assert "\nseen in training: " in said
+    output = capsys.readouterr().out
+    assert "warning: 60 pinches are ones that the model learned from, sample by sample" in output
+    assert "\nseen in training: " in output
 
 
 def test_an_any_time_model_is_scored_by_the_time_after_contact(
@@ -173,21 +173,21 @@ def test_an_any_time_model_is_scored_by_the_time_after_contact(
     assert run("adapt", data, "--out", tmp_path / "m") == 0
     capsys.readouterr()
     assert run("evaluate", tmp_path / "m", data) == 0
-    said = capsys.readouterr().out
-    assert "64 pinches scored" in said
-    assert [line.split()[0] for line in said.splitlines()[-5:]] == ["2", "3", "5", "8", "15"]
-    assert "rmse" in said
+    output = capsys.readouterr().out
+    assert "64 pinches scored" in output
+    assert [line.split()[0] for line in output.splitlines()[-5:]] == ["2", "3", "5", "8", "15"]
+    assert "rmse" in output
     # The rig is known by all but the test object, and these are told apart.
-    assert "60 pinches are ones that the model learned from, sample by sample" in said
-    assert "not seen in training: 4 pinches" in said
-    assert "\nseen in training: 60 pinches" in said
+    assert "60 pinches are ones that the model learned from, sample by sample" in output
+    assert "not seen in training: 4 pinches" in output
+    assert "\nseen in training: 60 pinches" in output
 
     # Beside a model of one window length, both are scored.
     assert run("train", data, "--estimator", "peak", "--out", tmp_path / "both") == 0
     capsys.readouterr()
     assert run("evaluate", tmp_path / "both", data) == 0
-    said = capsys.readouterr().out
-    assert said.index("at any time") < said.rindex("seen in training:")
+    output = capsys.readouterr().out
+    assert output.index("at any time") < output.rindex("seen in training:")
 
 
 def test_an_any_time_model_without_a_contact_to_ask_about_is_refused(

@@ -45,10 +45,10 @@ def test_on_a_full_disk_it_ends_with_one_sentence(tmp_path: Path, recordings: Pa
     out = tmp_path / "out" / "x"
     command = [sys.executable, "-c", FULL]
     command += ["export", str(recordings), "--to", to, "--out", str(out)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
-    assert "cannot be written (" in done.stderr
-    assert "File too large" in done.stderr
+    process = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (process.returncode, process.stderr.count("\n")) == (2, 1), process.stderr
+    assert "cannot be written (" in process.stderr
+    assert "File too large" in process.stderr
     assert list(out.parent.iterdir()) == []
 
 
@@ -59,10 +59,10 @@ def test_a_second_one_is_refused_and_the_first_stays(
     out = tmp_path / "x"
     command = ["export", str(recordings), "--to", to, "--out", str(out)]
     assert main(command) == 0
-    before = out.read_bytes()
+    original = out.read_bytes()
     assert main(command) == 2
     assert "exists: choose another --out" in capsys.readouterr().err
-    assert out.read_bytes() == before
+    assert out.read_bytes() == original
 
 
 def test_of_two_at_once_one_is_refused_and_nothing_is_mixed(tmp_path: Path, recordings: Path):
@@ -96,19 +96,19 @@ sys.exit(main(sys.argv[1:]))
     for child in children:
         assert child.stdout is not None
         assert child.stdout.readline() == "written\n"
-    said = [child.communicate("go on\n")[1] for child in children]
+    errors = [child.communicate("go on\n")[1] for child in children]
     assert [child.returncode for child in children] == [0, 2]
-    assert "exists: choose another --out" in said[1]
+    assert "exists: choose another --out" in errors[1]
     assert [p.name for p in out.parent.iterdir()] == ["x.csv"]
 
 
-@pytest.mark.parametrize("kept", [15, 13])
+@pytest.mark.parametrize("selected", [15, 13])
 def test_fingers_that_an_array_cannot_hold_are_refused(
-    tmp_path: Path, kept: int, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, selected: int, capsys: pytest.CaptureFixture[str]
 ):
     """One strip only, or five taxels of the thumb and no strip."""
-    layout = type(LAYOUT)(LAYOUT.channels[:kept], LAYOUT.rate)
-    pinch = Pinch(np.zeros((100, kept), np.int16), layout, Label("a"))
+    layout = type(LAYOUT)(LAYOUT.channels[:selected], LAYOUT.rate)
+    pinch = Pinch(np.zeros((100, selected), np.int16), layout, Label("a"))
     write_dataset(Dataset((pinch,)), tmp_path, Header(layout, "synthetic"))
     out = tmp_path / "x.h5"
     assert main(["export", str(tmp_path), "--to", "hdf5", "--out", str(out)]) == 2

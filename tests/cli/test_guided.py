@@ -1,4 +1,4 @@
-"""What the terminal says, and the Enter that it waits for."""
+"""Guided recording in a terminal: prompts and the Enter key."""
 
 import os
 
@@ -29,7 +29,7 @@ LABEL = BLOCK.label("1")
 
 
 class Counts:
-    """As much of a source as a terminal looks at."""
+    """Minimal source for the terminal guide."""
 
     health = Health(samples=1000, lost_samples=7)
 
@@ -37,8 +37,8 @@ class Counts:
 @pytest.fixture
 def typed(monkeypatch):
     """Standard input, and where to type into it."""
-    there, here = os.pipe()
-    with os.fdopen(there) as stdin, os.fdopen(here, "w") as keys:
+    present, positions = os.pipe()
+    with os.fdopen(present) as stdin, os.fdopen(positions, "w") as keys:
         monkeypatch.setattr("sys.stdin", stdin)
         yield keys
 
@@ -54,7 +54,7 @@ def begun(source, guide, asks=False):
     return terminal
 
 
-def test_enter_is_seen_once_and_not_waited_for(typed):
+def test_enter_counts_once_without_blocking(typed):
     assert not entered()
     typed.write("\n")
     typed.flush()
@@ -66,12 +66,12 @@ def test_enter_is_seen_once_and_not_waited_for(typed):
 
 
 @pytest.mark.parametrize("asks", [False, True])
-def test_the_next_object_is_named_and_waited_for_where_a_person_must_put_it_there(capsys, asks):
+def test_the_next_object_is_named_and_awaited_if_a_person_places_it(capsys, asks):
     terminal = begun(Counts(), guide(), asks)
     assert terminal.next_object(LABEL, 2, 5) is not asks
-    said = capsys.readouterr().out
-    assert "next: block 29, 29 Shore A, specimen b29, 3 of 5 pinches to go" in said
-    assert ("press Enter" in said) is asks
+    output = capsys.readouterr().out
+    assert "next: block 29, 29 Shore A, specimen b29, 3 of 5 pinches to go" in output
+    assert ("press Enter" in output) is asks
 
 
 def test_every_pinch_is_one_line_with_all_that_was_checked(capsys):
@@ -118,7 +118,7 @@ def test_a_recording_with_gaps_is_said_to_have_them_at_the_end(capsys):
     assert " 500 samples " in last
 
 
-def test_a_link_that_loses_does_not_hide_what_is_waited_for(capsys):
+def test_a_lossy_link_does_not_hide_the_next_step(capsys):
     source = Counts()
     terminal = begun(source, guide())
     for part in range(1, 12):

@@ -1,4 +1,4 @@
-"""What a file of other people holds comes in whole, and where it is asked for."""
+"""Import writes complete recordings to the requested folder."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def check_arrays(dataset: Dataset) -> None:
     assert dataset.source == "unknown"
 
 
-def test_npz_comes_in_whole(tmp_path):
+def test_npz_is_imported_completely(tmp_path):
     check_arrays(imported(npz(tmp_path), tmp_path / "out"))
 
 
@@ -77,9 +77,9 @@ def test_counts_are_ten_bits_around_half_the_supply(tmp_path):
     assert pinch.vibration()[:, 0] == pytest.approx([511 * 3.3 / 1024] + [0.0] * (LENGTH - 1))
     assert not dataset.layout.has_force
     assert dataset.specimens.tolist() == ["unknown"]
-    said = " ".join(dataset.notes)
-    for what in ("no specimen column", "no session column", "stiffness is not known"):
-        assert what in said
+    text = " ".join(dataset.notes)
+    for kind in ("no specimen column", "no session column", "stiffness is not known"):
+        assert kind in text
 
 
 @pytest.mark.parametrize("dtype", ["uint8", "int16", "int32", "float32", "float64"])
@@ -120,7 +120,7 @@ def test_two_channel_wav_is_both_fingers(tmp_path):
     assert [(c.finger, c.sample) for c in pinch.truth] == [(Finger.THUMB, 5), (Finger.INDEX, 9)]
 
 
-def test_long_csv_comes_in(tmp_path):
+def test_long_csv_is_imported(tmp_path):
     dataset = imported(long_csv(tmp_path), tmp_path / "out")
     assert dataset.layout.rate == pytest.approx(RATE)
     assert [p.data[:, 0].tolist() for p in dataset.pinches] == [[0, 1, 2, 3, 4], [5, 6, 7, 8, 9]]
@@ -148,7 +148,7 @@ def test_a_csv_may_hold_every_channel(tmp_path):
     assert len(layout.columns(ChannelKind.FORCE, Finger.THUMB)) == 6
 
 
-def test_an_unknown_column_is_told(tmp_path):
+def test_an_unknown_column_is_reported(tmp_path):
     dataset = imported(long_csv(tmp_path, shore=[1] * 10), tmp_path / "out")
     assert any("not known and left out: shore" in n for n in dataset.notes)
 
@@ -158,7 +158,7 @@ def test_an_empty_output_folder_is_used(tmp_path):
     assert len(imported(npz(tmp_path), tmp_path / "out")) == 4
 
 
-def test_real_impacts_come_in(tmp_path, impacts):
+def test_real_impacts_are_imported(tmp_path, impacts):
     dataset = imported(impacts, tmp_path / "out")
     assert (len(dataset), dataset.layout.rate) == (54, 16000)
     assert sorted(set(dataset.hardness_rank.tolist())) == [0, 1, 2]
@@ -194,20 +194,20 @@ def test_a_folder_in_use_is_never_touched(tmp_path, capsys):
     assert [p.name for p in out.iterdir()] == ["mine.txt"]
 
 
-def test_a_place_that_cannot_be_written_is_told(tmp_path, capsys):
+def test_a_place_that_cannot_be_written_is_reported(tmp_path, capsys):
     (tmp_path / "file").write_text("")
     out = tmp_path / "file" / "out"
     assert main(["import", str(npz(tmp_path)), "--out", str(out)]) == 2
     assert "cannot be written" in capsys.readouterr().err
 
 
-def test_a_full_disk_is_told_of_the_place_that_was_asked_for(tmp_path):
+def test_a_full_disk_error_names_the_output_path(tmp_path):
     rng = np.random.default_rng(1)
     long = rng.normal(size=(4, 3000, 2)).astype(np.float32)
     big = npz(tmp_path, piezo=long, force=None)
     out = tmp_path / "there" / "out"
     command = [sys.executable, "-c", FULL, "import", str(big), "--out", str(out)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
-    assert f"{out} cannot be written (File too large)" in done.stderr
+    process = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (process.returncode, process.stderr.count("\n")) == (2, 1), process.stderr
+    assert f"{out} cannot be written (File too large)" in process.stderr
     assert list(out.parent.iterdir()) == []

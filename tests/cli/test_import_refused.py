@@ -146,8 +146,8 @@ def test_labels_that_do_not_match_the_files_are_refused(tmp_path, refused):
 def test_wav_files_that_cannot_be_used_are_refused(tmp_path, refused):
     folder = wavs(tmp_path)
     file = folder / "wav" / "1.wav"
-    whole = file.read_bytes()
-    for damaged in (b"", b"RIFF", whole[:50], b"MP3" + whole):
+    content = file.read_bytes()
+    for damaged in (b"", b"RIFF", content[:50], b"MP3" + content):
         file.write_bytes(damaged)
         refused(folder, "1.wav")
     for rate, data, word in (

@@ -1,4 +1,4 @@
-"""What a bug report needs is there."""
+"""``info`` prints what a bug report needs."""
 
 from __future__ import annotations
 
@@ -14,34 +14,34 @@ from firstcontact.core import Block, fingertip_layout
 from firstcontact.recording import Header, RecordingWriter
 
 
-def fields(said: str) -> dict[str, str]:
-    lines = (line.split(maxsplit=1) for line in said.splitlines() if not line.startswith(" "))
+def fields(text: str) -> dict[str, str]:
+    lines = (line.split(maxsplit=1) for line in text.splitlines() if not line.startswith(" "))
     return {line[0]: line[-1] for line in lines}
 
 
 def test_versions_and_platform(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["info"]) == 0
-    told = fields(capsys.readouterr().out)
-    assert told["firstcontact"] == version("firstcontact")
-    assert told["Python"].startswith(platform.python_version())
-    assert told["platform"] == platform.platform()
+    captured = fields(capsys.readouterr().out)
+    assert captured["firstcontact"] == version("firstcontact")
+    assert captured["Python"].startswith(platform.python_version())
+    assert captured["platform"] == platform.platform()
     for name in ("numpy", "pyserial", "mcap", "numba", "websockets"):
-        assert told[name] in (version(name), "not installed")
-    assert "pytest" not in told
-    assert "device" not in told
+        assert captured[name] in (version(name), "not installed")
+    assert "pytest" not in captured
+    assert "device" not in captured
 
 
-def test_a_device_says_what_it_is_and_is_listened_to(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_device_reports_its_identity_and_samples(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["info", "--device", "twin"]) == 0
-    told = fields(capsys.readouterr().out)
-    assert told["firmware"].startswith(f"firstcontact {version('firstcontact')}")
-    assert told["source"] == "twin"
-    assert told["rate"].startswith("4936 Hz")
-    assert told["channels"].startswith("16 (int16): piezo_index, ")
-    assert int(told["samples"].split(",")[0]) > 0
-    assert told["frames"] == "0 damaged, 0 lost, 0 doubled"
-    assert told["epochs"] == "1"
-    assert not {"numpy", "platform", "ports"} & set(told)  # those are of info without a device
+    captured = fields(capsys.readouterr().out)
+    assert captured["firmware"].startswith(f"firstcontact {version('firstcontact')}")
+    assert captured["source"] == "twin"
+    assert captured["rate"].startswith("4936 Hz")
+    assert captured["channels"].startswith("16 (int16): piezo_index, ")
+    assert int(captured["samples"].split(",")[0]) > 0
+    assert captured["frames"] == "0 damaged, 0 lost, 0 doubled"
+    assert captured["epochs"] == "1"
+    assert not {"numpy", "platform", "ports"} & set(captured)  # those are of info without a device
 
 
 def test_a_recording_is_a_device_too(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
@@ -50,14 +50,14 @@ def test_a_recording_is_a_device_too(capsys: pytest.CaptureFixture[str], tmp_pat
         writer.write(Block(np.zeros((100, 16), np.int16)))
         writer.write(Block(np.zeros((100, 16), np.int16), 150))
     assert main(["info", "--device", str(path)]) == 0
-    told = fields(capsys.readouterr().out)
-    assert told["hand"] == "a hand"
-    assert told["firmware"] == "not known"
-    assert told["samples"] == "200, and 50 lost"
+    captured = fields(capsys.readouterr().out)
+    assert captured["hand"] == "a hand"
+    assert captured["firmware"] == "not known"
+    assert captured["samples"] == "200, and 50 lost"
 
 
-def test_a_port_that_is_not_there(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_a_missing_port_is_refused(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     assert main(["info", "--device", str(tmp_path / "none")]) == 2
-    said = capsys.readouterr()
-    assert "missing" in fields(said.out)["port"]
-    assert "there is no such port: see `firstcontact ports`" in said.err
+    captured = capsys.readouterr()
+    assert "missing" in fields(captured.out)["port"]
+    assert "there is no such port: see `firstcontact ports`" in captured.err

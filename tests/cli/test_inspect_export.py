@@ -1,4 +1,4 @@
-"""What inspect says and draws, and that exports come back through import."""
+"""Output of ``inspect``, and round trips of export and import."""
 
 from __future__ import annotations
 
@@ -41,10 +41,10 @@ def pinch(seed: int, layout: Layout, samples: int = 400) -> Pinch:
     data = rng.normal(0, 30, (samples, 16))
     data[:, :2] += 16384
     for contact in contacts:
-        after = np.arange(samples - contact.sample)
-        data[contact.sample :, contact.finger] += 4000 * np.exp(-after / 60) * np.sin(after / 8)
+        offsets = np.arange(samples - contact.sample)
+        data[contact.sample :, contact.finger] += 4000 * np.exp(-offsets / 60) * np.sin(offsets / 8)
         data[contact.sample :, 2 + 6 * contact.finger : 8 + 6 * contact.finger] += (
-            after[:, None] * 20
+            offsets[:, None] * 20
         )
         data[contact.sample :, 14 + contact.finger] = 1
         data[: contact.sample, 14 + contact.finger] = 0
@@ -67,9 +67,7 @@ def recordings(tmp_path: Path, dataset: Dataset) -> Path:
     return folder
 
 
-def test_a_calibration_names_the_sensor_that_it_is_of(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_calibration_names_its_sensor(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     microphone = Channel(
         "disc", ChannelKind.VIBRATION, None, "full scale", sensor=VibrationSensor.MICROPHONE
     )
@@ -147,12 +145,12 @@ def test_an_export_never_overwrites_and_leaves_nothing_half(tmp_path, recordings
     assert out.read_text() == "mine"
     with RecordingWriter(recordings / "long.mcap", Header(dataset.layout, "synthetic")) as writer:
         writer.pinch(pinch(1, dataset.layout, samples=500))
-    before = sorted(tmp_path.rglob("*"))
+    original = sorted(tmp_path.rglob("*"))
     assert main([*arguments, str(tmp_path / "y.h5")]) == 2
     assert "400 to 500 samples" in capsys.readouterr().err
     assert main([*arguments, str(out / "below.h5")]) == 2
     assert "cannot be written" in capsys.readouterr().err
-    assert sorted(tmp_path.rglob("*")) == before
+    assert sorted(tmp_path.rglob("*")) == original
 
 
 def test_hdf5_has_the_arrays_of_the_import(tmp_path, recordings):
@@ -168,7 +166,7 @@ def test_hdf5_has_the_arrays_of_the_import(tmp_path, recordings):
 def test_inspect_says_what_is_in_a_recording(recordings, capsys):
     file = sorted(recordings.iterdir())[0]
     assert main(["inspect", str(file)]) == 0
-    said = capsys.readouterr().out
+    output = capsys.readouterr().out
     for words in (
         "source      synthetic",
         "session     s0",
@@ -180,7 +178,7 @@ def test_inspect_says_what_is_in_a_recording(recordings, capsys):
         "Äpfel, 28 Shore A, specimen a0, train; 81.0 ms, index first at 24.3 ms, offset 12.16 ms",
         "skipped     nothing",
     ):
-        assert words in said
+        assert words in output
 
 
 def test_inspect_says_that_a_session_was_assumed(tmp_path, dataset, capsys):
@@ -216,8 +214,8 @@ def test_a_pinch_of_one_channel_is_drawn_too(tmp_path, layout_of_one):
 
 @pytest.fixture
 def layout_of_one() -> Layout:
-    whole = fingertip_layout()
-    return Layout(whole.channels[:1], 16_000.0)
+    layout = fingertip_layout()
+    return Layout(layout.channels[:1], 16_000.0)
 
 
 @pytest.mark.parametrize(
@@ -245,10 +243,10 @@ def test_files_that_are_no_recordings_are_refused(tmp_path, capsys, monkeypatch,
 
 
 def test_a_name_with_a_character_0_is_no_text_of_hdf5(tmp_path, dataset, capsys):
-    first, *others = dataset.pinches
+    first, *remaining = dataset.pinches
     odd = replace(first, label=replace(first.label, object="a\0b"))
     (tmp_path / "odd").mkdir()
-    odds = replace(dataset, pinches=(odd, *others))
+    odds = replace(dataset, pinches=(odd, *remaining))
     write_dataset(odds, tmp_path / "odd", Header(dataset.layout, "synthetic"))
     out = tmp_path / "x.h5"
     assert main(["export", str(tmp_path / "odd"), "--to", "hdf5", "--out", str(out)]) == 2

@@ -47,9 +47,9 @@ def run(scripts: Path, *arguments: str, cwd: Path) -> subprocess.CompletedProces
 
 
 def test_help_needs_no_extra(base: Path, tmp_path: Path) -> None:
-    done = run(base, "--help", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert "simulate" in done.stdout
+    process = run(base, "--help", cwd=tmp_path)
+    assert process.returncode == 0, process.stderr
+    assert "simulate" in process.stdout
 
 
 @pytest.mark.parametrize(
@@ -63,12 +63,12 @@ def test_help_needs_no_extra(base: Path, tmp_path: Path) -> None:
 def test_a_missing_extra_is_one_sentence_and_exit_2(
     base: Path, tmp_path: Path, arguments: list[str], extra: str
 ) -> None:
-    done = run(base, *arguments, cwd=tmp_path)
-    assert done.returncode == 2
-    assert done.stderr.count("\n") == 1
-    wheel, _, named = shlex.split(done.stderr.partition(": ")[2].partition(": ")[2])[-1].partition(
-        "["
-    )
+    process = run(base, *arguments, cwd=tmp_path)
+    assert process.returncode == 2
+    assert process.stderr.count("\n") == 1
+    wheel, _, named = shlex.split(process.stderr.partition(": ")[2].partition(": ")[2])[
+        -1
+    ].partition("[")
     assert Path(wheel).suffix == ".whl"
     assert Path(wheel).is_file()
     assert named == f"{extra}]"
@@ -83,5 +83,5 @@ def test_importing_and_looking_need_no_extra(base: Path, tmp_path: Path) -> None
         ["inspect", "own/000_monday.mcap"],
         ["export", "own", "--to", "csv", "--out", "own.csv"],
     ):
-        done = run(base, *arguments, cwd=tmp_path)
-        assert done.returncode == 0, done.stderr
+        process = run(base, *arguments, cwd=tmp_path)
+        assert process.returncode == 0, process.stderr

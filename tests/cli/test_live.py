@@ -63,15 +63,15 @@ def recorded(
     """A recording that a live run made, and the estimates that it told."""
     folder = tmp_path_factory.mktemp("recordings")
     arguments = ("--pinches", "4", "--speed", "4", "--record", "--recordings", str(folder))
-    done = live(environment, "--device", "twin", "--json", *arguments)
-    assert done.returncode == 0, done.stderr
-    return next(folder.glob("*.mcap")), estimates(done.stdout)
+    process = live(environment, "--device", "twin", "--json", *arguments)
+    assert process.returncode == 0, process.stderr
+    return next(folder.glob("*.mcap")), estimates(process.stdout)
 
 
 def test_the_twin_is_seen_and_recorded(recorded: tuple[Path, list[tuple[float, ...]]]) -> None:
-    path, told = recorded
+    path, predictions = recorded
     # The network predicts each millisecond until the second contact.
-    assert len(told) > 8
+    assert len(predictions) > 8
     recording = read_recording(path)
     assert recording.skipped == ()
     assert recording.header.source == "twin"
@@ -84,10 +84,10 @@ def test_the_twin_is_seen_and_recorded(recorded: tuple[Path, list[tuple[float, .
 def test_a_replay_tells_what_was_told_live(
     speed: str, environment: dict[str, str], recorded: tuple[Path, list[tuple[float, ...]]]
 ) -> None:
-    path, told = recorded
+    path, predictions = recorded
     again = live(environment, "--device", str(path), "--speed", speed, "--json")
     assert again.returncode == 0, again.stderr
-    assert same(estimates(again.stdout), told)
+    assert same(estimates(again.stdout), predictions)
 
 
 def test_a_rig_that_nothing_is_known_of_is_answered_with_wide_intervals(
@@ -101,20 +101,20 @@ def test_a_rig_that_nothing_is_known_of_is_answered_with_wide_intervals(
             writer.write(Block(stretch.data, stretch.first_sample, stretch.epoch))
     folder = tmp_path / "unknown"
     assert main(["adapt", "--out", str(folder)]) == 0
-    told = []
+    predictions = []
     for model in ((), ("--model", str(folder), "--one-object")):
-        done = live(environment, "--device", str(real), "--speed", "inf", "--json", *model)
-        assert done.returncode == 0, done.stderr
-        assert ("does not know this rig" in done.stderr) is (model == ())
-        events = [json.loads(line) for line in done.stdout.splitlines()]
+        process = live(environment, "--device", str(real), "--speed", "inf", "--json", *model)
+        assert process.returncode == 0, process.stderr
+        assert ("does not know this rig" in process.stderr) is (model == ())
+        events = [json.loads(line) for line in process.stdout.splitlines()]
         kinds = {e["type"] for e in events}
         assert {"estimate", "pinch"} <= kinds
         # Nothing says which pinches are of one object, but where the option does.
         combined = [e["pinches"] for e in events if e["type"] == "object_estimate"]
         assert len(combined) > 1
         assert combined == (list(range(1, len(combined) + 1)) if model else [1] * len(combined))
-        told.append(estimates(done.stdout))
-    assert same(told[0], told[1])
+        predictions.append(estimates(process.stdout))
+    assert same(predictions[0], predictions[1])
 
 
 @pytest.mark.parametrize(
@@ -147,35 +147,35 @@ def test_a_recording_that_breaks_off_is_told_and_shows_in_the_exit_code(
     limited = "ulimit -f 200; exec "  # kB or half of them: a stream fills it within two seconds
     arguments = ["--device", "twin", "--speed", "4", "--seconds", "8"]
     arguments += ["--record", "--recordings", str(tmp_path)]
-    done = subprocess.run(
+    process = subprocess.run(
         ["/bin/sh", "-c", limited + shlex.join([*COMMAND, *arguments])],
         env=environment,
         capture_output=True,
         text=True,
         timeout=LONG,
     )
-    assert done.returncode == 2
+    assert process.returncode == 2
     (path,) = tmp_path.glob("*.mcap")
-    assert str(path) in done.stderr.splitlines()[-1]
-    assert "make room" in done.stderr.splitlines()[-1]
+    assert str(path) in process.stderr.splitlines()[-1]
+    assert "make room" in process.stderr.splitlines()[-1]
     assert read_recording(path).samples > 0
 
 
 def test_the_twins_hand_is_driven(environment: dict[str, str]) -> None:
-    done = live(
+    process = live(
         environment, "--device", "twin", "--hand", "twin", "--pinches", "2", "--json", "--speed=3"
     )
-    assert done.returncode == 0, done.stderr
+    assert process.returncode == 0, process.stderr
     markers = [
-        e["text"] for e in map(json.loads, done.stdout.splitlines()) if e["type"] == "marker"
+        e["text"] for e in map(json.loads, process.stdout.splitlines()) if e["type"] == "marker"
     ]
     # The device tells each command that it took, and how hard the hand squeezed.
     assert len([m for m in markers if m.startswith("twin: told hand: ")]) >= 4
     assert [m for m in markers if m.startswith("twin: peak ")]
-    assert "hand twin with policy first_contact: " in done.stderr
-    assert "in 2 closings, 2 of these with a contact" in done.stderr
+    assert "hand twin with policy first_contact: " in process.stderr
+    assert "in 2 closings, 2 of these with a contact" in process.stderr
     # With the session's end at once, and again when its connection is closed.
-    assert "released 2 times" in done.stderr
+    assert "released 2 times" in process.stderr
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 0), (signal.SIGQUIT, 131)])
@@ -195,27 +195,27 @@ def test_a_signal_releases_the_hand(
         if line.startswith("pinch 1"):
             process.send_signal(number)
             break
-    _, said = process.communicate(timeout=LONG)
+    _, errors = process.communicate(timeout=LONG)
     assert process.returncode == code
-    orders = [line for line in said.splitlines() if line.startswith("hand ") and " s  " in line]
+    orders = [line for line in errors.splitlines() if line.startswith("hand ") and " s  " in line]
     assert orders[-1].endswith("release")
 
 
-@pytest.mark.parametrize("what", [[], ["--json"]])
+@pytest.mark.parametrize("kind", [[], ["--json"]])
 def test_an_output_that_cannot_be_written_is_no_success(
-    what: list[str], environment: dict[str, str]
+    kind: list[str], environment: dict[str, str]
 ) -> None:
     with Path("/dev/full").open("w") as full:
-        done = subprocess.run(
-            [*COMMAND, "--device", "twin", "--speed", "4", "--seconds", "20", *what],
+        process = subprocess.run(
+            [*COMMAND, "--device", "twin", "--speed", "4", "--seconds", "20", *kind],
             env=environment,
             stdout=full,
             stderr=subprocess.PIPE,
             text=True,
             timeout=LONG,
         )
-    assert done.returncode == 2, done.stderr
-    assert "No space left" in done.stderr.splitlines()[-1]
+    assert process.returncode == 2, process.stderr
+    assert "No space left" in process.stderr.splitlines()[-1]
 
 
 @pytest.fixture
@@ -269,9 +269,9 @@ def test_what_cannot_be_used_is_said_in_one_sentence(
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("XDG_CACHE_HOME", environment["XDG_CACHE_HOME"])
     assert main(["live", *arguments]) == 2
-    said = capsys.readouterr().err.strip().splitlines()
-    assert said[-1].startswith("firstcontact: ")
-    assert word in said[-1]
+    errors = capsys.readouterr().err.strip().splitlines()
+    assert errors[-1].startswith("firstcontact: ")
+    assert word in errors[-1]
     assert list(tmp_path.iterdir()) == []
 
 
@@ -325,15 +325,15 @@ def test_lines_close_and_open_a_hand_and_their_end_opens_it(
         process.stdin.close()
         hand.wait(lambda h: h.open)
         assert process.stdout is not None
-        told: list[tuple[str, str]] = []
+        predictions: list[tuple[str, str]] = []
         for event in map(json.loads, process.stdout):
             if event["type"] == "hand_command":
-                told.append((event["ask"], event["by"]))
-            if len(told) == 4:  # the hand may be open before its event is out
+                predictions.append((event["ask"], event["by"]))
+            if len(predictions) == 4:  # the hand may be open before its event is out
                 process.send_signal(signal.SIGTERM)
         assert process.wait(LONG) == 0
     by = "standard input"
-    assert told == [("close", by), ("open", by), ("close", by), ("open", by)]
+    assert predictions == [("close", by), ("open", by), ("close", by), ("open", by)]
 
 
 def test_two_signals_open_a_hand_that_was_closed_by_a_line(

@@ -48,7 +48,7 @@ def fast_model(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "model"
 
 
-class Told:
+class LiveOutput:
     """Output of ``live --json`` for a recording."""
 
     def __init__(self, capsys: pytest.CaptureFixture[str], path: Path, *arguments: Any) -> None:
@@ -57,33 +57,33 @@ class Told:
         out, self.messages = capsys.readouterr()
         self.events = [json.loads(line) for line in out.splitlines()]
 
-    def of(self, kind: str) -> list[dict[str, Any]]:
+    def select(self, kind: str) -> list[dict[str, Any]]:
         return [e for e in self.events if e["type"] == kind]
 
     @property
     def contacts(self) -> list[tuple[int, int, int]]:
-        first = [e for e in self.of("contact") if e["first"]]
+        first = [e for e in self.select("contact") if e["first"]]
         return [(e["epoch"], e["contact"]["finger"], e["contact"]["sample"]) for e in first]
 
 
 def test_a_device_at_another_rate_is_resampled_for_the_model(
     pinches: Dataset, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    own = Told(capsys, recorded(pinches, tmp_path / "own"))
+    direct = LiveOutput(capsys, recorded(pinches, tmp_path / "own"))
     folder = tmp_path / "recordings"
     path = recorded(resample_dataset(pinches, FAST), tmp_path / "fast")
-    told = Told(capsys, path, "--record", "--recordings", folder)
-    assert (own.code, told.code) == (0, 0)
-    assert "resampled" not in own.messages
-    (line,) = [line for line in told.messages.splitlines() if "resampled" in line]
+    session = LiveOutput(capsys, path, "--record", "--recordings", folder)
+    assert (direct.code, session.code) == (0, 0)
+    assert "resampled" not in direct.messages
+    (line,) = [line for line in session.messages.splitlines() if "resampled" in line]
     assert "8000" in line
     assert "4936" in line
-    (header,) = told.of("descriptor")
+    (header,) = session.select("descriptor")
     assert header["rate"] == 4936.0
-    assert [c[:2] for c in told.contacts] == [c[:2] for c in own.contacts]
-    offsets = [t[2] - o[2] for t, o in zip(told.contacts, own.contacts, strict=True)]
+    assert [c[:2] for c in session.contacts] == [c[:2] for c in direct.contacts]
+    offsets = [t[2] - o[2] for t, o in zip(session.contacts, direct.contacts, strict=True)]
     assert np.abs(offsets).max() <= 0.003 * 4936
-    assert len(told.of("estimate")) > 0.8 * len(own.of("estimate")) > 0
+    assert len(session.select("estimate")) > 0.8 * len(direct.select("estimate")) > 0
     recording = read_recording(next(folder.glob("*.mcap")))
     assert (recording.header.layout.rate, recording.header.dtype) == (4936.0, "float32")
     count = sum(len(p.data) for p in pinches.pinches)
@@ -93,34 +93,34 @@ def test_a_device_at_another_rate_is_resampled_for_the_model(
 def test_models_of_a_higher_rate_take_samples_of_a_lower_one(
     pinches: Dataset, fast_model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    told = Told(capsys, recorded(pinches, tmp_path / "own"), "--model", fast_model)
-    assert told.code == 0, told.messages
-    assert "8000" in told.messages
-    assert told.of("pinch")
-    assert all(e["rate"] == FAST for e in told.of("descriptor"))
+    session = LiveOutput(capsys, recorded(pinches, tmp_path / "own"), "--model", fast_model)
+    assert session.code == 0, session.messages
+    assert "8000" in session.messages
+    assert session.select("pinch")
+    assert all(e["rate"] == FAST for e in session.select("descriptor"))
 
 
 def test_a_network_of_another_rate_beside_them_is_named_and_left_out(
     pinches: Dataset, fast_model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = recorded(resample_dataset(pinches, FAST), tmp_path / "fast")
-    alone = Told(capsys, path, "--model", fast_model)
+    alone = LiveOutput(capsys, path, "--model", fast_model)
     model = load_model(fast_model)
     network = NetworkPredictor(pretrained())
     folder = replace(model, predictors=(*model.predictors, network)).save(tmp_path / "both")
-    both = Told(capsys, path, "--model", folder)
+    both = LiveOutput(capsys, path, "--model", folder)
     assert (alone.code, both.code) == (0, 0), both.messages
     assert alone.contacts == both.contacts != []
     assert "network" not in alone.messages
     assert "the network takes 4936 samples a second" in both.messages
-    assert {e["model"] for e in both.of("estimate")} == {"svm"}
+    assert {e["model"] for e in both.select("estimate")} == {"svm"}
 
 
 def test_a_detector_of_another_rate_than_the_only_model_is_refused(
     pinches: Dataset, fast_model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = recorded(pinches, tmp_path / "own")
-    told = Told(capsys, path, "--detector", fast_model)
-    assert told.code == 2
-    assert "8000" in told.messages
-    assert told.events == []
+    session = LiveOutput(capsys, path, "--detector", fast_model)
+    assert session.code == 2
+    assert "8000" in session.messages
+    assert session.events == []

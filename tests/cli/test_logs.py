@@ -18,9 +18,11 @@ from firstcontact.recording import Header
 LOG = logging.getLogger("firstcontact.somewhere")
 
 
-@pytest.mark.parametrize(("verbose", "shown"), [(False, ["careful"]), (True, ["begun", "careful"])])
-def test_only_warnings_are_shown_unless_all_is_asked_for(
-    verbose: bool, shown: list[str], capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize(
+    ("verbose", "displayed"), [(False, ["careful"]), (True, ["begun", "careful"])]
+)
+def test_only_warnings_are_printed_unless_verbose(
+    verbose: bool, displayed: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
     with logged(verbose):
         LOG.info("begun\x1b[31m")
@@ -28,15 +30,15 @@ def test_only_warnings_are_shown_unless_all_is_asked_for(
         assert [line.rpartition(": ")[2] for line in last_lines()][1] == "careful"
     LOG.info("nobody listens")
     lines = capsys.readouterr().err.splitlines()
-    assert len(lines) == len(shown)
-    for line, word in zip(lines, shown, strict=True):
+    assert len(lines) == len(displayed)
+    for line, word in zip(lines, displayed, strict=True):
         assert word in line
         assert "firstcontact.somewhere" in line
         assert "\x1b" not in line
     assert len(last_lines()) == 2
 
 
-def test_a_warning_beside_a_progress_bar_has_a_line_of_its_own(
+def test_a_warning_beside_a_progress_bar_gets_a_separate_line(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     with logged(False), tqdm(total=3, desc="pinches") as bar:
@@ -60,9 +62,9 @@ def test_a_recording_that_begins_and_ends_is_on_the_log(
 ) -> None:
     with caplog.at_level(logging.INFO), Recorder() as recorder:
         recorder.start(tmp_path / "a.mcap", Header(fingertip_layout(), "synthetic"))
-    said = caplog.text
-    assert "recording into" in said
-    assert "ended with 0 samples" in said
+    log = caplog.text
+    assert "recording into" in log
+    assert "ended with 0 samples" in log
 
 
 def test_a_verb_says_what_it_does_where_that_is_wanted(

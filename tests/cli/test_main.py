@@ -104,14 +104,16 @@ def loaded(*arguments: str) -> set[str]:
         "    pass\n"
         "print(*sys.modules, file=sys.stderr)\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    return set(done.stderr.split())
+    process = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    return set(process.stderr.split())
 
 
 def test_the_overview_imports_next_to_nothing() -> None:
-    there = loaded("--help")
-    assert not there & {"numpy", "argparse", "scipy", "msgspec", "json"}
-    ours = {name for name in there if name.startswith("firstcontact.")}
+    modules = loaded("--help")
+    assert not modules & {"numpy", "argparse", "scipy", "msgspec", "json"}
+    ours = {name for name in modules if name.startswith("firstcontact.")}
     assert not ours - {
         "firstcontact.cli", "firstcontact.cli.main", "firstcontact.cli.output",
         "firstcontact.cli.stopping", "firstcontact.cli.verbs", "firstcontact.core",
@@ -122,10 +124,10 @@ def test_the_overview_imports_next_to_nothing() -> None:
 
 @pytest.mark.parametrize("verb", verb_places())
 def test_the_help_of_a_verb_imports_that_verb_and_no_arrays(verb: str) -> None:
-    there = loaded(verb, "--help")
-    assert configuration(verb).__module__ in there
-    assert not there & {"numpy", "scipy", "sklearn", "mcap", "msgspec", "h5py", "torch", "numba"}
-    verbs = {configuration(other).__module__ for other in verb_places()} & there
+    modules = loaded(verb, "--help")
+    assert configuration(verb).__module__ in modules
+    assert not modules & {"numpy", "scipy", "sklearn", "mcap", "msgspec", "h5py", "torch", "numba"}
+    verbs = {configuration(other).__module__ for other in verb_places()} & modules
     assert verbs <= {configuration(verb).__module__, "firstcontact.cli.verbs.train"}
 
 
@@ -158,9 +160,9 @@ def test_a_path_that_cannot_be_is_one_sentence(tmp_path, capsys):
     file.write_text("")
     out = str(file / "below")
     assert command.main(["simulate", "--out", out, "--pinches-per-block", "1"]) == 2
-    said = capsys.readouterr().err.strip().splitlines()[-1]
-    assert said.startswith("firstcontact: ")
-    assert str(file) in said
+    errors = capsys.readouterr().err.strip().splitlines()[-1]
+    assert errors.startswith("firstcontact: ")
+    assert str(file) in errors
 
 
 def test_the_version_is_that_of_the_installed_package(capsys: pytest.CaptureFixture[str]) -> None:

@@ -10,8 +10,8 @@ from typing import Annotated, Any, ClassVar, Literal, get_args
 
 import pytest
 
-from firstcontact.cli import Option, main, one_of
-from firstcontact.cli.options import arguments_of, parse_options
+from firstcontact.cli import Option, choice, main
+from firstcontact.cli.options import parse_options, verb_arguments
 from firstcontact.cli.verbs import configuration, verb_places
 from firstcontact.core import InputError
 
@@ -33,7 +33,7 @@ class Squeeze:
     """Number of times."""
     ms: tuple[float, ...] = (15.0,)
     """Lengths, ms."""
-    kind: Annotated[str, one_of(("soft", "hard"))] = "soft"
+    kind: Annotated[str, choice(("soft", "hard"))] = "soft"
     """Kind of object."""
     side: Literal["left", "right"] = "left"
     """Side of the hand."""
@@ -115,7 +115,7 @@ def test_the_command_refuses_in_one_line(
 
 @pytest.mark.parametrize("verb", verb_places())
 def test_the_short_help_of_a_verb_is_short(verb: str) -> None:
-    listed = [a for a in arguments_of(configuration(verb)) if not a.option.advanced]
+    listed = [a for a in verb_arguments(configuration(verb)) if not a.option.advanced]
     assert len(listed) <= 10
     for argument in listed:
         assert argument.help.endswith(".")
@@ -127,7 +127,7 @@ def test_an_option_means_the_same_in_every_verb() -> None:
     kinds: defaultdict[str, set[Any]] = defaultdict(set)
     for verb in verb_places():
         if configuration(verb).__module__.startswith(("firstcontact.", "firstcontact_lab.")):
-            for argument in arguments_of(configuration(verb)):
+            for argument in verb_arguments(configuration(verb)):
                 # An option may be left out, or be given several times.
                 several = NoneType in (parts := get_args(argument.kind)) or parts[1:] == (...,)
                 kinds[argument.field.name].add(parts[0] if several else argument.kind)

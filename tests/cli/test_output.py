@@ -1,4 +1,4 @@
-"""What goes onto a terminal is text, and the work goes on when nobody reads it."""
+"""Terminal output is plain text, and a closed reader does not stop the work."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ HOSTILE = "a\x1b[31m\x1b]0;owned\x07\x1b[2A\x9b31mb\u202ec\x7f\x08"
 
 
 def is_plain(text: str) -> bool:
-    """Whether a terminal takes it for text alone."""
+    """Return True if a terminal shows it as plain text."""
     return all(
         c in "\n\t" or (c >= " " and not "\x7f" <= c <= "\x9f" and c not in "\u202e\u2028")
         for c in text
@@ -83,9 +83,9 @@ def test_what_a_recording_says_of_itself_moves_no_cursor(
     hostile: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["inspect", str(hostile)]) == 0
-    said = capsys.readouterr().out
-    assert is_plain(said)
-    assert said.count("a\\u001b[31m\\u001b]0;owned\\u0007\\u001b[2A\\u009b31mb\\u202ec") >= 8
+    output = capsys.readouterr().out
+    assert is_plain(output)
+    assert output.count("a\\u001b[31m\\u001b]0;owned\\u0007\\u001b[2A\\u009b31mb\\u202ec") >= 8
 
 
 @pytest.mark.parametrize(
@@ -111,11 +111,11 @@ def test_errors_move_no_cursor(
     assert is_plain(out + err)
 
 
-def test_a_name_that_is_no_utf_8_can_be_said(tmp_path: Path) -> None:
+def test_a_name_that_is_no_utf_8_can_be_printed(tmp_path: Path) -> None:
     name = os.fsencode(tmp_path) + b"/\xff.mcap"
-    done = subprocess.run([*COMMAND, b"inspect", name], capture_output=True)
-    assert done.returncode == 2
-    assert b"\\udcff.mcap" in done.stderr
+    process = subprocess.run([*COMMAND, b"inspect", name], capture_output=True)
+    assert process.returncode == 2
+    assert b"\\udcff.mcap" in process.stderr
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
@@ -124,13 +124,13 @@ def test_a_terminal_that_lacks_characters_gets_their_numbers(
 ) -> None:
     path = tmp_path / "漢字.mcap"
     path.write_bytes(hostile.read_bytes())
-    done = subprocess.run(
+    process = subprocess.run(
         [*COMMAND, "inspect", str(path)],
         capture_output=True,
         env={**os.environ, "PYTHONIOENCODING": encoding},
     )
-    assert done.returncode == 0, done.stderr
-    assert b"\\u6f22\\u5b57.mcap" in done.stdout
+    assert process.returncode == 0, process.stderr
+    assert b"\\u6f22\\u5b57.mcap" in process.stdout
 
 
 def without_reader(stream: int) -> None:
@@ -159,21 +159,23 @@ def test_work_goes_on_to_its_end_when_nobody_reads(
     out = tmp_path / "out.csv"
     source = tmp_path / "in.mcap"
     hostile.rename(source)
-    done = subprocess.run(
+    process = subprocess.run(
         [*COMMAND, "export", str(source), "--to", "csv", "--out", str(out)],
         stderr=subprocess.PIPE,
         preexec_fn=lambda: lost(1),
     )
-    assert (done.returncode, done.stderr) == (0, b"")
+    assert (process.returncode, process.stderr) == (0, b"")
     assert len(out.read_text(encoding="utf-8").splitlines()) > 300
     assert not list(tmp_path.glob(".*"))
 
 
 def test_what_could_not_be_kept_is_no_success(hostile: Path) -> None:
     with Path("/dev/full").open("w") as full:
-        done = subprocess.run([*COMMAND, "inspect", hostile], stdout=full, stderr=subprocess.PIPE)
-    assert done.returncode == 2
-    assert b"standard output: No space left on device" in done.stderr
+        process = subprocess.run(
+            [*COMMAND, "inspect", hostile], stdout=full, stderr=subprocess.PIPE
+        )
+    assert process.returncode == 2
+    assert b"standard output: No space left on device" in process.stderr
 
 
 def test_nothing_that_is_opened_becomes_a_closed_standard_stream() -> None:
@@ -182,15 +184,15 @@ def test_nothing_that_is_opened_becomes_a_closed_standard_stream() -> None:
         "with outputs():\n    number = os.open('/dev/null', 0)\n    assert number > 2, number\n"
         "    print('nowhere')\n"
     )
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", code],
         preexec_fn=lambda: os.closerange(0, 3),
     )
-    assert done.returncode == 0
+    assert process.returncode == 0
 
 
 def test_the_streams_are_as_they_were_afterwards() -> None:
-    before = sys.stdin, sys.stdout, sys.stderr
+    previous = sys.stdin, sys.stdout, sys.stderr
     with outputs():
         assert isinstance(sys.stdout, Output)
-    assert (sys.stdin, sys.stdout, sys.stderr) == before
+    assert (sys.stdin, sys.stdout, sys.stderr) == previous

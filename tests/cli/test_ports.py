@@ -1,4 +1,4 @@
-"""What is said of serial ports, there or not."""
+"""Messages about present and missing serial ports."""
 
 from __future__ import annotations
 
@@ -23,11 +23,13 @@ def info(device: str, vid: int | None = None, description: str = "n/a") -> ListP
     return port
 
 
-def test_none_is_there(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_no_ports_exist(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     plug(monkeypatch)
     assert main(["ports"]) == 0
-    assert "no serial port is here" in (said := capsys.readouterr().out)
-    assert "--device twin" in said
+    assert "no serial port is here" in (output := capsys.readouterr().out)
+    assert "--device twin" in output
 
 
 def test_a_teensy_comes_first(
@@ -64,10 +66,10 @@ def test_asked_a_fingertip_answers_and_what_is_none_does_not(
     with TwinDevice() as twin:
         plug(monkeypatch, info(twin.port), info(str(tmp_path / "gone")))
         assert main(["ports", "--ask"]) == 0
-    said = capsys.readouterr().out
-    assert "a fingertip: firstcontact" in said
-    assert "16 channels at 4936 Hz" in said
-    assert "there is no such port" in said
+    output = capsys.readouterr().out
+    assert "a fingertip: firstcontact" in output
+    assert "16 channels at 4936 Hz" in output
+    assert "there is no such port" in output
 
 
 def test_access_says_who_may(tmp_path: Path) -> None:

@@ -59,7 +59,7 @@ def recording(*arguments: str) -> AbstractContextManager[subprocess.Popen[str]]:
     return running(*COMMAND, *arguments)
 
 
-def wait_for(child: subprocess.Popen[str], word: str) -> None:
+def read_until(child: subprocess.Popen[str], word: str) -> None:
     """Read its lines up to one with this word."""
     assert child.stdout is not None
     for line in child.stdout:
@@ -69,7 +69,7 @@ def wait_for(child: subprocess.Popen[str], word: str) -> None:
 
 
 def whole_pinches(path: Path) -> int:
-    """How many there are; each that is marked must be whole."""
+    """Count the pinches. Each marked pinch must be complete."""
     recording = read_recording(path)
     assert all(cut(recording, mark) is not None for mark in recording.pinches)
     return len(recording.pinches)
@@ -79,20 +79,20 @@ def whole_pinches(path: Path) -> int:
 def test_a_signal_finishes_the_file_and_the_same_command_goes_on(tmp_path, calibration, number):
     out = tmp_path / "übung"
     with recording(*options(out, calibration, 500)) as child:
-        wait_for(child, "block 29 1/500")
+        read_until(child, "block 29 1/500")
         child.send_signal(number)
-        rest, errors = child.communicate()
+        output_tail, errors = child.communicate()
     assert child.returncode == 128 + number, errors
-    assert "is not complete" in rest
+    assert "is not complete" in output_tail
     assert "Traceback" not in errors
     first = read_recording(out / "session-3.mcap")
     assert not any("not closed" in s for s in first.skipped)
-    done = len(first.pinches)
-    assert done >= 1
-    assert main(["record", "--device", "twin", *options(out, calibration, done + 1)]) == 0
+    finished = len(first.pinches)
+    assert finished >= 1
+    assert main(["record", "--device", "twin", *options(out, calibration, finished + 1)]) == 0
     assert [p.name for p in sorted(out.iterdir())] == ["session-3.mcap", "session-3.part2.mcap"]
     dataset = load_dataset(out)
-    assert len(dataset) == done + 1
+    assert len(dataset) == finished + 1
     assert dataset.source == "twin"
     assert set(dataset.shore_a.tolist()) == {29.0}  # as the twin knows it
     assert set(dataset.specimens.tolist()) == {"b29"}
@@ -110,19 +110,19 @@ def test_a_signal_before_the_recording_leaves_nothing(tmp_path):
     # So slow a twin gives the second of rest that is measured in twenty: the signal falls into it.
     arguments = ["--object=block 29", f"--out={tmp_path}", "--speed=0.05"]
     with recording(*arguments) as child:
-        wait_for(child, "measuring the noise floor")
+        read_until(child, "measuring the noise floor")
         child.send_signal(signal.SIGTERM)
-        rest, errors = child.communicate()
+        output_tail, errors = child.communicate()
     assert child.returncode == 143, errors
     assert "interrupted" in errors
-    assert rest == ""  # nothing came after that line
+    assert output_tail == ""  # nothing came after that line
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_reader_that_goes_away_costs_no_pinch(tmp_path, calibration):
     out = tmp_path / "out"
     with recording(*options(out, calibration, 3)) as child:
-        wait_for(child, "block 29 1/3")
+        read_until(child, "block 29 1/3")
         child.stdout.close()
         errors = child.stderr.read()
         assert child.wait(LONG) == 0, errors
@@ -147,10 +147,10 @@ def test_a_terminal_that_is_closed_ends_it_in_order_and_is_no_success(tmp_path, 
     command = ["setsid", "--ctty", *COMMAND, *options(out, calibration, 500)]
     with running(*command, stdin=host, stdout=host) as child:
         os.close(host)
-        said = b""
-        while b"block 29 1/500" not in said:
-            assert select.select([device], [], [], LONG)[0], said
-            said += os.read(device, 4096)
+        text = b""
+        while b"block 29 1/500" not in text:
+            assert select.select([device], [], [], LONG)[0], text
+            text += os.read(device, 4096)
         os.close(device)
         assert child.wait(LONG) == 129, child.stderr.read()
     assert not any("not closed" in s for s in read_recording(out / "session-3.mcap").skipped)
@@ -160,7 +160,7 @@ def test_a_terminal_that_is_closed_ends_it_in_order_and_is_no_success(tmp_path, 
 def test_under_nohup_a_terminal_may_go(tmp_path, calibration):
     out = tmp_path / "out"
     with running("nohup", *COMMAND, *options(out, calibration, 3)) as child:
-        wait_for(child, "block 29 1/3")
+        read_until(child, "block 29 1/3")
         child.send_signal(signal.SIGHUP)
         _, errors = child.communicate(timeout=LONG)
     assert child.returncode == 0, errors
@@ -179,7 +179,7 @@ def test_where_objects_are_changed_by_hand_a_reader_is_needed(tmp_path, calibrat
     plan.write_text("object,pinches\nblock 29,1\nblock 10,1\n")
     arguments = ["--device", port.port, f"--plan={plan}", f"--out={out}"]
     with running(*COMMAND[:-2], *arguments, f"--calibration={calibration}") as child:
-        wait_for(child, "next: block 29")
+        read_until(child, "next: block 29")
         child.stdout.close()
         # Said or not: the first object is put there, and nobody can be asked for the second.
         child.stdin.write("\n")
@@ -194,11 +194,11 @@ def test_where_objects_are_changed_by_hand_a_reader_is_needed(tmp_path, calibrat
 def test_a_pulled_cable_is_said_and_so_is_its_return(tmp_path, calibration, port):
     arguments = ["--device", port.port, "--object=a", f"--out={tmp_path / 'out'}"]
     with running(*COMMAND[:-2], *arguments, f"--calibration={calibration}") as child:
-        wait_for(child, "next: a")
+        read_until(child, "next: a")
         port.unplug()
-        wait_for(child, "link: the device is gone; waiting for it")
+        read_until(child, "link: the device is gone; waiting for it")
         port.plug()
-        wait_for(child, "link: the device is back, epoch 1")
+        read_until(child, "link: the device is back, epoch 1")
         child.send_signal(signal.SIGINT)
         child.communicate(timeout=LONG)
     assert child.returncode == 130
@@ -208,7 +208,7 @@ def test_a_pulled_cable_is_said_and_so_is_its_return(tmp_path, calibration, port
 def test_a_twin_that_stands_still_holds_nothing_up_and_does_not_stay(tmp_path, calibration, number):
     out = tmp_path / "out"
     with recording(*options(out, calibration, 500)) as child:
-        wait_for(child, "block 29 1/500")
+        read_until(child, "block 29 1/500")
         (twin,) = children(child.pid)
         stop(twin)
         # A pinch that was told of is soon in the file, although no sample comes any more.
@@ -224,23 +224,23 @@ def test_a_twin_that_stands_still_holds_nothing_up_and_does_not_stay(tmp_path, c
     assert whole_pinches(out / "session-3.mcap") >= 1
 
 
-def test_killed_again_and_again_every_pinch_that_was_complete_is_there(tmp_path, calibration):
+def test_after_repeated_kills_every_complete_pinch_remains(tmp_path, calibration):
     rng = np.random.default_rng(5)
     out = tmp_path / "out"
     wanted = 6
-    told = 0
+    predictions = 0
     for _ in range(3):
-        k = told + int(rng.integers(1, 3))
+        k = predictions + int(rng.integers(1, 3))
         if k >= wanted:
             break
         with recording(*options(out, calibration, wanted)) as child:
-            wait_for(child, f"block 29 {k}/{wanted}")
+            read_until(child, f"block 29 {k}/{wanted}")
             os.kill(child.pid, signal.SIGKILL)
         files = sorted(out.iterdir())
-        told = sum(whole_pinches(path) for path in files)
+        predictions = sum(whole_pinches(path) for path in files)
         assert any("not closed" in s for s in read_recording(files[-1]).skipped)
         # The mark of a pinch is told when it is written: at most the last one can be missing.
-        assert told >= k - 1
+        assert predictions >= k - 1
     assert main(["record", "--device", "twin", *options(out, calibration, wanted)]) == 0
     assert len(load_dataset(out)) == wanted
     assert main(["record", "--device", "twin", *options(out, calibration, wanted)]) == 0
@@ -255,22 +255,22 @@ def test_a_plan_and_two_sessions_become_one_dataset(tmp_path, capsys):
         ["record", "--device", "twin", "--plan", str(plan), "--sessions", "2", "--speed", "8",
          "--out", str(out), "--notes", "a note"]
     )  # fmt: skip
-    said = capsys.readouterr().out
-    assert code == 0, said
+    output = capsys.readouterr().out
+    assert code == 0, output
     assert [p.name for p in sorted(out.iterdir())] == ["session-1.mcap", "session-2.mcap"]
     dataset = load_dataset(out)
     assert dataset.objects.tolist() == ["block 10", "apple 1"] * 2
     assert dataset.test.tolist() == [False, True] * 2
     assert dataset.sessions.tolist() == ["1", "1", "2", "2"]
-    assert "strip and piezo agree" in said
-    assert "samples lost so far" in said
+    assert "strip and piezo agree" in output
+    assert "samples lost so far" in output
     assert main(["inspect", str(out / "session-2.mcap")]) == 0
-    said = capsys.readouterr().out
-    assert "piezo noise 1." in said
+    output = capsys.readouterr().out
+    assert "piezo noise 1." in output
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "text"),
     [
         ([], "--object: "),
         (["--object=a", "--plan=p.csv"], "--object: "),
@@ -282,10 +282,10 @@ def test_a_plan_and_two_sessions_become_one_dataset(tmp_path, capsys):
         (["--plan=none.csv"], "none.csv cannot be read"),
     ],
 )
-def test_what_cannot_be_recorded_is_refused(tmp_path, capsys, arguments, said):
+def test_what_cannot_be_recorded_is_refused(tmp_path, capsys, arguments, text):
     out = tmp_path / "out"
     assert main(["record", "--device", "twin", f"--out={out}", *arguments]) == 2
-    assert said in capsys.readouterr().err
+    assert text in capsys.readouterr().err
     assert not list(tmp_path.rglob("*.mcap"))
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from firstcontact.cli.main import main
 from firstcontact.recording import load_dataset, read_recording
-from sound import heard_here
+from sound import local_sound
 
 RATE = 48_000
 
@@ -27,10 +27,10 @@ def taps(times: list[float], seconds: float) -> np.ndarray:
 def test_taps_without_a_strip(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "taps"
     options = ["--object", "eraser", "--shore-a", "30", "--pinches", "2", "--out", str(out)]
-    with heard_here(tmp_path, taps([2.5, 3.2, 4.0, 4.7], 8.0)):
+    with local_sound(tmp_path, taps([2.5, 3.2, 4.0, 4.7], 8.0)):
         assert main(["record", "--device", "audio:disc", *options]) == 0
-    said = capsys.readouterr().out
-    assert "eraser 2/2: contact" in said
+    output = capsys.readouterr().out
+    assert "eraser 2/2: contact" in output
     (path,) = out.glob("*.mcap")
     recording = read_recording(path)
     assert recording.header.source == "real"

@@ -81,15 +81,15 @@ def test_a_replay_is_a_device_like_any(recording: Path, tmp_path: Path) -> None:
     ) as process:
         assert process.stdout is not None
         process.stdout.readline()
-        told = subprocess.run(
+        child = subprocess.run(
             [*COMMAND[:-1], "info", "--device", str(port)],
             capture_output=True, text=True, timeout=240.0,
         )  # fmt: skip
         process.terminate()
         assert process.wait(60.0) == 0
-    assert told.returncode == 0, told.stderr
-    assert re.search(r"^samples +[1-9]\d*, and 0 lost$", told.stdout, re.MULTILINE)
-    assert re.search(r"^source +synthetic$", told.stdout, re.MULTILINE)
+    assert child.returncode == 0, child.stderr
+    assert re.search(r"^samples +[1-9]\d*, and 0 lost$", child.stdout, re.MULTILINE)
+    assert re.search(r"^source +synthetic$", child.stdout, re.MULTILINE)
 
 
 def test_what_cannot_be_is_refused(

@@ -14,26 +14,28 @@ PROGRAM = [sys.executable, str(Path(__file__).with_name("keys_program.py"))]
 PATIENCE = 60.0
 
 
-def said(lines: bytes) -> tuple[list[str], str]:
-    """What the program says of these lines, and of them to a person."""
-    done = subprocess.run(PROGRAM, input=lines, capture_output=True, timeout=PATIENCE, check=True)
-    asked = [line for line in done.stdout.decode().splitlines() if line != "listens"]
-    return asked, done.stderr.decode()
+def send(lines: bytes) -> tuple[list[str], str]:
+    """Send lines to the program. Return its requests and its messages."""
+    process = subprocess.run(
+        PROGRAM, input=lines, capture_output=True, timeout=PATIENCE, check=True
+    )
+    requests = [line for line in process.stdout.decode().splitlines() if line != "listens"]
+    return requests, process.stderr.decode()
 
 
-def test_lines_ask_and_their_end_is_told() -> None:
-    asked, told = said(b'close\nOPEN \n{"do": "close"}\n{"do":"open"}\nnew\n')
+def test_lines_send_requests_and_their_end_is_reported() -> None:
+    requests, predictions = send(b'close\nOPEN \n{"do": "close"}\n{"do":"open"}\nnew\n')
     by = "by standard input"
-    assert asked == [f"close {by}", f"open {by}"] * 2 + ["new object", "standard input is gone"]
-    assert told == "from the next pinch on: a new object\n"
+    assert requests == [f"close {by}", f"open {by}"] * 2 + ["new object", "standard input is gone"]
+    assert predictions == "from the next pinch on: a new object\n"
 
 
 def test_lines_that_are_no_requests_are_told_and_the_next_is_heard() -> None:
     wrong = (b"shut", b"\xff\xfe", b"", b'{"do": "hold"}', b'{"do"', b"x" * 9000)
-    asked, told = said(b"\n".join(wrong) + b"\nopen\n")
-    assert asked == ["open by standard input", "standard input is gone"]
-    assert told.count("\n") == len(wrong)
-    assert "use close, open or new" in told
+    requests, predictions = send(b"\n".join(wrong) + b"\nopen\n")
+    assert requests == ["open by standard input", "standard input is gone"]
+    assert predictions.count("\n") == len(wrong)
+    assert "use close, open or new" in predictions
 
 
 def test_a_key_closes_and_any_other_opens_and_the_terminal_is_as_it_was() -> None:
@@ -41,7 +43,7 @@ def test_a_key_closes_and_any_other_opens_and_the_terminal_is_as_it_was() -> Non
     if pid == 0:
         os.execv(sys.executable, PROGRAM)
     try:
-        before = termios.tcgetattr(terminal)
+        previous = termios.tcgetattr(terminal)
         output = b""
 
         def until(words: bytes) -> None:
@@ -51,7 +53,7 @@ def test_a_key_closes_and_any_other_opens_and_the_terminal_is_as_it_was() -> Non
 
         until(b"listens")
         assert b"C closes the hand" in output
-        assert termios.tcgetattr(terminal) != before
+        assert termios.tcgetattr(terminal) != previous
         for keys, words in (
             (b"c", b"close by keyboard"),
             (b" ", b"open by keyboard"),
@@ -66,7 +68,7 @@ def test_a_key_closes_and_any_other_opens_and_the_terminal_is_as_it_was() -> Non
             os.write(terminal, keys)
             until(words)
         assert os.waitpid(pid, 0)[1] == 0
-        assert termios.tcgetattr(terminal) == before
+        assert termios.tcgetattr(terminal) == previous
     finally:
         os.close(terminal)
 
@@ -91,7 +93,7 @@ def test_without_a_hand_a_terminal_has_the_key_for_a_new_object_alone() -> None:
         os.close(terminal)
 
 
-def test_without_a_hand_lines_are_left_to_others() -> None:
+def test_without_a_hand_lines_are_ignored() -> None:
     command = [*PROGRAM, "--no-hand"]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as child:
         assert child.stdin is not None

@@ -56,11 +56,11 @@ def test_a_folder_in_use_is_refused(tmp_path: Path, capsys: pytest.CaptureFixtur
 
 
 def test_an_unknown_condition_is_refused_with_exit_code_2(tmp_path: Path) -> None:
-    done = subprocess.run(
+    process = subprocess.run(
         [*COMMAND, str(tmp_path / "set"), "--condition", "lab"], capture_output=True, text=True
     )
-    assert done.returncode == 2
-    assert "paper-rig" in done.stderr
+    assert process.returncode == 2
+    assert "paper-rig" in process.stderr
     assert not (tmp_path / "set").exists()
 
 
@@ -76,10 +76,10 @@ def test_an_interrupt_leaves_nothing(
 ) -> None:
     write = simulate._write
 
-    def stopped(path: Path, session: PlannedSession, *rest: Any) -> None:
+    def stopped(path: Path, session: PlannedSession, *remainder: Any) -> None:
         if session.name != "blocks-01":
             raise KeyboardInterrupt
-        write(path, session, *rest)
+        write(path, session, *remainder)
 
     monkeypatch.setattr(simulate, "_write", stopped)
     size = ["--pinches-per-block", "1", "--pinches-per-object", "1"]

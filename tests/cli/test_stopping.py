@@ -23,7 +23,7 @@ COMMAND = [sys.executable, "-m", "firstcontact.cli.main"]
 def test_a_signal_interrupts_once_and_its_repetition_disturbs_nothing(
     number: signal.Signals,
 ) -> None:
-    before = [signal.getsignal(n) for n in SIGNALS]
+    previous = [signal.getsignal(n) for n in SIGNALS]
     ended = False
     with stopping() as stop:
         with pytest.raises(KeyboardInterrupt):
@@ -33,7 +33,7 @@ def test_a_signal_interrupts_once_and_its_repetition_disturbs_nothing(
         ended = True
     assert ended
     assert (stop.signal, stop.code) == (number, 128 + number)
-    assert [signal.getsignal(n) for n in SIGNALS] == before
+    assert [signal.getsignal(n) for n in SIGNALS] == previous
 
 
 @pytest.mark.parametrize("number", SIGNALS)
@@ -62,10 +62,10 @@ def test_who_insists_cuts_a_finishing_that_hangs_short(monkeypatch: pytest.Monke
 
 @pytest.fixture
 def hung_up() -> Iterator[None]:
-    """As under nohup."""
-    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    """Hangup is ignored, as under nohup."""
+    previous = signal.signal(signal.SIGHUP, signal.SIG_IGN)
     yield
-    signal.signal(signal.SIGHUP, before)
+    signal.signal(signal.SIGHUP, previous)
 
 
 @pytest.mark.usefixtures("hung_up")
@@ -102,12 +102,12 @@ def test_a_verb_that_writes_leaves_no_part(number: signal.Signals, tmp_path: Pat
         stderr=subprocess.PIPE,
     ) as process:
         assert process.stderr is not None
-        told = b""
+        predictions = b""
         # The bar shows that pinches are being written; the whole set takes far longer.
-        while not re.search(rb" [1-9]\d*/", told):
-            told += process.stderr.read(1)
+        while not re.search(rb" [1-9]\d*/", predictions):
+            predictions += process.stderr.read(1)
         process.send_signal(number)
-        rest = process.stderr.read()
+        output_tail = process.stderr.read()
     assert process.returncode == 128 + number
-    assert rest.splitlines()[-1] == b"firstcontact: interrupted"
+    assert output_tail.splitlines()[-1] == b"firstcontact: interrupted"
     assert list(tmp_path.iterdir()) == []

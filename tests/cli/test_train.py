@@ -1,4 +1,4 @@
-"""From recordings to a model and its scores, and what is refused on the way."""
+"""Training from recordings to a model and its scores, with refusals."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from firstcontact.models import (
 )
 from firstcontact.models._splits import inner_folds
 from firstcontact.recording import Header, load_dataset, write_dataset
-from trainings import LAYOUT, card_of, recordings, resampled, run, touch
+from trainings import LAYOUT, load_card, recordings, resampled, run, touch
 
 pytestmark = pytest.mark.usefixtures("small_searches")
 
@@ -35,8 +35,8 @@ def test_a_model_knows_what_it_learned_and_what_was_held_out(
     data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run("train", data, "--out", tmp_path / "m") == 0
-    said = capsys.readouterr().out
-    card = card_of(tmp_path / "m")
+    output = capsys.readouterr().out
+    card = load_card(tmp_path / "m")
     part, _ = card["predictors"]
     record = part["record"]
     assert part["kind"] == "svm"
@@ -46,7 +46,7 @@ def test_a_model_knows_what_it_learned_and_what_was_held_out(
     assert card["trained_on"]["objects"] == {"block 10": 10.0, "block 29": 29.0, "block 60": 60.0}
     assert record["scores"]["n"] == 60  # each session was held out once
     assert record["scores"]["rmse"] < 10
-    assert f"rmse {record['scores']['rmse']:.2f}" in said
+    assert f"rmse {record['scores']['rmse']:.2f}" in output
     assert "4 sessions in 4 folds" in record["split"]
 
 
@@ -56,22 +56,20 @@ def test_every_model_classifies_from_the_command_line(
 ) -> None:
     out = tmp_path / "m"
     assert run("train", data, "--estimator", model, "--task", "classification", "--out", out) == 0
-    assert card_of(out)["predictors"][0]["classes"] == [10.0, 29.0, 60.0]
+    assert load_card(out)["predictors"][0]["classes"] == [10.0, 29.0, 60.0]
     assert run("evaluate", out, data) == 0
-    said = capsys.readouterr().out
-    assert "accuracy" in said
-    assert "4 pinches are of no class" in said
+    output = capsys.readouterr().out
+    assert "accuracy" in output
+    assert "4 pinches are of no class" in output
 
 
-def test_without_known_contacts_they_are_found(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    data = recordings(tmp_path / "pinches", known=False)
+def test_unknown_contacts_are_detected(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    data = recordings(tmp_path / "pinches", has_contacts=False)
     assert run("train", data, "--contacts", "known", "--out", tmp_path / "m") == 2
     assert "no pinch has a known first contact" in capsys.readouterr().err
     assert not (tmp_path / "m").exists()
     assert run("train", data, "--out", tmp_path / "m") == 0
-    assert card_of(tmp_path / "m")["trained_on"]["contacts"] == (
+    assert load_card(tmp_path / "m")["trained_on"]["contacts"] == (
         "detected (three_sigma; steady states begin with the first sample)"
     )
     assert run("evaluate", tmp_path / "m", data) == 0
@@ -79,7 +77,7 @@ def test_without_known_contacts_they_are_found(
 
 def test_the_detector_learns_from_known_contacts(data: Path, tmp_path: Path) -> None:
     assert run("train", data, "--contacts", "detected", "--out", tmp_path / "m") == 0
-    assert card_of(tmp_path / "m")["trained_on"]["contacts"] == (
+    assert load_card(tmp_path / "m")["trained_on"]["contacts"] == (
         f"detected ({DETECTORS.default} that learned from other sessions; "
         "steady states begin with the first sample)"
     )
@@ -93,7 +91,7 @@ def test_one_session_is_split_at_random_and_says_so(
     assert "random pinches, which flatters" in capsys.readouterr().out
     assert (
         "random pinches, which flatters"
-        in card_of(tmp_path / "m")["predictors"][0]["record"]["split"]
+        in load_card(tmp_path / "m")["predictors"][0]["record"]["split"]
     )
 
 
@@ -112,7 +110,7 @@ def test_the_same_seed_gives_the_same_files(data: Path, tmp_path: Path) -> None:
         ({}, "too few"),
     ],
 )
-def test_what_cannot_be_learned_from(
+def test_unusable_training_data_are_refused(
     tmp_path: Path, labels: dict[str, Any], sentence: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     rng = np.random.default_rng(0)
@@ -131,7 +129,7 @@ def test_a_regression_has_an_interval_that_was_checked_on_other_folds(
     data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run("train", data, "--estimator", "peak", "--level", 0.8, "--out", tmp_path / "m") == 0
-    said = capsys.readouterr().out
+    output = capsys.readouterr().out
     window = load_model(tmp_path / "m").windows[0]
     interval = window.interval
     assert interval is not None
@@ -141,11 +139,11 @@ def test_a_regression_has_an_interval_that_was_checked_on_other_folds(
     # One fold of 15 is asked with bounds from the 45 others.
     assert checked["n"] == 60
     assert 0.6 < checked["coverage"] <= 1.0
-    assert f"held {100 * checked['coverage']:.1f} % of 60 pinches" in said
+    assert f"held {100 * checked['coverage']:.1f} % of 60 pinches" in output
 
     assert run("evaluate", tmp_path / "m", data) == 0
-    said = capsys.readouterr().out
-    assert said.count("  interval at level 0.8 held ") == 2  # of seen and of unseen ones
+    output = capsys.readouterr().out
+    assert output.count("  interval at level 0.8 held ") == 2  # of seen and of unseen ones
 
 
 @pytest.mark.parametrize(
@@ -165,9 +163,9 @@ def test_without_enough_for_it_there_is_no_interval(
 ) -> None:
     data = recordings(tmp_path / "p", sessions)
     assert run("train", data, "--estimator", "peak", "--out", tmp_path / "m", *words) == 0
-    said = capsys.readouterr().out
-    assert "no interval: " in said
-    assert why in said
+    output = capsys.readouterr().out
+    assert "no interval: " in output
+    assert why in output
     window = load_model(tmp_path / "m").windows[0]
     assert window.interval is None
     assert why in window.record.calibration["none"]
@@ -225,9 +223,9 @@ def test_contacts_are_found_by_a_detector_that_had_not_learned_from_the_session(
     for learn, ask in folds:
         assert not set(dataset.sessions[learn]) & set(dataset.sessions[ask])
         other = make_detector(DETECTORS.default).fit(dataset.take(learn))
-        own = [next(iter(detect(other, dataset.pinches[i])), None) for i in ask]
-        assert [contacts[i] for i in ask] == own
-        assert any(c is not None for c in own)
+        refitted = [next(iter(detect(other, dataset.pinches[i])), None) for i in ask]
+        assert [contacts[i] for i in ask] == refitted
+        assert any(c is not None for c in refitted)
 
 
 @pytest.mark.parametrize(
@@ -248,10 +246,10 @@ def test_impossible_settings(data: Path, tmp_path: Path, words: tuple[Any, ...])
 def test_a_model_is_made_for_another_rate_and_says_so(
     data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """What live tells someone to do whose device has another rate than the model."""
+    """Follow the advice of ``live`` for a device at another rate than the model."""
     assert run("train", data, "--estimator", "peak", "--rate", 5200, "--out", tmp_path / "m") == 0
     assert "Resampled from 4936 Hz to 5200 Hz" in capsys.readouterr().out
-    card = card_of(tmp_path / "m")
+    card = load_card(tmp_path / "m")
     assert card["predictors"][0]["rate_hz"] == 5200.0
     assert card["trained_on"]["recorded_rate_hz"] == 4936.0
     notes = card["trained_on"]["notes"]
@@ -276,13 +274,13 @@ def test_shore_a_is_trained_at_the_rate_of_the_network_unless_another_is_given(
     other = resampled(data, 5200.0, tmp_path / "other")
     assert run("train", other, "--estimator", "peak", "--out", tmp_path / "m") == 0
     assert "Resampled from 5200 Hz to 4936 Hz" in capsys.readouterr().out
-    card = card_of(tmp_path / "m")
+    card = load_card(tmp_path / "m")
     assert card["trained_on"]["recorded_rate_hz"] == 5200.0
     assert [part["rate_hz"] for part in card["predictors"]] == [4936.0, 4936.0]
     assert (
         run("train", other, "--estimator", "peak", "--rate", 5200, "--out", tmp_path / "own") == 0
     )
-    card = card_of(tmp_path / "own")
+    card = load_card(tmp_path / "own")
     assert card["trained_on"]["recorded_rate_hz"] is None
     assert [part["rate_hz"] for part in card["predictors"]] == [5200.0]
 

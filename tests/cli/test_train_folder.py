@@ -1,4 +1,4 @@
-"""What a training writes is replaced whole or not at all, and its parts belong together."""
+"""A training replaces its folder completely or not at all."""
 
 from __future__ import annotations
 
@@ -54,16 +54,16 @@ def content(folder: Path) -> dict[str, bytes]:
 @pytest.mark.parametrize("size", [200, 1000, 3000, 10_000])
 def test_a_full_disk_leaves_the_old_training(model: Path, other: Path, size: int) -> None:
     """The weights are the largest: what is written before them may fit."""
-    before = content(model)
-    assert len(before[WEIGHTS]) > 10_000
+    original = content(model)
+    assert len(original[WEIGHTS]) > 10_000
     words = ["train", str(other), "--estimator", "peak", "--out", str(model)]
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", FULL, str(size), *words], capture_output=True, text=True
     )
-    assert done.returncode == 2, done.stderr
-    assert f"{model}: File too large: make room" in done.stderr
-    assert done.stderr.count("\n") == 1
-    assert content(model) == before
+    assert process.returncode == 2, process.stderr
+    assert f"{model}: File too large: make room" in process.stderr
+    assert process.stderr.count("\n") == 1
+    assert content(model) == original
     assert [p.name for p in model.parent.iterdir()] == ["m"]
 
 
@@ -103,28 +103,28 @@ def test_what_no_training_wrote_is_not_lost(
 def test_a_training_is_replaced_and_nothing_of_it_stays(
     model: Path, other: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    before = content(model)
+    original = content(model)
     assert run("train", other, "--estimator", "train_mean", "--out", model) == 0
     assert f"replaced the former training in {model}" in capsys.readouterr().out
-    after = content(model)
-    assert after.keys() == before.keys()
-    assert all(after[name] != before[name] for name in before)
+    current = content(model)
+    assert current.keys() == original.keys()
+    assert all(current[name] != original[name] for name in original)
     load_model(model)
     load_detector(model)
     assert [p.name for p in model.parent.iterdir()] == ["m"]
 
 
-def test_models_that_would_not_be_made_again_are_kept(
+def test_models_that_training_would_not_remake_are_preserved(
     data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "m"
     assert run("train", data, "--estimator", "peak", "--window-ms", 8, 3, "--out", out) == 0
-    before = content(out)
+    original = content(out)
     capsys.readouterr()
     assert run("train", data, "--estimator", "peak", "--out", out) == 2
     assert "a model is here that would not be made again" in capsys.readouterr().err
     assert run("train", data, "--estimator", "peak", "--window-ms", 3, 15, "--out", out) == 2
-    assert content(out) == before
+    assert content(out) == original
     assert run("train", data, "--estimator", "peak", "--window-ms", 3, 7.5, 8, "--out", out) == 0
     capsys.readouterr()
     assert run("evaluate", out, data) == 0
@@ -137,13 +137,13 @@ def test_models_that_would_not_be_made_again_are_kept(
 def test_a_reader_is_told_where_the_old_one_is(
     model: Path, data: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """As after a kill between the two renames."""
+    """State after a kill between the two renames."""
     aside = model.with_name(".m.0123abcd.old")
-    before = content(model)
+    original = content(model)
     model.rename(aside)
     assert run("evaluate", model, data) == 2
     assert str(aside) in capsys.readouterr().err
     # A training that fails puts it back.
     assert run("train", data, "--estimator", "peak", "--window-ms", 900, "--out", model) == 2
-    assert content(model) == before
+    assert content(model) == original
     assert not aside.exists()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from memory_source import CALIBRATION, LAYOUT, RATE, Hand, MemorySource, arrivals, samples
 
-from firstcontact.collect import Guide, Item, header_of, run_session, so_far
+from firstcontact.collect import Guide, Item, make_header, run_session, so_far
 from firstcontact.contact import ThresholdDetector, detect
 from firstcontact.core import Block, Finger, InputError, Layout
 from firstcontact.device import Arrival
@@ -178,8 +178,8 @@ class Silent:
 def record(folder, hand, items, session="1"):
     source = MemorySource(arrivals(hand.raw()))
     progress = so_far(folder, session, source.descriptor)
-    guide = Guide(LAYOUT, items, session, CALIBRATION, progress.done)
-    header = header_of(source.descriptor, session, CALIBRATION, "left hand", "a note")
+    guide = Guide(LAYOUT, items, session, CALIBRATION, progress.counts)
+    header = make_header(source.descriptor, session, CALIBRATION, "left hand", "a note")
     screen = Silent()
     complete = run_session(source, guide, progress.path, header, screen)
     return progress.path, complete, screen, source
@@ -197,7 +197,7 @@ def test_an_interrupted_session_continues(tmp_path):
     # It stopped as soon as all was there.
     assert source.health.samples < len(closings(9, seed=8)[0].raw())
     progress = so_far(tmp_path, "1", source.descriptor)
-    assert progress.done == Counter({items[0].label("1"): 2, items[1].label("1"): 3})
+    assert progress.counts == Counter({items[0].label("1"): 2, items[1].label("1"): 3})
     dataset = load_dataset(tmp_path)
     assert dataset.notes == ("a note",)
     assert sorted(dataset.objects.tolist()) == ["block 10"] * 2 + ["block 29"] * 3
@@ -220,7 +220,7 @@ def test_object_marker_is_sent_after_a_reconnection(tmp_path):
     source = Unplugged(arrivals(closings(2)[0].raw()))
     items = (Item("block 10", 1, 10.0), Item("block 29", 1, 29.0))
     guide = Guide(LAYOUT, items, "1", CALIBRATION)
-    header = header_of(source.descriptor, "1", CALIBRATION)
+    header = make_header(source.descriptor, "1", CALIBRATION)
     assert run_session(source, guide, tmp_path / "a.mcap", header, Silent())
     assert source.marks == ["object: block 10", "object: block 29"]
 
@@ -245,7 +245,7 @@ def test_a_write_error_ends_the_session(tmp_path):
     source = MemorySource(arrivals(hand.raw()))
     source.left.insert(30, Arrival(Block(np.zeros((5, 16), np.float32), 1500), 0.0))
     guide = Guide(LAYOUT, (BLOCK,), "1", CALIBRATION)
-    header = header_of(source.descriptor, "1", CALIBRATION)
+    header = make_header(source.descriptor, "1", CALIBRATION)
     with pytest.raises(InputError, match=r"a\.mcap"):
         run_session(source, guide, tmp_path / "a.mcap", header, Silent())
     assert read_recording(tmp_path / "a.mcap").samples == 1500

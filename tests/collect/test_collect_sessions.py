@@ -39,13 +39,13 @@ def test_session_continues_after_an_unreadable_part(tmp_path: Path, length: int)
     content = write_truncated(damaged, length)
     progress = so_far(tmp_path, "1", DESCRIPTOR)
     assert progress.path == tmp_path / "session-1.part2.mcap"
-    assert (progress.files, progress.done) == ((), {})
+    assert (progress.files, progress.counts) == ((), {})
     (message,) = progress.unreadable
     assert str(damaged) in message
     record(progress.path)
     resumed = so_far(tmp_path, "1", DESCRIPTOR)
     assert resumed.path == tmp_path / "session-1.part3.mcap"
-    assert (resumed.files, resumed.done[LABEL]) == ((progress.path,), 1)
+    assert (resumed.files, resumed.counts[LABEL]) == ((progress.path,), 1)
     assert damaged.read_bytes() == content
 
 

@@ -132,7 +132,7 @@ def test_finish_without_readable_labels_is_refused(
         assert journal.read_bytes() == raw
 
 
-def test_labels_before_a_damaged_end_are_kept(
+def test_labels_before_a_damaged_end_are_preserved(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     labelling = session(tmp_path)

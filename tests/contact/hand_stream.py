@@ -62,13 +62,13 @@ def hand_stream(closings: int, seed: int = 0) -> tuple[NDArray[np.int16], list[C
         at += len(touching)
         hold = phase(0.3, 1.0)
         hold[:, 2:] = 1
-        rest = at
+        remainder = at
         opening = phase(0.25, 3.0)
         fall = np.exp(-np.arange(len(opening)) / RATE / 0.03)
         opening[:, 2:4] = fall[:, None]
         opening[:200, :2] -= 0.2 * np.exp(-np.arange(200) / 60)[:, None]
         at += len(hold) + len(opening)
-        truth.append(Closing(motor, first, first + offset, rest))
+        truth.append(Closing(motor, first, first + offset, remainder))
     phase(0.4, 1.0)
     return _raw(np.concatenate(phases)), truth
 

@@ -28,13 +28,15 @@ def rested(
     return replace(
         dataset,
         pinches=tuple(
-            _with_rest(p, round(rng.uniform(*rest_range) * p.layout.rate), electronics, jerk, rng)
+            _prepend_quiet(
+                p, round(rng.uniform(*rest_range) * p.layout.rate), electronics, jerk, rng
+            )
             for p in dataset.pinches
         ),
     )
 
 
-def _with_rest(
+def _prepend_quiet(
     pinch: Pinch, n: int, electronics: float, jerk: float, rng: np.random.Generator
 ) -> Pinch:
     layout, rate = pinch.layout, pinch.layout.rate

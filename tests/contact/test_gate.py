@@ -82,7 +82,7 @@ def test_a_knock_at_rest_does_not_open_it() -> None:
     assert run(data, []) == []
 
 
-def test_gap_shuts_the_gate_until_the_next_rest() -> None:
+def test_gap_shuts_the_gate_until_the_next_quiet_period() -> None:
     gate = ClosingGate(LAYOUT, CALIBRATION)
     opened = next(e.sample for e in WHOLE if e.turn is Turn.OPENS)
     cut = opened + 20

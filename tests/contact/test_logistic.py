@@ -50,7 +50,7 @@ def test_contacts_do_not_depend_on_the_gain(fitted):
         )
 
 
-def test_contact_louder_than_the_training_data_is_found(fitted):
+def test_contact_louder_than_the_training_data_is_detected(fitted):
     for seed in range(5):
         pinch = closing(seed)
         data = pinch.data.astype(np.float64)

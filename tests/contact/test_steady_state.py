@@ -31,7 +31,7 @@ def twin(name: str) -> Dataset:
 
 
 @cache
-def twin_after_rest(name: str) -> Dataset:
+def rested_twin(name: str) -> Dataset:
     return rested(twin(name))
 
 
@@ -66,14 +66,14 @@ def test_closings_after_rest_start_after_it(name: str, rest_range: tuple[float, 
 @pytest.mark.parametrize("name", CONDITIONS)
 def test_rest_does_not_change_the_threshold_score(name: str) -> None:
     without_rest = score_detector(ThresholdDetector(), halves(twin(name))[1])
-    after_rest = score_detector(ThresholdDetector(), halves(twin_after_rest(name))[1])
+    after_rest = score_detector(ThresholdDetector(), halves(rested_twin(name))[1])
     assert after_rest.window_accuracy == pytest.approx(without_rest.window_accuracy, abs=NEAR)
     assert after_rest.too_soon == 0
 
 
 @pytest.mark.parametrize("training_kind", ["plain", "rest"])
-def test_svm_transfers_between_rigs_with_and_without_rest(training_kind: str) -> None:
-    kinds = {"plain": twin("everyday"), "rest": twin_after_rest("everyday")}
+def test_svm_transfers_between_rigs_with_and_without_quiet_lead(training_kind: str) -> None:
+    kinds = {"plain": twin("everyday"), "rest": rested_twin("everyday")}
     detector = SvmDetector().fit(halves(kinds[training_kind])[0])
     scores = {k: score_detector(detector, halves(d)[1]).pinch_success for k, d in kinds.items()}
     assert min(scores.values()) >= 0.95
@@ -81,7 +81,7 @@ def test_svm_transfers_between_rigs_with_and_without_rest(training_kind: str) ->
 
 
 def test_contact_during_the_motor_start_is_counted_as_too_soon() -> None:
-    dataset = twin_after_rest("paper-rig")
+    dataset = rested_twin("paper-rig")
     shortened = []
     for pinch, start in zip(dataset.pinches, closing_starts(dataset), strict=True):
         late = pinch.first.sample - start.sample - 60  # the contact comes in the steady state

@@ -78,7 +78,7 @@ class ScriptedDevice:
             self._responder.sample(numbered(self._responder.next_sample, count))
             os.write(self._poke, b".")
 
-    def pass_by(self, count: int) -> None:
+    def count_samples(self, count: int) -> None:
         """Count samples, whether the host has started them or not."""
         with self._changed:
             self._responder.sample(numbered(self._responder.next_sample, count))
@@ -95,7 +95,7 @@ class ScriptedDevice:
                 if self.resting:
                     begin += due / rate
                 elif due > 0:
-                    self.pass_by(due)
+                    self.count_samples(due)
                     os.write(self._poke, b".")
 
         thread = threading.Thread(target=go_on, daemon=True)

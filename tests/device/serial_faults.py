@@ -12,7 +12,7 @@ def samples(arrivals: list[Arrival]) -> int:
     return sum(len(a.block.data) for a in arrivals)
 
 
-def wait_for(source: SerialSource, condition: Callable[[], object]) -> list[Arrival]:
+def read_until(source: SerialSource, condition: Callable[[], object]) -> list[Arrival]:
     """Read until a condition is true."""
     arrivals: list[Arrival] = []
     while not condition():

@@ -14,7 +14,7 @@ from firstcontact.core import InputError
 from firstcontact.device import Arrival, Source, open_source
 from firstcontact.recording import read_recording
 from firstcontact.signal import CausalResampler, resample
-from sound import heard_here
+from sound import local_sound
 
 RATE = 48_000
 #: Samples until the filter has forgotten how it began.
@@ -64,7 +64,7 @@ def gaps(arrivals: list[Arrival]) -> int:
 
 def test_samples_are_the_played_ones_with_their_numbers(tmp_path: Path) -> None:
     tape = hum(6 * RATE)
-    with heard_here(tmp_path, tape), open_source("audio:disc") as source:
+    with local_sound(tmp_path, tape), open_source("audio:disc") as source:
         arrivals = until(source, 4000)
         assert source.descriptor.layout.rate == 4936.0
         assert source.descriptor.delay == CausalResampler(48_000.0, 4936.0).delay <= 0.0005
@@ -75,7 +75,7 @@ def test_overflow_is_a_gap_of_its_length(tmp_path: Path) -> None:
     overflow = 4800
     tape = hum(6 * RATE)
     with (
-        heard_here(tmp_path, tape, lose_at=RATE // 2, lose=overflow),
+        local_sound(tmp_path, tape, lose_at=RATE // 2, lose=overflow),
         open_source("audio:disc") as source,
     ):
         arrivals = until(source, 4936)
@@ -93,7 +93,7 @@ def test_overflow_is_a_gap_of_its_length(tmp_path: Path) -> None:
 
 
 def test_unplugged_input_ends_with_an_input_error(tmp_path: Path) -> None:
-    with heard_here(tmp_path, hum(RATE // 2)), open_source("audio:disc") as source:
+    with local_sound(tmp_path, hum(RATE // 2)), open_source("audio:disc") as source:
         with pytest.raises(InputError, match="audio:disc"):
             until(source, 10 * RATE)
         assert source.ended
@@ -105,14 +105,14 @@ def test_unplugged_input_ends_with_an_input_error(tmp_path: Path) -> None:
 
 def test_two_channels_are_two_fingers(tmp_path: Path) -> None:
     tape = np.stack([hum(RATE), np.full(RATE, 100, np.int16)], axis=1)
-    with heard_here(tmp_path, tape), open_source("audio:disc/2") as source:
+    with local_sound(tmp_path, tape), open_source("audio:disc/2") as source:
         assert source.descriptor.layout.column_names == ("piezo_index", "piezo_thumb")
         (arrival, *_) = until(source, 100)
     np.testing.assert_allclose(arrival.block.data[:, 1], 100 / 32768.0, rtol=1e-5)
 
 
 def test_unknown_input_is_refused_with_the_choices(tmp_path: Path) -> None:
-    with heard_here(tmp_path, hum(RATE)):
+    with local_sound(tmp_path, hum(RATE)):
         with pytest.raises(InputError, match=r"audio:violin.*'disc'"):
             open_source("audio:violin").__enter__()
         with pytest.raises(InputError, match="/2"):
@@ -126,7 +126,7 @@ def test_unknown_input_is_refused_with_the_choices(tmp_path: Path) -> None:
 @contextmanager
 def input_without_pacing(folder: Path) -> Iterator[str]:
     """Return an input that delivers data as fast as they are read."""
-    with heard_here(folder, hum(RATE)) as sound:
+    with local_sound(folder, hum(RATE)) as sound:
         (folder / "asound.conf").write_text(
             'pcm.fast { type null hint { show on description "no pace" } }\n'
         )

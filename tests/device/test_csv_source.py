@@ -24,9 +24,9 @@ def _busy_machine(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(_csv_source, "ALIKE", 0.3)
 
 
-def until(source: CsvSource, is_done: Callable[[list[Arrival]], bool]) -> list[Arrival]:
+def until(source: CsvSource, is_sufficient: Callable[[list[Arrival]], bool]) -> list[Arrival]:
     arrivals: list[Arrival] = []
-    while not is_done(arrivals):
+    while not is_sufficient(arrivals):
         arrivals += source.read(5.0)
     return arrivals
 

@@ -26,7 +26,7 @@ from firstcontact.device import (
 from firstcontact.device._twin_device import TwinDevice
 from firstcontact.recording import Header, RecordingWriter
 from firstcontact.testing import check_source
-from sound import heard_here
+from sound import local_sound
 
 LAYOUT = fingertip_layout()
 RECORDING = SOURCES["recording"]
@@ -51,7 +51,7 @@ def on_a_port() -> Iterator[str]:
 @contextmanager
 def on_a_tape() -> Iterator[str]:
     quiet = np.random.default_rng(0).normal(0, 30, 48_000).astype(np.int16)
-    with TemporaryDirectory() as folder, heard_here(Path(folder), quiet, loop=1):
+    with TemporaryDirectory() as folder, local_sound(Path(folder), quiet, loop=1):
         yield "audio:disc"
 
 

@@ -35,7 +35,9 @@ def test_failure_between_reads_is_raised_before_the_end(device: ScriptedDevice) 
 
 
 @pytest.mark.parametrize("reads_samples", [True, False])
-def test_marker_after_the_last_sample_is_kept(device: ScriptedDevice, reads_samples: bool) -> None:
+def test_marker_after_the_last_sample_is_preserved(
+    device: ScriptedDevice, reads_samples: bool
+) -> None:
     arrivals = []
     with SerialSource(device.port) as source:
         device.put(125)

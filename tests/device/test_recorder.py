@@ -46,10 +46,10 @@ def check_numbers(recording: Recording) -> None:
         assert np.array_equal(stretch.data, expected)
 
 
-def wait_for(recorder: Recorder, is_done) -> None:
+def await_status(recorder: Recorder, condition) -> None:
     """Wait until the status fulfils a condition. The test's time limit ends it."""
     pause = threading.Event()
-    while not is_done(recorder.status):
+    while not condition(recorder.status):
         pause.wait(0.01)
 
 
@@ -126,7 +126,7 @@ def test_invalid_block_stops_only_the_recording(tmp_path):
         recorder.start(tmp_path / "a.mcap", HEADER)
         recorder.put(arrivals(0, [400]))
         recorder.put([Arrival(Block(np.zeros((5, 3), np.int16), 400), 0.0)])
-        wait_for(recorder, lambda s: s.failed)
+        await_status(recorder, lambda s: s.failed)
         recorder.put(arrivals(405, [100]))
         status = recorder.status
         assert "2 columns" in status.failed
@@ -267,7 +267,7 @@ def test_an_hour_has_no_losses_and_constant_memory(tmp_path):
             recorder.put(arrivals(end, [5] * 40))
             end += 200
             if recorder.status.waiting > 20_000:  # faster than the clock: let it follow
-                wait_for(recorder, lambda s: s.waiting < 2_000)
+                await_status(recorder, lambda s: s.waiting < 2_000)
             if end == 4936 * 200:
                 early = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - early

@@ -6,7 +6,7 @@ import time
 
 import pytest
 from scripted_device import ScriptedDevice, collect
-from serial_faults import samples, wait_for
+from serial_faults import read_until, samples
 
 from firstcontact.device import FrameType, SerialSource, encode
 from firstcontact.device import _serial_source as serial_source
@@ -18,10 +18,10 @@ def test_reconnected_cable_starts_an_epoch_and_counts_losses(device: ScriptedDev
         device.put(700)
         first_epoch = collect(source, lambda n: n == 700)
         device.unplug()
-        assert not wait_for(source, lambda: not source.health.connected)
-        device.pass_by(300)
+        assert not read_until(source, lambda: not source.health.connected)
+        device.count_samples(300)
         device.plug()
-        wait_for(source, lambda: source.health.connected)
+        read_until(source, lambda: source.health.connected)
         device.put(1000)
         second_epoch = collect(source, lambda n: n >= 1000)
         assert {a.block.epoch for a in first_epoch} == {0}
@@ -39,7 +39,7 @@ def test_power_loss_restarts_at_sample_0(device: ScriptedDevice) -> None:
         collect(source, lambda n: n == 700)
         for boot in (2, 3):
             device.unplug()
-            wait_for(source, lambda: not source.health.connected)
+            read_until(source, lambda: not source.health.connected)
             device.reset(boot)
             device.plug()
             device.put(100)
@@ -80,7 +80,7 @@ def test_silent_device_is_polled_and_keeps_its_epoch(
         device.put(700)
         collect(source, lambda n: n == 700)
         device.script.hears = hears
-        wait_for(source, lambda: len(requests) > 4)
+        read_until(source, lambda: len(requests) > 4)
         device.put(700)
         collect(source, lambda n: n == 700)
     assert source.health.reconnects == 0
@@ -96,7 +96,7 @@ def test_dead_device_is_disconnected_until_it_answers(
         device.put(100)
         collect(source, lambda n: n == 100)
         device.script.hears = lambda data: b""
-        wait_for(source, lambda: not source.health.connected)
+        read_until(source, lambda: not source.health.connected)
         device.script.hears = lambda data: data
         device.put(100)
         collect(source, lambda n: n == 100)
@@ -110,7 +110,7 @@ def test_device_without_samples_is_disconnected_after_two_seconds(
         device.put(100)
         collect(source, lambda n: n == 100)
         began = time.monotonic()
-        wait_for(source, lambda: not source.health.connected)
+        read_until(source, lambda: not source.health.connected)
         # Two seconds, and what a busy machine adds.
         assert 1.0 < time.monotonic() - began < 12.0
         device.put(100)
@@ -133,7 +133,7 @@ def test_unplugged_source_can_be_closed(device: ScriptedDevice) -> None:
         device.put(100)
         collect(source, lambda n: n == 100)
         device.unplug()
-        wait_for(source, lambda: not source.health.connected)
+        read_until(source, lambda: not source.health.connected)
     source.close()
     assert source.ended
 
@@ -144,14 +144,14 @@ def test_twin_counts_losses_of_a_reconnection_and_a_reset() -> None:
         assert source.descriptor.source == "twin"
         twin = source.device
         assert twin is not None
-        arrivals = wait_for(source, lambda: source.health.samples > 1000)
+        arrivals = read_until(source, lambda: source.health.samples > 1000)
         twin.unplug()
-        arrivals += wait_for(source, lambda: not source.health.connected)
+        arrivals += read_until(source, lambda: not source.health.connected)
         twin.plug()
         count = source.health.samples
-        arrivals += wait_for(source, lambda: source.health.samples > count + 1000)
+        arrivals += read_until(source, lambda: source.health.samples > count + 1000)
         twin.reset()
-        arrivals += wait_for(source, lambda: source.health.epoch == 2)
+        arrivals += read_until(source, lambda: source.health.epoch == 2)
     arrivals += source.read(0)
     ends = {0: arrivals[0].block.first_sample}
     missing = 0

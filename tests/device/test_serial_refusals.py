@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from numbered import DESCRIPTOR
 from scripted_device import ScriptedDevice, collect
-from serial_faults import answer_frame, every_other, wait_for
+from serial_faults import answer_frame, every_other, read_until
 
 from firstcontact.core import InputError
 from firstcontact.device import Decoder, FrameType, SerialSource
@@ -84,7 +84,7 @@ def test_other_columns_than_the_layout_has_are_refused(device: ScriptedDevice) -
     with SerialSource(device.port) as source:
         device.put(500)
         with pytest.raises(InputError, match="16 channels"):
-            wait_for(source, lambda: False)
+            read_until(source, lambda: False)
         assert source.ended
         with pytest.raises(InputError, match="flash"):
             source.read(0)
@@ -95,12 +95,12 @@ def test_another_device_on_the_same_port_is_refused(device: ScriptedDevice) -> N
         device.put(500)
         collect(source, lambda n: n == 500)
         device.unplug()
-        wait_for(source, lambda: not source.health.connected)
+        read_until(source, lambda: not source.health.connected)
         faster = replace(DESCRIPTOR, layout=replace(DESCRIPTOR.layout, rate=9872.0))
         device.reset(2, faster)
         device.plug()
         with pytest.raises(InputError, match=device.port):
-            wait_for(source, lambda: False)
+            read_until(source, lambda: False)
 
 
 def test_silent_port_is_refused(device: ScriptedDevice) -> None:
@@ -151,5 +151,5 @@ def test_error_in_the_thread_is_raised_in_read(
 
         monkeypatch.setattr(Decoder, "feed", breaks)
         with pytest.raises(InputError, match=r"MemoryError.*open it again"):
-            wait_for(source, lambda: False)
+            read_until(source, lambda: False)
         assert not source.health.connected

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from numbered import DESCRIPTOR, numbered
 from scripted_device import ScriptedDevice, collect
-from serial_faults import every_other, samples, wait_for
+from serial_faults import every_other, read_until, samples
 
 from firstcontact.core import InputError
 from firstcontact.device import Arrival, FrameType, SerialSource
@@ -178,7 +178,7 @@ def test_marks_return_with_their_sample(device: ScriptedDevice) -> None:
         assert marker.text == "now: größer"
         assert arrival.block.first_sample <= marker.sample < arrival.block.end
         device.unplug()
-        wait_for(source, lambda: not source.health.connected)
+        read_until(source, lambda: not source.health.connected)
         with pytest.raises(InputError, match="marker"):
             source.mark("lost")
 

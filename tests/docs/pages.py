@@ -34,13 +34,13 @@ class Fence:
 
     @property
     def commands(self) -> list[str]:
-        """Its commands, continued lines joined, comments left out."""
+        """Commands of the block: continued lines joined, no comments."""
         lines = self.body.replace("\\\n", " ").splitlines()
         return [" ".join(x.split()) for x in lines if x.strip() and not x.startswith("#")]
 
 
 def fences(page: Path) -> list[Fence]:
-    """All fenced blocks of a page, in order."""
+    """Return the fenced blocks of a page in order."""
     text = page.read_text(encoding="utf-8")
     return [
         Fence(page, text[: m.start()].count("\n") + 1, m["mark"] or "", m["language"], m["body"])

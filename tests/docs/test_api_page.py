@@ -15,6 +15,6 @@ def test_the_page_is_what_docstrings_say(tmp_path: Path) -> None:
     (tmp_path / "api_of_docs.py").write_text(script, encoding="utf-8")
     subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True)
     now = (tmp_path / "now.md").read_text(encoding="utf-8")
-    there = (ROOT / "docs/reference/python.md").read_text(encoding="utf-8")
-    assert there == now, "python docs/write_api.py"
+    page_text = (ROOT / "docs/reference/python.md").read_text(encoding="utf-8")
+    assert page_text == now, "python docs/write_api.py"
     assert "|  |" not in now, "a name without a docstring"

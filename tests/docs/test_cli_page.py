@@ -16,5 +16,5 @@ def test_the_page_is_what_help_prints(tmp_path: Path) -> None:
     )
     subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True)
     now = (tmp_path / "now.md").read_text(encoding="utf-8")
-    there = (ROOT / "docs/reference/cli.md").read_text(encoding="utf-8")
-    assert there == now, "python docs/write_cli.py"
+    page_text = (ROOT / "docs/reference/cli.md").read_text(encoding="utf-8")
+    assert page_text == now, "python docs/write_cli.py"

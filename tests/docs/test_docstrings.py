@@ -29,7 +29,7 @@ def recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_there_are_some() -> None:
+def test_examples_exist() -> None:
     assert len(MODULES) > 5
 
 
@@ -39,9 +39,9 @@ def test_it_runs(
 ) -> None:
     (tmp_path / "recordings").symlink_to(recordings)
     monkeypatch.chdir(tmp_path)
-    done = doctest.testmod(import_module(name))
-    assert done.attempted
-    assert not done.failed
+    outcome = doctest.testmod(import_module(name))
+    assert outcome.attempted
+    assert not outcome.failed
 
 
 def test_every_public_name_has_a_runnable_example() -> None:

@@ -18,9 +18,9 @@ ELSEWHERE = ("ros_node",)
     "example", [e for e in EXAMPLES if e.stem not in ELSEWHERE], ids=lambda p: p.stem
 )
 def test_example_runs(example: Path, tmp_path: Path) -> None:
-    done = forked.run("script", example, cwd=tmp_path, strict=True)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout
+    process = forked.run("script", example, cwd=tmp_path, strict=True)
+    assert process.returncode == 0, process.stderr
+    assert process.stdout
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda p: p.stem)

@@ -1,4 +1,4 @@
-"""What the page on grasping says in its own words is what the committed results say."""
+"""Statements of the grasping page agree with the committed results."""
 
 from __future__ import annotations
 
@@ -68,37 +68,37 @@ def test_sizes_and_seeds() -> None:
 
 
 def test_the_gain_and_what_the_label_would_give() -> None:
-    its = household()
-    label = its.fewer["label"]
+    entry = household()
+    label = entry.fewer["label"]
     says(
-        f"It was {percent(its.target)} fewer drops with an interval that excludes zero. The gain "
+        f"It was {percent(entry.target)} fewer drops with an interval that excludes zero. The gain "
         f"is {gain(OURS)} %",
         f"the same rule gains {gain('label')} % with an interval from "
         f"{100 * label.low:.0f} on".replace("-", "−"),
-        f"In full closings {percent(its.closings[OURS].success)} end well instead of "
-        f"{percent(its.closings[BLIND].success)}",
+        f"In full closings {percent(entry.closings[OURS].success)} end well instead of "
+        f"{percent(entry.closings[BLIND].success)}",
     )
-    assert not its.met
-    noisy = [its.fewer[f"label_rmse_{rmse}"] for rmse in (3, 5, 10)]
+    assert not entry.met
+    noisy = [entry.fewer[f"label_rmse_{rmse}"] for rmse in (3, 5, 10)]
     assert all(n.low < label.value < n.high for n in noisy), "nothing that could be told"
-    assert its.drops_at_10_damage["weight"] < 0.005
+    assert entry.drops_at_10_damage["weight"] < 0.005
 
 
 def test_what_is_held_and_what_it_costs() -> None:
-    its = household().by_object
-    held = ("mug, 0.2 l in it", "wood block", "hammer, at its handle", "sugar box")
-    assert [its[name].drops[BLIND] for name in held] == [1, 1, 1, 1]
-    can = its["soup can"]
+    entry = household().by_object
+    held_out = ("mug, 0.2 l in it", "wood block", "hammer, at its handle", "sugar box")
+    assert [entry[name].drops[BLIND] for name in held_out] == [1, 1, 1, 1]
+    can = entry["soup can"]
     says(f"{WORDS[round(can.n * can.drops[BLIND])]} of {WORDS[can.n]} soup cans")
-    assert not any(its[name].drops[OURS] for name in (*held, "soup can"))
-    assert its["mustard bottle, full"].drops == {BLIND: 1, OURS: 1}
-    assert its["paper cup, 0.2 l in it"].drops[OURS] == 1
-    assert (its["cracker"].damage[OURS], its["quail egg"].damage[OURS]) == (1, 0.5)
-    berry = its["blueberry"]
+    assert not any(entry[name].drops[OURS] for name in (*held_out, "soup can"))
+    assert entry["mustard bottle, full"].drops == {BLIND: 1, OURS: 1}
+    assert entry["paper cup, 0.2 l in it"].drops[OURS] == 1
+    assert (entry["cracker"].damage[OURS], entry["quail egg"].damage[OURS]) == (1, 0.5)
+    berry = entry["blueberry"]
     assert berry.bias is not None
     says(f"reads as more than 40 Shore A instead of {berry.shore_a:g}")
     assert berry.shore_a + berry.bias > 40
-    both = [n for n, o in its.items() if o.fragile and o.shore_a > FIRMEST]
+    both = [n for n, o in entry.items() if o.fragile and o.shore_a > FIRMEST]
     says(f"and there are {WORDS[len(both)]} of them")
     assert len(both) == 3
 
@@ -123,9 +123,9 @@ def test_what_a_reflex_leaves() -> None:
     by = household().slip_reflex
     quick = by["gradual, 100 ms"]
     assert quick.blind.value == quick.fewer.value == 0
-    others = [r.fewer for r in by.values() if r is not quick]
-    assert [f.value for f in others] == pytest.approx([0.6] * 3, abs=0.06)
-    assert all(f.low < 0 for f in others)
+    remaining = [r.fewer for r in by.values() if r is not quick]
+    assert [f.value for f in remaining] == pytest.approx([0.6] * 3, abs=0.06)
+    assert all(f.low < 0 for f in remaining)
     closed = household().closings
     for name, table in (
         (baseline(True).name, quick.success.blind),
@@ -134,13 +134,13 @@ def test_what_a_reflex_leaves() -> None:
         assert table - closed[name].success == pytest.approx(0.02, abs=0.005)
 
 
-def test_the_estimates_thing_by_thing() -> None:
-    its = {n: o for n, o in household().by_object.items() if o.shore_a <= FIRMEST}
-    errors = {name: o.rmse[USED] for name, o in its.items()}
+def test_the_estimates_by_object() -> None:
+    entry = {n: o for n, o in household().by_object.items() if o.shore_a <= FIRMEST}
+    errors = {name: o.rmse[USED] for name, o in entry.items()}
     well = [name for name, e in errors.items() if e <= 5]
     nearly = [name for name, e in errors.items() if 5 < e < 6.6]
     says(
-        f"of the {len(its)} objects up to {FIRMEST:g} Shore A {len(well)} have that or less, and "
+        f"of the {len(entry)} objects up to {FIRMEST:g} Shore A {len(well)} have that or less, and "
         f"{WORDS[len(nearly)]} more about 6.5 or less",
         f"blueberries ({errors['blueberry']:.0f}:",
         f"the dry sponge ({errors['sponge, dry']:.0f}) and oranges ({errors['orange']:.0f})",

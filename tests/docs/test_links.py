@@ -28,49 +28,49 @@ def test_links_resolve(page: Path) -> None:
         path, _, anchor = match["target"].partition("#")
         if re.match(r"[a-z]+:", path):
             continue
-        there = (page.parent / path).resolve() if path else page
-        assert there.exists(), f"{name(page)}: {match['target']}"
-        assert ROOT in [there, *there.parents], (
+        target = (page.parent / path).resolve() if path else page
+        assert target.exists(), f"{name(page)}: {match['target']}"
+        assert ROOT in [target, *target.parents], (
             f"{name(page)}: {match['target']} leaves the project"
         )
         if anchor:
-            assert anchor in anchors(there.read_text(encoding="utf-8")), match["target"]
+            assert anchor in anchors(target.read_text(encoding="utf-8")), match["target"]
 
 
 def tracked() -> list[Path]:
     """Text files of the project, those not committed yet included."""
-    done = subprocess.run(
+    process = subprocess.run(
         ["git", "ls-files", "--cached", "--others", "--exclude-standard"],
         cwd=ROOT,
         capture_output=True,
         text=True,
     )
-    if done.returncode:  # a source archive
+    if process.returncode:  # a source archive
         return PAGES
-    paths = [ROOT / line for line in done.stdout.splitlines()]
+    paths = [ROOT / line for line in process.stdout.splitlines()]
     kinds = {".md", ".py", ".toml", ".yml", ".txt", ".json", ".html", ""}
     return [p for p in paths if p.is_file() and p.suffix in kinds]
 
 
 def test_no_file_names_a_path_of_one_machine() -> None:
-    found = []
+    collected = []
     for path in tracked():
         if path.resolve() == Path(__file__).resolve():
             continue
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
             if FOREIGN.search(line):
-                found.append(f"{name(path)}:{number}: {line.strip()[:80]}")
-    assert found == []
+                collected.append(f"{name(path)}:{number}: {line.strip()[:80]}")
+    assert collected == []
 
 
 def test_the_site_builds_and_asks_nothing_of_a_network(tmp_path: Path) -> None:
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", tmp_path],
         cwd=ROOT,
         capture_output=True,
         text=True,
     )
-    assert done.returncode == 0, done.stdout + done.stderr
+    assert process.returncode == 0, process.stdout + process.stderr
     wanted = re.compile(r"""<(?:script|img|link)\b[^>]*(?:src|href)=["'](?:https?:)?//[^"']*""")
     for page in tmp_path.rglob("*.html"):
         outside = [

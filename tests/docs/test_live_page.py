@@ -16,6 +16,6 @@ def test_the_tables_are_written_from_the_records(tmp_path: Path) -> None:
     (tmp_path / "live_of_docs.py").write_text(script, encoding="utf-8")
     subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True)
     now = (tmp_path / "now.md").read_text(encoding="utf-8")
-    there = (ROOT / "docs/reference/live-output.md").read_text(encoding="utf-8")
-    assert there == now, "python docs/write_live.py"
+    page_text = (ROOT / "docs/reference/live-output.md").read_text(encoding="utf-8")
+    assert page_text == now, "python docs/write_live.py"
     assert "### estimate\n" in now

@@ -18,17 +18,17 @@ def test_its_table_is_that_of_the_results() -> None:
 
 
 @pytest.mark.parametrize("name", ["sine of 300 Hz", "noise that begins", "step"])
-def test_a_row_comes_out_as_it_stands_there(name: str) -> None:
+def test_a_row_is_printed_as_written(name: str) -> None:
     row = json.loads(script.RESULTS.read_text(encoding="utf-8"))["others"][name]
     touches = script.made_up(script.MADE_UP[name])
     assert len(touches) == row["n"]
-    found = script.shares(pretrained(), touches) / len(touches)
-    np.testing.assert_allclose(found, row["no_rig"], atol=0.01)
+    computed = script.shares(pretrained(), touches) / len(touches)
+    np.testing.assert_allclose(computed, row["no_rig"], atol=0.01)
 
 
 def test_touches_are_rarely_out_of_range_and_most_other_signals_are() -> None:
     rows = json.loads(script.RESULTS.read_text(encoding="utf-8"))
-    for known in ("rig", "no_rig"):
-        assert max(rows["touches"]["random rigs, as trained on"][known]) < 0.03
-        others = [np.mean(row[known]) for row in rows["others"].values()]
-        assert np.median(others) > 0.95
+    for labelled_contacts in ("rig", "no_rig"):
+        assert max(rows["touches"]["random rigs, as trained on"][labelled_contacts]) < 0.03
+        remaining = [np.mean(row[labelled_contacts]) for row in rows["others"].values()]
+        assert np.median(remaining) > 0.95

@@ -97,7 +97,7 @@ def test_contact_windows_stand_beside_all_windows(tmp_path: Path) -> None:
     assert lines[at + 1] == "| Contact, SVM: contact windows found | – | 0.0 % |"
 
 
-def test_late_labels_are_said(tmp_path: Path) -> None:
+def test_late_labels_are_stated(tmp_path: Path) -> None:
     svm = {"pinch_success": 1.0, "decided_within_3_ms": 0.25, "delay_ms": {"median": 2.0}}
     real = {"contact": {"svm": svm, "early_ms": 4.0}}
     write(tmp_path / "real.json", real)

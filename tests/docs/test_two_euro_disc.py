@@ -16,7 +16,7 @@ from pages import ROOT, fences
 from websockets.sync.client import connect
 
 from firstcontact.cli.main import main
-from sound import heard_here
+from sound import local_sound
 
 PAGE = ROOT / "docs/tutorial/two-euro-disc.md"
 #: Hardness of what is tapped; at first nothing is.
@@ -49,13 +49,13 @@ class Newcomer(threading.Thread):
                 same = touch and all(touch[of] == mark[of] for of in ("recording", "stretch"))
                 ends = same and touch and mark["sample"] - touch["sample"] < reach
                 touch = touch if ends else mark
-                page.send(json.dumps({"do": "reject" if ends else "accept", **_of(mark)}))
+                page.send(json.dumps({"do": "reject" if ends else "accept", **numbered(mark)}))
                 assert "mark" in json.loads(page.recv())
             page.send('{"ask": "finish"}')
             self.finished = json.loads(page.recv())["finished"]
 
 
-def _of(mark: dict[str, int]) -> dict[str, int]:
+def numbered(mark: dict[str, int]) -> dict[str, int]:
     return {"number": mark["number"]}
 
 
@@ -63,7 +63,7 @@ def test_every_command_runs_and_hard_things_sound_hard(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     tape = runpy.run_path(str(ROOT / "examples/tap_tape.py"))["tape"]
-    rest = (40 * np.random.default_rng(0).standard_normal(48_000 * 20)).astype(np.int16)
+    quiet = (40 * np.random.default_rng(0).standard_normal(48_000 * 20)).astype(np.int16)
     (tmp_path / "work").mkdir()
     monkeypatch.chdir(tmp_path / "work")
     assert len(commands()) == 11
@@ -71,27 +71,31 @@ def test_every_command_runs_and_hard_things_sound_hard(
     monkeypatch.setattr(webbrowser, "open", lambda url: _begun(url, newcomers))
     for name, *words in commands():
         assert name == "firstcontact"
-        samples = rest
+        samples = quiet
         if "--object" in words:  # more taps than are wanted: at the tape's end the input is gone
             samples = tape(SHORES[words[words.index("--object") + 1]], 13, 1)
         elif words[0] == "live":
             samples = tape(60.0, 7, 2)
-        with heard_here(tmp_path, samples):
+        with local_sound(tmp_path, samples):
             ended = main(words)
-        said = capsys.readouterr()
-        assert ended == 0, f"{words}\n{said.out}\n{said.err}"
+        captured = capsys.readouterr()
+        assert ended == 0, f"{words}\n{captured.out}\n{captured.err}"
         # A disc alone has no hand and no motor, is no microphone, and its unit is not the volt.
-        assert not re.findall(r"\b(?:hand|motor|microphone|mV)\b", said.out + said.err), words
+        assert not re.findall(r"\b(?:hand|motor|microphone|mV)\b", captured.out + captured.err), (
+            words
+        )
         if words[:2] == ["inspect", "taps/session-1.mcap"]:
-            assert said.out.count("not confirmed") == 10
+            assert captured.out.count("not confirmed") == 10
         if words[:2] == ["inspect", "labelled/session-1.mcap"]:
-            assert said.out.count("contact accepted by") == 10
-            assert "not confirmed" not in said.out
+            assert captured.out.count("contact accepted by") == 10
+            assert "not confirmed" not in captured.out
     (newcomer,) = newcomers
     newcomer.join(30)
     assert len(newcomer.finished) == 3
     assert all(": 10 pinches" in line for line in newcomer.finished)
-    values = [float(v) for v in re.findall(r"pinch \d+: sensor first, ([\d.]+) Shore A", said.out)]
+    values = [
+        float(v) for v in re.findall(r"pinch \d+: sensor first, ([\d.]+) Shore A", captured.out)
+    ]
     assert len(values) == 4
     assert 45 < np.median(values) < 75
 

@@ -1,4 +1,4 @@
-"""What measures exported C lies beside the firmware, not in the package."""
+"""Path to the measuring scripts, which lie beside the firmware."""
 
 from __future__ import annotations
 

@@ -52,27 +52,27 @@ def touches(n: int, seed: int) -> Touches:
     )
 
 
-def told() -> InContextModel:
-    known = touches(60, 1)
-    rig = Rig.of(replace(known, radii=np.full(60, np.nan)), known.radii)
+def conditioned() -> InContextModel:
+    conditioning = touches(60, 1)
+    rig = Rig.fit(replace(conditioning, radii=np.full(60, np.nan)), conditioning.radii)
     return pretrained().conditioned_on({ANY: rig})
 
 
-def plain(some: Touches) -> Touches:
-    return replace(some, radii=np.full(len(some), np.nan))
+def plain(sample: Touches) -> Touches:
+    return replace(sample, radii=np.full(len(sample), np.nan))
 
 
-def asked(model: InContextModel, folder: Path) -> building.Program:
+def build(model: InContextModel, folder: Path) -> building.Program:
     folder.mkdir()
     c_library.write(Trained(anytime=model), folder)
     return building.Program("touches.c", folder / "src", {})
 
 
-def assert_parity(model: InContextModel, some: Touches, got: NDArray[np.void]) -> None:
+def assert_parity(model: InContextModel, sample: Touches, got: NDArray[np.void]) -> None:
     place = 0
-    for k in range(len(some)):
-        for samples in [m for m in MOMENTS if m <= some.valid[k]]:
-            wanted = model.predict(some.take(np.array([k])).until(samples))
+    for k in range(len(sample)):
+        for samples in [m for m in MOMENTS if m <= sample.valid[k]]:
+            wanted = model.predict(sample.take(np.array([k])).until(samples))
             record = got[place]
             place += 1
             assert (record["samples"], record["status"]) == (samples, 0)
@@ -84,122 +84,122 @@ def assert_parity(model: InContextModel, some: Touches, got: NDArray[np.void]) -
 
 
 def test_c_answers_as_python_does(tmp_path: Path) -> None:
-    model = compacted(told(), plain(touches(60, 1)), 12)
-    some = plain(touches(12, 2))
-    data = building.touches(some.signals, some.valid, some.fingers, MOMENTS)
-    built = asked(model, tmp_path / "library")
+    model = compacted(conditioned(), plain(touches(60, 1)), 12)
+    sample = plain(touches(12, 2))
+    data = building.touches(sample.signals, sample.valid, sample.fingers, MOMENTS)
+    built = build(model, tmp_path / "library")
     native = building.ask_native(built.native(tmp_path / "native", strict=True), data, tmp_path)
-    found = np.frombuffer(native, building.RUNNING)
-    assert_parity(model, some, found)
-    if building.emulator_there():
+    c_outputs = np.frombuffer(native, building.RUNNING)
+    assert_parity(model, sample, c_outputs)
+    if building.has_emulator():
         m7 = building.ask_m7(built.m7(tmp_path / "m7.elf"), data, tmp_path)
-        assert building.same(found, np.frombuffer(m7, building.RUNNING))
+        assert building.same(c_outputs, np.frombuffer(m7, building.RUNNING))
 
 
 def test_c_that_knows_no_rig_calls_the_same_contacts_strange(tmp_path: Path) -> None:
-    """Nothing is known of the gain then, in C as in Python."""
+    """Without a known rig the gain is unknown, in C as in Python."""
     model = compacted(pretrained(), plain(touches(60, 1)), 12)
-    some = plain(touches(24, 2))
+    sample = plain(touches(24, 2))
     noise = np.random.default_rng(3).standard_normal((8, 74)).astype(np.float32)
-    some.signals[:8, -74:] += 0.3 * noise
-    some.signals[16:] *= np.float32(3)
-    data = building.touches(some.signals, some.valid, some.fingers, MOMENTS)
-    built = asked(model, tmp_path / "library")
+    sample.signals[:8, -74:] += 0.3 * noise
+    sample.signals[16:] *= np.float32(3)
+    data = building.touches(sample.signals, sample.valid, sample.fingers, MOMENTS)
+    built = build(model, tmp_path / "library")
     native = building.ask_native(built.native(tmp_path / "native", strict=True), data, tmp_path)
-    found = np.frombuffer(native, building.RUNNING)
-    assert_parity(model, some, found)
-    assert 0 < found["strange"].mean() < 1
+    c_outputs = np.frombuffer(native, building.RUNNING)
+    assert_parity(model, sample, c_outputs)
+    assert 0 < c_outputs["strange"].mean() < 1
 
 
-def with_motor(some: Touches, seed: int) -> Touches:
+def with_motor(sample: Touches, seed: int) -> Touches:
     """A motor whose lines all follow its speed, from half to one and a half of the usual one."""
     rng = np.random.default_rng(seed)
-    t = np.arange(some.signals.shape[1]) / RATE
-    turns = 2 * np.pi * 220 * rng.uniform(0.6, 1.5, len(some))[:, None] * t
+    t = np.arange(sample.signals.shape[1]) / RATE
+    turns = 2 * np.pi * 220 * rng.uniform(0.6, 1.5, len(sample))[:, None] * t
     sound = 0.03 * np.sin(turns) + 0.02 * np.sin(2 * turns + 1) + 0.02 * np.sin(5 * turns)
-    return replace(some, signals=(some.signals + sound).astype(np.float32))
+    return replace(sample, signals=(sample.signals + sound).astype(np.float32))
 
 
 def test_c_hears_the_motor_as_python_does(tmp_path: Path) -> None:
-    known = with_motor(touches(60, 1), 5)
+    conditioning = with_motor(touches(60, 1), 5)
     nothing = np.full(60, np.nan)
-    rig = Rig.of(replace(known, radii=nothing), known.radii)
-    whole = pretrained().conditioned_on({ANY: rig})
-    model = compacted(whole, plain(known), 12, listening=True)
-    some = plain(with_motor(touches(12, 2), 6))
-    speed, alike = rig.pitch.listen(spectra(some.signals, some.before, RATE))  # type: ignore[union-attr]
+    rig = Rig.fit(replace(conditioning, radii=nothing), conditioning.radii)
+    reference_model = pretrained().conditioned_on({ANY: rig})
+    model = compacted(reference_model, plain(conditioning), 12, listening=True)
+    sample = plain(with_motor(touches(12, 2), 6))
+    speed, alike = rig.pitch.listen(spectra(sample.signals, sample.lead, RATE))  # type: ignore[union-attr]
     assert (alike > BELIEVED).sum() > 6
     assert np.ptp(speed[alike > BELIEVED]) > 0.3
-    data = building.touches(some.signals, some.valid, some.fingers, MOMENTS)
-    built = asked(model, tmp_path / "library")
+    data = building.touches(sample.signals, sample.valid, sample.fingers, MOMENTS)
+    built = build(model, tmp_path / "library")
     native = building.ask_native(built.native(tmp_path / "native", strict=True), data, tmp_path)
-    found = np.frombuffer(native, building.RUNNING)
-    assert_parity(model, some, found)
-    if building.emulator_there():
+    c_outputs = np.frombuffer(native, building.RUNNING)
+    assert_parity(model, sample, c_outputs)
+    if building.has_emulator():
         m7 = building.ask_m7(built.m7(tmp_path / "m7.elf"), data, tmp_path)
-        assert building.same(found, np.frombuffer(m7, building.RUNNING))
+        assert building.same(c_outputs, np.frombuffer(m7, building.RUNNING))
 
 
 def test_a_signal_that_is_no_number_or_stands_still_is_refused(tmp_path: Path) -> None:
-    model = compacted(told(), plain(touches(60, 1)), 8)
-    some = plain(touches(3, 3))
-    some.signals[0, 210], some.signals[1], some.signals[2, 3] = np.nan, 0.25, np.inf
-    some.valid[:] = 74
-    data = building.touches(some.signals, some.valid, some.fingers, MOMENTS)
-    built = asked(model, tmp_path / "library")
+    model = compacted(conditioned(), plain(touches(60, 1)), 8)
+    sample = plain(touches(3, 3))
+    sample.signals[0, 210], sample.signals[1], sample.signals[2, 3] = np.nan, 0.25, np.inf
+    sample.valid[:] = 74
+    data = building.touches(sample.signals, sample.valid, sample.fingers, MOMENTS)
+    built = build(model, tmp_path / "library")
     native = building.ask_native(built.native(tmp_path / "native", strict=True), data, tmp_path)
     status = np.frombuffer(native, building.RUNNING)["status"].reshape(3, -1)
-    before = [m < 210 - 197 + 1 for m in MOMENTS]
-    np.testing.assert_array_equal(status[0] == 0, before)  # what is not there yet harms nothing
+    original = [m < 210 - 197 + 1 for m in MOMENTS]
+    np.testing.assert_array_equal(status[0] == 0, original)  # what is not there yet harms nothing
     assert (status[1:] == 1).all()
 
 
 def test_signals_at_the_end_of_what_floats_hold_are_defined_and_alike(tmp_path: Path) -> None:
-    model = compacted(told(), plain(touches(60, 1)), 8)
-    some = plain(touches(4, 3))
-    some.signals[0] *= 1e38
-    some.signals[1, 200:] = -3.4e38
-    some.signals[2, :200] = 3.4e38
-    some.signals[3] *= 1e-42
-    some.valid[:] = 74
-    data = building.touches(some.signals, some.valid, some.fingers, MOMENTS)
-    built = asked(model, tmp_path / "library")
+    model = compacted(conditioned(), plain(touches(60, 1)), 8)
+    sample = plain(touches(4, 3))
+    sample.signals[0] *= 1e38
+    sample.signals[1, 200:] = -3.4e38
+    sample.signals[2, :200] = 3.4e38
+    sample.signals[3] *= 1e-42
+    sample.valid[:] = 74
+    data = building.touches(sample.signals, sample.valid, sample.fingers, MOMENTS)
+    built = build(model, tmp_path / "library")
     native = building.ask_native(built.native(tmp_path / "native", strict=True), data, tmp_path)
-    found = np.frombuffer(native, building.RUNNING)
-    assert len(found) == 4 * len(MOMENTS)
-    answered = found["status"] == 0
-    assert np.isfinite(found["value"][answered]).all()
-    if building.emulator_there():
+    c_outputs = np.frombuffer(native, building.RUNNING)
+    assert len(c_outputs) == 4 * len(MOMENTS)
+    answered = c_outputs["status"] == 0
+    assert np.isfinite(c_outputs["value"][answered]).all()
+    if building.has_emulator():
         m7 = building.ask_m7(built.m7(tmp_path / "m7.elf"), data, tmp_path)
-        assert building.same(found, np.frombuffer(m7, building.RUNNING))
+        assert building.same(c_outputs, np.frombuffer(m7, building.RUNNING))
 
 
 def test_a_network_that_was_not_made_small_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="--data"):
-        c_library.write(Trained(anytime=told()), tmp_path)
+        c_library.write(Trained(anytime=conditioned()), tmp_path)
 
 
 def test_few_touches_are_refused() -> None:
     with pytest.raises(InputError, match="too few"):
-        compacted(told(), plain(touches(10, 1)), 8)
+        compacted(conditioned(), plain(touches(10, 1)), 8)
 
 
 def test_more_directions_are_nearer_to_the_network() -> None:
-    model, some = told(), plain(touches(60, 4)).until(40)
-    some = some.take(some.valid >= 10)
-    whole = model.predict(some).value
+    model, sample = conditioned(), plain(touches(60, 4)).until(40)
+    sample = sample.take(sample.valid >= 10)
+    complete = model.predict(sample).value
     away = [
-        np.abs(compacted(model, plain(touches(60, 1)), n).predict(some).value - whole).mean()
+        np.abs(compacted(model, plain(touches(60, 1)), n).predict(sample).value - complete).mean()
         for n in (4, 48)
     ]
     assert away[1] < away[0]
 
 
 def test_a_compact_model_is_kept_and_its_image_does_not_change_any_more(tmp_path: Path) -> None:
-    some = plain(touches(60, 1))
-    model = compacted(told(), some, 8)
+    sample = plain(touches(60, 1))
+    model = compacted(conditioned(), sample, 8)
     save_network(model, tmp_path)
-    answers, again = (m.predict(some) for m in (model, load_network(tmp_path)))
+    answers, again = (m.predict(sample) for m in (model, load_network(tmp_path)))
     np.testing.assert_allclose(again.value, answers.value, atol=1e-3)
     np.testing.assert_array_equal(again.out_of_range, answers.out_of_range)
     once, twice = load_network(tmp_path), tmp_path / "twice"
@@ -210,7 +210,7 @@ def test_a_compact_model_is_kept_and_its_image_does_not_change_any_more(tmp_path
 
 
 def test_weights_that_are_no_integers_are_refused() -> None:
-    arrays = compacted(told(), plain(touches(60, 1)), 8).to_arrays()
+    arrays = compacted(conditioned(), plain(touches(60, 1)), 8).to_arrays()
     arrays["thin.body1.into.weight"] = arrays["thin.body1.into.weight"] + np.float32(0.5)
     with pytest.raises(InputError, match=r"thin\.body1\.into\.weight"):
         CompactModel.from_arrays(arrays, 0.9)

@@ -29,8 +29,8 @@ def test_a_smaller_form_has_a_wider_interval() -> None:
         ESTIMATORS.default, Task.REGRESSION, RATE, **ESTIMATORS[ESTIMATORS.default].quick
     )
     named = NamedModel("stiffness", estimator.fit(X, noisy, sessions, seed=1), INTERVAL)
-    *smaller, whole = forms(named, X, sessions.astype(str))
-    assert whole is named
+    *smaller, complete = forms(named, X, sessions.astype(str))
+    assert complete is named
     assert smaller
     new = toy_windows(60, seed=5)[0]
     for form in smaller:
@@ -53,8 +53,8 @@ def test_only_what_is_written_is_held_to_the_budget() -> None:
     trained = Trained((learned(ESTIMATORS.default, Task.REGRESSION),))
     with pytest.raises(InputError, match="raise it"):
         small_enough(trained, None, 1.0)
-    kept = small_enough(trained, None, 1.0, HAND.parts)
-    assert kept.models == trained.models
+    selected = small_enough(trained, None, 1.0, HAND.parts)
+    assert selected.models == trained.models
 
 
 def test_a_network_that_is_not_written_is_left_as_it_is() -> None:

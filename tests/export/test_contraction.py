@@ -23,9 +23,9 @@ def code(folder: Path, *options: str) -> str:
     folder.mkdir()
     # Judges other than the firmware's read constants that lie beside them.
     sizes = (ANSWERS / "fc_detector_sizes.h").read_text(encoding="utf-8")
-    own = re.sub(r"#define fc_judge_constants.*\n", "", sizes)
-    (folder / "fc_detector_sizes.h").write_text(own, encoding="utf-8")
-    said = []
+    edited = re.sub(r"#define fc_judge_constants.*\n", "", sizes)
+    (folder / "fc_detector_sizes.h").write_text(edited, encoding="utf-8")
+    text = []
     for source in SOURCES:
         first = folder if source.stem == "fc_judge_kernel" else ANSWERS
         to = folder / f"{source.stem}.o"
@@ -35,8 +35,8 @@ def code(folder: Path, *options: str) -> str:
              "-o", str(to)]
         )  # fmt: skip
         listing = building.run([f"{building.ARM}objdump", "-d", str(to)])
-        said.append(listing.split("\n", 3)[-1])  # without the file's name
-    return "\n".join(said)
+        text.append(listing.split("\n", 3)[-1])  # without the file's name
+    return "\n".join(text)
 
 
 def fused(listing: str) -> int:

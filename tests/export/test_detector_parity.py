@@ -34,12 +34,12 @@ def at_rate(pinch: Pinch, rate: float) -> Pinch:
 def python_finds(detector: Detector, pinch: Pinch, volts: NDArray[np.float64]) -> Contacts:
     detector.start(pinch.layout)
     fingers = pinch.layout.vibration_fingers
-    found = detector.update(Block(volts, 0))
-    return [(fingers.index(c.finger), c.sample, c.decided) for c in found]
+    computed = detector.update(Block(volts, 0))
+    return [(fingers.index(c.finger), c.sample, c.decided) for c in computed]
 
 
 def spoilt(volts: NDArray[np.float64]) -> list[NDArray[np.float64]]:
-    """As it is, with values that are no numbers, with a dead channel, at the converter's end."""
+    """Variants of a signal: unchanged, NaN, dead channel, saturated."""
     lost, dead, ended = volts.copy(), volts.copy(), volts.copy()
     lost[len(lost) // 3, 0] = np.nan
     lost[-40, 1] = np.inf
@@ -57,19 +57,19 @@ def test_c_finds_the_contacts_of_python(name: str, tmp_path: Path) -> None:
         c_library.write(Trained(detector=detector), library)
     except InputError as error:
         pytest.skip(f"{name}: {error}")
-    asked, wanted = [], []
+    requests, wanted = [], []
     for seed in range(100, 112):
         pinch = closing(seed)
         columns = pinch.layout.physical(pinch.data, (0, 1))
         for volts in spoilt(np.ascontiguousarray(columns, np.float64)):
-            asked.append(volts)
+            requests.append(volts)
             wanted.append(python_finds(detector, pinch, volts))
     built = building.Program("closings.c", library / "src", {})
-    data = building.closings(asked)
+    data = building.closings(requests)
     native = building.ask_native(built.native(tmp_path / "native", strict=True), data, tmp_path)
     assert building.contacts(native) == wanted
     assert any(wanted)
-    if building.emulator_there():
+    if building.has_emulator():
         m7 = building.ask_m7(built.m7(tmp_path / "m7.elf"), data, tmp_path)
         assert building.contacts(m7) == wanted
 
@@ -87,13 +87,15 @@ def test_so_it_does_at_other_rates(name: str, rate: float, tmp_path: Path) -> No
     """A step is then one sample or three, and parts of a look begin and end within steps; what
     takes any rate is written for that of the models beside it."""
     detector = trained(name, rate)
-    said = c_library.write(Trained((of_rate(rate),), detector), tmp_path)
-    assert said[-1].endswith(f", for {rate:g} Hz")
+    text = c_library.write(Trained((of_rate(rate),), detector), tmp_path)
+    assert text[-1].endswith(f", for {rate:g} Hz")
     pinches = [at_rate(closing(seed), rate) for seed in range(100, 112)]
-    asked = [np.ascontiguousarray(p.layout.physical(p.data, (0, 1)), np.float64) for p in pinches]
-    wanted = [python_finds(detector, p, v) for p, v in zip(pinches, asked, strict=True)]
+    requests = [
+        np.ascontiguousarray(p.layout.physical(p.data, (0, 1)), np.float64) for p in pinches
+    ]
+    wanted = [python_finds(detector, p, v) for p, v in zip(pinches, requests, strict=True)]
     native = building.Program("closings.c", tmp_path / "src", {}).native(tmp_path / "native", True)
-    answered = building.ask_native(native, building.closings(asked), tmp_path)
+    answered = building.ask_native(native, building.closings(requests), tmp_path)
     assert building.contacts(answered) == wanted
     assert any(wanted)
 

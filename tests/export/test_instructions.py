@@ -1,4 +1,4 @@
-"""What steps are said to take, against what the emulated Cortex-M7 counts."""
+"""Stated instruction counts against those of the emulated Cortex-M7."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from firstcontact.models import Spec, Task, WindowModel
 RNG = np.random.default_rng(0)
 
 
-def some(*shape: int) -> NDArray[np.float64]:
+def draw(*shape: int) -> NDArray[np.float64]:
     return 0.1 * RNG.standard_normal(shape)
 
 
@@ -51,10 +51,10 @@ def machine(n: int) -> tuple[Step, ...]:
     vectors = 3 * n // 2
     return (
         steps.shape_and_level(INPUT, "shape", n, 0.0, 1.0),
-        steps.rbf("shape", "near", some(vectors, n + 1), 0.1),
-        steps.dense("near", "pairs", some(10, vectors), some(10)),
+        steps.rbf("shape", "near", draw(vectors, n + 1), 0.1),
+        steps.dense("near", "pairs", draw(10, vectors), draw(10)),
         steps.votes("pairs", "votes", 5),
-        steps.deviation("near", "spread", some(vectors, vectors), 1.0, 0.1, 1.0),
+        steps.deviation("near", "spread", draw(vectors, vectors), 1.0, 0.1, 1.0),
     )
 
 
@@ -62,7 +62,7 @@ def small(n: int) -> tuple[Step, ...]:
     return (
         steps.log_peak(INPUT, "peak", n),
         steps.parabola("peak", "line", np.array([1.0, 2.0, 3.0]), -9.0, 9.0),
-        steps.nearness("line", "near", some(6)),
+        steps.nearness("line", "near", draw(6)),
     )
 
 
@@ -76,17 +76,17 @@ def spectrum(n: int) -> tuple[Step, ...]:
 
 
 def shares(n: int) -> tuple[Step, ...]:
-    return (shapes.shares_above(INPUT, "shares", n, 1, (1, 3), some(2, 84, 1 + n % 3)),)
+    return (shapes.shares_above(INPUT, "shares", n, 1, (1, 3), draw(2, 84, 1 + n % 3)),)
 
 
 def convolutions(n: int) -> tuple[Step, ...]:
     half = (n + 1) // 2
     return (
         layers.compress(INPUT, "small", n, 3.0, 0.0, 1.0),
-        layers.conv("small", "first", n, some(16, 1, 7), some(16), 2),
+        layers.conv("small", "first", n, draw(16, 1, 7), draw(16), 2),
         layers.silu("first", "bent", 16 * half),
-        layers.conv("bent", "wide", half, some(30, 16, 1), some(30), 1),
-        layers.conv("wide", "seen", half, some(12, 30, 3), some(12), 1),
+        layers.conv("bent", "wide", half, draw(30, 16, 1), draw(30), 1),
+        layers.conv("wide", "seen", half, draw(12, 30, 3), draw(12), 1),
         layers.means("seen", "means", half, 12),
         layers.gate(("seen", "means"), "gated", half, 12),
         layers.plus(("seen", "gated"), "sum", 12 * half),
@@ -95,10 +95,10 @@ def convolutions(n: int) -> tuple[Step, ...]:
 
 def depthwise(n: int) -> tuple[Step, ...]:
     return (
-        layers.depthwise(INPUT, "three", n, some(1, 3), some(1), 1),
-        layers.conv("three", "wide", n, some(8, 1, 1), some(8), 1),
-        layers.depthwise("wide", "more", n, some(8, 3), some(8), 2),
-        layers.depthwise("more", "five", (n + 1) // 2, some(8, 5), some(8), 1),
+        layers.depthwise(INPUT, "three", n, draw(1, 3), draw(1), 1),
+        layers.conv("three", "wide", n, draw(8, 1, 1), draw(8), 1),
+        layers.depthwise("wide", "more", n, draw(8, 3), draw(8), 2),
+        layers.depthwise("more", "five", (n + 1) // 2, draw(8, 5), draw(8), 1),
     )
 
 
@@ -107,14 +107,14 @@ def depthwise(n: int) -> tuple[Step, ...]:
 def test_no_estimate_is_below_the_count(
     chain: Callable[[int], tuple[Step, ...]], n: int, tmp_path: Path
 ) -> None:
-    if not building.emulator_there():
+    if not building.has_emulator():
         pytest.skip("gcc-arm-none-eabi and qemu-system-arm are not installed")
     model = Steps(n, chain(n))
     c_library.write(Trained((NamedModel("steps_model", model, None),)), tmp_path)
-    told = {"MODEL": "fc_steps_model", "HEADER": '"fc_steps_model.h"', "NUMBERS": str(n)}
-    image = building.Program("windows.c", tmp_path / "src", told).m7(tmp_path / "m7.elf")
-    X = some(4, n).astype(np.float32)
+    predictions = {"MODEL": "fc_steps_model", "HEADER": '"fc_steps_model.h"', "NUMBERS": str(n)}
+    image = building.Program("windows.c", tmp_path / "src", predictions).m7(tmp_path / "m7.elf")
+    X = draw(4, n).astype(np.float32)
     counted: Any = building.answers(building.ask_m7(image, X.tobytes(), tmp_path))
     most = int(counted["instructions"].max())
-    said = model.program().instructions
-    assert most <= said <= 1.3 * most + 500
+    text = model.program().instructions
+    assert most <= text <= 1.3 * most + 500

@@ -33,9 +33,9 @@ def test_it_is_a_library(library: Path) -> None:
     properties = (library / "library.properties").read_text(encoding="utf-8")
     conditioned_on = dict(line.split("=", 1) for line in properties.splitlines())
     assert {"name", "version", "architectures"} <= set(conditioned_on)
-    there = {path.name for path in (library / "src").iterdir()}
+    names = {path.name for path in (library / "src").iterdir()}
     for path in (library / "src").iterdir():
-        assert set(re.findall(r'#include "(.*)"', path.read_text(encoding="utf-8"))) <= there
+        assert set(re.findall(r'#include "(.*)"', path.read_text(encoding="utf-8"))) <= names
 
 
 def test_no_file_of_it_asks_for_memory_or_calls_itself(library: Path) -> None:

@@ -1,4 +1,4 @@
-"""What was measured of models in C stands in the docs as it was measured."""
+"""Docs repeat the measurements of models in C."""
 
 from __future__ import annotations
 
@@ -27,17 +27,17 @@ def test_the_page_says_what_a_steady_state_takes() -> None:
     assert f"{RESULTS['models']['detector_svm']['steady']:,}" in page
 
 
-def test_c_was_the_model_of_python_wherever_it_was_asked() -> None:
-    asked = [row for row in RESULTS["models"].values() if "asked" in row]
-    assert sum(row["asked"] >= 1000 for row in asked) > 3
-    for row in asked:
+def test_c_equals_python_at_every_query() -> None:
+    requests = [row for row in RESULTS["models"].values() if "asked" in row]
+    assert sum(row["asked"] >= 1000 for row in requests) > 3
+    for row in requests:
         assert row["class_mismatches"] == 0
         assert row["max_abs_error"] <= 0.01
         assert row["same_bytes"]
 
 
-def test_the_budgets_of_the_hand_are_kept() -> None:
-    """Of what is exported unless something else is asked for."""
+def test_the_budgets_of_the_hand_are_preserved() -> None:
+    """Measurements of the default export."""
     models = RESULTS["models"]
     assert all(models[name]["instructions"] <= 120_000 for name in models if name[:3] == "svr")
     assert models["cnn"]["instructions"] <= 600_000

@@ -44,12 +44,12 @@ def program(named: NamedModel, folder: Path) -> building.Program:
     folder.mkdir()
     c_library.write(Trained((named,)), folder)
     spec = named.model.spec
-    told = {
+    predictions = {
         "MODEL": f"fc_{named.name}",
         "HEADER": f'"fc_{named.name}.h"',
         "NUMBERS": str(spec.samples * spec.channels),
     }
-    return building.Program("windows.c", folder / "src", told)
+    return building.Program("windows.c", folder / "src", predictions)
 
 
 def malformed(X: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -106,7 +106,7 @@ def test_c_answers_as_python_does(name: str, task: Task, tmp_path: Path) -> None
     data = X.tobytes()
     native = building.ask_native(built.native(tmp_path / "native", strict=True), data, tmp_path)
     assert_parity(named, X, building.answers(native))
-    if building.emulator_there():
+    if building.has_emulator():
         m7 = building.ask_m7(built.m7(tmp_path / "m7.elf"), data, tmp_path)
         assert building.same(building.answers(native), building.answers(m7))
         counted = building.answers(m7)["instructions"]
@@ -133,8 +133,8 @@ def test_a_pair_without_bias_goes_to_the_same_class_where_kernels_vanish(tmp_pat
     np.testing.assert_array_equal(got.argmax(axis=1), model.choose(small))
 
 
-def test_the_emulator_is_there(request: pytest.FixtureRequest) -> None:
-    if not building.emulator_there():
+def test_the_emulator_is_installed(request: pytest.FixtureRequest) -> None:
+    if not building.has_emulator():
         pytest.skip(f"{request.node.name}: gcc-arm-none-eabi and qemu-system-arm are not installed")
 
 

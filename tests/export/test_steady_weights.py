@@ -50,44 +50,44 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
     return ctypes.CDLL(str(made))
 
 
-def told(library: ctypes.CDLL, volts: NDArray[np.float64]) -> NDArray[np.float64]:
+def measure(library: ctypes.CDLL, volts: NDArray[np.float64]) -> NDArray[np.float64]:
     """Mean, sigma, weights of each channel, shape (2, ORDER + 3)."""
     volts, out = np.ascontiguousarray(volts), np.empty((2, ORDER + 3))
     library.ask(*(x.ctypes.data_as(ctypes.c_void_p) for x in (volts, out)))
     return out
 
 
-def quiet(what: str, rng: np.random.Generator) -> NDArray[np.float64]:
+def quiet(kind: str, rng: np.random.Generator) -> NDArray[np.float64]:
     n = 197
     noise = rng.standard_normal((n, 2))
-    if what == "motor":
+    if kind == "motor":
         t = np.arange(n)[:, None] / 4936.0
         lines = np.sin(2 * np.pi * 150.0 * t) + 0.3 * np.sin(2 * np.pi * 610.0 * t + 1)
         return lines + 0.05 * noise
-    if what == "drifts":
+    if kind == "drifts":
         return np.cumsum(noise, axis=0)
-    if what == "begins with a knock":
+    if kind == "begins with a knock":
         noise[0] = 1000.0
-    if what == "ends with a knock":
+    if kind == "ends with a knock":
         noise[-1] = 1000.0
-    if what == "steps":
+    if kind == "steps":
         return np.round(2.0 * noise) * 0.01
     return noise
 
 
 @pytest.mark.parametrize(
-    "what", ["white", "motor", "drifts", "begins with a knock", "ends with a knock", "steps"]
+    "kind", ["white", "motor", "drifts", "begins with a knock", "ends with a knock", "steps"]
 )
 @pytest.mark.parametrize(("scale", "offset"), [(1.0, 0.0), (1e-6, 0.0), (1e3, 0.0), (1e-3, 1.65)])
 def test_weights_are_those_of_python(
-    library: ctypes.CDLL, what: str, scale: float, offset: float
+    library: ctypes.CDLL, kind: str, scale: float, offset: float
 ) -> None:
     rng = np.random.default_rng(5)
     for _ in range(5):
-        volts = scale * quiet(what, rng) + offset
+        volts = scale * quiet(kind, rng) + offset
         state = SteadyState.of(volts)
         x = state.normalise(volts)
-        got = told(library, volts)
+        got = measure(library, volts)
         np.testing.assert_allclose(got[:, 0], state.mean, rtol=1e-12, atol=1e-12 * scale)
         np.testing.assert_allclose(got[:, 1], state.sigma, rtol=1e-11)
         wanted = np.array([prediction(column) for column in x.T])
@@ -95,18 +95,18 @@ def test_weights_are_those_of_python(
 
 
 def test_a_pure_tone_leaves_little_and_still_its_sigma(library: ctypes.CDLL) -> None:
-    """What is left is a thousandth of it: where digits cancel most."""
+    """A thousandth remains, where cancellation is largest."""
     tone = np.sin(0.3 * np.arange(197))[:, None] * np.array([1.0, 0.01])
     x = SteadyState.of(tone).normalise(tone)
     wanted = np.array([prediction(column) for column in x.T])
-    np.testing.assert_allclose(told(library, tone)[:, 2:], wanted, rtol=1e-7)
+    np.testing.assert_allclose(measure(library, tone)[:, 2:], wanted, rtol=1e-7)
 
 
 @pytest.mark.parametrize("offset", [0.0, 1.65, -0.25])
 def test_a_channel_that_does_not_move_foretells_nothing(
     library: ctypes.CDLL, offset: float
 ) -> None:
-    got = told(library, np.full((197, 2), offset))
+    got = measure(library, np.full((197, 2), offset))
     np.testing.assert_array_equal(got[:, 0], offset)
     assert np.isinf(got[:, 1]).all()
     assert not got[:, 2:].any()

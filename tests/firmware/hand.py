@@ -25,9 +25,9 @@ from firstcontact.models import (
     CompactModel,
     Rig,
     compacted,
+    cut_touches,
     load_model,
     pretrained,
-    touches_of,
 )
 from firstcontact.streaming import ContactEvent, Estimate, Event, NetworkPredictor, Pipeline
 from firstcontact.twin import BLOCKS, PAPER_RIG, draw_pinch, draw_specimen, simulate_pinch
@@ -48,8 +48,8 @@ def trained() -> tuple[Dataset, Trained]:
     dataset = Dataset(tuple(pinches), "twin")
     detector = make_detector(DETECTORS.default).fit(dataset)
     contacts = [next(iter(detect(detector, p)), None) for p in dataset.pinches]
-    touches, indices = touches_of(dataset, contacts)
-    network = pretrained().conditioned_on({ANY: Rig.of(touches, dataset.shore_a[indices])})
+    touches, indices = cut_touches(dataset, contacts)
+    network = pretrained().conditioned_on({ANY: Rig.fit(touches, dataset.shore_a[indices])})
     return dataset, Trained((), detector, compacted(network, touches, 8))
 
 

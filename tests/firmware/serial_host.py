@@ -57,9 +57,9 @@ class Host:
 
     def answer(self, kind: int) -> Frame:
         """Wait for the next frame of this kind and return it."""
-        count = len(self.frames_of(kind))
-        self.until(lambda: len(self.frames_of(kind)) > count)
-        return self.frames_of(kind)[count]
+        count = len(self.select_frames(kind))
+        self.until(lambda: len(self.select_frames(kind)) > count)
+        return self.select_frames(kind)[count]
 
     def hello(self) -> Frame:
         self.send(FrameType.HELLO, bytes([protocol.VERSION]))
@@ -74,12 +74,13 @@ class Host:
         self.send(FrameType.MARK, text.encode())
         return protocol.read_marker(self.answer(FrameType.MARKER).payload)
 
-    def frames_of(self, kind: int) -> list[Frame]:
+    def select_frames(self, kind: int) -> list[Frame]:
         return [f for f in self.frames if f.type == kind]
 
     def samples(self) -> list[protocol.SamplesFrame]:
         return [
-            protocol.read_samples(f.payload, CHANNELS) for f in self.frames_of(FrameType.SAMPLES)
+            protocol.read_samples(f.payload, CHANNELS)
+            for f in self.select_frames(FrameType.SAMPLES)
         ]
 
     @property

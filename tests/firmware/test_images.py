@@ -25,8 +25,8 @@ from firstcontact.models import (
     CompactNetwork,
     Rig,
     compacted,
+    cut_touches,
     pretrained,
-    touches_of,
 )
 
 FIRMWARE = Path(__file__).parents[2] / "firmware"
@@ -123,7 +123,7 @@ def test_board_and_this_machine_give_the_same_results(
     intact: tuple[bytes, list[Field]],
     tmp_path: Path,
 ) -> None:
-    if not building.emulator_there():
+    if not building.has_emulator():
         pytest.skip(f"{request.node.name}: gcc-arm-none-eabi or qemu-system-arm is not installed")
     data, fields = intact
     patches = [Patch(len(data)), *(damaged(data, fields, seed) for seed in range(40))]
@@ -209,7 +209,7 @@ def test_default_image_fits_a_slot_and_the_docs_state_its_length() -> None:
     """The longest image has a rig for each finger and one for all, with the most levels."""
     pinches, models = trained()
     records = [next(iter(detect(models.detector, p)), None) for p in pinches.pinches]  # type: ignore[arg-type]
-    touches, indices = touches_of(pinches, records)
+    touches, indices = cut_touches(pinches, records)
     header = (FIRMWARE / "answers/fc_store.h").read_text(encoding="utf-8")
     shift = re.search(r"FC_SLOT_BYTES = 1 << (\d+)", header)
     assert shift is not None
@@ -217,7 +217,7 @@ def test_default_image_fits_a_slot_and_the_docs_state_its_length() -> None:
     lengths = []
     for fingers, levels in (((ANY,), 5), ((ANY, 0, 1), 5), ((ANY, 0, 1), LEVELS)):
         shore_a = 10.0 * (np.arange(len(indices)) % levels)
-        rig = Rig.of(touches, shore_a)
+        rig = Rig.fit(touches, shore_a)
         network = pretrained().conditioned_on(dict.fromkeys(fingers, rig))
         model = compacted(network, touches, USUAL_DIRECTIONS)
         lengths.append(len(model_image(models.detector, model, FLOORS).data))  # type: ignore[arg-type]

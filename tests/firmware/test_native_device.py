@@ -173,7 +173,9 @@ def test_stream_continues_after_an_overflow(strict_program: Path) -> None:
         device.feed(scans)  # no host reads
         host.until(lambda: host.frames)
         device.feed(more)  # on a busy machine the gap may reach the end of the first scans
-        host.until(lambda: host.frames_of(FrameType.SAMPLES) and host.samples()[-1].overflow > 0)
+        host.until(
+            lambda: host.select_frames(FrameType.SAMPLES) and host.samples()[-1].overflow > 0
+        )
         host.until(lambda: host.mark()[0] == len(scans) + len(more))
         end, overflow = host.stop()
         assert host.received + overflow == end

@@ -70,14 +70,14 @@ class Results:
     done: int = 0
 
     def take(
-        self, number: int, way: str, codes: Iterable[int], wrong: list[str], took: float = 0.0
+        self, number: int, route: str, codes: Iterable[int], wrong: list[str], took: float = 0.0
     ) -> None:
         """Count one input."""
         self.done += 1
-        self.seconds[way] += took
-        self.codes.update((way, code) for code in codes)
+        self.seconds[route] += took
+        self.codes.update((route, code) for code in codes)
         if wrong:
-            self.findings[number] = [f"{way}: {sentence}" for sentence in wrong]
+            self.findings[number] = [f"{route}: {sentence}" for sentence in wrong]
 
 
 class _Worker:
@@ -146,7 +146,7 @@ def fuzz(seed: int, numbers: range, jobs: int, place: Path, findings: Path | Non
     workers: list[_Worker] = []
     started = 0
 
-    def told(number: int) -> None:
+    def report(number: int) -> None:
         if findings is not None and number in results.findings:
             with findings.open("a") as out:
                 line = {"seed": seed, "number": number, "wrong": results.findings[number]}
@@ -168,7 +168,7 @@ def fuzz(seed: int, numbers: range, jobs: int, place: Path, findings: Path | Non
                         number = int(str(line["ended"]))
                         del line["ended"]
                         results.take(number, **line)  # type: ignore[arg-type]
-                        told(number)
+                        report(number)
                         worker.numbers = range(number + 1, worker.numbers.stop)
                         worker.running = None
             late = worker.running is not None and time.monotonic() - worker.began > HANGS
@@ -179,9 +179,9 @@ def fuzz(seed: int, numbers: range, jobs: int, place: Path, findings: Path | Non
                 workers.remove(worker)
                 if worker.running is not None or status:
                     number = worker.numbers.start if worker.running is None else worker.running
-                    what = f"hangs: more than {HANGS:g} s" if late else f"died: status {status}"
-                    results.take(number, "?", (), [what])
-                    told(number)
+                    kind = f"hangs: more than {HANGS:g} s" if late else f"died: status {status}"
+                    results.take(number, "?", (), [kind])
+                    report(number)
                     worker.numbers = range(number + 1, worker.numbers.stop)
                 if worker.numbers:
                     waiting.append(worker.numbers)
@@ -214,31 +214,31 @@ def _place() -> Path:
 
 def main() -> int:
     """Run the command line."""
-    asked = _parsed()
+    options = _parsed()
     place = _place()
     try:
-        if asked.keep:
-            seeds = make_seeds(asked.keep)
-            folder = asked.keep / "input"
+        if options.keep:
+            seeds = make_seeds(options.keep)
+            folder = options.keep / "input"
             folder.mkdir()
-            case = fuzz_worker.make_case(asked.seed, asked.first, seeds, folder)
+            case = fuzz_worker.make_case(options.seed, options.first, seeds, folder)
             print(case.way)
             for words in case.commands:
                 print("firstcontact", *map(repr, words))
             return 0
-        numbers = range(asked.first, asked.first + asked.count)
+        numbers = range(options.first, options.first + options.count)
         began = time.monotonic()
-        results = fuzz(asked.seed, numbers, asked.jobs, place, asked.findings)
+        results = fuzz(options.seed, numbers, options.jobs, place, options.findings)
     finally:
         shutil.rmtree(place, ignore_errors=True)
     took = time.monotonic() - began
-    for (way, code), count in sorted(results.codes.items()):
-        print(f"{way:20} exit {code:3}: {count}")
-    for way, seconds in results.seconds.most_common():
-        print(f"{way:20} {seconds:.1f} s of processors")
+    for (route, code), count in sorted(results.codes.items()):
+        print(f"{route:20} exit {code:3}: {count}")
+    for route, seconds in results.seconds.most_common():
+        print(f"{route:20} {seconds:.1f} s of processors")
     for number, wrong in sorted(results.findings.items()):
         for sentence in wrong:
-            print(f"--seed {asked.seed} --first {number}: {sentence}")
+            print(f"--seed {options.seed} --first {number}: {sentence}")
     rate = results.done / took
     print(
         f"{results.done} inputs, {len(results.findings)} findings, {took:.0f} s, "

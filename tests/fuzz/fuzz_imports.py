@@ -210,12 +210,12 @@ def hdf5(rng: Random, seeds: Seeds, path: Path) -> Path:
     settings = ("sample_rate_hz", "piezo_unit", "smoothing_alpha", "source")
     with h5py.File(path, "w", libver=rng.choice(("earliest", "latest"))) as file:
         for name, array in arrays(rng, seeds).items():
-            held = array.astype(h5py.string_dtype()) if array.dtype.kind == "U" else array
+            held_out = array.astype(h5py.string_dtype()) if array.dtype.kind == "U" else array
             try:
                 if name in settings:
-                    (file if rng.random() < 0.8 else file["piezo"]).attrs[name] = held
+                    (file if rng.random() < 0.8 else file["piezo"]).attrs[name] = held_out
                 else:
-                    file.create_dataset(name.replace("/", "_"), data=held)
+                    file.create_dataset(name.replace("/", "_"), data=held_out)
             except (TypeError, ValueError, KeyError, OSError, RuntimeError):
                 continue
         if rng.random() < 0.5:

@@ -61,36 +61,36 @@ def _message(rng: Random) -> bytes:
 
 def labels(rng: Random, folder: Path) -> None:
     """A refused message changes nothing, and every answered action is there when it goes on."""
-    its = Session([_recording()], folder / "labelled", BY)
-    with closing(its):
+    session = Session([_recording()], folder / "labelled", BY)
+    with closing(session):
         for _ in range(rng.randrange(1, 30)):
-            before = its.state()
+            original = session.state()
             data = _message(rng)
             message: str | bytes = data
             if rng.random() < 0.5:
                 message = data.decode(errors="replace")
             try:
-                answer = its.obey(message)
+                answer = session.obey(message)
             except InputError:
-                assert its.state() == before, "a refused message changed something"
+                assert session.state() == original, "a refused message changed something"
                 continue
             json.dumps(answer, allow_nan=False).encode()
-            if its.written:
+            if session.written:
                 return
-        done = its.state()
+        finished = session.state()
     again = Session([_recording()], folder / "labelled", BY)
     with closing(again):
-        assert again.state() == done, "an answered action is lost"
+        assert again.state() == finished, "an answered action is lost"
 
 
 def journal(rng: Random, folder: Path) -> None:
     """A damaged journal is refused and stays as it is, or what is read begins the whole."""
-    its = Session([_recording()], folder / "labelled", BY)
-    with closing(its):
+    session = Session([_recording()], folder / "labelled", BY)
+    with closing(session):
         for _ in range(rng.randrange(1, 12)):
             with suppress(InputError):
-                its.obey(json.dumps({"do": rng.choice(("accept", "reject")), "number": 1}))
-        done = list(its.marks.done)
+                session.obey(json.dumps({"do": rng.choice(("accept", "reject")), "number": 1}))
+        finished = list(session.marks.done)
     path = folder / "labelled" / "labels.jsonl"
     raw = path.read_bytes()
     cut = rng.randrange(len(raw) + 1)
@@ -108,4 +108,4 @@ def journal(rng: Random, folder: Path) -> None:
         return
     with closing(again):
         assert damaged.strip(bytes(1)) or not damaged, "zeros are taken for a new journal"
-        assert again.marks.done == done[: len(again.marks.done)], "an action that was not done"
+        assert again.marks.done == finished[: len(again.marks.done)], "an action that was not done"

@@ -42,11 +42,11 @@ def stamps(rng: Random, _: Path) -> None:
         if rng.random() < 0.1:
             now += rng.choice((-1.0, 0.5, 30.0, -1e4, 1e6))
         jitter = rng.choice((0.0, 1e-4, 5e-3))
-        some = now + np.arange(n) / 1000.0 + [jitter * rng.gauss(0, 1) for _ in range(n)]
+        sample = now + np.arange(n) / 1000.0 + [jitter * rng.gauss(0, 1) for _ in range(n)]
         if rng.random() < 0.1:
-            some[rng.randrange(n)] = rng.choice((np.nan, np.inf, -np.inf, 1e300))
+            sample[rng.randrange(n)] = rng.choice((np.nan, np.inf, -np.inf, 1e300))
         now += n / 1000.0
-        numbers = counted.numbers(some)
+        numbers = counted.numbers(sample)
         assert numbers[0] > last, "a number twice"
         assert (np.diff(numbers) > 0).all(), "numbers that do not rise"
         last = int(numbers[-1])

@@ -41,10 +41,10 @@ def _vouch(model: Path, folder: Path) -> None:
     """Write the files' present digests into the cards."""
     cards = sorted(folder.glob("*.json"), reverse=True)  # a model's says that of its detector's
     for file in (*(f for f in sorted(model.iterdir()) if f.suffix != ".json"), *cards):
-        before, now = model / file.name, folder / file.name
-        if not (before.is_file() and now.is_file()):
+        original, now = model / file.name, folder / file.name
+        if not (original.is_file() and now.is_file()):
             continue
-        old, new = (hashlib.sha256(f.read_bytes()).hexdigest() for f in (before, now))
+        old, new = (hashlib.sha256(f.read_bytes()).hexdigest() for f in (original, now))
         for card in cards:
             if old != new and card.is_file() and not card.is_symlink():
                 card.write_bytes(card.read_bytes().replace(old.encode(), new.encode()))
@@ -81,8 +81,8 @@ def _weights(rng: Random, raw: bytes) -> bytes:
             return raw
     size = struct.unpack_from("<Q", raw)[0]
     head = mutate.tree(rng, json.loads(raw[8 : 8 + size]))
-    said = len(head) if rng.random() < 0.95 else rng.choice((0, 2**31, 2**63, 2**64 - 1))
-    return struct.pack("<Q", said) + head + raw[8 + size :]
+    length = len(head) if rng.random() < 0.95 else rng.choice((0, 2**31, 2**63, 2**64 - 1))
+    return struct.pack("<Q", length) + head + raw[8 + size :]
 
 
 def _array(rng: Random, old: Any) -> Any:

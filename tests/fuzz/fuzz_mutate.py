@@ -118,14 +118,14 @@ def tree(rng: Random, root: Any, times: int | None = None) -> bytes:
 
 
 def _places(root: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
-    found = [path] if path else []
+    computed = [path] if path else []
     if isinstance(root, dict):
         for key in root:
-            found += _places(root[key], (*path, key))
+            computed += _places(root[key], (*path, key))
     elif isinstance(root, list):
         for i in range(min(len(root), 20)):
-            found += _places(root[i], (*path, i))
-    return found
+            computed += _places(root[i], (*path, i))
+    return computed
 
 
 def _changed(rng: Random, root: Any) -> Any:
@@ -266,11 +266,11 @@ def _spoiled(rng: Random, old: NDArray[Any]) -> NDArray[Any]:
     if old.dtype.kind not in "iuf" or not old.size:
         return np.array([text(rng)] * max(1, old.size))
     new = old.copy()
-    which = ... if rng.random() < 0.4 else rng.randrange(new.size)
+    rows = ... if rng.random() < 0.4 else rng.randrange(new.size)
     if new.dtype.kind == "f":
         numbers = (np.nan, np.inf, -np.inf, 0.0, -1.0, 1e-45, 1e-300, 1e30, 1e38, 1.7e308, 0.5)
-        new.reshape(-1)[which] = rng.choice(numbers)
+        new.reshape(-1)[rows] = rng.choice(numbers)
     else:
         info = np.iinfo(new.dtype)
-        new.reshape(-1)[which] = rng.choice((0, -1 if info.min else 1, info.min, info.max))
+        new.reshape(-1)[rows] = rng.choice((0, -1 if info.min else 1, info.min, info.max))
     return new

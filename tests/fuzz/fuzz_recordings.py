@@ -25,7 +25,7 @@ _PREFIX = struct.Struct("<4sQIHxxI")
 
 
 @dataclass(frozen=True)
-class Told:
+class RawMessage:
     """Message of a recording."""
 
     topic: str
@@ -33,11 +33,11 @@ class Told:
     time: int
 
 
-def messages(recording: bytes) -> list[Told]:
+def messages(recording: bytes) -> list[RawMessage]:
     """Return the messages of a valid recording, in the order of the file."""
     reader = make_reader(io.BytesIO(recording))
     return [
-        Told(channel.topic, message.data, message.log_time)
+        RawMessage(channel.topic, message.data, message.log_time)
         for _, channel, message in reader.iter_messages(log_time_order=False)
     ]
 
@@ -47,45 +47,51 @@ def damaged(rng: Random, recording: bytes) -> bytes:
     return mutate.raw(rng, recording)
 
 
-def rewritten(rng: Random, told: list[Told]) -> bytes:
-    """What it says changed, and written by one of three writers with all checksums right."""
-    told = list(told)
+def rewritten(rng: Random, messages: list[RawMessage]) -> bytes:
+    """Write changed messages by one of three writers, with valid checksums."""
+    messages = list(messages)
     for _ in range(rng.choice((1, 1, 1, 2, 3))):
-        _change(rng, told)
+        _change(rng, messages)
     writer = rng.choice((_by_library, _by_hand, _by_hand, _by_hand))
-    return writer(rng, told)
+    return writer(rng, messages)
 
 
-def _change(rng: Random, told: list[Told]) -> None:
-    if not told:
+def _change(rng: Random, messages: list[RawMessage]) -> None:
+    if not messages:
         return
-    of_interest = [i for i, t in enumerate(told) if t.topic != "/samples"]
-    i = rng.choice(of_interest) if of_interest and rng.random() < 0.7 else rng.randrange(len(told))
+    of_interest = [i for i, t in enumerate(messages) if t.topic != "/samples"]
+    i = (
+        rng.choice(of_interest)
+        if of_interest and rng.random() < 0.7
+        else rng.randrange(len(messages))
+    )
     kind = rng.randrange(12)
     if kind <= 6:
-        told[i] = _changed(rng, told[i])
+        messages[i] = _changed(rng, messages[i])
     elif kind == 7:
-        del told[i]
+        del messages[i]
     elif kind == 8:
-        told[i:i] = [told[i]] * rng.choice((1, 2, 30))
+        messages[i:i] = [messages[i]] * rng.choice((1, 2, 30))
     elif kind == 9:
-        j = rng.randrange(len(told))
-        told[i], told[j] = told[j], told[i]
+        j = rng.randrange(len(messages))
+        messages[i], messages[j] = messages[j], messages[i]
     elif kind == 10:
-        told[i] = Told(rng.choice((*TOPICS, "/other", "")), told[i].data, told[i].time)
+        messages[i] = RawMessage(
+            rng.choice((*TOPICS, "/other", "")), messages[i].data, messages[i].time
+        )
     else:
-        time = rng.choice((0, 2**63, 2**64 - 1, told[i].time // 2))
-        told[i] = Told(told[i].topic, told[i].data, time)
+        time = rng.choice((0, 2**63, 2**64 - 1, messages[i].time // 2))
+        messages[i] = RawMessage(messages[i].topic, messages[i].data, time)
 
 
-def _changed(rng: Random, message: Told) -> Told:
+def _changed(rng: Random, message: RawMessage) -> RawMessage:
     data = _samples(rng, message.data) if message.topic == "/samples" else None
     if data is None:
         try:
             data = mutate.tree(rng, json.loads(message.data))
         except (ValueError, RecursionError):  # it was changed before
             data = mutate.raw(rng, message.data)
-    return Told(message.topic, data, message.time)
+    return RawMessage(message.topic, data, message.time)
 
 
 def _samples(rng: Random, data: bytes) -> bytes | None:
@@ -95,18 +101,18 @@ def _samples(rng: Random, data: bytes) -> bytes | None:
     kind, first, epoch, channels, count = _PREFIX.unpack_from(data)
     values = data[_PREFIX.size :]
     edge = rng.choice((0, 1, 2**15, 2**31, 2**32 - 1, first + 1, count + 1, count * 2))
-    what = rng.randrange(8)
-    if what <= 1:
+    damage = rng.randrange(8)
+    if damage <= 1:
         first = rng.choice((0, edge, first + 10**6, 2**62, 2**63 - 1, 2**63, 2**64 - 1))
-    elif what == 2:
+    elif damage == 2:
         epoch = edge & 0xFFFFFFFF
-    elif what == 3:
+    elif damage == 3:
         channels = edge & 0xFFFF
-    elif what == 4:
+    elif damage == 4:
         count = edge & 0xFFFFFFFF
-    elif what == 5:
+    elif damage == 5:
         values = values[: rng.randrange(len(values) + 1)]
-    elif what == 6:  # as floats: NaN, infinity
+    elif damage == 6:  # as floats: NaN, infinity
         values = rng.choice((b"\xff", b"\0\0\x80\x7f", b"\0\x80", b"\xff\x7f")) * (len(values) // 4)
         count = len(values) // rng.choice((2, 4))
     else:
@@ -114,8 +120,8 @@ def _samples(rng: Random, data: bytes) -> bytes | None:
     return _PREFIX.pack(kind, first, epoch, channels, count) + values
 
 
-def _by_library(rng: Random, told: list[Told]) -> bytes:
-    """As another program would write it: compressed, or without chunks at all."""
+def _by_library(rng: Random, messages: list[RawMessage]) -> bytes:
+    """Write messages as another program would: compressed, or without chunks."""
     out = io.BytesIO()
     writer = Writer(
         out,
@@ -126,7 +132,7 @@ def _by_library(rng: Random, told: list[Told]) -> bytes:
     writer.start("ros2", "fuzz")
     schema = writer.register_schema("any", "jsonschema", b"{}")
     topics: dict[str, int] = {}
-    for number, message in enumerate(told):
+    for number, message in enumerate(messages):
         if message.topic not in topics:
             topics[message.topic] = writer.register_channel(message.topic, "json", schema)
         time = message.time
@@ -135,7 +141,7 @@ def _by_library(rng: Random, told: list[Told]) -> bytes:
     return out.getvalue()
 
 
-def _by_hand(rng: Random, told: list[Told]) -> bytes:
+def _by_hand(rng: Random, messages: list[RawMessage]) -> bytes:
     """Chunks whose declared sizes, compression or records may be lies; checksums are right."""
     out = MAGIC + _packed(Header("ros2", "fuzz"))
     numbers = {topic: i for i, topic in enumerate(TOPICS, 1)}
@@ -143,10 +149,12 @@ def _by_hand(rng: Random, told: list[Told]) -> bytes:
     if rng.random() < 0.8:
         records.append(Schema(data=b"{}", encoding="jsonschema", id=1, name="any"))
         for topic, number in numbers.items():
-            shown = topic if rng.random() < 0.97 else rng.choice((*TOPICS, mutate.text(rng)[:999]))
-            shown = shown.encode(errors="replace").decode()
-            records.append(Channel(number, shown, "json", {}, 1))
-    for k, message in enumerate(told):
+            displayed = (
+                topic if rng.random() < 0.97 else rng.choice((*TOPICS, mutate.text(rng)[:999]))
+            )
+            displayed = displayed.encode(errors="replace").decode()
+            records.append(Channel(number, displayed, "json", {}, 1))
+    for k, message in enumerate(messages):
         number = numbers.get(message.topic, 77)
         time = message.time % 2**64
         records.append(Message(number, time, message.data, time, k))

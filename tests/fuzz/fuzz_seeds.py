@@ -38,7 +38,7 @@ OBJECTS = (("sponge", 12.0), ("rubber", 45.0), ("wood", 80.0))
 
 @dataclass(frozen=True)
 class Seeds:
-    """Where the valid files are, and what they hold.
+    """Valid files and their content.
 
     Parameters
     ----------
@@ -98,8 +98,8 @@ def make_seeds(folder: Path) -> Seeds:
 def signal(shore: float, rng: np.random.Generator, length: int = LENGTH) -> NDArray[np.float64]:
     """Return an artificial piezo signal, V."""
     out = 0.002 * rng.standard_normal(length)
-    after = np.arange(length - CONTACT) / RATE
-    out[CONTACT:] += 0.01 * shore * np.sin(2e3 * after) * np.exp(-after / 0.008)
+    offsets = np.arange(length - CONTACT) / RATE
+    out[CONTACT:] += 0.01 * shore * np.sin(2e3 * offsets) * np.exp(-offsets / 0.008)
     return out
 
 
@@ -235,10 +235,10 @@ def _anytime(folder: Path, seeds: Seeds) -> None:
         np.full(FEWEST, np.nan),
         FINGERTIP_RATE,
     )
-    for name, its in (("in_context", model), ("compact", compacted(model, touches, 4))):
+    for name, entry in (("in_context", model), ("compact", compacted(model, touches, 4))):
         out = folder / name
         detector = load_detector(seeds.models[0])
-        seeds.anytime.append(Model(detector, (NetworkPredictor(its),)).save(out))
+        seeds.anytime.append(Model(detector, (NetworkPredictor(entry),)).save(out))
 
 
 def _wav(folder: Path) -> None:

@@ -56,8 +56,8 @@ def mat(rng: Random, seeds: Seeds, folder: Path) -> list[str]:
     if rng.random() < 0.3:
         from scipy.io import savemat
 
-        known = {k: v for k, v in seeds.arrays.items() if rng.random() < 0.95}
-        savemat(path, known)
+        labelled_contacts = {k: v for k, v in seeds.arrays.items() if rng.random() < 0.95}
+        savemat(path, labelled_contacts)
         path.write_bytes(mutate.raw(rng, path.read_bytes()))
         return ["import", str(path)]
     path.write_bytes(mutate.raw(rng, _mat()) if rng.random() < 0.6 else _mat())
@@ -71,11 +71,11 @@ def _chunk(tag: int, content: bytes) -> bytes:
 
 def _stream(rng: Random, number: int, name: str, rate: float, kind: str, texts: bool) -> bytes:
     """Head, samples, a clock offset and foot, of which little need be so."""
-    said = str(rate) if rng.random() < 0.85 else str(rng.choice((0, -1, "nan", 1e12, "x", "")))
+    message = str(rate) if rng.random() < 0.85 else str(rng.choice((0, -1, "nan", 1e12, "x", "")))
     width = "1" if rng.random() < 0.9 else str(rng.choice((0, -1, 2, 10**9, "x")))
     xml = (
         f"<?xml version='1.0'?><info><name>{name}</name><type>x</type><channel_count>{width}"
-        f"</channel_count><nominal_srate>{said}</nominal_srate><channel_format>{kind}"
+        f"</channel_count><nominal_srate>{message}</nominal_srate><channel_format>{kind}"
         "</channel_format><created_at>1</created_at><desc/></info>"
     )
     of = struct.pack("<I", number)
@@ -83,9 +83,9 @@ def _stream(rng: Random, number: int, name: str, rate: float, kind: str, texts: 
     values = _heard().astype("<f4")
     times = TOUCHES if texts else tuple(np.arange(SAMPLES) / RATE)
     for start in range(0, len(times), 500):
-        some = times[start : start + 500]
-        body = of + b"\x04" + struct.pack("<I", len(some))
-        for i, at in enumerate(some, start):
+        sample = times[start : start + 500]
+        body = of + b"\x04" + struct.pack("<I", len(sample))
+        for i, at in enumerate(sample, start):
             odd = rng.choice((float("nan"), -1e9, 1e300)) if rng.random() < 2e-5 else at
             body += b"\x08" + struct.pack("<d", 50.0 + odd)
             text = b"eraser; shore_a=40"
@@ -143,7 +143,7 @@ def sound(rng: Random, _: Seeds, folder: Path) -> list[str]:
 
 
 def journal(rng: Random, _: Seeds, folder: Path) -> list[str]:
-    """What was done on the page of labels, and is gone on with."""
+    """Journal of a label page that is continued."""
     import json
 
     from firstcontact.core import Block, Channel, ChannelKind, Layout
@@ -152,8 +152,8 @@ def journal(rng: Random, _: Seeds, folder: Path) -> list[str]:
     layout = Layout((Channel("disc", ChannelKind.VIBRATION, None, "V"),), RATE)
     with RecordingWriter(folder / "a.mcap", Header(layout, "real", dtype="float32")) as writer:
         writer.write(Block(_heard().astype(np.float32)[:, None], 0))
-    found = rng.choice((2, 2, 2, 2, 0, 3))
-    lines = [json.dumps({"labelling": ["a.mcap"], "found": found}).encode()]
+    computed = rng.choice((2, 2, 2, 2, 0, 3))
+    lines = [json.dumps({"labelling": ["a.mcap"], "found": computed}).encode()]
     for _ in range(rng.randrange(1, 6)):
         do = rng.choice(("accept", "reject", "move", "add", "label", "undo"))
         number, sample = rng.choice((0, 1, 1, 2, 2**40)), rng.choice((0, 1650, 2**40))

@@ -49,33 +49,33 @@ class Case:
 def make_case(seed: int, number: int, seeds: Seeds, folder: Path) -> Case:
     """Make input ``number`` of a seed, with its files in an empty folder."""
     rng = Random(f"{seed} {number}")
-    way = rng.choices(list(WAYS), [weight for weight, _ in WAYS.values()])[0]
-    case = Case(way)
-    WAYS[way][1](rng, seeds, folder, case)
+    route = rng.choices(list(WAYS), [weight for weight, _ in WAYS.values()])[0]
+    case = Case(route)
+    WAYS[route][1](rng, seeds, folder, case)
     return case
 
 
 @cache
-def _held(path: Path) -> tuple[bytes, list[fuzz_recordings.Told]]:
+def _read_messages(path: Path) -> tuple[bytes, list[fuzz_recordings.RawMessage]]:
     raw = path.read_bytes()
     return raw, fuzz_recordings.messages(raw)
 
 
 def _recording(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
     original = rng.choice((*seeds.recordings, seeds.recordings[0]))
-    raw, told = _held(original)
+    raw, predictions = _read_messages(original)
     path = folder / "damaged.mcap"
     if rng.random() < 0.45:
         path.write_bytes(fuzz_recordings.damaged(rng, raw))
         if original == seeds.recordings[0]:
             case.calls.append(lambda: _none_is_wrong(path, seeds))
     else:
-        path.write_bytes(fuzz_recordings.rewritten(rng, told))
+        path.write_bytes(fuzz_recordings.rewritten(rng, predictions))
     _use(rng, seeds, folder, path, case)
 
 
 def _none_is_wrong(path: Path, seeds: Seeds) -> None:
-    """Whatever was read of a damaged file is what had been written."""
+    """Samples read from a damaged file equal the written ones."""
     from firstcontact.recording import read_recording
 
     for stretch in read_recording(path).stretches:
@@ -241,16 +241,16 @@ def _path(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
 
 
 def _wire(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
-    what = rng.choice(WIRE)
-    case.way = f"wire: {what.__name__}"
-    case.calls.append(lambda: what(rng, folder))
+    kind = rng.choice(WIRE)
+    case.way = f"wire: {kind.__name__}"
+    case.calls.append(lambda: kind(rng, folder))
 
 
 def _stranger(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
     """Files of other programs, and what was done on the page of labels."""
-    what = rng.choice(fuzz_strangers.MAKERS)
-    case.way = f"stranger: {what.__name__}"
-    case.commands.append([*what(rng, seeds, folder), "--out", str(folder / "out")])
+    kind = rng.choice(fuzz_strangers.MAKERS)
+    case.way = f"stranger: {kind.__name__}"
+    case.commands.append([*kind(rng, seeds, folder), "--out", str(folder / "out")])
 
 
 #: What comes over wires and from pages.

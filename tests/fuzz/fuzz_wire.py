@@ -52,14 +52,14 @@ def descriptor(rng: Random, folder: Path) -> None:
     taken = Descriptor.from_text(text)
     layout = taken.layout
     pipeline = Pipeline(layout, DETECTORS["three_sigma"]())
-    rest = np.zeros((400, len(layout.channels)), np.int16)
-    rest[::2] = 1
-    list(pipeline.update(Block(rest, 0, 0), 0.0))
+    quiet = np.zeros((400, len(layout.channels)), np.int16)
+    quiet[::2] = 1
+    list(pipeline.update(Block(quiet, 0, 0), 0.0))
     pipeline.finish()
     path = folder / "made.mcap"
     header = Header(layout, taken.source, firmware=taken.firmware, sensor=taken.sensor)
     with RecordingWriter(path, header) as writer:
-        writer.write(Block(rest, 0, 0))
+        writer.write(Block(quiet, 0, 0))
     read = read_recording(path)
     assert (read.header.layout, read.samples) == (layout, 400), "what was recorded is read again"
 
@@ -97,14 +97,14 @@ def frames(rng: Random, _: Path) -> None:
 
 
 def _other(rng: Random, kind: int, payload: bytes) -> tuple[int, bytes]:
-    what = rng.randrange(5)
-    if what == 0:
+    damage = rng.randrange(5)
+    if damage == 0:
         return rng.choice((*FrameType, 0, 7, 255)), payload
-    if what == 1:
+    if damage == 1:
         return kind, mutate.raw(rng, payload)
-    if what == 2:
+    if damage == 2:
         return kind, payload[: rng.randrange(len(payload) + 1)]
-    if what == 3:
+    if damage == 3:
         text = mutate.tree(rng, json.loads(DESCRIPTOR.to_text())).decode(errors="replace")
         return FrameType.DESCRIPTOR, protocol.descriptor_payload(rng.randrange(9), text[:9000])
     edges = (0, 2**31, 2**32 - 1, 75)
@@ -129,19 +129,32 @@ def requests(rng: Random, _: Path) -> None:
         protocol.decode(frame[:-1])
 
 
-def _estimate(rng: Random, contact: int, known: int) -> bytes:
+def _estimate(rng: Random, contact: int, labelled_contacts: int) -> bytes:
     numbers = [rng.choice((0.0, 30.5, 100.0, rng.uniform(0, 100)))] * 3
     numbers = [max(numbers[0] - 9, 0.0), *numbers[1:2], min(numbers[0] + 9, 100.0)]
     low, value, high = numbers
     wild = (1e38, -500.0, math.nan, math.inf, -0.0, 100.5, value)
     if rng.random() < 0.4:
         low, value, high = rng.choice(((high, value, low), (low, rng.choice(wild), high)))
-    finger, samples = rng.choice(list(Finger)), rng.choice((0, 59, known - contact, 65535))
-    refused, strange = rng.random() < 0.2, rng.random() < 0.2
-    told = DeviceEstimate(
-        finger, contact, max(samples, 0) % 65536, known, value, low, high, refused, strange, 4e-4, 0
+    finger, samples = (
+        rng.choice(list(Finger)),
+        rng.choice((0, 59, labelled_contacts - contact, 65535)),
     )
-    return estimate_payload(told)
+    refused, strange = rng.random() < 0.2, rng.random() < 0.2
+    predictions = DeviceEstimate(
+        finger,
+        contact,
+        max(samples, 0) % 65536,
+        labelled_contacts,
+        value,
+        low,
+        high,
+        refused,
+        strange,
+        4e-4,
+        0,
+    )
+    return estimate_payload(predictions)
 
 
 def answers(rng: Random, _: Path) -> None:
@@ -157,11 +170,14 @@ def answers(rng: Random, _: Path) -> None:
     at = rng.choice((0, 5000, 2**31, 2**32 - 3000))
     for _ in range(rng.randrange(1, 40)):
         far = rng.choice((0, 0, 0, 1, -1, 5000, -5000, 10**6, 2**31))
-        contact, known = at - rng.randrange(3, 60) + far, at + rng.choice((0, 0, 0, far))
-        payload = _estimate(rng, contact, known)
+        contact, labelled_contacts = (
+            at - rng.randrange(3, 60) + far,
+            at + rng.choice((0, 0, 0, far)),
+        )
+        payload = _estimate(rng, contact, labelled_contacts)
         if rng.random() < 0.4:
             first = rng.random() < 0.7
-            payload = contact_payload(rng.choice(list(Finger)), contact, known, first)
+            payload = contact_payload(rng.choice(list(Finger)), contact, labelled_contacts, first)
         kind = FrameType.CONTACT if len(payload) == 10 else FrameType.ESTIMATE
         sent.append((kind, mutate.raw(rng, payload) if rng.random() < 0.1 else payload))
         many = np.zeros((5, CHANNELS), np.int16)
@@ -171,11 +187,17 @@ def answers(rng: Random, _: Path) -> None:
     wire = [protocol.encode(int(kind), k, payload) for k, (kind, payload) in enumerate(sent)]
     for k in range(0, len(wire), 20):
         made = assembler.take(decoder.feed(b"".join(wire[k : k + 20])))
-        for told in made.predictions:
-            contact = told.sample if isinstance(told, DeviceContact) else told.contact
-            assert 0 <= contact <= told.decided, "a contact that is not in the samples"
-            if isinstance(told, DeviceEstimate):
-                assert 0 <= told.low <= told.value <= told.high <= 100, "no Shore A"
+        for predictions in made.predictions:
+            contact = (
+                predictions.sample
+                if isinstance(predictions, DeviceContact)
+                else predictions.contact
+            )
+            assert 0 <= contact <= predictions.decided, "a contact that is not in the samples"
+            if isinstance(predictions, DeviceEstimate):
+                assert 0 <= predictions.low <= predictions.value <= predictions.high <= 100, (
+                    "no Shore A"
+                )
         blocks = made.blocks or [Block(np.zeros((1, CHANNELS), np.int16), at, assembler.epoch)]
         events = gathered.update(made.predictions, blocks[-1], 0.0)
         update = Update(events=tuple(events), health=Health(connected=True))
@@ -218,11 +240,11 @@ class _FlashedDevice(Responder):
             self.there += len(payload) - 4
         elif kind == FrameType.MODEL_BEGIN:
             self.there = 0
-        there = self.there
+        present = self.there
         if rng.random() < self._lies:
-            there = rng.choice((0, 200, there - 200, there + 1, 2**32 - 1)) % 2**32
+            present = rng.choice((0, 200, present - 200, present + 1, 2**32 - 1)) % 2**32
         state = 1 if kind == FrameType.MODEL_END else 0
-        answer = struct.pack("<BBI", state, kind, there)
+        answer = struct.pack("<BBI", state, kind, present)
         if rng.random() < self._lies / 4:
             answer = mutate.raw(rng, answer + b"why")
         self._reply = FrameType.MODEL_STATE, answer
@@ -269,8 +291,8 @@ def page(rng: Random, _: Path) -> None:
     """Messages of a viewer: each has an answer that can be sent."""
     commands = Commands(_Controls())  # type: ignore[arg-type]
     for _ in range(rng.randrange(1, 4)):
-        wish = {"do": rng.choice(("record", "stop", "mark", "close", "open")), "text": "word"}
-        message: str | bytes = mutate.tree(rng, wish)
+        request = {"do": rng.choice(("record", "stop", "mark", "close", "open")), "text": "word"}
+        message: str | bytes = mutate.tree(rng, request)
         if rng.random() < 0.7:
             message = message.decode(errors=rng.choice(("replace", "surrogateescape")))  # type: ignore[union-attr]
         answer, wait = asyncio.run(commands.obey(message, Allowance(10, 5.0), "viewer"))

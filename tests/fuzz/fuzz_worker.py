@@ -42,7 +42,7 @@ def work(
     """
     os.environ["XDG_STATE_HOME"] = str(place / "state")
     os.environ["TMPDIR"] = str(place)
-    said = _capture()
+    text = _capture()
     pages = int(Path("/proc/self/statm").read_text().split()[0])
     most = pages * resource.getpagesize() + ADDRESSES
     resource.setrlimit(resource.RLIMIT_AS, (most, most))
@@ -51,17 +51,17 @@ def work(
         say(json.dumps({"began": number}))
         folder = place / f"input-{number}"
         began = time.process_time()
-        way, codes, wrong = run_one(seed, number, seeds, folder, said)
+        route, codes, wrong = run_one(seed, number, seeds, folder, text)
         took = time.process_time() - began
         shutil.rmtree(folder, ignore_errors=True)
-        ended = {"ended": number, "way": way, "codes": codes, "wrong": wrong, "took": took}
+        ended = {"ended": number, "way": route, "codes": codes, "wrong": wrong, "took": took}
         say(json.dumps(ended))
         if any("memory" in sentence for sentence in wrong):
             return
 
 
 def run_one(
-    seed: int, number: int, seeds: Seeds, folder: Path, said: Callable[[], tuple[str, str]]
+    seed: int, number: int, seeds: Seeds, folder: Path, text: Callable[[], tuple[str, str]]
 ) -> tuple[str, list[int], list[str]]:
     """Make an input in a new folder and run it."""
     folder.mkdir()
@@ -75,7 +75,7 @@ def run_one(
     for call in case.calls:
         codes.append(_call(call, wrong))
     for words in case.commands:
-        codes.append(_command(words, folder, said, wrong))
+        codes.append(_command(words, folder, text, wrong))
     if _resident() - resident > MEMORY:
         wrong.append(f"memory: {(_resident() - resident) >> 20} MiB more")
     return case.way, codes, wrong
@@ -98,12 +98,12 @@ def _call(call: Callable[[], None], wrong: list[str]) -> int:
 def _command(
     words: list[str],
     folder: Path,
-    said: Callable[[], tuple[str, str]],
+    text: Callable[[], tuple[str, str]],
     wrong: list[str],
 ) -> int:
-    before = _files(folder)
+    original = _files(folder)
     began = time.process_time()
-    said()
+    text()
     try:
         code = main(words)
     except SystemExit as left:
@@ -113,11 +113,11 @@ def _command(
         code = 70
     _in_time(began, wrong)
     _threads(wrong)
-    out, err = said()
+    out, err = text()
     if code not in (0, 2):
         wrong.append(f"exit code {code}: {err[-300:].strip()!r}{_logged(folder)}")
-    if code == 2 and _files(folder) != before:
-        left_over = sorted(set(_files(folder).items()) ^ set(before.items()))
+    if code == 2 and _files(folder) != original:
+        left_over = sorted(set(_files(folder).items()) ^ set(original.items()))
         wrong.append(f"half-written: {left_over[:3]}")
     if code == 2:
         sentences = [line for line in err.splitlines() if line.startswith("firstcontact: ")]
@@ -130,10 +130,10 @@ def _command(
             wrong.append(f"left behind: {name}")
     if "Traceback" in err or re.search(r"^\S+:\d+: \w*Warning", err, re.MULTILINE):
         wrong.append(f"on standard error: {err[-600:]!r}")
-    found = _CONTROL.search(out.replace("\r\n", "\n") + err.replace("\r", "\n"))
-    if found:
-        where = (out + err)[max(0, found.start() - 40) : found.start() + 20]
-        wrong.append(f"control character in {words[0]}: {where!r}")
+    match = _CONTROL.search(out.replace("\r\n", "\n") + err.replace("\r", "\n"))
+    if match:
+        location = (out + err)[max(0, match.start() - 40) : match.start() + 20]
+        wrong.append(f"control character in {words[0]}: {location!r}")
     if "--json" in words:
         _json_lines(out, wrong)
     return code
@@ -169,8 +169,8 @@ def _raised(error: BaseException) -> str:
     frames = traceback.extract_tb(error.__traceback__)
     ours = [f for f in frames if "/firstcontact/" in f.filename]
     at = ours[-1] if ours else frames[-1]
-    where = f"{Path(at.filename).name}:{at.lineno} in {at.name}"
-    return f"raised {type(error).__name__} at {where}: {str(error)[:200]!r}"
+    location = f"{Path(at.filename).name}:{at.lineno} in {at.name}"
+    return f"raised {type(error).__name__} at {location}: {str(error)[:200]!r}"
 
 
 def _logged(folder: Path) -> str:
@@ -187,12 +187,12 @@ def _logged(folder: Path) -> str:
 
 def _files(folder: Path) -> dict[str, tuple[int, int]]:
     """Return size and modification time of every file in a folder."""
-    found = {}
+    collected = {}
     for above, _, names in os.walk(folder):
         for file in (Path(above) / name for name in names):
             state = file.lstat()
-            found[str(file.relative_to(folder))] = state.st_size, state.st_mtime_ns
-    return found
+            collected[str(file.relative_to(folder))] = state.st_size, state.st_mtime_ns
+    return collected
 
 
 def _resident() -> int:
@@ -209,7 +209,7 @@ def _capture() -> Callable[[], tuple[str, str]]:
     sys.stdout = open(1, "w", encoding="utf-8", closefd=False)  # noqa: SIM115
     sys.stderr = open(2, "w", encoding="utf-8", closefd=False, buffering=1)  # noqa: SIM115
 
-    def said() -> tuple[str, str]:
+    def captured() -> tuple[str, str]:
         texts = []
         for stream, file in zip((sys.stdout, sys.stderr), files, strict=True):
             stream.flush()
@@ -219,4 +219,4 @@ def _capture() -> Callable[[], tuple[str, str]]:
             os.lseek(file, 0, os.SEEK_SET)
         return texts[0], texts[1]
 
-    return said
+    return captured

@@ -11,12 +11,12 @@ import pytest
 from fuzz_ways import REFUSALS, WIRE
 
 
-@pytest.mark.parametrize("way", sorted(set(WIRE), key=lambda way: way.__name__))
+@pytest.mark.parametrize("route", sorted(set(WIRE), key=lambda route: route.__name__))
 def test_damage_is_refused_or_taken_for_what_it_is(
-    way: Callable[[Random, Path], None], tmp_path: Path
+    route: Callable[[Random, Path], None], tmp_path: Path
 ) -> None:
     for number in range(40):
         folder = tmp_path / str(number)
         folder.mkdir()
         with suppress(*REFUSALS):
-            way(Random(number), folder)
+            route(Random(number), folder)

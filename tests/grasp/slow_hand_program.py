@@ -24,7 +24,7 @@ class SlowHand(Hand):
         """Ignore the command."""
 
     def release(self) -> None:
-        """Do nothing."""
+        """Ignore the call."""
 
     def close(self) -> None:
         print("letting go", flush=True)

@@ -228,7 +228,7 @@ def test_continuous_signals_do_not_prevent_the_release() -> None:
 
 def test_handler_of_the_program_stays() -> None:
     def mine(number: int, frame: object) -> None:
-        """Do nothing."""
+        """Ignore the call."""
 
     previous = signal.signal(signal.SIGTERM, mine)
     try:

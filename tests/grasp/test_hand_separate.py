@@ -79,7 +79,7 @@ def file_hand(log: Path, silence: float = PATIENCE) -> SeparateHand:
     return SeparateHand(FileHand, str(log), silence)
 
 
-def wait_for(log: Path, *last: str) -> list[str]:
+def await_lines(log: Path, *last: str) -> list[str]:
     """Wait until the last lines of a file are these, and return all lines."""
     tick = threading.Event()
     lines: list[str] = []
@@ -128,9 +128,9 @@ def test_silent_pipe_releases(tmp_path: Path) -> None:
     with file_hand(log, silence=0.2) as hand:
         assert hand.limits.watchdog == 0.2, "the silence limits the watchdog"
         hand.send(CLOSE)
-        wait_for(log, "0.02 2.0", "release")
+        await_lines(log, "0.02 2.0", "release")
         hand.send(CLOSE)
-        wait_for(log, "release", "0.02 2.0", "release")
+        await_lines(log, "release", "0.02 2.0", "release")
 
 
 def test_failure_of_the_hand_reaches_the_program(tmp_path: Path) -> None:
@@ -159,7 +159,7 @@ def test_process_ignores_signals_to_the_program(number: signal.Signals, tmp_path
     with file_hand(log) as hand:
         os.kill(process_id(hand), number)
         hand.send(CLOSE)
-        wait_for(log, "0.02 2.0")
+        await_lines(log, "0.02 2.0")
 
 
 def test_terminated_process_releases(tmp_path: Path) -> None:
@@ -167,7 +167,7 @@ def test_terminated_process_releases(tmp_path: Path) -> None:
     with file_hand(log) as hand, watched(process_id(hand)) as process:
         os.kill(process_id(hand), signal.SIGTERM)
         assert ends(process)
-        wait_for(log, "close")
+        await_lines(log, "close")
 
 
 @pytest.mark.parametrize(
@@ -197,7 +197,7 @@ def test_process_releases_and_ends_after_the_program(tmp_path: Path, stopped: bo
     with subprocess.Popen([sys.executable, "-c", PARENT, log], stdin=pipe, stdout=pipe) as program:
         assert program.stdout is not None
         pid = int(program.stdout.readline())
-        wait_for(log, "0.02 2.0")
+        await_lines(log, "0.02 2.0")
         with watched(pid) as process:
             if stopped:
                 os.kill(pid, signal.SIGSTOP)

@@ -90,7 +90,7 @@ def test_estimate_by_the_deadline_counts_even_if_the_second_finger_is_late(
         assert (sent[-1] == Command(SLOW, 1.0)) is has_estimate
         assert (sent[-1].speed < SLOW) is not has_estimate
         loop.touched(Contact(Finger.THUMB, 170, 175), False, 0.175)
-        loop.done(Contact(Finger.THUMB, 170, 175))
+        loop.finish(Contact(Finger.THUMB, 170, 175))
     assert (loop.counts.estimates, loop.counts.misses) == (1, 1)
 
 
@@ -112,7 +112,7 @@ def test_each_slip_raises_the_force_up_to_the_hands_limit(
             loop.slipped(time)
             forces.append(sent[-1].force)
         assert forces == [min(first * 2**n, 12.0) for n in (1, 2, 3, 4)]
-        loop.done()
+        loop.finish()
         count = len(sent)
         loop.slipped(0.9)
         assert len(sent) == count

@@ -56,7 +56,7 @@ def test_closing_with_a_contact_but_no_estimate_is_a_miss(
             loop.estimated(NARROW, (start + 118) / RATE)
         for sample in range(start + 120, start + 300, 5):
             loop.felt(0.0, sample / RATE)
-        loop.done()
+        loop.finish()
     counts = loop.counts
     assert counts.closings == len(closings) + 1
     assert counts.contacts == sum(c for c, _ in closings)
@@ -73,7 +73,7 @@ def test_passing_time_sends_the_fallback_once() -> None:
         loop.felt(0.0, t)
     assert loop.counts.misses == 1
     loop.estimated(NARROW, 0.31)
-    loop.done()
+    loop.finish()
     assert (loop.counts.misses, loop.counts.unused) == (1, 1)
     assert sent == [Grip().approach, Grip().gentle]
 
@@ -90,7 +90,7 @@ def test_closing_that_ends_before_the_deadline_is_a_miss_without_a_command() -> 
     loop, sent = make_loop("first_contact")
     touch(loop)
     count = len(sent)
-    loop.done()
+    loop.finish()
     loop.felt(1.0, 0.2)
     touch(loop, 300)
     assert loop.counts.misses == 1
@@ -113,7 +113,7 @@ def test_policy_without_a_deadline_has_no_misses(name: str) -> None:
     loop, _ = make_loop(name, deadline=0.001)
     touch(loop)
     loop.felt(0.0, 9.0)
-    loop.done()
+    loop.finish()
     assert loop.counts.misses == 0
 
 
@@ -150,7 +150,7 @@ def test_estimate_that_reaches_the_hand_after_the_second_contact_is_overtaken() 
         loop.begin()
         touch(loop)
         loop.estimated(NARROW, 0.110)
-        loop.done(Contact(Finger.THUMB, 115, 118))
+        loop.finish(Contact(Finger.THUMB, 115, 118))
         assert (loop.counts.estimates, loop.counts.overtaken) == (1 - overtaken, overtaken)
         assert sent[-1] == Grip().command_for(45.0), "the policy acted on it anyway"
 

@@ -1,4 +1,4 @@
-"""What the package imports is what it asks pip for."""
+"""Imports of the package equal its declared dependencies."""
 
 from __future__ import annotations
 
@@ -51,13 +51,13 @@ def declared() -> set[str]:
 
 def test_every_module_that_is_imported_is_declared() -> None:
     of_module = packages_distributions()
-    asked = declared()
+    declared_names = declared()
     missing = set()
     for module, file in imported():
         if module in sys.stdlib_module_names or module == "firstcontact":
             continue
         assert module in of_module, f"{file.relative_to(ROOT)} imports {module}: run make install"
-        if not {normal(name) for name in of_module[module]} & asked:
+        if not {normal(name) for name in of_module[module]} & declared_names:
             missing.add(f"{module} in {file.relative_to(ROOT)}")
     assert not missing
 

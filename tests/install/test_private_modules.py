@@ -53,7 +53,7 @@ def test_modules_of_a_room_are_private(room: str) -> None:
 
 
 @pytest.mark.parametrize("room", ROOMS)
-def test_every_name_that_a_room_shows_is_there(room: str) -> None:
+def test_every_exported_name_exists(room: str) -> None:
     face = import_module(f"firstcontact.{room}")
     assert face.__all__
     for name in face.__all__:
@@ -64,9 +64,9 @@ def test_every_name_that_a_room_shows_is_there(room: str) -> None:
 def test_no_room_imports_a_private_module_of_another(package: str) -> None:
     for file in sorted((SRC / package).rglob("*.py")):
         parts = file.relative_to(SRC).parts
-        own = ".".join(parts[:2]) if len(parts) > 2 else parts[0]
+        own_values = ".".join(parts[:2]) if len(parts) > 2 else parts[0]
         for name in imported(file.read_text()):
-            foreign = name.startswith("firstcontact") and not name.startswith(f"{own}.")
+            foreign = name.startswith("firstcontact") and not name.startswith(f"{own_values}.")
             module = name.rpartition(".")[0] if name.split(".")[-1].isupper() else name
             assert not (foreign and is_private(module)), f"{file}: {name}"
 

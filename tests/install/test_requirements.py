@@ -1,4 +1,4 @@
-"""What make installs: pinned, with hashes that are checked, and all that is asked for."""
+"""Installed requirements are pinned, hashed and complete."""
 
 from __future__ import annotations
 
@@ -31,17 +31,17 @@ def normal(name: str) -> str:
 def pins(file: Path) -> dict[str, str]:
     """Package to version of each entry; each must have a hash."""
     text = re.sub(r"\\\n", " ", file.read_text())
-    found = {}
+    collected = {}
     for line in filter(None, (line.partition("#")[0].strip() for line in text.splitlines())):
         name, version = re.match(r"([\w.-]+)==([\w.+]+)", line).groups()  # type: ignore[union-attr]
         if file.parent == FOLDER:
             assert re.search(r"--hash=sha256:[0-9a-f]{64}", line), f"{file.name}: {name}"
-        assert normal(name) not in found
-        found[normal(name)] = version
-    return found
+        assert normal(name) not in collected
+        collected[normal(name)] = version
+    return collected
 
 
-def asked(*extras: str) -> set[str]:
+def dependencies(*extras: str) -> set[str]:
     """Names of the direct dependencies of the package with these extras."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     names = set()
@@ -50,7 +50,7 @@ def asked(*extras: str) -> set[str]:
         lines += project["optional-dependencies"][extra]
     for line in lines:
         name, more = re.match(r"([\w.-]+)(?:\[([\w,]+)\])?", line).groups()  # type: ignore[union-attr]
-        names |= asked(*more.split(",")) if name == "firstcontact" else {normal(name)}
+        names |= dependencies(*more.split(",")) if name == "firstcontact" else {normal(name)}
     return names
 
 
@@ -58,17 +58,17 @@ def test_hashed_versions_are_those_of_the_constraints() -> None:
     wanted = pins(ROOT / "constraints.txt")
     layers = {file.stem: pins(file) for file in FOLDER.glob("*.txt")}
     assert layers.pop("cpu") == {"torch": f"{wanted['torch']}+cpu"}
-    found: dict[str, str] = {}
+    collected: dict[str, str] = {}
     for layer in layers.values():
-        assert not found.keys() & layer.keys(), "a package stands in one file"
-        found |= layer
-    assert found == wanted
+        assert not collected.keys() & layer.keys(), "a package stands in one file"
+        collected |= layer
+    assert collected == wanted
 
 
 @pytest.mark.parametrize(("target", "layers"), TARGETS, ids=lambda v: v if "." in v else "")
 def test_what_a_target_promises_is_in_its_files(target: str, layers: str) -> None:
-    there = {name for layer in layers.split() for name in pins(FOLDER / f"{layer}.txt")}
-    assert asked(*TARGETS[target, layers]) <= there
+    names = {name for layer in layers.split() for name in pins(FOLDER / f"{layer}.txt")}
+    assert dependencies(*TARGETS[target, layers]) <= names
     recipe = (ROOT / "Makefile").read_text().partition(f"$(VENV)/{target}: ")[2].split("\n\n")[0]
     fetched = re.findall(r"fetch,([\w ]+)", recipe) + ["cuda"] * ("$(torch)" in recipe)
     assert " ".join(fetched) == layers
@@ -116,14 +116,14 @@ def test_a_package_with_another_hash_is_not_installed(tmp_path: Path, layer: str
         return bool(list(tmp_path.glob(".venv/lib/*/site-packages/trinket.py")))
 
     entry.write_text(f"trinket==1.0 --hash=sha256:{'0' * 64}\n")
-    done = make()
-    assert done.returncode != 0
-    assert "DO NOT MATCH THE HASHES" in done.stderr
+    process = make()
+    assert process.returncode != 0
+    assert "DO NOT MATCH THE HASHES" in process.stderr
     assert not installed()
     entry.write_text("trinket==1.0\n")  # none at all
-    done = make()
-    assert done.returncode != 0
-    assert "--require-hashes" in done.stderr
+    process = make()
+    assert process.returncode != 0
+    assert "--require-hashes" in process.stderr
     assert not installed()
     # The right one is taken; the package behind it is not here to be built.
     entry.write_text(f"trinket==1.0 --hash=sha256:{right}\n")

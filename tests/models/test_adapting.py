@@ -48,14 +48,14 @@ def test_a_finger_with_few_pinches_is_not_known_by_itself() -> None:
 
 
 def test_whole_sessions_are_held_out() -> None:
-    """What cannot be known of a session from others must show: a Shore A of its own each."""
+    """Sessions with different levels: errors between sessions must show."""
     touches, shore_a, sessions = two_fingers(1.0)
     shifted = shore_a.copy()
     for number, name in enumerate(np.unique(sessions)):
         shifted[sessions == name] = np.roll(shore_a[sessions == name], number)
     mixed = adapt_network(BASE, touches, shifted, None)
-    whole = adapt_network(BASE, touches, shifted, sessions)
-    assert mixed.scores != whole.scores
+    model = adapt_network(BASE, touches, shifted, sessions)
+    assert mixed.scores != model.scores
 
 
 def test_the_same_seed_gives_the_same_scores() -> None:
@@ -91,7 +91,7 @@ def test_scores_no_better_than_the_mean_are_a_reason_to_refuse() -> None:
     assert f"{made.mean_rmse:.1f}" in made.refusal
 
 
-def held(model: InContextModel, touches: Touches, truth: np.ndarray) -> np.ndarray:
+def coverage(model: InContextModel, touches: Touches, truth: np.ndarray) -> np.ndarray:
     """Share of truths in the intervals at each time."""
     by_time = [model.predict(touches.until(samples_in(1e-3 * ms, touches.rate))) for ms in TIMES]
     return np.array([np.mean((a.low <= truth) & (truth <= a.high)) for a in by_time])
@@ -106,15 +106,15 @@ def test_intervals_that_hold_too_few_held_out_pinches_are_widened(seed: int) -> 
     assert made.check.coverage < BASE.level
     assert (made.check.scales >= 1).all()
     fresh, truth, _ = ringing(300, seed + 50, levels=levels)
-    before, after = (
-        held(m, fresh, truth) for m in (BASE.conditioned_on(made.model.rigs), made.model)
+    original, current = (
+        coverage(m, fresh, truth) for m in (BASE.conditioned_on(made.model.rigs), made.model)
     )
-    assert (after >= before).all()
-    assert after.mean() > before.mean() + 0.03
-    assert after.mean() > 0.8
+    assert (current >= original).all()
+    assert current.mean() > original.mean() + 0.03
+    assert current.mean() > 0.8
 
 
-def test_intervals_that_hold_enough_are_kept() -> None:
+def test_intervals_with_enough_coverage_stay_unchanged() -> None:
     made = adapt_network(BASE, *ringing(120, levels=(30.0, 70.0)))
     assert made.check is not None
     assert made.check.coverage >= BASE.level

@@ -27,10 +27,10 @@ from firstcontact.models import (
 )
 from firstcontact.recording import Header, write_dataset
 from ringing import ringing
-from saved import arrays_of, edit, load_network, replace_arrays, save_network
+from saved import edit, load_arrays, load_network, replace_arrays, save_network
 
 KNOWN, SHORE_A, _ = ringing(40)
-MODEL = pretrained().conditioned_on({ANY: Rig.of(KNOWN, SHORE_A), 1: Rig.of(KNOWN, SHORE_A)})
+MODEL = pretrained().conditioned_on({ANY: Rig.fit(KNOWN, SHORE_A), 1: Rig.fit(KNOWN, SHORE_A)})
 Arrays = dict[str, Any]
 
 
@@ -66,7 +66,7 @@ def test_a_model_of_no_rig_is_read_too(tmp_path: Path) -> None:
     assert _same(pretrained(), load_network(save_network(pretrained(), tmp_path / "m")))
 
 
-def test_what_comes_with_the_package_is_small_and_vouched_for() -> None:
+def test_packaged_files_are_small_and_have_checksums() -> None:
     assert (pretrained_folder() / WEIGHTS).stat().st_size <= 2_000_000
     [part] = read_card(pretrained_folder()).predictors
     assert part.record.training["trained"]
@@ -74,9 +74,9 @@ def test_what_comes_with_the_package_is_small_and_vouched_for() -> None:
 
 @pytest.mark.parametrize("name", [CARD, WEIGHTS])
 def test_what_is_missing_cut_or_flipped_is_refused(folder: Path, name: str) -> None:
-    whole = (folder / name).read_bytes()
-    for length in range(0, len(whole) - 2, len(whole) // 12):
-        (folder / name).write_bytes(whole[:length])
+    content = (folder / name).read_bytes()
+    for length in range(0, len(content) - 2, len(content) // 12):
+        (folder / name).write_bytes(content[:length])
         with pytest.raises(InputError, match=name):
             load_network(folder)
     (folder / name).unlink()
@@ -85,9 +85,9 @@ def test_what_is_missing_cut_or_flipped_is_refused(folder: Path, name: str) -> N
 
 
 def test_a_flipped_bit_is_noticed(folder: Path) -> None:
-    whole = bytearray((folder / WEIGHTS).read_bytes())
-    whole[len(whole) // 2] ^= 1
-    (folder / WEIGHTS).write_bytes(whole)
+    content = bytearray((folder / WEIGHTS).read_bytes())
+    content[len(content) // 2] ^= 1
+    (folder / WEIGHTS).write_bytes(content)
     with pytest.raises(InputError, match="sha256"):
         load_network(folder)
 
@@ -180,13 +180,13 @@ UNNAMED = ("no rig for any finger", "nothing at all")
 
 @pytest.mark.parametrize("attack", ATTACKS)
 def test_arrays_that_do_not_fit(folder: Path, attack: str) -> None:
-    replace_arrays(folder, ATTACKS[attack](arrays_of(folder)))
+    replace_arrays(folder, ATTACKS[attack](load_arrays(folder)))
     with pytest.raises(InputError) as caught:
         load_network(folder)
     assert WEIGHTS in str(caught.value)
     assert "\n" not in str(caught.value)
     if attack not in UNNAMED:
-        arrays = arrays_of(folder)
+        arrays = load_arrays(folder)
         layers = {name.rpartition(".")[0] for name in (*arrays, *MODEL.to_arrays())}
         assert any(name in str(caught.value) for name in (*layers, "factors"))
 
@@ -205,7 +205,7 @@ COMPACT = {
 def test_arrays_of_a_compact_network_that_do_not_fit(tmp_path: Path, attack: str) -> None:
     folder = save_network(compacted(MODEL, KNOWN, 4), tmp_path / "model")
     load_network(folder)
-    replace_arrays(folder, COMPACT[attack](arrays_of(folder)))
+    replace_arrays(folder, COMPACT[attack](load_arrays(folder)))
     with pytest.raises(InputError, match=r"thin|body|query") as caught:
         load_network(folder)
     assert WEIGHTS in str(caught.value)
@@ -214,16 +214,16 @@ def test_arrays_of_a_compact_network_that_do_not_fit(tmp_path: Path, attack: str
 def test_weights_that_overflow_end_every_command_with_one_sentence(
     folder: Path, tmp_path: Path, shore: Dataset, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    replace_arrays(folder, ATTACKS["weights that overflow"](arrays_of(folder)))
+    replace_arrays(folder, ATTACKS["weights that overflow"](load_arrays(folder)))
     header = Header(shore.layout, "synthetic", str(shore.pinches[0].data.dtype))
     recording = write_dataset(shore, tmp_path, header)[0]
     live = ["live", "--device", str(recording), "--speed", "inf", "--model", str(folder)]
     for command in (["evaluate", str(folder), str(recording)], live):
         assert main(command) == 2
-        said = capsys.readouterr().err.splitlines()
-        assert len(said) == 1
-        assert WEIGHTS in said[0]
-        assert "body2" in said[0]
+        errors = capsys.readouterr().err.splitlines()
+        assert len(errors) == 1
+        assert WEIGHTS in errors[0]
+        assert "body2" in errors[0]
 
 
 def test_a_prediction_that_is_no_number_is_never_silent() -> None:
@@ -235,7 +235,7 @@ def test_a_prediction_that_is_no_number_is_never_silent() -> None:
 
 def test_a_file_that_is_too_large_or_no_file_is_not_read(folder: Path) -> None:
     for name in (CARD, WEIGHTS):
-        before = (folder / name).read_bytes()
+        original = (folder / name).read_bytes()
         os.truncate(folder / name, 1 << 40)
         with pytest.raises(InputError, match=name):
             load_network(folder)
@@ -244,11 +244,11 @@ def test_a_file_that_is_too_large_or_no_file_is_not_read(folder: Path) -> None:
         with pytest.raises(InputError, match=name):
             load_network(folder)
         (folder / name).unlink()
-        (folder / name).write_bytes(before)
+        (folder / name).write_bytes(original)
 
 
 def test_what_could_not_be_read_again_is_not_written(folder: Path) -> None:
-    before = {p.name: p.read_bytes() for p in folder.iterdir()}
+    original = {p.name: p.read_bytes() for p in folder.iterdir()}
     with pytest.raises(InputError, match="pinches"):
         save_network(MODEL, folder, record=TrainingRecord(pinches=-3))
-    assert {p.name: p.read_bytes() for p in folder.iterdir()} == before
+    assert {p.name: p.read_bytes() for p in folder.iterdir()} == original

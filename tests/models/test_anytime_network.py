@@ -56,13 +56,13 @@ def test_both_answer_alike(levels: int, seed: int) -> None:
 
     padded = np.zeros((N, 8, TOKEN))
     padded[:, :levels] = tokens[stages]
-    there = torch.zeros(N, 8)
-    there[:, :levels] = 1
+    present = torch.zeros(N, 8)
+    present[:, :levels] = 1
     with torch.no_grad():
         theirs = trained(
             ready("inputs", x),
-            ready("token", padded) * there[..., None],
-            there,
+            ready("token", padded) * present[..., None],
+            present,
             ready("general", np.tile(general, (N, 1))),
         )
     logs, centre, spread = (t.numpy().astype(np.float64) for t in theirs)
@@ -97,7 +97,7 @@ def test_arrays_are_given_back() -> None:
         assert np.array_equal(array, again[name])
 
 
-def test_every_array_is_needed_and_looked_at() -> None:
+def test_every_array_is_required_and_checked() -> None:
     _, runs, _ = pair(0)
     arrays = runs.to_arrays()
     for name, array in arrays.items():

@@ -44,17 +44,17 @@ def made(name: str) -> RigSet:
 
 @cache
 def knowing(name: str) -> InContextModel:
-    its = made(name)
-    blocks = its.indices(Use.BLOCKS)
-    rig = Rig.of(its.touches.take(blocks), its.windows.y[blocks])
+    rig_set = made(name)
+    blocks = rig_set.indices(Use.BLOCKS)
+    rig = Rig.fit(rig_set.touches.take(blocks), rig_set.windows.y[blocks])
     return pretrained().conditioned_on({ANY: rig})
 
 
 def objects(name: str, lasting: int = SHORTEST) -> tuple[Touches, Values]:
-    its = made(name)
-    which = np.concatenate([its.indices(Use.HELD), its.indices(Use.OBJECTS)])
-    which = which[its.touches.valid[which] >= lasting]
-    return its.touches.take(which), its.windows.y[which]
+    rig_set = made(name)
+    rows = np.concatenate([rig_set.indices(Use.HELD), rig_set.indices(Use.OBJECTS)])
+    rows = rows[rig_set.touches.valid[rows] >= lasting]
+    return rig_set.touches.take(rows), rig_set.windows.y[rows]
 
 
 def width(answers: Predictions) -> float:
@@ -74,9 +74,9 @@ def test_intervals_lie_on_the_scale_around_their_answers(name: str, samples: int
 @pytest.mark.parametrize("name", NAMES)
 def test_a_rig_that_is_not_known_has_wider_intervals(name: str) -> None:
     touches, truth = objects(name)
-    known, unknown = knowing(name).predict(touches), pretrained().predict(touches)
-    assert width(unknown) > 1.2 * width(known)
-    error, blind = (np.mean((a.value - truth) ** 2) for a in (known, unknown))
+    conditioning, unknown = knowing(name).predict(touches), pretrained().predict(touches)
+    assert width(unknown) > 1.2 * width(conditioning)
+    error, blind = (np.mean((a.value - truth) ** 2) for a in (conditioning, unknown))
     assert error < blind
 
 
@@ -103,31 +103,31 @@ def test_the_twins_own_contacts_are_rarely_strange(name: str, samples: int) -> N
     assert knowing(name).predict(objects(name)[0].until(samples)).out_of_range.mean() <= 0.05
 
 
-def _dead(signals: np.ndarray, before: int, level: float) -> None:
+def _dead(signals: np.ndarray, lead: int, level: float) -> None:
     signals[:] = np.random.default_rng(1).normal(0, 1e-4, signals.shape)
 
 
-def _flat(signals: np.ndarray, before: int, level: float) -> None:
+def _flat(signals: np.ndarray, lead: int, level: float) -> None:
     signals[:] = 0.0
 
 
-def _silent(signals: np.ndarray, before: int, level: float) -> None:
+def _silent(signals: np.ndarray, lead: int, level: float) -> None:
     """The motor is heard, and no contact is."""
-    signals[:, before:] = signals[:, : signals.shape[1] - before]
+    signals[:, lead:] = signals[:, : signals.shape[1] - lead]
 
 
-def _saturated(signals: np.ndarray, before: int, level: float) -> None:
+def _saturated(signals: np.ndarray, lead: int, level: float) -> None:
     end = 0.5 * ADC_VOLTS
-    signals[:, before:] = np.clip(1e3 * signals[:, before:], -end, end)
+    signals[:, lead:] = np.clip(1e3 * signals[:, lead:], -end, end)
 
 
-def _another_sensor(signals: np.ndarray, before: int, level: float) -> None:
+def _another_sensor(signals: np.ndarray, lead: int, level: float) -> None:
     signals[:] = np.random.default_rng(2).normal(0, level / 2, signals.shape)
 
 
-def _slip(signals: np.ndarray, before: int, level: float) -> None:
+def _slip(signals: np.ndarray, lead: int, level: float) -> None:
     """Friction from 2 ms after the contact on, a third as loud as it."""
-    rubbed = signals[:, before + SHORTEST :]
+    rubbed = signals[:, lead + SHORTEST :]
     rubbed += np.random.default_rng(3).normal(0, level / 3, rubbed.shape)
 
 
@@ -149,9 +149,9 @@ def test_what_is_like_nothing_is_strange(
 ) -> None:
     touches, _ = objects(name)
     signals = touches.signals.astype(np.float64)
-    fault(signals, touches.before, knowing(name).rigs[ANY].level)
-    whole = np.full(len(touches), LONGEST)
-    faulty = replace(touches, signals=signals.astype(np.float32), valid=whole)
+    fault(signals, touches.lead, knowing(name).rigs[ANY].level)
+    valid_lengths = np.full(len(touches), LONGEST)
+    faulty = replace(touches, signals=signals.astype(np.float32), valid=valid_lengths)
     assert knowing(name).predict(faulty.until(samples)).out_of_range.mean() >= least
 
 
@@ -161,7 +161,7 @@ def test_what_is_like_nothing_is_strange(
 def test_a_model_that_knows_no_rig_rarely_calls_a_touch_strange(
     name: str, gain: float, samples: int
 ) -> None:
-    """Of an unknown rig no gain is known: it must not matter."""
+    """Predictions without a rig do not depend on the gain."""
     touches, _ = objects(name)
     louder = replace(touches, signals=np.float32(gain) * touches.signals)
     assert pretrained().predict(louder.until(samples)).out_of_range.mean() <= 0.05
@@ -170,10 +170,10 @@ def test_a_model_that_knows_no_rig_rarely_calls_a_touch_strange(
 def foreign(make: Callable[[np.ndarray, np.random.Generator], np.ndarray]) -> Touches:
     """Signals that begin in quiet and are no touches, from 0.03 to 1.5 V."""
     rng, n = np.random.default_rng(11), 100
-    before, after = samples_in(BEFORE, RATE), LONGEST
-    t = np.arange(after) / RATE
-    signals = 0.003 * rng.standard_normal((n, before + after))
-    signals[:, before:] += [make(t, rng) for _ in range(n)]
+    lead, tail = samples_in(BEFORE, RATE), LONGEST
+    t = np.arange(tail) / RATE
+    signals = 0.003 * rng.standard_normal((n, lead + tail))
+    signals[:, lead:] += [make(t, rng) for _ in range(n)]
     signals *= np.exp(rng.uniform(np.log(0.03), np.log(1.5), n))[:, None]
     nothing = np.full(n, np.nan)
     numbers = np.full(n, LONGEST, np.intp), np.zeros(n, np.intp)
@@ -206,7 +206,7 @@ def test_a_signal_unlike_a_touch_is_strange(name: str, make: Any) -> None:
 def test_a_sensor_that_stands_still_is_strange_on_any_rig(name: str) -> None:
     touches, _ = objects(name)
     stuck = touches.signals.copy()
-    stuck[:, touches.before + 2 :] = stuck[:, touches.before + 2, None]
+    stuck[:, touches.lead + 2 :] = stuck[:, touches.lead + 2, None]
     unknown = pretrained()
     for samples in TIMES[1:]:
         assert unknown.predict(replace(touches, signals=stuck).until(samples)).out_of_range.all()

@@ -1,4 +1,4 @@
-"""What answers depend on: shape, not gain, wiring, nor what comes after the valid samples."""
+"""Predictions depend on the shape, not on gain, wiring or later samples."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from firstcontact.models import (
     Touches,
     Values,
     cut_touch,
+    cut_touches,
     lengths,
     pretrained,
-    touches_of,
 )
 from firstcontact.models._contact_features import NAMES, features, masked
 from ringing import LONGEST, SHORTEST, ringing
@@ -37,7 +37,7 @@ COLUMN = {name: place for place, name in enumerate(NAMES)}
 
 
 def knowing(touches: Touches, shore_a: Values = SHORE_A) -> InContextModel:
-    return pretrained().conditioned_on({ANY: Rig.of(touches, shore_a)})
+    return pretrained().conditioned_on({ANY: Rig.fit(touches, shore_a)})
 
 
 def scaled(touches: Touches, gain: float) -> Touches:
@@ -47,13 +47,13 @@ def scaled(touches: Touches, gain: float) -> Touches:
 def spoilt(touches: Touches, with_: float) -> Touches:
     signals = touches.signals.copy()
     for row, end in enumerate(touches.valid):
-        signals[row, touches.before + end :] = with_
+        signals[row, touches.lead + end :] = with_
     return replace(touches, signals=signals)
 
 
 @pytest.mark.parametrize("gain", [0.03, 3.0, 40.0])
 def test_features_do_not_depend_on_gain(gain: float) -> None:
-    v = masked(ASKED.after.astype(np.float64), ENDS)
+    v = masked(ASKED.waves.astype(np.float64), ENDS)
     level = np.full(len(v), 0.3)
     assert np.allclose(features(v, ENDS, level), features(gain * v, ENDS, gain * level))
 
@@ -75,11 +75,11 @@ def test_a_disc_that_is_wired_backwards_gives_the_same_answers() -> None:
 
 
 @pytest.mark.parametrize("with_", [np.nan, np.inf, 1e30, -1e30])
-def test_samples_after_the_valid_ones_are_never_looked_at(with_: float) -> None:
-    known = replace(KNOWN, valid=np.resize(ENDS, len(KNOWN)))
-    asked = replace(ASKED, valid=ENDS)
-    plain = knowing(known).predict(asked)
-    other = knowing(spoilt(known, with_)).predict(spoilt(asked, with_))
+def test_samples_after_the_valid_ones_are_never_used(with_: float) -> None:
+    conditioning = replace(KNOWN, valid=np.resize(ENDS, len(KNOWN)))
+    queries = replace(ASKED, valid=ENDS)
+    plain = knowing(conditioning).predict(queries)
+    other = knowing(spoilt(conditioning, with_)).predict(spoilt(queries, with_))
     for name in ("value", "spread", "low", "high", "out_of_range"):
         assert np.array_equal(getattr(plain, name), getattr(other, name))
         assert np.isfinite(getattr(plain, name)).all()
@@ -89,14 +89,14 @@ def test_features_of_a_triangle_in_closed_form() -> None:
     samples, top = 74, 10
     rise = np.arange(top + 1) / top
     wave = np.concatenate([rise, rise[-2::-1], np.zeros(samples - 2 * top - 1)])[None]
-    found = features(wave, np.array([samples]), np.array([1.0]))[0]
-    assert found[COLUMN["peak"]] == pytest.approx(0.0)
-    assert found[COLUMN["steepest rise"]] == pytest.approx(np.log(1 / top))
-    assert found[COLUMN["time to peak"]] == pytest.approx(top / 20 - 1)
-    assert found[COLUMN["width at half"]] == pytest.approx((top - 1) / 20 - 0.5)
-    assert found[COLUMN["centre of energy"]] == pytest.approx(top / 20 - 1, abs=1e-6)
-    assert found[COLUMN["undershoot"]] == 0.0
-    assert found[COLUMN["length"]] == 1.0
+    computed = features(wave, np.array([samples]), np.array([1.0]))[0]
+    assert computed[COLUMN["peak"]] == pytest.approx(0.0)
+    assert computed[COLUMN["steepest rise"]] == pytest.approx(np.log(1 / top))
+    assert computed[COLUMN["time to peak"]] == pytest.approx(top / 20 - 1)
+    assert computed[COLUMN["width at half"]] == pytest.approx((top - 1) / 20 - 0.5)
+    assert computed[COLUMN["centre of energy"]] == pytest.approx(top / 20 - 1, abs=1e-6)
+    assert computed[COLUMN["undershoot"]] == 0.0
+    assert computed[COLUMN["length"]] == 1.0
 
 
 def test_a_signal_of_nothing_has_finite_features_and_answers() -> None:
@@ -106,28 +106,30 @@ def test_a_signal_of_nothing_has_finite_features_and_answers() -> None:
     assert np.isfinite(knowing(KNOWN).predict(nothing).value).all()
 
 
-def test_answers_of_one_are_those_among_others() -> None:
+def test_single_predictions_equal_batch_predictions() -> None:
     model = knowing(KNOWN)
-    asked = replace(ASKED, valid=ENDS)
-    together = model.predict(asked)
-    alone = [model.predict(asked.take(np.array([i]))) for i in range(len(asked))]
+    queries = replace(ASKED, valid=ENDS)
+    together = model.predict(queries)
+    alone = [model.predict(queries.take(np.array([i]))) for i in range(len(queries))]
     assert np.allclose([a.value[0] for a in alone], together.value, atol=1e-3)
     assert [bool(a.out_of_range[0]) for a in alone] == together.out_of_range.tolist()
 
 
 def test_what_was_worked_out_before_gives_the_same_answers() -> None:
     model = knowing(KNOWN)
-    known = model.rig_features(ASKED.until(SHORTEST))
-    assert np.array_equal(model.predict(ASKED, known).value, model.predict(ASKED).value)
+    labelled_contacts = model.rig_features(ASKED.until(SHORTEST))
+    assert np.array_equal(model.predict(ASKED, labelled_contacts).value, model.predict(ASKED).value)
 
 
 def test_each_finger_has_its_rig_and_others_that_of_any() -> None:
     loud = scaled(KNOWN, 5.0)
-    rigs = {ANY: Rig.of(KNOWN, SHORE_A), 1: Rig.of(loud, SHORE_A)}
+    rigs = {ANY: Rig.fit(KNOWN, SHORE_A), 1: Rig.fit(loud, SHORE_A)}
     model = pretrained().conditioned_on(rigs)
     for finger, gain in ((-1, 1.0), (0, 1.0), (1, 5.0)):
-        its = replace(scaled(ASKED, gain), fingers=np.full(len(ASKED), finger))
-        assert np.allclose(model.predict(its).value, knowing(KNOWN).predict(ASKED).value, atol=0.5)
+        rig_set = replace(scaled(ASKED, gain), fingers=np.full(len(ASKED), finger))
+        assert np.allclose(
+            model.predict(rig_set).value, knowing(KNOWN).predict(ASKED).value, atol=0.5
+        )
 
 
 def test_another_rate_and_too_few_samples_are_refused() -> None:
@@ -136,34 +138,34 @@ def test_another_rate_and_too_few_samples_are_refused() -> None:
     with pytest.raises(InputError, match="wait for more"):
         knowing(KNOWN).predict(ASKED.until(SHORTEST - 1))
     with pytest.raises(InputError, match="there is none"):
-        Rig.of(KNOWN.take(np.zeros(len(KNOWN), np.bool_)), SHORE_A[:0])
+        Rig.fit(KNOWN.take(np.zeros(len(KNOWN), np.bool_)), SHORE_A[:0])
 
 
 def test_a_told_speed_stands_for_the_one_that_is_heard() -> None:
     slow, usual = (replace(ASKED, speeds=np.full(len(ASKED), v)) for v in (0.05, 0.1))
-    rig = Rig.of(replace(KNOWN, speeds=np.full(len(KNOWN), 0.1)), SHORE_A)
+    rig = Rig.fit(replace(KNOWN, speeds=np.full(len(KNOWN), 0.1)), SHORE_A)
     model = pretrained().conditioned_on({ANY: rig})
     assert rig.speed == pytest.approx(0.1)
-    known = [model.rig_features(t)[0, 0] for t in (usual, slow)]
-    assert known == pytest.approx([0.0, 4 * np.log(0.5)])
+    labelled_contacts = [model.rig_features(t)[0, 0] for t in (usual, slow)]
+    assert labelled_contacts == pytest.approx([0.0, 4 * np.log(0.5)])
 
 
 def test_a_cut_has_its_baseline_off_and_zeros_where_nothing_is_yet() -> None:
     rate = FINGERTIP_RATE
-    before, after = KNOWN.before, lengths(rate)[1]
-    volts = 1.5 + np.concatenate([np.zeros(before + 50), np.ones(100)])
-    whole = cut_touch(volts, before + 50, rate)
-    assert whole is not None
-    assert whole[:before] == pytest.approx(0.0)
-    assert whole[before:] == pytest.approx(1.0)
-    part = cut_touch(volts[: before + 70], before + 50, rate)
+    lead, tail = KNOWN.lead, lengths(rate)[1]
+    volts = 1.5 + np.concatenate([np.zeros(lead + 50), np.ones(100)])
+    complete = cut_touch(volts, lead + 50, rate)
+    assert complete is not None
+    assert complete[:lead] == pytest.approx(0.0)
+    assert complete[lead:] == pytest.approx(1.0)
+    part = cut_touch(volts[: lead + 70], lead + 50, rate)
     assert part is not None
-    assert part[before : before + 20] == pytest.approx(1.0)
-    assert (part[before + 20 :] == 0).all()
-    assert len(part) == before + after
-    for bad in (volts[: before + 50 + SHORTEST - 1], np.full(len(volts), np.nan), np.ones(500)):
-        assert cut_touch(bad, before + 50, rate) is None
-    assert cut_touch(volts, before - 1, rate) is None
+    assert part[lead : lead + 20] == pytest.approx(1.0)
+    assert (part[lead + 20 :] == 0).all()
+    assert len(part) == lead + tail
+    for bad in (volts[: lead + 50 + SHORTEST - 1], np.full(len(volts), np.nan), np.ones(500)):
+        assert cut_touch(bad, lead + 50, rate) is None
+    assert cut_touch(volts, lead - 1, rate) is None
 
 
 @pytest.mark.parametrize("apart", [-20, 0, 1, 30, 200])
@@ -172,6 +174,6 @@ def test_nothing_is_valid_from_the_second_contact_on(apart: int) -> None:
     data = np.random.default_rng(0).integers(16_000, 17_000, (700, len(layout.channels)))
     truth = (Contact(Finger.INDEX, 380, 380), Contact(Finger.THUMB, 400, 400))
     pinch = Pinch(data.astype(np.int16), layout, truth=truth)
-    found = Contact(Finger.INDEX, 400 - apart, 420)
-    touches, _ = touches_of(Dataset((pinch,)), [found])
+    contacts = Contact(Finger.INDEX, 400 - apart, 420)
+    touches, _ = cut_touches(Dataset((pinch,)), [contacts])
     assert touches.valid.tolist() == [min(max(apart, 0), lengths(layout.rate)[1])]

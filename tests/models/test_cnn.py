@@ -40,8 +40,8 @@ def test_the_export_is_the_network(samples: int, channels: int, outputs: int) ->
     with torch.no_grad():
         expected = network(x).numpy()
     exported = Network(export(network, samples), samples, channels, outputs)
-    told = exported.run(np.ascontiguousarray(x.numpy()))
-    np.testing.assert_allclose(told, expected, atol=1e-4 * np.abs(expected).max())
+    predictions = exported.run(np.ascontiguousarray(x.numpy()))
+    np.testing.assert_allclose(predictions, expected, atol=1e-4 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("task", Task)

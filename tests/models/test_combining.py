@@ -24,17 +24,17 @@ def test_one_pinch_is_itself(value: float, half: float) -> None:
 
 @given(widths=halves)
 def test_the_interval_keeps_what_all_pinches_share(widths: list[float]) -> None:
-    found = combine([50.0] * len(widths), widths)
-    assert found.value == pytest.approx(50.0)
-    assert min(widths) * SHARED <= found.half_width * (1 + 1e-12)
-    assert found.half_width <= max(widths) * (1 + 1e-12)
+    estimate = combine([50.0] * len(widths), widths)
+    assert estimate.value == pytest.approx(50.0)
+    assert min(widths) * SHARED <= estimate.half_width * (1 + 1e-12)
+    assert estimate.half_width <= max(widths) * (1 + 1e-12)
 
 
 def test_more_pinches_are_surer_down_to_the_shared_part() -> None:
-    found = [combine([30.0] * n, [10.0] * n).half_width for n in (1, 2, 3, 10, 10_000)]
-    assert found == sorted(found, reverse=True)
-    assert found[-1] == pytest.approx(10 * SHARED, rel=1e-3)
-    assert found[2] == pytest.approx(10 * np.sqrt(SHARED**2 + (1 - SHARED**2) / 3))
+    estimate = [combine([30.0] * n, [10.0] * n).half_width for n in (1, 2, 3, 10, 10_000)]
+    assert estimate == sorted(estimate, reverse=True)
+    assert estimate[-1] == pytest.approx(10 * SHARED, rel=1e-3)
+    assert estimate[2] == pytest.approx(10 * np.sqrt(SHARED**2 + (1 - SHARED**2) / 3))
 
 
 def test_a_sure_pinch_counts_more() -> None:

@@ -67,10 +67,10 @@ def test_one_contact_of_a_compact_network_is_a_row_of_many(seed: int, stage: int
     layers = {}
     for name in THIN:
         weight, bias = base._layers[name]
-        hidden, rest = len(base._layers["query1"][1]), base._layers["mean"][0].shape[0]
-        changes = moving(name, weight.shape[1], hidden, rest)
-        into = Rounded.of(rng.normal(0, 0.1, (8, int(changes.sum()))), rng.normal(0, 0.1, 8))
-        out = Rounded.of(rng.normal(0, 0.1, (len(bias), 8)), bias)
+        hidden, remainder = len(base._layers["query1"][1]), base._layers["mean"][0].shape[0]
+        changes = moving(name, weight.shape[1], hidden, remainder)
+        into = Rounded.nearest(rng.normal(0, 0.1, (8, int(changes.sum()))), rng.normal(0, 0.1, 8))
+        out = Rounded.nearest(rng.normal(0, 0.1, (len(bias), 8)), bias)
         fixed = rng.normal(0, 0.1, (8, int((~changes).sum()))).astype(np.float32)
         layers[name] = Thin(into, out, fixed)
     network = CompactNetwork(base, layers)

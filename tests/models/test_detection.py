@@ -133,7 +133,7 @@ def test_the_earlier_onset_of_one_window_is_the_first_trigger():
 
 
 @pytest.mark.parametrize(("onset", "right"), [(286, 1.0), (314, 1.0), (285, 0.0), (315, 0.0)])
-def test_three_milliseconds_either_way(onset, right):
+def test_three_milliseconds_before_or_late(onset, right):
     assert score((329, Finger.THUMB, onset)).pinch_success == right
 
 
@@ -181,7 +181,7 @@ def test_labels_that_may_be_late_leave_a_span_out():
     assert lenient.median_delay < 0
 
 
-def test_pinches_without_truth_are_left_out_and_told():
+def test_pinches_without_truth_are_left_out_with_a_note():
     scores = score_detector(Scripted(GOOD), Dataset((pinch(), pinch(None))))
     assert (scores.n, scores.left_out) == (1, 1)
     with pytest.raises(InputError, match="cannot be scored"):

@@ -103,7 +103,7 @@ def test_an_estimator_of_somebody_else_passes() -> None:
     check_estimator(Echoes)
 
 
-def test_faults_are_found(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_faults_are_detected(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(AssertionError, match="nothing to check"):
         check_estimator(type("Idle", (Echoes,), {"tasks": ()}))
     with pytest.raises(AssertionError, match="must be installed"):

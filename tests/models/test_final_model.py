@@ -20,14 +20,14 @@ from saved import save_window
 
 def test_a_gaussian_process_is_kept_with_its_own_spread(tmp_path: Path) -> None:
     X, y, groups = toy_windows(300)
-    which = np.arange(len(X))
+    rows = np.arange(len(X))
     none = np.full(len(X), "")
-    data = LabelledWindows(X, y, groups, none, none, np.zeros(len(X), bool), which, RATE)
-    kept = train_final_model(data, "gaussian_process", Task.REGRESSION, 0, 0.9, Serial())
-    assert kept.interval is not None
-    assert kept.interval.scaled
-    assert kept.conformal["held_out"]["coverage"] == pytest.approx(0.9, abs=0.06)
-    folder = save_window(kept.model, tmp_path / "m", interval=kept.interval)
+    data = LabelledWindows(X, y, groups, none, none, np.zeros(len(X), bool), rows, RATE)
+    selected = train_final_model(data, "gaussian_process", Task.REGRESSION, 0, 0.9, Serial())
+    assert selected.interval is not None
+    assert selected.interval.scaled
+    assert selected.conformal["held_out"]["coverage"] == pytest.approx(0.9, abs=0.06)
+    folder = save_window(selected.model, tmp_path / "m", interval=selected.interval)
     [window] = load_model(folder).windows
     model, interval = window.model, window.interval
     assert interval is not None

@@ -22,10 +22,10 @@ from firstcontact.models import (
     window_estimators,
 )
 from firstcontact.testing._windows import RATE, toy_windows
-from saved import arrays_of, load_window, replace_arrays, save_window
+from saved import load_arrays, load_window, replace_arrays, save_window
 
 
-class Told(WindowModel):
+class Constant(WindowModel):
     """Puts out what it was told, so that everything else is what all models share."""
 
     kind = "told"
@@ -62,7 +62,7 @@ def test_outputs_that_are_not_finite_are_no_answer(task: Task, value: float, pla
     outputs[place] = value
     if task is Task.REGRESSION:
         outputs = [value]
-    model, X = Told(task, outputs), toy_windows(5)[0]
+    model, X = Constant(task, outputs), toy_windows(5)[0]
     with pytest.raises(InputError, match="not a finite number"):
         model.predict_one(X[0])
     with pytest.raises(InputError, match=r"window 4 \(1 in all\): .*not a finite number"):
@@ -70,7 +70,7 @@ def test_outputs_that_are_not_finite_are_no_answer(task: Task, value: float, pla
 
 
 def test_a_scale_that_overflows_gives_no_answer() -> None:
-    model, X = Told(Task.REGRESSION, [1e300]), toy_windows(3)[0]
+    model, X = Constant(Task.REGRESSION, [1e300]), toy_windows(3)[0]
     model.target = (0.0, 1e300)
     with pytest.raises(InputError, match="not a finite number"):
         model.predict_one(X[0])
@@ -80,7 +80,7 @@ def test_a_scale_that_overflows_gives_no_answer() -> None:
 
 @pytest.mark.parametrize("value", [1e200, -1e10])
 def test_an_answer_whose_square_overflows_is_none(value: float) -> None:
-    model, X = Told(Task.REGRESSION, [value]), toy_windows(3)[0]
+    model, X = Constant(Task.REGRESSION, [value]), toy_windows(3)[0]
     for ask in (lambda: model.predict_one(X[0]), lambda: model.predict(X)):
         with pytest.raises(InputError, match="not a finite number below 1e9"):
             ask()
@@ -88,9 +88,9 @@ def test_an_answer_whose_square_overflows_is_none(value: float) -> None:
 
 def test_finite_outputs_are_answers() -> None:
     X = toy_windows(3)[0]
-    assert Told(Task.REGRESSION, [42.0]).predict_one(X[0]) == 42.0
-    assert Told(Task.CLASSIFICATION, [1.0, 2.0]).predict_one(X[0]) == 29.0
-    assert Told(Task.CLASSIFICATION, [1.0, 2.0]).predict(X).tolist() == [10.0, 10.0, 29.0]
+    assert Constant(Task.REGRESSION, [42.0]).predict_one(X[0]) == 42.0
+    assert Constant(Task.CLASSIFICATION, [1.0, 2.0]).predict_one(X[0]) == 29.0
+    assert Constant(Task.CLASSIFICATION, [1.0, 2.0]).predict(X).tolist() == [10.0, 10.0, 29.0]
 
 
 @pytest.mark.parametrize("scale", [1e38, 1e-38])
@@ -114,7 +114,7 @@ def test_weights_of_a_file_that_overflow(name: str, task: Task, tmp_path: Path) 
     X, y, _ = toy_windows(24)
     estimator = make_estimator(name, task, RATE, **ESTIMATORS[name].quick)
     folder = save_window(estimator.fit(X, y), tmp_path / "m")
-    arrays = arrays_of(folder)
+    arrays = load_arrays(folder)
     for key, array in arrays.items():
         if key == "weights":
             arrays[key] = np.full_like(array, 3e38)

@@ -95,7 +95,7 @@ def test_it_is_the_conformal_quantile_of_each_range(n: int, level: float, seed: 
         assert half == pytest.approx(right[np.abs(right - half).argmin()], abs=1e-6)
 
 
-def test_soft_objects_have_bounds_of_their_own() -> None:
+def test_soft_objects_have_separate_bounds() -> None:
     rng = np.random.default_rng(0)
     answers = rng.uniform(0, 100, 1000)
     interval = conformal_interval(answers, answers + rng.normal(0, 0.1 + answers / 10))
@@ -107,14 +107,14 @@ def test_soft_objects_have_bounds_of_their_own() -> None:
 def test_new_truths_are_held_as_often_as_the_level_says(level: float) -> None:
     """Over many intervals the mean coverage of fresh data is the level, or a little more."""
     rng = np.random.default_rng(1)
-    held = []
+    held_out = []
     for _ in range(40):
         answers = rng.uniform(0, 60, (2, 200))
         truth = answers + rng.normal(0, 1 + answers / 20)
         interval = conformal_interval(answers[0], truth[0], level)
         everyone = np.ones(200, dtype=bool)
-        held.append(coverage([(interval, everyone)], answers[1], truth[1])["coverage"])
-    assert level - 0.02 < np.mean(held) < level + 0.04
+        held_out.append(coverage([(interval, everyone)], answers[1], truth[1])["coverage"])
+    assert level - 0.02 < np.mean(held_out) < level + 0.04
 
 
 def test_answers_that_are_all_alike_make_one_range() -> None:
@@ -132,7 +132,7 @@ def test_a_fold_is_asked_with_what_the_others_taught() -> None:
     folds = np.arange(300) % 3
     truth = answers + np.where(folds == 0, 40.0, rng.uniform(-1, 1, 300))
     pairs = list(held_out_bounds(answers, truth, folds, 0.9))
-    assert [int(folds[asked][0]) for _, asked in pairs] == [0, 1, 2]
+    assert [int(folds[held_out][0]) for _, held_out in pairs] == [0, 1, 2]
     assert max(pairs[0][0].half_widths) <= 1.0
     assert coverage(pairs[:1], answers, truth)["coverage"] == 0.0
     assert min(pairs[1][0].half_widths) > 39.0
@@ -150,9 +150,9 @@ def test_a_fold_is_asked_with_what_the_others_taught() -> None:
 )
 def test_too_little_for_an_interval(n: int, names: list[str], words: str) -> None:
     sessions = np.array([names[i % len(names)] for i in range(n)])
-    said = refusal(np.zeros(n), sessions, 0.9)
-    assert said.startswith(words)
-    assert bool(said) == bool(words)
+    text = refusal(np.zeros(n), sessions, 0.9)
+    assert text.startswith(words)
+    assert bool(text) == bool(words)
 
 
 @pytest.fixture
@@ -206,8 +206,10 @@ def test_at_run_time_neither_mapie_nor_scikit_learn_is_imported(folder: Path) ->
         "heavy = {'mapie', 'sklearn', 'scipy', 'torch'} & set(sys.modules)\n"
         "print(', '.join(sorted(heavy)))\n"
     )
-    done = subprocess.run([sys.executable, "-c", code, str(folder)], capture_output=True, text=True)
-    assert (done.returncode, done.stdout) == (0, "\n"), done.stderr
+    process = subprocess.run(
+        [sys.executable, "-c", code, str(folder)], capture_output=True, text=True
+    )
+    assert (process.returncode, process.stdout) == (0, "\n"), process.stderr
 
 
 def test_the_scale_is_that_of_shore_a() -> None:
@@ -219,14 +221,14 @@ def test_an_interval_on_a_spread_is_wide_where_the_spread_is_and_holds_its_level
     spreads = np.exp(rng.normal(0, 0.7, 4000))
     answers = rng.uniform(20, 80, 4000)
     truth = answers + spreads * rng.normal(0, 3.0, 4000)
-    first, rest = np.arange(4000) < 2000, np.arange(4000) >= 2000
+    first, remainder = np.arange(4000) < 2000, np.arange(4000) >= 2000
     scaled = conformal_interval(answers[first], truth[first], 0.9, None, spreads[first])
     plain = conformal_interval(answers[first], truth[first], 0.9, None)
     assert scaled.scaled
     assert not plain.scaled
-    held = coverage([(scaled, rest)], answers, truth, spreads)
-    assert held["coverage"] == pytest.approx(0.9, abs=0.02)
-    assert held["mean_width"] < coverage([(plain, rest)], answers, truth)["mean_width"]
+    is_covered = coverage([(scaled, remainder)], answers, truth, spreads)
+    assert is_covered["coverage"] == pytest.approx(0.9, abs=0.02)
+    assert is_covered["mean_width"] < coverage([(plain, remainder)], answers, truth)["mean_width"]
     low, high = scaled.around(50.0, 2.0)
     narrow = scaled.around(50.0, 1.0)
     assert high - low == pytest.approx(2 * (narrow[1] - narrow[0]))

@@ -27,9 +27,9 @@ def rings(hertz: np.ndarray, seed: int = 0, samples: int = 74) -> np.ndarray:
 @given(st.floats(1e-6, 1e6), st.sampled_from([10, 15, 25, 39, 74, 300]))
 def test_gain_is_not_heard(kind: str, gain: float, samples: int) -> None:
     X = rings(np.array([150.0, 600.0, 1800.0]), samples=samples)
-    found = features(kind, X, RATE)
-    assert np.isfinite(found).all()
-    assert features(kind, np.float32(gain) * X, RATE) == pytest.approx(found, abs=1e-3)
+    computed = features(kind, X, RATE)
+    assert np.isfinite(computed).all()
+    assert features(kind, np.float32(gain) * X, RATE) == pytest.approx(computed, abs=1e-3)
 
 
 @given(st.floats(150.0, 2000.0))

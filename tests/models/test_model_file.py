@@ -30,7 +30,7 @@ from firstcontact.models import (
     read_card,
 )
 from firstcontact.testing._windows import RATE, toy_windows
-from saved import arrays_of, edit, load_window, replace_arrays, save_window, vouch
+from saved import edit, load_arrays, load_window, replace_arrays, save_window, vouch
 
 DATA = TrainingData(source="synthetic", pinches=60, sessions=("a", "b"), specimens=("x",))
 RECORD = TrainingRecord(split="session b held out", scores={"rmse": 2.5})
@@ -48,7 +48,7 @@ def folder(tmp_path: Path) -> Path:
     )
 
 
-def test_the_card_says_where_the_model_comes_from(folder: Path) -> None:
+def test_the_card_states_the_source_of_the_model(folder: Path) -> None:
     card = read_card(folder)
     assert card.trained_on == DATA
     [part] = card.predictors
@@ -77,18 +77,18 @@ def test_a_missing_file(folder: Path, name: str) -> None:
 
 @pytest.mark.parametrize("name", [CARD, WEIGHTS])
 def test_every_truncation_is_noticed(folder: Path, name: str) -> None:
-    whole = (folder / name).read_bytes()
-    lengths = range(0, len(whole) - 2, max(1, len(whole) // 50))
+    content = (folder / name).read_bytes()
+    lengths = range(0, len(content) - 2, max(1, len(content) // 50))
     for length in lengths:
-        (folder / name).write_bytes(whole[:length])
+        (folder / name).write_bytes(content[:length])
         with pytest.raises(InputError, match=name):
             load_window(folder)
 
 
 def test_a_flipped_bit_is_noticed(folder: Path) -> None:
-    whole = bytearray((folder / WEIGHTS).read_bytes())
-    whole[len(whole) // 2] ^= 1
-    (folder / WEIGHTS).write_bytes(whole)
+    content = bytearray((folder / WEIGHTS).read_bytes())
+    content[len(content) // 2] ^= 1
+    (folder / WEIGHTS).write_bytes(content)
     with pytest.raises(InputError, match="sha256"):
         load_window(folder)
 
@@ -188,7 +188,7 @@ def _whole_numbers(arrays: dict[str, Any]) -> dict[str, Any]:
     "change", [_without_bias, _with_nan, _cut, _flat, _squared, _backwards, _whole_numbers]
 )
 def test_arrays_that_do_not_fit(folder: Path, change: Callable[[Any], Any]) -> None:
-    replace_arrays(folder, change(arrays_of(folder)))
+    replace_arrays(folder, change(load_arrays(folder)))
     with pytest.raises(InputError, match=WEIGHTS):
         load_window(folder)
 
@@ -214,23 +214,23 @@ def test_a_pickle_in_place_of_the_weights_is_not_run(folder: Path) -> None:
 def test_a_model_that_cannot_be_written_leaves_the_old_one(folder: Path) -> None:
     X, y, groups = toy_windows(60)
     model = make_estimator("train_mean", Task.REGRESSION, RATE).fit(X, y, groups)
-    before = {p.name: p.read_bytes() for p in folder.iterdir()}
+    original = {p.name: p.read_bytes() for p in folder.iterdir()}
     with pytest.raises(ValueError, match="JSON"):
         save_window(model, folder, record=TrainingRecord(scores={"rmse": float("nan")}))
-    assert {p.name: p.read_bytes() for p in folder.iterdir()} == before
+    assert {p.name: p.read_bytes() for p in folder.iterdir()} == original
 
 
 def test_a_file_that_is_too_large_is_not_read(folder: Path) -> None:
     """Sparse, so that nothing is written: what is declared is looked at first."""
     for name in (CARD, WEIGHTS):
-        before = (folder / name).read_bytes()
+        original = (folder / name).read_bytes()
         os.truncate(folder / name, 1 << 40)
         with pytest.raises(InputError, match=name):
             load_window(folder)
-        (folder / name).write_bytes(before)
+        (folder / name).write_bytes(original)
 
 
-def test_a_pipe_is_not_waited_for(folder: Path) -> None:
+def test_a_pipe_does_not_block(folder: Path) -> None:
     for name in (WEIGHTS, CARD):
         (folder / name).unlink()
         os.mkfifo(folder / name)
@@ -256,12 +256,12 @@ def test_a_header_that_takes_memory_to_parse(folder: Path) -> None:
 
 
 def test_what_could_not_be_read_again_is_not_written(folder: Path) -> None:
-    before = {p.name: p.read_bytes() for p in folder.iterdir()}
+    original = {p.name: p.read_bytes() for p in folder.iterdir()}
     data = TrainingData(sessions=("x" * 1000,))
     model = Model(predictors=(WindowPredictor(svm()),), trained_on=data)
     with pytest.raises(InputError, match="sessions"):
         model.save(folder)
-    assert {p.name: p.read_bytes() for p in folder.iterdir()} == before
+    assert {p.name: p.read_bytes() for p in folder.iterdir()} == original
 
 
 @pytest.mark.parametrize("kind", ["train_mean", "peak"])
@@ -269,7 +269,7 @@ def test_what_could_not_be_read_again_is_not_written(folder: Path) -> None:
 def test_small_models_with_other_shapes(tmp_path: Path, kind: str, shape: tuple[int, ...]) -> None:
     X, y, _ = toy_windows(60)
     folder = save_window(make_estimator(kind, Task.REGRESSION, RATE).fit(X, y), tmp_path / "s")
-    (name,) = arrays_of(folder)
+    (name,) = load_arrays(folder)
     replace_arrays(folder, {name: np.zeros(shape)})
     with pytest.raises(InputError, match=WEIGHTS):
         load_window(folder)
@@ -297,7 +297,7 @@ def test_a_folder_of_an_earlier_version_names_the_command(tmp_path: Path, name: 
     "digests", [np.zeros(8, np.float32), np.zeros(7, np.uint8), np.zeros((1, 8), np.uint8)]
 )
 def test_digests_that_are_none(folder: Path, digests: NDArray[Any]) -> None:
-    arrays = {f"0.{name}": array for name, array in arrays_of(folder).items()}
+    arrays = {f"0.{name}": array for name, array in load_arrays(folder).items()}
     vouch(folder, save({**arrays, "pinches": digests}))
     with pytest.raises(InputError, match=WEIGHTS):
         load_window(folder)

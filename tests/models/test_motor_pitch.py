@@ -38,18 +38,20 @@ def test_the_ratio_of_speeds_is_heard_within_two_per_cent(
     seed: int, rotor: float, spread: float
 ) -> None:
     rng = np.random.default_rng(seed)
-    own = np.exp(spread * rng.standard_normal(30))
-    pitch = MotorPitch.of(heard(motor(own, seed, rotor)))
-    asked = np.linspace(0.8, 1.25, 9)
-    speed, alike = pitch.listen(heard(motor(asked, seed + 1, rotor)))
+    own_values = np.exp(spread * rng.standard_normal(30))
+    pitch = MotorPitch.fit(heard(motor(own_values, seed, rotor)))
+    requests = np.linspace(0.8, 1.25, 9)
+    speed, alike = pitch.listen(heard(motor(requests, seed + 1, rotor)))
     assert (alike > BELIEVED).all()
-    assert np.exp(speed) * np.median(own) == pytest.approx(asked, rel=0.02)
+    assert np.exp(speed) * np.median(own_values) == pytest.approx(requests, rel=0.02)
 
 
 def test_it_is_heard_at_any_gain() -> None:
     ratios = np.linspace(0.9, 1.1, 20)
     signals = motor(ratios, 3)
-    first, loud = (MotorPitch.of(heard(g * signals)).listen(heard(g * signals))[0] for g in (1, 30))
+    first, loud = (
+        MotorPitch.fit(heard(g * signals)).listen(heard(g * signals))[0] for g in (1, 30)
+    )
     assert first == pytest.approx(loud, abs=2 * STEP)
 
 
@@ -61,14 +63,14 @@ def test_what_comes_from_the_contact_on_is_not_heard() -> None:
 
 
 def test_noise_is_not_believed() -> None:
-    pitch = MotorPitch.of(heard(motor(np.exp(np.linspace(-0.1, 0.1, 20)), 2)))
+    pitch = MotorPitch.fit(heard(motor(np.exp(np.linspace(-0.1, 0.1, 20)), 2)))
     rng = np.random.default_rng(5)
     silent = (0.003 * rng.standard_normal((40, WIDTH))).astype(np.float32)
     assert np.mean(pitch.listen(heard(silent))[1] > BELIEVED) < 0.1
 
 
 def test_silence_and_shifts_beyond_what_is_looked_for_stay_finite() -> None:
-    pitch = MotorPitch.of(heard(motor(np.ones(4), 0)))
+    pitch = MotorPitch.fit(heard(motor(np.ones(4), 0)))
     for signals in (np.zeros((3, WIDTH), np.float32), motor(np.full(3, 2.7), 1)):
         speed, alike = pitch.listen(heard(signals))
         assert (np.abs(speed) <= 2 * FARTHEST * STEP).all()

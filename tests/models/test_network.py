@@ -17,7 +17,7 @@ from firstcontact.models._efficientnet import EfficientNet
 from firstcontact.models._network import LARGEST, Network
 from firstcontact.models._network_export import export
 from firstcontact.testing._windows import RATE, toy_windows
-from saved import arrays_of, load_window, replace_arrays, save_window
+from saved import load_arrays, load_window, replace_arrays, save_window
 
 
 @pytest.fixture(scope="module")
@@ -174,7 +174,7 @@ def test_what_is_no_graph_is_refused(raw: bytes) -> None:
         Network(raw, 74, 1, 1)
 
 
-def test_a_huge_graph_is_not_looked_at() -> None:
+def test_a_huge_graph_is_not_parsed() -> None:
     with pytest.raises(InputError, match="more than 1048576"):
         Network(bytes(LARGEST + 1), 74, 1, 1)
 
@@ -187,8 +187,8 @@ def test_bytes_that_were_damaged_are_refused_or_answer(good: bytes) -> None:
     rng = np.random.default_rng(0)
     for _ in range(150):
         raw = bytearray(good)
-        where = rng.integers(len(raw) if rng.random() < 0.3 else 4000)
-        raw[where] = rng.integers(256)
+        location = rng.integers(len(raw) if rng.random() < 0.3 else 4000)
+        raw[location] = rng.integers(256)
         try:
             network = Network(bytes(raw), 74, 1, 1)
         except InputError:
@@ -199,7 +199,7 @@ def test_bytes_that_were_damaged_are_refused_or_answer(good: bytes) -> None:
 def test_a_model_folder_with_a_foreign_graph_is_refused_in_one_sentence(tmp_path: Path) -> None:
     X, y, _ = toy_windows(24)
     folder = save_window(Cnn(Task.REGRESSION, RATE, epochs=1).fit(X, y), tmp_path / "m")
-    arrays = arrays_of(folder)
+    arrays = load_arrays(folder)
     raw = changed(arrays["onnx"].tobytes(), external)
     replace_arrays(folder, arrays | {"onnx": np.frombuffer(raw, dtype=np.uint8)})
     with pytest.raises(InputError, match=r"weights\.safetensors.*CNN is not one"):

@@ -39,7 +39,7 @@ def test_training_the_network_is_adapting_it(data: Dataset, tmp_path: Path) -> N
         assert both[0] == both[1], name
 
 
-def test_known_contacts_are_taken_where_they_are_asked_for(data: Dataset) -> None:
+def test_known_contacts_are_used_on_request(data: Dataset) -> None:
     model = fc.train(data, "network", contacts="known")
     assert "known" in model.trained_on.contacts
 

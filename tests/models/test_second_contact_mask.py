@@ -27,14 +27,16 @@ def model(data: Dataset) -> Model:
     return fc.train(data, "peak", windows=LENGTHS)
 
 
-def with_second(data: Dataset, after: int) -> Dataset:
+def with_second(data: Dataset, second_delay: int) -> Dataset:
     """The pinches with a second contact so many samples after the first, and noise from there."""
     rng = np.random.default_rng(0)
     pinches = []
     for pinch in data.pinches:
-        at = pinch.first_sample + CONTACT + after
+        at = pinch.first_sample + CONTACT + second_delay
         samples = pinch.data.copy()
-        samples[CONTACT + after :] = rng.integers(0, 32767, samples[CONTACT + after :].shape)
+        samples[CONTACT + second_delay :] = rng.integers(
+            0, 32767, samples[CONTACT + second_delay :].shape
+        )
         truth = (*pinch.truth, Contact(Finger.THUMB, at, at))
         pinches.append(replace(pinch, data=samples, truth=truth))
     return Dataset(tuple(pinches), data.source)
@@ -78,13 +80,13 @@ def test_a_shorter_window_stands_in_and_before_the_first_there_is_none(
     data: Dataset, model: Model
 ) -> None:
     contacts = [p.first for p in data.pinches]
-    for after, length in (
+    for second_delay, length in (
         (samples(LENGTHS[1]), LENGTHS[1]),
         (samples(LENGTHS[1]) - 1, LENGTHS[0]),
         (samples(LENGTHS[0]), LENGTHS[0]),
         (samples(LENGTHS[0]) - 1, float("nan")),
     ):
-        touched = with_second(data, after)
+        touched = with_second(data, second_delay)
         predictions = model.predict(touched, contacts=contacts, estimator="peak")
         np.testing.assert_array_equal(predictions.elapsed, np.full(len(data), length))
         assert np.isnan(predictions.value).all() == np.isnan(length)

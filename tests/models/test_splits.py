@@ -60,9 +60,9 @@ def test_a_pinch_moved_across_is_noticed(made, pick: int) -> None:
             sessions, specimens
         )
     if len(split.test) > 1 and (sessions[split.test] == sessions[moved]).sum() > 1:
-        rest = split.test[split.test != moved]
+        remainder = split.test[split.test != moved]
         with pytest.raises(ValueError, match="session"):
-            Split("mixed", np.append(split.train, moved), rest, split.shares).check(
+            Split("mixed", np.append(split.train, moved), remainder, split.shares).check(
                 sessions, specimens
             )
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firstcontact.core import InputError
-from firstcontact.models import LEVEL_WEIGHT, Svm, SvmModel, Task, machine_of, shape_and_level
+from firstcontact.models import LEVEL_WEIGHT, Svm, SvmModel, Task, shape_and_level, svm_machine
 from firstcontact.models._splits import inner_folds
 from firstcontact.models._svm import _first_close
 from firstcontact.testing._windows import RATE, toy_windows
@@ -21,12 +21,12 @@ def test_votes_are_scikit_learns(classes: int) -> None:
     y = rng.integers(0, classes, 300).astype(float)  # no structure: margins of all signs
     model = Svm(Task.CLASSIFICATION, RATE).fit(X, y)
     arrays = model.to_arrays()
-    machine = machine_of(Task.CLASSIFICATION, tuple(arrays["parameters"]))
+    machine = svm_machine(Task.CLASSIFICATION, tuple(arrays["parameters"]))
     machine.fit(shape_and_level(X, arrays["level"]), y)
-    asked = rng.normal(size=(500, 20, 1)).astype(np.float32)
-    expected = machine.predict(shape_and_level(asked, arrays["level"]))
-    np.testing.assert_array_equal(model.predict(asked), expected)
-    np.testing.assert_array_equal([model.predict_one(x) for x in asked], expected)
+    queries = rng.normal(size=(500, 20, 1)).astype(np.float32)
+    expected = machine.predict(shape_and_level(queries, arrays["level"]))
+    np.testing.assert_array_equal(model.predict(queries), expected)
+    np.testing.assert_array_equal([model.predict_one(x) for x in queries], expected)
 
 
 def test_regression_is_scikit_learns() -> None:
@@ -34,21 +34,21 @@ def test_regression_is_scikit_learns() -> None:
     model = Svm(Task.REGRESSION, RATE).fit(X, y, groups)
     arrays = model.to_arrays()
     mean, deviation = arrays["target"]
-    machine = machine_of(Task.REGRESSION, tuple(arrays["parameters"]))
+    machine = svm_machine(Task.REGRESSION, tuple(arrays["parameters"]))
     machine.fit(shape_and_level(X, arrays["level"]), (y - mean) / deviation)
-    asked = toy_windows(100, seed=5)[0]
-    expected = machine.predict(shape_and_level(asked, arrays["level"])) * deviation + mean
-    np.testing.assert_allclose(model.predict(asked), expected, atol=0.02)
+    queries = toy_windows(100, seed=5)[0]
+    expected = machine.predict(shape_and_level(queries, arrays["level"])) * deviation + mean
+    np.testing.assert_allclose(model.predict(queries), expected, atol=0.02)
 
 
 @given(gain=st.floats(0.1, 10.0))
 def test_gain_moves_the_level_and_nothing_else(gain: float) -> None:
     X = toy_windows(6)[0]
     level = np.array([-2.0, 0.5])
-    before, after = shape_and_level(X, level), shape_and_level(X * np.float32(gain), level)
-    np.testing.assert_allclose(after[:, :-1], before[:, :-1], rtol=1e-4, atol=1e-5)
+    original, current = shape_and_level(X, level), shape_and_level(X * np.float32(gain), level)
+    np.testing.assert_allclose(current[:, :-1], original[:, :-1], rtol=1e-4, atol=1e-5)
     moved = np.log(gain) / level[1] * LEVEL_WEIGHT
-    np.testing.assert_allclose(after[:, -1] - before[:, -1], moved, rtol=1e-3, atol=1e-4)
+    np.testing.assert_allclose(current[:, -1] - original[:, -1], moved, rtol=1e-3, atol=1e-4)
 
 
 @given(
@@ -59,14 +59,14 @@ def test_gain_moves_the_level_and_nothing_else(gain: float) -> None:
 def test_folds_keep_sessions_whole_and_hold_each_window_once(groups: list[int], seed: int) -> None:
     names = np.array(groups)
     y = np.arange(len(names)) % 5
-    held = []
+    held_out = []
     for train, validation in inner_folds(y, names, seed):
         if len(np.unique(names)) > 1:
             assert not set(names[train]) & set(names[validation])
         assert len(train)
         assert sorted([*train, *validation]) == list(range(len(names)))
-        held.extend(validation)
-    assert sorted(held) == list(range(len(names)))
+        held_out.extend(validation)
+    assert sorted(held_out) == list(range(len(names)))
 
 
 def test_folds_without_sessions_hold_every_level() -> None:
@@ -90,10 +90,10 @@ def test_folds_spread_the_targets_of_sessions(
     y = np.tile(np.arange(40) % values, sessions).astype(float)
     folds = list(inner_folds(y, groups, seed, k))
     assert len(folds) == min(k, sessions)
-    sizes = [len(np.unique(groups[held])) for _, held in folds]
+    sizes = [len(np.unique(groups[held_out])) for _, held_out in folds]
     assert max(sizes) - min(sizes) <= 1
-    for _, held in folds:
-        np.testing.assert_allclose(y[held].mean(), y.mean())
+    for _, held_out in folds:
+        np.testing.assert_allclose(y[held_out].mean(), y.mean())
 
 
 def test_one_window_has_no_folds() -> None:

@@ -1,4 +1,4 @@
-"""How round a thing is, as a person tells it."""
+"""Shape hints of the user."""
 
 from __future__ import annotations
 
@@ -9,26 +9,26 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.core import InputError
-from firstcontact.models import in_words, radius_of
+from firstcontact.models import in_words, parse_radius
 from firstcontact.models._touches import LEAST, MOST
 
 
 @given(st.floats(LEAST, MOST))
 def test_a_radius_in_mm_is_one_in_m(mm: float) -> None:
-    assert radius_of(f" {mm!r} mm ") == pytest.approx(mm / 1000)
-    assert radius_of(in_words(radius_of(str(mm))).removeprefix("radius ")) == pytest.approx(
+    assert parse_radius(f" {mm!r} mm ") == pytest.approx(mm / 1000)
+    assert parse_radius(in_words(parse_radius(str(mm))).removeprefix("radius ")) == pytest.approx(
         mm / 1000, rel=1e-4
     )
 
 
 def test_flat_and_nothing() -> None:
-    assert radius_of(" Flat") == math.inf
+    assert parse_radius(" Flat") == math.inf
     assert in_words(math.inf) == "flat"
-    assert math.isnan(radius_of(""))
+    assert math.isnan(parse_radius(""))
     assert in_words(None) == in_words(math.nan) == ""
 
 
 @pytest.mark.parametrize("text", ["round", "-3", "nan", "inf", "1e9", "4.9", "201", "37 cm"])
 def test_what_is_no_shape_is_refused(text: str) -> None:
     with pytest.raises(InputError, match="cannot be told: give flat, or a radius from 5 to 200 mm"):
-        radius_of(text)
+        parse_radius(text)

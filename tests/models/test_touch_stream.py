@@ -1,4 +1,4 @@
-"""What a stream tells of a contact is what is cut from the whole pinch, whatever the blocks."""
+"""Contacts from a stream equal those cut from the complete pinch, for any blocks."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.core import Block, Contact, Dataset, Finger, Layout, Pinch, fingertip_layout
-from firstcontact.models import Touches, TouchStream, moments, touches_of
+from firstcontact.models import Touches, TouchStream, cut_touches, moments
 
 LAYOUT = fingertip_layout()
 #: As long as 0.2 s, and where the contact is in it.
@@ -23,23 +23,23 @@ def noise(layout: Layout = LAYOUT, seed: int = 0) -> Pinch:
     return Pinch(data.astype(np.int16), layout, first_sample=7000)
 
 
-def told(pinch: Pinch, contact: Contact, edges: list[int]) -> list[Touches]:
-    """What a stream gives for a pinch cut at these places."""
+def stream_touches(pinch: Pinch, contact: Contact, edges: list[int]) -> list[Touches]:
+    """Return the touches of a stream for a pinch cut at these positions."""
     stream = TouchStream(pinch.layout)
-    found = []
+    collected = []
     places = [0, *sorted(set(edges)), len(pinch.data)]
-    said = False
+    text = False
     for a, b in itertools.pairwise(places):
         block = Block(pinch.data[a:b], pinch.first_sample + a)
-        new = contact if not said and contact.decided < block.end else None
-        said = said or new is not None
+        new = contact if not text and contact.decided < block.end else None
+        text = text or new is not None
         touches = stream.update(block, new)
         if touches is not None:
-            found.append(touches)
-    return found
+            collected.append(touches)
+    return collected
 
 
-def contact_at(decided: int = AT + 11, finger: Finger | None = Finger.THUMB) -> Contact:
+def make_contact(decided: int = AT + 11, finger: Finger | None = Finger.THUMB) -> Contact:
     return Contact(finger, 7000 + AT, 7000 + decided)
 
 
@@ -51,14 +51,14 @@ def test_moments_are_whole_milliseconds_from_2_to_15() -> None:
 
 @given(edges=st.lists(st.integers(1, LENGTH - 1), max_size=40), decided=st.integers(AT, AT + 100))
 def test_a_stream_gives_what_is_cut_from_the_pinch(edges: list[int], decided: int) -> None:
-    pinch, contact = noise(), contact_at(decided)
-    found = told(pinch, contact, edges)
-    assert [int(n) for t in found for n in t.valid] == list(moments(LAYOUT.rate))
-    offline, _ = touches_of(Dataset((pinch,)), [contact])
-    for touches in found:
+    pinch, contact = noise(), make_contact(decided)
+    contacts = stream_touches(pinch, contact, edges)
+    assert [int(n) for t in contacts for n in t.valid] == list(moments(LAYOUT.rate))
+    offline, _ = cut_touches(Dataset((pinch,)), [contact])
+    for touches in contacts:
         assert set(touches.fingers) == {int(offline.fingers[0])}
         for signal, n in zip(touches.signals, touches.valid, strict=True):
-            end = touches.before + n
+            end = touches.lead + n
             assert np.array_equal(signal[:end], offline.until(int(n)).signals[0, :end])
 
 
@@ -71,17 +71,17 @@ def test_a_raw_device_is_smoothed_as_offline() -> None:
             replace(c, smoothing_alpha=1.0) if c in LAYOUT.vibration else c for c in LAYOUT.channels
         ),
     )
-    pinch, contact = noise(raw), contact_at()
-    offline, _ = touches_of(Dataset((pinch,)), [contact])
-    (last,) = told(pinch, contact, [])
-    end = last.before + 74
+    pinch, contact = noise(raw), make_contact()
+    offline, _ = cut_touches(Dataset((pinch,)), [contact])
+    (last,) = stream_touches(pinch, contact, [])
+    end = last.lead + 74
     assert np.array_equal(last.signals[-1][:end], offline.signals[0, :end])
 
 
 def test_due_says_how_many_samples_the_next_moment_takes() -> None:
     pinch, stream = noise(), TouchStream(LAYOUT)
     assert stream.due is None
-    assert stream.update(Block(pinch.data[: AT + 5], 7000), contact_at(AT)) is None
+    assert stream.update(Block(pinch.data[: AT + 5], 7000), make_contact(AT)) is None
     assert stream.due == 5
     touches = stream.update(Block(pinch.data[AT + 5 : AT + 10], 7000 + AT + 5))
     assert touches is not None
@@ -92,7 +92,7 @@ def test_due_says_how_many_samples_the_next_moment_takes() -> None:
 @pytest.mark.parametrize("lost", [1, 30])
 def test_nothing_is_told_across_a_gap(lost: int) -> None:
     pinch, stream = noise(), TouchStream(LAYOUT)
-    stream.update(Block(pinch.data[: AT + 12], 7000), contact_at())
+    stream.update(Block(pinch.data[: AT + 12], 7000), make_contact())
     assert stream.update(Block(pinch.data[AT + 12 + lost :], 7012 + AT + lost)) is None
     assert stream.ended
     assert stream.refused == "samples were lost"
@@ -105,5 +105,5 @@ def test_a_dead_piezo_and_too_little_before_are_refused() -> None:
     for samples in (data, flat.data[AT - 20 :]):
         stream = TouchStream(LAYOUT)
         first = 7000 + LENGTH - len(samples)
-        assert stream.update(Block(samples, first), contact_at()) is None
+        assert stream.update(Block(samples, first), make_contact()) is None
         assert "too little signal" in stream.refused

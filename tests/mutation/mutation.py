@@ -68,19 +68,21 @@ def outcome(fault: Fault, copy: Path, words: list[str]) -> tuple[str, str]:
     command = [sys.executable, "-m", "pytest", "-x", "-p", "no:cacheprovider", fault.tests, *words]
     environment = {**os.environ, "PYTHONPATH": str(copy / "src")}
     try:
-        done = subprocess.run(
+        process = subprocess.run(
             command, cwd=copy, env=environment, capture_output=True, text=True, timeout=LONG
         )
     except subprocess.TimeoutExpired:
         return "found", "the tests hang"
     finally:
         path.write_text(text, encoding="utf-8")
-    if done.returncode == 0:
+    if process.returncode == 0:
         return "survived", ""
-    found = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
-    if not found:
-        raise RuntimeError(done.stdout + done.stderr)
-    return "found", found[0].split()[1]
+    computed = [
+        line for line in process.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))
+    ]
+    if not computed:
+        raise RuntimeError(process.stdout + process.stderr)
+    return "found", computed[0].split()[1]
 
 
 def scratch(folder: Path) -> Path:

@@ -19,7 +19,14 @@ def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     folder = tmp_path_factory.mktemp("plugin")
     source = shutil.copytree(EXAMPLE, folder / "source")  # building leaves files behind
     pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "install", "--quiet"]
-    where = ["--no-deps", "--no-build-isolation", "--no-index", "--target", folder / "site", source]
-    subprocess.run([*pip, *where], check=True)
+    location = [
+        "--no-deps",
+        "--no-build-isolation",
+        "--no-index",
+        "--target",
+        folder / "site",
+        source,
+    ]
+    subprocess.run([*pip, *location], check=True)
     paths = [str(folder / "site"), *filter(None, [os.environ.get("PYTHONPATH")])]
     return {**os.environ, "PYTHONPATH": os.pathsep.join(paths), "COLUMNS": "200"}

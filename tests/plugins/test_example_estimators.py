@@ -16,7 +16,7 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "plugin_estimators" / "more_e
 @pytest.mark.parametrize("name", ["gaussian_process", "minirocket"])
 def test_estimators_of_another_package_are_found_and_keep_the_promises(name: str) -> None:
     assert name in ESTIMATORS.names, "run `make install`"
-    assert name not in ESTIMATORS.own
+    assert name not in ESTIMATORS.builtin_names
     assert ESTIMATORS[name].__module__.startswith("more_estimators.")
     check_estimator(ESTIMATORS[name])
 

@@ -137,9 +137,9 @@ def test_help_lists_names_and_imports_nothing(
         with pytest.raises(SystemExit) as end:
             run(verb, "--help")
         assert not end.value.code
-        said = capsys.readouterr()
-        assert "slowly" in said.out
-        assert said.err == ""
+        captured = capsys.readouterr()
+        assert "slowly" in captured.out
+        assert captured.err == ""
     assert run("export", "x", "--to", "y", "--out", "z") == 2
     assert "slowly" in capsys.readouterr().err
     assert module not in sys.modules
@@ -232,8 +232,8 @@ def test_one_that_fails_at_work_leaves_nothing(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     install(ODD + code.format(raised=raised))
-    told = [pinches if word == "PINCHES" else word for word in words]
-    assert run(*told, "--out", tmp_path / "out") == 2
+    predictions = [pinches if word == "PINCHES" else word for word in words]
+    assert run(*predictions, "--out", tmp_path / "out") == 2
     refused(capsys, raised)
     assert not (tmp_path / "out").exists()
 

@@ -162,15 +162,15 @@ def test_a_new_entry_is_one_file_and_at_most_one_line(
         recording=recording, folder=tmp_path, estimator=_option_of_estimators()
     )
     shutil.copy(work / "given.json", tmp_path)
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-m", "firstcontact.cli.main", *words.split()],
         cwd=work,
         env={**os.environ, "PYTHONPATH": str(package.parent)},
         capture_output=True,
         text=True,
     )
-    assert done.returncode == 0, done.stderr
-    assert entry.words in done.stdout + done.stderr
+    assert process.returncode == 0, process.stderr
+    assert entry.words in process.stdout + process.stderr
 
 
 def test_a_field_on_the_page_takes_three_files(work: Path, tmp_path: Path) -> None:
@@ -180,23 +180,23 @@ def test_a_field_on_the_page_takes_three_files(work: Path, tmp_path: Path) -> No
     recipe = text.partition("\n## ")[0].replace("\\|", "|")
     steps = re.findall(r"^\| `(.+?)` \| `(.+)` \| `(.+)` \|$", recipe, re.MULTILINE)
     assert len(steps) == 3
-    for name, before, line in steps:
+    for name, original, line in steps:
         file = package / "streaming" / name
         lines = file.read_text(encoding="utf-8").splitlines()
-        assert lines.count(before) == 1, (name, before)
-        lines.insert(lines.index(before) + 1, line)
+        assert lines.count(original) == 1, (name, original)
+        lines.insert(lines.index(original) + 1, line)
         file.write_text("\n".join(lines) + "\n", encoding="utf-8")
     recording = next((work / "pinches").glob("*.mcap"))
     command = f"live --device {recording} --model general --speed inf --json"
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-m", "firstcontact.cli.main", *command.split()],
         cwd=work,
         env={**os.environ, "PYTHONPATH": str(package.parent)},
         capture_output=True,
         text=True,
     )
-    assert done.returncode == 0, done.stderr
-    pinches = [p for p in map(json.loads, done.stdout.splitlines()) if p["type"] == "pinch"]
+    assert process.returncode == 0, process.stderr
+    pinches = [p for p in map(json.loads, process.stdout.splitlines()) if p["type"] == "pinch"]
     assert pinches
     assert [p["samples"] for p in pinches] == [p["end"] - p["start"] for p in pinches]
 

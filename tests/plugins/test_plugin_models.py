@@ -34,8 +34,8 @@ check_estimator(ESTIMATORS["loudness"])
 def pinches(environment: dict[str, str], tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("pinches") / "out"
     sizes = ("--pinches-per-block", 20, "--pinches-per-object", 4)
-    done = firstcontact(environment, "simulate", "--out", out, *sizes)
-    assert done.returncode == 0, done.stderr
+    process = firstcontact(environment, "simulate", "--out", out, *sizes)
+    assert process.returncode == 0, process.stderr
     return out
 
 
@@ -43,38 +43,38 @@ def pinches(environment: dict[str, str], tmp_path_factory: pytest.TempPathFactor
 def model(environment: dict[str, str], pinches: Path) -> Path:
     out = pinches.parent / "model"
     options = ("--estimator", "loudness", "--detector-type", "energy", "--contacts", "detected")
-    done = firstcontact(environment, "train", pinches, "--out", out, *options)
-    assert done.returncode == 0, done.stderr
-    assert "loudness (regression), 15 ms: " in done.stdout
-    assert "detector energy:" in done.stdout
+    process = firstcontact(environment, "train", pinches, "--out", out, *options)
+    assert process.returncode == 0, process.stderr
+    assert "loudness (regression), 15 ms: " in process.stdout
+    assert "detector energy:" in process.stdout
     return out
 
 
 @pytest.mark.parametrize(("verb", "words"), [("train", "svm,cnn"), ("study", "three_sigma,svm")])
 def test_help_lists_them(verb: str, words: str, environment: dict[str, str]) -> None:
-    done = firstcontact(environment, verb, "--help")
-    assert words in done.stdout
-    assert ("loudness" if verb == "train" else "energy") in done.stdout
+    process = firstcontact(environment, verb, "--help")
+    assert words in process.stdout
+    assert ("loudness" if verb == "train" else "energy") in process.stdout
 
 
 def test_a_kept_model_is_evaluated_and_live(
     model: Path, pinches: Path, environment: dict[str, str]
 ) -> None:
-    done = firstcontact(environment, "evaluate", model, pinches, "--contacts", "detected")
-    assert done.returncode == 0, done.stderr
-    assert "contacts detected (energy;" in done.stdout
+    process = firstcontact(environment, "evaluate", model, pinches, "--contacts", "detected")
+    assert process.returncode == 0, process.stderr
+    assert "contacts detected (energy;" in process.stdout
     recording = sorted(pinches.rglob("*.mcap"))[0]
     device = ("--device", recording, "--speed", "inf", "--model", model, "--json")
-    done = firstcontact(environment, "live", *device)
-    assert done.returncode == 0, done.stderr
-    assert any(json.loads(line).get("value") is not None for line in done.stdout.splitlines())
+    process = firstcontact(environment, "live", *device)
+    assert process.returncode == 0, process.stderr
+    assert any(json.loads(line).get("value") is not None for line in process.stdout.splitlines())
 
 
 def test_a_study_scores_and_draws_them(
     pinches: Path, environment: dict[str, str], tmp_path: Path
 ) -> None:
-    done = run(environment, STUDY, tmp_path / "out", pinches)
-    assert done.returncode == 0, done.stderr
+    process = run(environment, STUDY, tmp_path / "out", pinches)
+    assert process.returncode == 0, process.stderr
     results = json.loads((tmp_path / "out" / "results.json").read_text(encoding="utf-8"))
     assert results["contact"]["windows_start_at"] == "energy"
     assert results["contact"]["energy"]["n"] == results["contact"]["svm"]["n"]
@@ -88,8 +88,8 @@ def test_a_study_scores_and_draws_them(
 
 
 def test_an_outsider_can_run_the_conformance_suites(environment: dict[str, str]) -> None:
-    done = run(environment, CHECKS)
-    assert done.returncode == 0, done.stderr
+    process = run(environment, CHECKS)
+    assert process.returncode == 0, process.stderr
 
 
 def test_a_broken_one_is_refused_with_its_reason(
@@ -97,6 +97,6 @@ def test_a_broken_one_is_refused_with_its_reason(
 ) -> None:
     for option in ("--estimator", "--detector-type"):
         arguments = ("train", pinches, "--out", tmp_path / "m", option, "broken")
-        done = firstcontact(environment, *arguments)
-        assert done.returncode == 2, done.stderr
-        assert "ImportError: libtoy is missing" in done.stderr.splitlines()[-1]
+        process = firstcontact(environment, *arguments)
+        assert process.returncode == 2, process.stderr
+        assert "ImportError: libtoy is missing" in process.stderr.splitlines()[-1]

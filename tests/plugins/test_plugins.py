@@ -39,8 +39,8 @@ check_source(SOURCES["tape"], "tape:" + sys.argv[1])
 @pytest.fixture(scope="session")
 def study(environment: dict[str, str], tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("study") / "out"
-    done = run(environment, STUDY, out)
-    assert done.returncode == 0, done.stderr
+    process = run(environment, STUDY, out)
+    assert process.returncode == 0, process.stderr
     return out
 
 
@@ -60,11 +60,11 @@ def recording(study: Path) -> Path:
     ],
 )
 def test_help_lists_them_unseen(verb: str, words: list[str], environment: dict[str, str]) -> None:
-    done = firstcontact(environment, verb, "--help")
-    assert done.returncode == 0, done.stderr
+    process = firstcontact(environment, verb, "--help")
+    assert process.returncode == 0, process.stderr
     for word in words:
-        assert word in done.stdout
-    assert done.stderr == ""
+        assert word in process.stdout
+    assert process.stderr == ""
 
 
 def test_a_policy_is_closed_with_judged_and_drawn(study: Path) -> None:
@@ -84,9 +84,9 @@ def test_live_drives_the_hand_with_the_policy_from_the_source(
     diary = tmp_path / "diary"
     device = ("--device", f"tape:{recording}", "--speed", "inf", "--model", study / "models")
     hand = ("--hand", "diary", "--hand-port", diary, "--policy", "halfway")
-    done = firstcontact(environment, "live", *device, *hand, "--json")
-    assert done.returncode == 0, done.stderr
-    assert "hand diary with policy halfway" in done.stderr
+    process = firstcontact(environment, "live", *device, *hand, "--json")
+    assert process.returncode == 0, process.stderr
+    assert "hand diary with policy halfway" in process.stderr
     orders = diary.read_text(encoding="utf-8").splitlines()
     assert orders[0].startswith("close 0.13 ")
     assert orders[-1] == "release"
@@ -96,10 +96,10 @@ def test_what_is_exported_comes_back(
     environment: dict[str, str], recording: Path, tmp_path: Path
 ) -> None:
     out, back = tmp_path / "a.toy", tmp_path / "back"
-    done = firstcontact(environment, "export", recording, "--to", "toy", "--out", out)
-    assert done.returncode == 0, done.stderr
-    done = firstcontact(environment, "import", out, "--out", back)
-    assert done.returncode == 0, done.stderr
+    process = firstcontact(environment, "export", recording, "--to", "toy", "--out", out)
+    assert process.returncode == 0, process.stderr
+    process = firstcontact(environment, "import", out, "--out", back)
+    assert process.returncode == 0, process.stderr
     assert len(load_dataset(back)) == len(load_dataset(recording))
 
 
@@ -114,25 +114,25 @@ def test_what_is_exported_comes_back(
 def test_what_is_broken_is_refused_with_its_reason(
     arguments: tuple[str, ...], environment: dict[str, str], recording: Path, tmp_path: Path
 ) -> None:
-    told = [str(recording) if word == "RECORDING" else word for word in arguments]
-    done = firstcontact({**environment, "XDG_CACHE_HOME": str(tmp_path)}, *told)
-    assert done.returncode == 2, done.stderr
-    said = done.stderr.splitlines()[-1]
-    assert said.startswith("firstcontact: the plug-in 'broken'")
-    assert "ImportError: libtoy is missing" in said
+    predictions = [str(recording) if word == "RECORDING" else word for word in arguments]
+    process = firstcontact({**environment, "XDG_CACHE_HOME": str(tmp_path)}, *predictions)
+    assert process.returncode == 2, process.stderr
+    text = process.stderr.splitlines()[-1]
+    assert text.startswith("firstcontact: the plug-in 'broken'")
+    assert "ImportError: libtoy is missing" in text
 
 
 def test_a_broken_policy_is_refused_with_its_reason(
     environment: dict[str, str], study: Path, recording: Path
 ) -> None:
     device = ("--device", recording, "--speed", "inf", "--model", study / "models")
-    done = firstcontact(environment, "live", *device, "--hand", "print", "--policy", "broken")
-    assert done.returncode == 2, done.stderr
-    assert "ImportError: libtoy is missing" in done.stderr.splitlines()[-1]
+    process = firstcontact(environment, "live", *device, "--hand", "print", "--policy", "broken")
+    assert process.returncode == 2, process.stderr
+    assert "ImportError: libtoy is missing" in process.stderr.splitlines()[-1]
 
 
 def test_an_outsider_can_run_the_conformance_suites(
     environment: dict[str, str], recording: Path
 ) -> None:
-    done = run(environment, CHECKS, recording)
-    assert done.returncode == 0, done.stderr
+    process = run(environment, CHECKS, recording)
+    assert process.returncode == 0, process.stderr

@@ -188,7 +188,7 @@ def test_invalid_sensor_layouts_are_refused() -> None:
             replace(channel, **wrong)
 
 
-def test_contacts_without_a_finger_are_kept(tmp_path: Path) -> None:
+def test_contacts_without_a_finger_are_preserved(tmp_path: Path) -> None:
     layout = Layout((Channel("m", ChannelKind.VIBRATION, None, "V"),), RATE)
     truth = (Contact(None, 20, 20), Contact(None, 40, 40))
     with RecordingWriter(tmp_path / "a.mcap", Header(layout)) as writer:

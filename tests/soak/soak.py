@@ -1,4 +1,4 @@
-"""All live sources at once for a while, with faults: ``python tests/soak/soak.py --help``.
+"""Soak test of the live sources with faults: ``python tests/soak/soak.py --help``.
 
 Each sender numbers its samples. Each source runs a live session of its own that records, in a
 process of its own. In the end received and lost samples are as many as were sent, each recorded
@@ -103,13 +103,13 @@ def check_counts(
     parts = [epochs] if link.continuous else [[epoch] for epoch in epochs]
     for k, part in enumerate(parts):
         stretches = [s for s in recording.stretches if s.epoch in part]
-        said = np.concatenate([link.numbers(s.data) for s in stretches])
+        text = np.concatenate([link.numbers(s.data) for s in stretches])
         places = np.concatenate([s.first_sample + np.arange(len(s.data)) for s in stretches])
-        off = _wrapped(said - places - (said[0] - places[0]), link.modulus)
+        off = _wrapped(text - places - (text[0] - places[0]), link.modulus)
         gaps += len(stretches) - 1
         drift = max(drift, int(np.abs(off).max()))
         # Samples between the numbers of the first and of the last one, as the sender has it.
-        first = next_number + (int(said[0]) - next_number) % link.modulus
+        first = next_number + (int(text[0]) - next_number) % link.modulus
         last = first + int(places[-1] - places[0]) + int(off[-1])
         last = link.last.get(k, last)
         sent += last - first + 1
@@ -157,9 +157,9 @@ def soak(minutes: float, seed: int, links: list[str], out: Path) -> int:
             )
         results = {}
         for name, process in processes.items():
-            said, _ = process.communicate()
+            errors, _ = process.communicate()
             lost = {"wrong": [f"it ended with code {process.returncode}"]}
-            results[name] = json.loads(said) if process.returncode == 0 else lost
+            results[name] = json.loads(errors) if process.returncode == 0 else lost
     tree = {"minutes": minutes, "seed": seed, "links": results}
     out.write_text(json.dumps(tree, indent=1) + "\n", encoding="utf-8")
     for name, result in results.items():

@@ -29,7 +29,7 @@ from firstcontact.device import (  # noqa: E402
     open_source,
 )
 from firstcontact.device._protocol import decode  # noqa: E402
-from sound import heard_here, ramp  # noqa: E402
+from sound import local_sound, ramp  # noqa: E402
 
 RATE = 4936.0
 #: Factor that makes consecutive numbers jump about, modulo a power of two.
@@ -93,7 +93,7 @@ class PortLink(Link):
             self.device = device
             self.faults = {
                 "unplugged": self._unplug,
-                "silent": lambda: self._rest(3.0),
+                "silent": lambda: self._pause(3.0),
                 "burst": lambda: device.hold(self.rng.choice((0.2, 1.0))),
                 "damaged frames": lambda: self._spoil(self._flipped),
                 "lost frames": lambda: self._spoil(lambda frame: b""),
@@ -117,7 +117,7 @@ class PortLink(Link):
         time.sleep(self.rng.uniform(0.1, 3.0))
         self.device.plug()
 
-    def _rest(self, seconds: float) -> None:
+    def _pause(self, seconds: float) -> None:
         self.device.resting = True
         time.sleep(seconds)
         self.device.resting = False
@@ -269,7 +269,7 @@ class SoundLink(Link):
         }
         tape = ramp(self.modulus)
         with (
-            heard_here(self.folder, tape, loop=1, rate=round(RATE)),
+            local_sound(self.folder, tape, loop=1, rate=round(RATE)),
             open_source("audio:disc") as source,
         ):
             yield source

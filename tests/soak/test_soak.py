@@ -21,7 +21,7 @@ from soak import check_counts
 LAYOUT = Layout((Channel("count", ChannelKind.VIBRATION, None, "V"),), RATE)
 
 
-def found(
+def findings(
     tmp_path: Path, parts: list[tuple[int, int, int, int]], received: int, lost: int
 ) -> list[str]:
     """Findings of a soak with these parts: epoch, number, number that its samples say, length."""
@@ -38,7 +38,7 @@ def found(
 
 def test_counts_that_add_up_are_no_finding(tmp_path: Path) -> None:
     parts = [(0, 0, 0, 300), (0, 400, 400, 600), (1, 0, 20, 480)]
-    assert found(tmp_path, parts, 1380, 100) == []
+    assert findings(tmp_path, parts, 1380, 100) == []
 
 
 @pytest.mark.parametrize(
@@ -53,7 +53,7 @@ def test_counts_that_add_up_are_no_finding(tmp_path: Path) -> None:
 def test_counts_that_do_not_add_up_are_findings(
     parts: list[tuple[int, int, int, int]], received: int, lost: int, tmp_path: Path
 ) -> None:
-    assert found(tmp_path, parts, received, lost)
+    assert findings(tmp_path, parts, received, lost)
 
 
 @pytest.mark.slow

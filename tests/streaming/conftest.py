@@ -15,9 +15,9 @@ from firstcontact.models import (
     Rig,
     Task,
     WindowPredictor,
+    cut_touches,
     make_estimator,
     pretrained,
-    touches_of,
 )
 from firstcontact.signal import contact_windows
 from firstcontact.twin import BLOCKS, PAPER_RIG, draw_pinch, draw_specimen, simulate_pinch
@@ -55,13 +55,13 @@ def detector(training: Dataset) -> Detector:
 
 @pytest.fixture(scope="session")
 def models(training: Dataset, detector: Detector) -> list[WindowPredictor]:
-    """For windows of 3 and of 15 ms."""
+    """Models for windows of 3 and 15 ms."""
     out = []
     for duration in (0.003, 0.015):
-        found = [next(iter(detect(detector, p)), None) for p in training.pinches]
-        windows, kept = contact_windows(training, found, duration)
+        contacts = [next(iter(detect(detector, p)), None) for p in training.pinches]
+        windows, selected = contact_windows(training, contacts, duration)
         estimator = make_estimator("svm", Task.REGRESSION, training.layout.rate)
-        model = estimator.fit(windows, np.asarray(training.shore_a[kept]), seed=0)
+        model = estimator.fit(windows, np.asarray(training.shore_a[selected]), seed=0)
         out.append(WindowPredictor(model))
     return out
 
@@ -69,6 +69,6 @@ def models(training: Dataset, detector: Detector) -> list[WindowPredictor]:
 @pytest.fixture(scope="session")
 def anytime(training: Dataset, detector: Detector) -> InContextModel:
     """The model of the package, told of these pinches' rig."""
-    found = [next(iter(detect(detector, p)), None) for p in training.pinches]
-    touches, which = touches_of(training, found)
-    return pretrained().conditioned_on({ANY: Rig.of(touches, training.shore_a[which])})
+    contacts = [next(iter(detect(detector, p)), None) for p in training.pinches]
+    touches, rows = cut_touches(training, contacts)
+    return pretrained().conditioned_on({ANY: Rig.fit(touches, training.shore_a[rows])})

@@ -8,7 +8,7 @@ import numpy as np
 
 from firstcontact.core import Block, ChannelKind, Contact, Finger, InputError, fingertip_layout
 from firstcontact.device import Arrival, Descriptor, Health, RecorderStatus
-from firstcontact.models import in_words, radius_of
+from firstcontact.models import in_words, parse_radius
 from firstcontact.recording import Marker
 from firstcontact.streaming import (
     Ask,
@@ -64,7 +64,7 @@ class Feed:
         self._plan()
 
     def _plan(self) -> None:
-        """What happens in the closing that begins now."""
+        """Events of the closing that begins now."""
         self.start = self.sample // PERIOD * PERIOD
         first = self.start + CLOSING
         self.shore = float(self.rng.uniform(8, 85))
@@ -105,7 +105,7 @@ class Feed:
     def happenings(self, first: int, end: int) -> tuple[list[Event], list[Marker]]:
         """Events that are known in these samples, in order, and markers."""
         a, b = self.contacts
-        told: list[tuple[int, Event]] = [
+        predictions: list[tuple[int, Event]] = [
             (self.start, ClosingStart(self.start, self.epoch)),
             (a.decided, ContactEvent(a, True, self.epoch, 0.0)),
             (b.decided, ContactEvent(b, False, self.epoch, 0.0)),
@@ -117,7 +117,7 @@ class Feed:
             ),
             (self.done.end, self.done),
         ]
-        events = [e for at, e in sorted(told, key=lambda t: t[0]) if first <= at < end]
+        events = [e for at, e in sorted(predictions, key=lambda t: t[0]) if first <= at < end]
         word = WORDS[self.pinches % len(WORDS)]
         markers = (
             [Marker(self.start + 5, word, self.epoch)]
@@ -197,7 +197,7 @@ class Feed:
         self.lost += n
 
 
-class Asked:
+class Requests:
     """Controls that note what they were asked for, and act on a feed."""
 
     def __init__(self, feed: Feed | None = None) -> None:
@@ -234,7 +234,7 @@ class Asked:
 
     def set_shape(self, text: str) -> str:
         self.calls.append(f"shape {text}")
-        return in_words(radius_of(text))
+        return in_words(parse_radius(text))
 
     def new_object(self) -> None:
         self.calls.append("new")

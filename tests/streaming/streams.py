@@ -22,7 +22,7 @@ Facts = tuple[object, ...]
 
 
 def facts(events: list[Event]) -> list[Facts]:
-    """What must not depend on blocks or on the host's clock."""
+    """Facts that do not depend on blocks or the host's clock."""
     return [(type(event).__name__, *_facts(event)) for event in events]
 
 
@@ -45,19 +45,19 @@ def _facts(e: Event) -> Facts:
 
 
 def run(pipeline: Pipeline, blocks: list[Block]) -> list[Event]:
-    """All events of a stream."""
+    """Return the events of a stream."""
     events = [event for block in blocks for event in pipeline.update(block, 0.0)]
     return events + pipeline.finish()
 
 
-def blocks_of(dataset: Dataset) -> list[Block]:
+def as_blocks(dataset: Dataset) -> list[Block]:
     """One block for each pinch, each an epoch."""
     return [Block(p.data, p.first_sample, epoch) for epoch, p in enumerate(dataset.pinches)]
 
 
-def frames_of(dataset: Dataset, size: int = 5) -> list[Block]:
+def cut_frames(dataset: Dataset, size: int = 5) -> list[Block]:
     """The same in pieces of this many samples."""
-    return [p for b in blocks_of(dataset) for p in cut(b, [*range(size, len(b.data), size)])]
+    return [p for b in as_blocks(dataset) for p in cut(b, [*range(size, len(b.data), size)])]
 
 
 def cut(block: Block, edges: list[int]) -> list[Block]:
@@ -73,7 +73,7 @@ def offline(
     """First contact and prediction as the study finds them."""
     contacts = detect(detector, pinch)
     first = contacts[0] if contacts else None
-    windows, kept = contact_windows(Dataset((pinch,)), [first], entry.model.spec.duration)
-    if not kept.any():
+    windows, selected = contact_windows(Dataset((pinch,)), [first], entry.model.spec.duration)
+    if not selected.any():
         return first, None
     return first, float(entry.model.predict_one(windows[0]))

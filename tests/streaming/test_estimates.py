@@ -73,8 +73,8 @@ def closing(
     estimates = ClosingEstimates(predictor, LAYOUT, lambda: 0.0)
     events: list[tuple[int, Event]] = []
     for block in cut(Block(np.zeros((end, 1)), 0), sorted(set(edges))):
-        known = [c for c in (FIRST, second) if c is not None and c.decided < block.end]
-        events += estimates.update(block, known, 0.0, 0.0)
+        labelled_contacts = [c for c in (FIRST, second) if c is not None and c.decided < block.end]
+        events += estimates.update(block, labelled_contacts, 0.0, 0.0)
     finished = estimates.finish(end, 0, "the closing ended before the first estimate")
     return [event for _, event in sorted(events, key=lambda pair: pair[0])] + finished, estimates
 
@@ -118,7 +118,7 @@ def test_what_was_final_too_early_is_withdrawn() -> None:
 
 
 @pytest.mark.parametrize(("fails_at", "expected"), [(20, [40.0]), (40, [20.0])])
-def test_a_model_that_fails_at_one_moment_is_asked_at_the_others(
+def test_a_model_that_fails_at_one_moment_predicts_at_later_ones(
     fails_at: int, expected: list[float]
 ) -> None:
     events, _ = closing(Scripted([20, 40], fails_at), None, edges=range(5, 300, 5))

@@ -70,11 +70,11 @@ def test_every_policy_closes_first_and_stays_within_its_grip(
     pipeline = Pipeline(LAYOUT, detector, WindowLadder(models), clock=still)
     with hand:
         events = drive(fresh, pipeline, grasping, still)
-        told = list(hand.told)
+        predictions = list(hand.told)
     assert grasping.loop.counts.closings == sum(isinstance(e, ClosingStart) for e in events)
     assert grasping.loop.counts.contacts == sum(isinstance(e, PinchDone) for e in events) > 0
-    assert grasping.loop.counts.commands == len(told) > 0
-    for command in told:
+    assert grasping.loop.counts.commands == len(predictions) > 0
+    for command in predictions:
         assert isinstance(command, Command)
         assert abs(command.speed) <= grip.speed
         assert 0 <= command.force <= grip.force
@@ -147,16 +147,16 @@ def test_each_final_estimate_is_acted_upon_once(
     assert hand.told[-1] is None  # released
 
 
-def test_the_end_says_what_was_told(
+def test_the_end_summarises_the_events(
     hand: PrintHand, fresh: Dataset, detector: Detector, models: list[WindowPredictor]
 ) -> None:
     grasping = Grasping(live_policy("early_exit"), hand, LAYOUT)
     with hand:
         drive(fresh, Pipeline(LAYOUT, detector, WindowLadder(models), clock=still), grasping, still)
     counts = grasping.loop.counts
-    said = "\n".join(grasp_lines(grasping))
+    text = "\n".join(grasp_lines(grasping))
     for number in (counts.commands, counts.closings, counts.estimates, counts.misses):
-        assert str(number) in said
+        assert str(number) in text
     assert "time limit" not in "\n".join(grasp_lines(grasping, real_time=False))
     assert np.isfinite([c.force for c in hand.told if isinstance(c, Command)]).all()
 
@@ -203,17 +203,17 @@ def test_samples_that_came_late_make_an_estimate_late(
     for late in (0.0, 0.040):
         delay = TransportDelay(RATE)
         grasping = Grasping(live_policy("first_contact"), hand, LAYOUT, transport=delay)
-        came = 0.0
-        pipeline = Pipeline(LAYOUT, detector, WindowLadder(models[-1:]), clock=lambda: came)  # noqa: B023
+        arrival = 0.0
+        pipeline = Pipeline(LAYOUT, detector, WindowLadder(models[-1:]), clock=lambda: arrival)  # noqa: B023
         with hand:
             for pinch in fresh.pinches[:1]:
                 for i in range(0, len(pinch.data), FRAME):
                     block = Block(pinch.data[i : i + FRAME], pinch.first_sample + i)
                     # The link stalls with the contact; all before came 3 ms after their time.
                     stalls = any(c.sample <= block.end for c in pinch.truth)
-                    came = 100.0 + block.end / RATE + 0.003 + (late if stalls else 0.0)
-                    grasping.on_samples(block, came)
-                    for event in pipeline.update(block, came):
+                    arrival = 100.0 + block.end / RATE + 0.003 + (late if stalls else 0.0)
+                    grasping.on_samples(block, arrival)
+                    for event in pipeline.update(block, arrival):
                         grasping.on_event(event)
                     grasping.after_block(block)
         counts.append(grasping.loop.counts)

@@ -16,7 +16,7 @@ from firstcontact.core import Block, Finger
 from firstcontact.device import DeviceContact, DeviceEstimate, DevicePrediction
 from firstcontact.streaming import Estimate, HandPinch, HandPrediction, PinchDone, TextSink
 from firstcontact.streaming._hand_predictions import HandPredictions
-from firstcontact.streaming._json_lines import line_of
+from firstcontact.streaming._json_lines import json_line
 from firstcontact.streaming._sink import Update
 
 RATE = 4936.0
@@ -29,15 +29,19 @@ TOLD: tuple[DevicePrediction, ...] = (
 
 
 def pinches(
-    told: tuple[DevicePrediction, ...], done: tuple[PinchDone, ...], checked: bool = True
+    messages: tuple[DevicePrediction, ...],
+    finished_pinch: tuple[PinchDone, ...],
+    checked: bool = True,
 ) -> list[HandPinch]:
     predictions = HandPredictions("0123456789abcdef", RATE, checked)
-    for pinch in done:
-        predictions.done(pinch)
+    for pinch in finished_pinch:
+        predictions.add_pinch(pinch)
     events = []
-    for k, t in enumerate(told):
+    for k, t in enumerate(messages):
         events += predictions.update((t,), Block(np.zeros((10, 16), np.int16), 500 + 10 * k), 0.0)
-    assert [e.known for e in events if isinstance(e, HandPrediction)] == [t.decided for t in told]
+    assert [e.known_sample for e in events if isinstance(e, HandPrediction)] == [
+        t.decided for t in messages
+    ]
     assert not [e for e in events if isinstance(e, HandPinch)]  # it is not over yet
     events = (
         predictions.update((), Block(np.zeros((3000, 16), np.int16), 600), 0.0)
@@ -46,7 +50,7 @@ def pinches(
     return [e for e in events if isinstance(e, HandPinch)]
 
 
-def said(event: HandPinch) -> str:
+def printed(event: HandPinch) -> str:
     out = io.StringIO()
     sink = TextSink(out)
     sink.open(DESCRIPTOR)
@@ -61,43 +65,43 @@ def test_the_same_answers_are_said_to_be_the_same() -> None:
     assert pinch.check is not None
     assert pinch.check.same
     assert (pinch.check.compared, pinch.check.largest) == (1, 0.0)
-    assert "30.5 Shore A (22 to 39) from 12 ms at 12.2 ms, the same here (1 estimates)" in said(
+    assert "30.5 Shore A (22 to 39) from 12 ms at 12.2 ms, the same here (1 estimates)" in printed(
         pinch
     )
-    assert json.loads(line_of(pinch))["check"]["same"] is True
+    assert json.loads(json_line(pinch))["check"]["same"] is True
 
 
 def test_a_second_contact_that_is_placed_before_the_first_is_its_pinchs() -> None:
     # Its onset may be found further back than the first one's, which was known earlier.
     second = DeviceContact(Finger.INDEX, 500, 590, False, 0)
-    own = pinch_of(contacts=(FIRST, replace(SECOND, sample=500)))
-    (pinch,) = pinches((TOLD[0], second), (own,))
+    host_pinch = pinch_of(contacts=(FIRST, replace(SECOND, sample=500)))
+    (pinch,) = pinches((TOLD[0], second), (host_pinch,))
     assert pinch.contacts[1].sample == second.sample
     assert pinch.check is not None
     assert pinch.check.contacts
 
 
 def test_a_difference_is_told_with_its_size() -> None:
-    own = pinch_of(changed(ANSWER, high=39.25))
-    (pinch,) = pinches(TOLD, (own,))
+    host_pinch = pinch_of(changed(ANSWER, high=39.25))
+    (pinch,) = pinches(TOLD, (host_pinch,))
     assert pinch.check is not None
     assert not pinch.check.same
     assert pinch.check.largest == 0.25
-    assert "differs here: up to 0.25 Shore A apart" in said(pinch)
+    assert "differs here: up to 0.25 Shore A apart" in printed(pinch)
 
 
-def test_other_contacts_are_told() -> None:
+def test_other_contacts_are_reported() -> None:
     moved = changed(DONE, contacts=(replace(FIRST, sample=511), SECOND))
     (pinch,) = pinches(TOLD, (moved,))
     assert pinch.check is not None
     assert not pinch.check.contacts
-    assert "other contacts" in said(pinch)
+    assert "other contacts" in printed(pinch)
 
 
-def test_what_only_one_of_them_found_is_told() -> None:
+def test_a_one_sided_contact_is_reported() -> None:
     (alone,) = pinches((), (DONE,))
     assert (alone.contacts, alone.sample) == ((), 510)
-    assert "no contact, differs here: other contacts" in said(alone)
+    assert "no contact, differs here: other contacts" in printed(alone)
     (alone,) = pinches(TOLD, ())
     assert alone.check is not None
     assert not alone.check.same
@@ -106,21 +110,21 @@ def test_what_only_one_of_them_found_is_told() -> None:
 def test_without_a_model_here_nothing_is_checked() -> None:
     (pinch,) = pinches(TOLD, (DONE,), checked=False)
     assert pinch.check is None
-    assert "not checked" in said(pinch)
-    assert json.loads(line_of(pinch))["check"] is None
+    assert "not checked" in printed(pinch)
+    assert json.loads(json_line(pinch))["check"] is None
 
 
-def test_a_pinch_in_a_gap_of_the_host_was_not_heard_here() -> None:
+def test_a_pinch_in_a_gap_of_the_host_is_not_compared() -> None:
     predictions = HandPredictions("0123456789abcdef", RATE, checked=True)
     predictions.update((), Block(np.zeros((400, 16), np.int16), 0), 0.0)
     events = predictions.update(TOLD, Block(np.zeros((9000, 16), np.int16), 700), 0.0)
     (pinch,) = [e for e in events if isinstance(e, HandPinch)]
-    assert "not heard here: samples were lost" in said(pinch)
+    assert "not heard here: samples were lost" in printed(pinch)
     assert pinch.check is not None
     assert pinch.check.lost
 
 
-def test_answers_that_belong_to_no_pinch_are_not_kept() -> None:
+def test_predictions_without_a_pinch_are_discarded() -> None:
     """A device that never tells a first contact, or tells one of long ago, costs no memory."""
     predictions = HandPredictions("0123456789abcdef", RATE, checked=True)
     second = replace(TOLD[3], first=False)

@@ -19,7 +19,7 @@ from firstcontact.streaming._hand_requests import HandRequests
 LAYOUT = fingertip_layout()
 
 
-class Told(Hand):
+class LoggedHand(Hand):
     """Takes orders down."""
 
     name = "told"
@@ -64,7 +64,7 @@ def driven(hand: Hand, policy: str = "touch") -> Session:
 
 
 def test_a_closing_is_begun_by_who_asks_and_held_until_it_is_opened() -> None:
-    hand = Told()
+    hand = LoggedHand()
     session = driven(hand)
     requests, approach = session.grasping.requests, session.grasping.loop.policy.grip.approach
     assert requests.allowed == (Ask.CLOSE, Ask.OPEN)
@@ -78,11 +78,11 @@ def test_a_closing_is_begun_by_who_asks_and_held_until_it_is_opened() -> None:
     session.block(FIRST_EVENT)
     assert isinstance(hand.told[-1], Command)
     assert hand.told[-1] != approach
-    told = list(hand.told)
-    done = pinch(start=15, end=600)
-    session.block(done)
+    predictions = list(hand.told)
+    finished_pinch = pinch(start=15, end=600)
+    session.block(finished_pinch)
     session.block(ClosingStart(700, 0), FIRST_EVENT)
-    assert hand.told == told, "it holds what it has"
+    assert hand.told == predictions, "it holds what it has"
     with pytest.raises(InputError, match="open it first"):
         requests.ask(Ask.CLOSE, "somebody else")
     requests.ask(Ask.OPEN, "somebody else")
@@ -97,13 +97,13 @@ def test_a_closing_is_begun_by_who_asks_and_held_until_it_is_opened() -> None:
 def test_the_motor_of_an_opening_hand_begins_nothing() -> None:
     """Only where others begin closings is one heard."""
     for begins, closes in ((Begins.US, False), (Begins.OTHERS, True), (Begins(3), True)):
-        hand = Told(begins)
+        hand = LoggedHand(begins)
         driven(hand).block(ClosingStart(15, 0))
         assert bool(hand.told) is closes
 
 
 def test_nothing_is_sent_between_the_wish_to_open_and_the_opening() -> None:
-    hand = Told()
+    hand = LoggedHand()
     session = driven(hand)
     session.grasping.requests.ask(Ask.CLOSE, "keyboard")
     session.block()
@@ -117,7 +117,7 @@ def test_nothing_is_sent_between_the_wish_to_open_and_the_opening() -> None:
 
 
 def test_who_is_gone_leaves_an_open_hand() -> None:
-    hand = Told()
+    hand = LoggedHand()
     session = driven(hand)
     requests = session.grasping.requests
     requests.ask(Ask.CLOSE, "viewer 1")
@@ -137,7 +137,7 @@ def test_who_is_gone_leaves_an_open_hand() -> None:
 
 
 def test_who_asks_and_goes_at_once_leaves_an_open_hand() -> None:
-    hand = Told()
+    hand = LoggedHand()
     session = driven(hand)
     session.grasping.requests.ask(Ask.CLOSE, "viewer 1")
     session.grasping.requests.gone("viewer 1")
@@ -147,9 +147,9 @@ def test_who_asks_and_goes_at_once_leaves_an_open_hand() -> None:
 
 
 def test_a_hand_that_was_released_by_a_silence_stays_open() -> None:
-    """What comes in the same closing afterwards does not close it again."""
+    """Later contacts of the same closing do not close the hand again."""
     now = [0.0]
-    hand = Told()
+    hand = LoggedHand()
     with SafeHand(hand, silence=1.0, clock=lambda: now[0]) as safe:
         session = driven(safe)
         session.grasping.requests.ask(Ask.CLOSE, "keyboard")
@@ -163,7 +163,7 @@ def test_a_hand_that_was_released_by_a_silence_stays_open() -> None:
 
 
 def test_a_hand_that_begins_by_itself_can_only_be_opened() -> None:
-    hand = Told(Begins.OTHERS)
+    hand = LoggedHand(Begins.OTHERS)
     session = driven(hand)
     assert session.grasping.requests.allowed == (Ask.OPEN,)
     with pytest.raises(InputError, match="only open it"):
@@ -178,14 +178,14 @@ def test_a_hand_that_begins_by_itself_can_only_be_opened() -> None:
 
 
 def test_nothing_is_asked_of_a_session_that_has_ended() -> None:
-    session = driven(Told())
+    session = driven(LoggedHand())
     session.grasping.ended()
     with pytest.raises(InputError, match="has ended"):
         session.grasping.requests.ask(Ask.CLOSE, "keyboard")
 
 
 def test_requests_of_many_threads_end_with_an_open_hand() -> None:
-    hand = Told()
+    hand = LoggedHand()
     session = driven(hand)
     requests: HandRequests = session.grasping.requests
 
@@ -234,23 +234,23 @@ class Alarms(SlipDetector):
 
 
 def test_a_slip_of_what_is_held_is_told_until_the_hand_opens() -> None:
-    for begins, told in ((Begins.US, True), (Begins.OTHERS, False)):
-        hand = Told(begins)
+    for begins, predictions in ((Begins.US, True), (Begins.OTHERS, False)):
+        hand = LoggedHand(begins)
         session = Session(Grasping(live_policy("slip_reflex"), hand, LAYOUT, slip=Alarms()))
-        if told:
+        if predictions:
             session.grasping.requests.ask(Ask.CLOSE, "keyboard")
         session.block()
         session.block(ClosingStart(5, 0), FIRST_EVENT, SECOND_EVENT)
         assert session.grasping.slips == 0, "a closing is loud"
-        before = hand.told[-1]
+        original = hand.told[-1]
         session.block(pinch(start=5, end=600))
         session.block()
-        after = hand.told[-1]
-        assert isinstance(before, Command)
-        assert isinstance(after, Command)
-        assert (after.force > before.force) is told
+        current = hand.told[-1]
+        assert isinstance(original, Command)
+        assert isinstance(current, Command)
+        assert (current.force > original.force) is predictions
         # When somebody else opens the hand is not known: that motor must not be held on to.
-        assert bool(session.grasping.slips) is told
+        assert bool(session.grasping.slips) is predictions
         session.grasping.requests.ask(Ask.OPEN, "keyboard")
         session.block()
         session.block()

@@ -23,7 +23,7 @@ from firstcontact.streaming import (
     WindowLadder,
     ledger_lines,
 )
-from firstcontact.streaming._json_lines import line_of
+from firstcontact.streaming._json_lines import json_line
 from firstcontact.streaming._ledger import Ledger
 from firstcontact.streaming._sink import Update
 from firstcontact.streaming._text import pinch_line
@@ -41,7 +41,7 @@ times = st.fixed_dictionaries(
 )
 
 
-def second_after(offset: int | None) -> tuple[Contact, ...]:
+def contacts_with_offset(offset: int | None) -> tuple[Contact, ...]:
     """The contacts of a pinch with this offset, in samples."""
     if offset is None:
         return (FIRST,)
@@ -51,7 +51,7 @@ def second_after(offset: int | None) -> tuple[Contact, ...]:
 pinches = st.builds(
     lambda offset, estimates, real_time: pinch(
         *(timed(ANSWER, **t) for t in estimates),
-        contacts=second_after(offset),
+        contacts=contacts_with_offset(offset),
         real_time=real_time,
     ),
     st.none() | st.integers(-5, 400),
@@ -60,43 +60,45 @@ pinches = st.builds(
 )
 
 
-def shown(*events: Any) -> dict[str, Any]:
-    """What the page is told."""
+def page_state(*events: Any) -> dict[str, Any]:
+    """Return the state of the page after these events."""
     state = State(DESCRIPTOR, {}, controls=None)
     state.take(Update((numbered(0, 1600),), events, Health(connected=True)))
     return {name: json.loads(part) for name, part in state.changed({}).items() if part}
 
 
-def truth(done: PinchDone) -> str | None:
+def truth(finished_pinch: PinchDone) -> str | None:
     """The verdict, reckoned here."""
-    if not done.estimates:
+    if not finished_pinch.estimates:
         return "none"
-    if not done.real_time:
+    if not finished_pinch.real_time:
         return None
-    if len(done.contacts) == 1:
+    if len(finished_pinch.contacts) == 1:
         return "in_time"
-    second = (done.contacts[1].sample - FIRST.sample) / RATE
-    after = [
+    second = (finished_pinch.contacts[1].sample - FIRST.sample) / RATE
+    current = [
         (e.complete - FIRST.sample) / RATE + e.waited + e.transport + e.compute
-        for e in done.estimates
+        for e in finished_pinch.estimates
     ]
-    return "in_time" if min(after) < second else "too_late"
+    return "in_time" if min(current) < second else "too_late"
 
 
 @settings(max_examples=200)
-@given(done=pinches)
-def test_page_text_and_json_say_the_same_and_never_praise_what_came_late(done: PinchDone) -> None:
+@given(finished_pinch=pinches)
+def test_page_text_and_json_say_the_same_and_never_praise_what_came_late(
+    finished_pinch: PinchDone,
+) -> None:
     """No row reads: available 70 ms after the first contact, second after 5.1 ms, in time."""
-    case = truth(done)
-    parts = shown(FIRST_EVENT, *done.estimates, done)
+    case = truth(finished_pinch)
+    parts = page_state(FIRST_EVENT, *finished_pinch.estimates, finished_pinch)
     ((row,), now) = parts["pinches"], parts["now"]
-    line, tree = pinch_line(done), json.loads(line_of(done))
+    line, tree = pinch_line(finished_pinch), json.loads(json_line(finished_pinch))
     early = [e["available"] for e in tree["estimates"] if e["in_time"]]
     assert row["pinch"]["verdict"] == tree["verdict"] == now["pinch"]["verdict"] == case
     assert row["pinch"] == now["pinch"]
     of_row = [e for e in row["pinch"]["estimates"] if e["in_time"]]
     if case == "in_time":
-        assert done.offset is None or max(early) < done.offset
+        assert finished_pinch.offset is None or max(early) < finished_pinch.offset
         assert of_row[-1]["available"] == early[-1]
         words = re.search(r"at (-?[\d.]+) ms(, out of range)?, in time", line)
         assert words is not None
@@ -107,46 +109,46 @@ def test_page_text_and_json_say_the_same_and_never_praise_what_came_late(done: P
         assert "in time" not in line.replace("no estimate in time", "")
     if case == "too_late":
         assert "no estimate in time" in line
-        assert row["pinch"]["estimates"][-1]["available"] >= done.offset
+        assert row["pinch"]["estimates"][-1]["available"] >= finished_pinch.offset
 
 
 @settings(max_examples=50)
-@given(done=st.lists(pinches, max_size=6))
-def test_the_summary_counts_each_pinch_once(done: list[PinchDone]) -> None:
+@given(finished_pinch=st.lists(pinches, max_size=6))
+def test_the_summary_counts_each_pinch_once(finished_pinch: list[PinchDone]) -> None:
     ledger = Ledger(RATE)
-    for one in done:
+    for one in finished_pinch:
         for estimate in one.estimates:
             ledger.add(estimate)
         ledger.close(one)
     figures = ledger.summary()
-    cases = [truth(d) for d in done]
+    cases = [truth(d) for d in finished_pinch]
     for name in ("in_time", "too_late", "none"):
         assert figures[name] == cases.count(name)
-    said = "\n".join(ledger_lines(figures, 1.0, 0.1))
-    numbers = re.search(r"(\d+) of (\d+) pinches.*; (\d+) too late, (\d+) without", said)
+    text = "\n".join(ledger_lines(figures, 1.0, 0.1))
+    numbers = re.search(r"(\d+) of (\d+) pinches.*; (\d+) too late, (\d+) without", text)
     assert numbers is not None
     if None not in cases:
-        in_force, pinches, *others = map(int, numbers.groups())
-        assert in_force + sum(others) == pinches == len(done)
+        in_force, pinches, *remaining = map(int, numbers.groups())
+        assert in_force + sum(remaining) == pinches == len(finished_pinch)
 
 
 def test_the_row_that_misled_says_so() -> None:
-    """Its samples lay before the second contact, and nobody had the estimate by then."""
-    contacts = second_after(25)
+    """The samples lay before the second contact, but the estimate came later."""
+    contacts = contacts_with_offset(25)
     samples = timed(ANSWER, elapsed=20 / RATE, complete=FIRST.sample + 20, waited=0.066)
-    (row,) = shown(FIRST_EVENT, pinch(samples, contacts=contacts))["pinches"]
+    (row,) = page_state(FIRST_EVENT, pinch(samples, contacts=contacts))["pinches"]
     (late,) = row["pinch"]["estimates"]
     assert (row["pinch"]["verdict"], late["in_time"]) == ("too_late", False)
     assert late["available"] == pytest.approx(0.070352, abs=1e-6)
     early = timed(samples, waited=0.0, value=12.0)
-    (row,) = shown(FIRST_EVENT, pinch(early, samples, contacts=contacts))["pinches"]
+    (row,) = page_state(FIRST_EVENT, pinch(early, samples, contacts=contacts))["pinches"]
     in_force, late = row["pinch"]["estimates"]
     assert (row["pinch"]["verdict"], in_force["value"]) == ("in_time", 12.0)
     assert in_force["available"] < row["pinch"]["offset"] < late["available"]
 
 
 def test_before_a_pinch_is_over_there_is_no_verdict() -> None:
-    now = shown(FIRST_EVENT, ANSWER)["now"]
+    now = page_state(FIRST_EVENT, ANSWER)["now"]
     assert (now["pinch"], now["estimates"][0]["in_time"]) == (None, None)
 
 
@@ -167,18 +169,18 @@ def test_it_is_the_hosts_clock_that_decides(
     predictor = data.draw(st.sampled_from((WindowLadder(models), NetworkPredictor(anytime))))
     pipeline = Pipeline(DESCRIPTOR.layout, detector, predictor, clock=lambda: now + compute)
     taken, free = 1000.0, 0.0  # host time of sample 0, and when the line is free again
-    found = []
+    collected = []
     for block in cut(Block(one.data, one.first_sample), edges):
-        held = 0.0 if block.first_sample == one.first_sample else data.draw(seconds)
-        now = max(free, taken + (block.end - 1) / RATE + held)
+        held_out = 0.0 if block.first_sample == one.first_sample else data.draw(seconds)
+        now = max(free, taken + (block.end - 1) / RATE + held_out)
         free = now
-        found += list(pipeline.update(block, now))
-    found += pipeline.finish()
-    (done,) = [e for e in found if isinstance(e, PinchDone)]
-    for e in done.estimates:
+        collected += list(pipeline.update(block, now))
+    collected += pipeline.finish()
+    (finished_pinch,) = [e for e in collected if isinstance(e, PinchDone)]
+    for e in finished_pinch.estimates:
         assert e.host == pytest.approx(taken + e.contact.sample / RATE + e.available, abs=1e-6)
-        if done.second is not None:
-            assert e.in_time is (e.host < taken + done.second.sample / RATE - 1e-9)
+        if finished_pinch.second is not None:
+            assert e.in_time is (e.host < taken + finished_pinch.second.sample / RATE - 1e-9)
 
 
 def test_faster_than_real_time_nothing_is_said_to_be_in_time(
@@ -186,13 +188,13 @@ def test_faster_than_real_time_nothing_is_said_to_be_in_time(
 ) -> None:
     pipeline = Pipeline(DESCRIPTOR.layout, detector, NetworkPredictor(anytime), real_time=False)
     one = fresh.pinches[0]
-    found = [*pipeline.update(Block(one.data, one.first_sample), 0.0), *pipeline.finish()]
-    (done,) = [e for e in found if isinstance(e, PinchDone)]
-    assert (done.verdict, done.in_force) == (None, done.final)
-    (row,) = shown(*found)["pinches"]
+    stream_events = [*pipeline.update(Block(one.data, one.first_sample), 0.0), *pipeline.finish()]
+    (finished_pinch,) = [e for e in stream_events if isinstance(e, PinchDone)]
+    assert (finished_pinch.verdict, finished_pinch.in_force) == (None, finished_pinch.final)
+    (row,) = page_state(*stream_events)["pinches"]
     assert row["pinch"]["verdict"] is None
     assert [e["in_time"] for e in row["pinch"]["estimates"]] == [None]
-    assert " at " not in pinch_line(done)
-    said = "\n".join(ledger_lines(pipeline.ledger.summary(), 1.0, 0.1, speed=4.0))
-    assert "verdicts are left out" in said
-    assert "too late" not in said
+    assert " at " not in pinch_line(finished_pinch)
+    text = "\n".join(ledger_lines(pipeline.ledger.summary(), 1.0, 0.1, speed=4.0))
+    assert "verdicts are left out" in text
+    assert "too late" not in text

@@ -51,19 +51,19 @@ def test_lines_say_what_happened_in_order() -> None:
         "hand_prediction",
         "hand_pinch",
     ]
-    head, link, failed, marker, start, contact, estimate, final, none, done, *rest = lines
-    combined, hand, found, own, whole = rest
-    assert found["event"]["contact"]["decided"] == 522
-    assert (own["event"]["value"], own["event"]["compute"]) == (30.5, 441e-6)
-    assert (whole["check"]["same"], whole["check"]["largest"]) == (True, 0.002)
+    head, link, failed, marker, start, contact, estimate, final, none, finished, *remainder = lines
+    combined, hand, computed, own_values, complete = remainder
+    assert computed["event"]["contact"]["decided"] == 522
+    assert (own_values["event"]["value"], own_values["event"]["compute"]) == (30.5, 441e-6)
+    assert (complete["check"]["same"], complete["check"]["largest"]) == (True, 0.002)
     assert (hand["ask"], hand["by"]) == ("close", "keyboard")
     assert (estimate["value"], estimate["out_of_range"], estimate["final"]) == (30.5, False, False)
     assert estimate["contact"] == {"finger": 1, "sample": 510, "decided": 522}
     assert (estimate["in_time"], estimate["model"]) == (None, "network")
     assert (final["value"], final["final"], final["in_time"]) == (30.5, True, True)
-    assert [e["value"] for e in done["estimates"]] == [30.5]
-    assert (done["estimates"][0]["in_time"], done["verdict"]) == (True, "in_time")
-    assert done["strips"][1] == {"finger": 0, "sample": 578, "decided": 578}
+    assert [e["value"] for e in finished["estimates"]] == [30.5]
+    assert (finished["estimates"][0]["in_time"], finished["verdict"]) == (True, "in_time")
+    assert finished["strips"][1] == {"finger": 0, "sample": 578, "decided": 578}
     assert (combined["pinches"], combined["value"], combined["number"]) == (2, 30.5, 1)
     assert failed == {"type": "failed", "subject": "page", "reason": "OSError: no"}
     assert (head["format"], head["format_version"]) == ("firstcontact-live", 3)
@@ -126,7 +126,7 @@ def test_what_failed_elsewhere_is_told_once() -> None:
 
 
 def test_lines_come_through_a_pipe_at_once() -> None:
-    """Nothing is closed or filled: a flushed line alone is what lets the reader go on."""
+    """A flushed line alone lets the reader continue: the stream stays open."""
     reading, writing = os.pipe()
     with os.fdopen(reading, encoding="utf-8") as reader, os.fdopen(writing, "w") as writer:
         sink = JsonLinesSink(writer)
@@ -170,5 +170,5 @@ def test_a_program_whose_listener_went_away_ends_without_a_word() -> None:
     assert program.stdout is not None
     program.stdout.close()
     program.stdout = None
-    _, said = program.communicate(b"\n", timeout=120)
-    assert (program.returncode, said) == (0, b"")
+    _, errors = program.communicate(b"\n", timeout=120)
+    assert (program.returncode, errors) == (0, b"")

@@ -19,7 +19,7 @@ from told_events import DESCRIPTOR, EVENTS, everything, numbered
 from firstcontact.core import InputError, VibrationSensor
 from firstcontact.device import Arrival
 from firstcontact.streaming import LslSink
-from firstcontact.streaming._json_lines import FailedLine, line_of, marker_line
+from firstcontact.streaming._json_lines import FailedLine, json_line, marker_line
 from firstcontact.streaming._sink import Update
 
 pytest.importorskip("pylsl")
@@ -69,13 +69,13 @@ def loopback(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """Streams of these tests stay on this machine; LSL reads this once, when first used."""
     config = tmp_path_factory.mktemp("lsl") / "lsl_api.cfg"
     config.write_text(LOOPBACK, encoding="utf-8")
-    before = os.environ.get("LSLAPICFG")
+    previous = os.environ.get("LSLAPICFG")
     os.environ["LSLAPICFG"] = str(config)
     yield
-    if before is None:
+    if previous is None:
         del os.environ["LSLAPICFG"]
     else:
-        os.environ["LSLAPICFG"] = before
+        os.environ["LSLAPICFG"] = previous
 
 
 class Listener:
@@ -95,15 +95,15 @@ class Listener:
     def require(self) -> None:
         """Skip where LSL finds no stream, because the machine has no interface that lets it."""
         if self._first != "open\n":
-            _, said = self._process.communicate(timeout=2 * PATIENCE)
+            _, errors = self._process.communicate(timeout=2 * PATIENCE)
             if self._process.returncode == 77:
                 pytest.skip("LSL cannot discover streams on any network interface here")
-            raise AssertionError(said)
+            raise AssertionError(errors)
 
     def result(self) -> Any:
-        """What it got, once it has all."""
-        out, said = self._process.communicate(timeout=4 * PATIENCE)
-        assert self._process.returncode == 0, said
+        """Return the received samples once the stream is complete."""
+        out, errors = self._process.communicate(timeout=4 * PATIENCE)
+        assert self._process.returncode == 0, errors
         return json.loads(out)
 
 
@@ -142,9 +142,9 @@ def test_a_listener_gets_every_sample_and_event(loopback: None) -> None:
 
     texts = [
         marker_line(marker),
-        *(line_of(e) for e in EVENTS),
+        *(json_line(e) for e in EVENTS),
     ]
-    assert got["texts"] == [*texts, line_of(FailedLine("page", "OSError: no"))]
+    assert got["texts"] == [*texts, json_line(FailedLine("page", "OSError: no"))]
     stamps = np.array(got["told"])
     assert (np.diff(stamps) >= 0).all()
     # The pinch is known with its last sample; nothing before the marker goes back behind it.

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from streams import blocks_of, cut, facts, frames_of, run
+from streams import as_blocks, cut, cut_frames, facts, run
 
 from firstcontact.contact import Detector, detect
 from firstcontact.core import Block, Dataset, InputError, fingertip_layout
-from firstcontact.models import InContextModel, Model, WindowPredictor, moments, touches_of
+from firstcontact.models import InContextModel, Model, WindowPredictor, cut_touches, moments
 from firstcontact.models import NetworkPredictor as NetworkEntry
 from firstcontact.streaming import (
     Estimate,
@@ -21,7 +21,7 @@ from firstcontact.streaming import (
     PinchDone,
     Pipeline,
     Verdict,
-    predictor_of,
+    live_predictor,
 )
 
 LAYOUT = fingertip_layout()
@@ -32,23 +32,23 @@ def pipeline(detector: Detector, anytime: InContextModel, **more: object) -> Pip
     return Pipeline(LAYOUT, detector, NetworkPredictor(anytime), **more)  # type: ignore[arg-type]
 
 
-def samples_of(estimate: Estimate) -> int:
+def count_samples(estimate: Estimate) -> int:
     return round(estimate.elapsed * RATE)
 
 
 def test_live_is_offline(fresh: Dataset, detector: Detector, anytime: InContextModel) -> None:
-    events = run(pipeline(detector, anytime), frames_of(fresh))
+    events = run(pipeline(detector, anytime), cut_frames(fresh))
     pinches = [e for e in events if isinstance(e, PinchDone)]
     assert len(pinches) == len(fresh)
-    for done, pinch in zip(pinches, fresh.pinches, strict=True):
+    for finished, pinch in zip(pinches, fresh.pinches, strict=True):
         first, second = (*detect(detector, pinch), None)[:2]
-        touches, which = touches_of(Dataset((pinch,)), [first], [second])
-        assert list(which) == [0]
+        touches, rows = cut_touches(Dataset((pinch,)), [first], [second])
+        assert list(rows) == [0]
         expected = [n for n in moments(RATE) if n <= touches.valid[0]]
-        assert [samples_of(e) for e in done.estimates] == expected
-        assert [e.final for e in done.estimates] == [n == expected[-1] for n in expected]
-        for estimate in done.estimates:
-            offline = anytime.predict(touches.until(samples_of(estimate)))
+        assert [count_samples(e) for e in finished.estimates] == expected
+        assert [e.final for e in finished.estimates] == [n == expected[-1] for n in expected]
+        for estimate in finished.estimates:
+            offline = anytime.predict(touches.until(count_samples(estimate)))
             assert estimate.value == pytest.approx(offline.value[0], abs=1e-3)
             assert estimate.low == pytest.approx(offline.low[0], abs=1e-3)
             assert estimate.high == pytest.approx(offline.high[0], abs=1e-3)
@@ -58,17 +58,17 @@ def test_live_is_offline(fresh: Dataset, detector: Detector, anytime: InContextM
 def test_live_is_what_the_model_predicts(
     fresh: Dataset, detector: Detector, anytime: InContextModel, models: list[WindowPredictor]
 ) -> None:
-    """Of a model that has both, the network predicts, unless another estimator is named."""
+    """The network predicts unless the caller names another estimator."""
     model = Model(detector, (*models, NetworkEntry(anytime)))
     for estimator in (None, "svm"):
-        predictor = predictor_of(model, estimator)
-        done = [
+        predictor = live_predictor(model, estimator)
+        process = [
             e
-            for e in run(Pipeline(LAYOUT, detector, predictor), blocks_of(fresh))
+            for e in run(Pipeline(LAYOUT, detector, predictor), as_blocks(fresh))
             if isinstance(e, PinchDone)
         ]
         compared = 0
-        for live, pinch in zip(done, fresh.pinches, strict=True):
+        for live, pinch in zip(process, fresh.pinches, strict=True):
             for e in live.estimates:
                 offline = model.predict(
                     Dataset((pinch,)), e.elapsed + 9e-5, live.contacts[:1], estimator=estimator
@@ -79,7 +79,7 @@ def test_live_is_what_the_model_predicts(
                 compared += 1
         assert compared > len(fresh)
     with pytest.raises(InputError) as refused:
-        predictor_of(model, "cnn")
+        live_predictor(model, "cnn")
     assert refused.value.parameter == "estimator"
 
 
@@ -87,9 +87,9 @@ def test_live_is_what_the_model_predicts(
 def test_block_sizes_do_not_matter(
     size: int, fresh: Dataset, detector: Detector, anytime: InContextModel
 ) -> None:
-    some = fresh.take([3, 4])
-    whole = facts(run(pipeline(detector, anytime), blocks_of(some)))
-    assert facts(run(pipeline(detector, anytime), frames_of(some, size))) == whole
+    sample = fresh.take([3, 4])
+    facts_at_once = facts(run(pipeline(detector, anytime), as_blocks(sample)))
+    assert facts(run(pipeline(detector, anytime), cut_frames(sample, size))) == facts_at_once
 
 
 @settings(max_examples=15)
@@ -97,39 +97,41 @@ def test_block_sizes_do_not_matter(
 def test_blocks_do_not_matter(
     fresh: Dataset, detector: Detector, anytime: InContextModel, data: st.DataObject
 ) -> None:
-    some = fresh.take([0, 1, 2])
-    whole = facts(run(pipeline(detector, anytime), blocks_of(some)))
+    sample = fresh.take([0, 1, 2])
+    facts_at_once = facts(run(pipeline(detector, anytime), as_blocks(sample)))
     pieces = []
-    for block in blocks_of(some):
+    for block in as_blocks(sample):
         edges = data.draw(st.lists(st.integers(1, len(block.data) - 1), max_size=60))
         pieces += cut(block, edges)
-    assert facts(run(pipeline(detector, anytime), pieces)) == whole
+    assert facts(run(pipeline(detector, anytime), pieces)) == facts_at_once
 
 
 def test_it_stops_at_the_second_contact(
     fresh: Dataset, detector: Detector, anytime: InContextModel
 ) -> None:
-    events = run(pipeline(detector, anytime), frames_of(fresh))
+    events = run(pipeline(detector, anytime), cut_frames(fresh))
     short = withdrawn = 0
-    for done in (e for e in events if isinstance(e, PinchDone)):
-        its = [e for e in events if getattr(e, "epoch", None) == done.epoch]
-        running = [e for e in its if isinstance(e, Estimate) and not e.final]
+    for finished_pinch in (e for e in events if isinstance(e, PinchDone)):
+        epoch_events = [e for e in events if getattr(e, "epoch", None) == finished_pinch.epoch]
+        running = [e for e in epoch_events if isinstance(e, Estimate) and not e.final]
         ends = [
-            e for e in its if isinstance(e, NoEstimate) or (isinstance(e, Estimate) and e.final)
+            e
+            for e in epoch_events
+            if isinstance(e, NoEstimate) or (isinstance(e, Estimate) and e.final)
         ]
         assert ends
-        if done.final is None:
+        if finished_pinch.final is None:
             assert isinstance(ends[-1], NoEstimate)
         else:
             assert isinstance(ends[-1], Estimate)
-            assert ends[-1].value == done.final.value
-        first, *others = done.contacts
-        if not others:
+            assert ends[-1].value == finished_pinch.final.value
+        first, *remaining = finished_pinch.contacts
+        if not remaining:
             continue
-        offset = others[0].sample - first.sample
-        assert all(samples_of(e) <= offset for e in done.estimates)
-        assert all(e.complete <= others[0].decided for e in running)
-        withdrawn += len(running) - len(done.estimates)
+        offset = remaining[0].sample - first.sample
+        assert all(count_samples(e) <= offset for e in finished_pinch.estimates)
+        assert all(e.complete <= remaining[0].decided for e in running)
+        withdrawn += len(running) - len(finished_pinch.estimates)
         short += offset < moments(RATE)[-1]
     # Offsets of these pinches are such that the second contact cuts some short.
     assert short > 0
@@ -142,13 +144,13 @@ def test_in_hindsight_all_delays_count(
     ticks = iter(range(10**9))
     slow = pipeline(detector, anytime, clock=lambda: next(ticks) / RATE)
     verdicts = set()
-    for done in run(slow, frames_of(fresh)):
-        if isinstance(done, PinchDone) and done.estimates and done.second is not None:
-            out = [e.contact.sample + e.available * RATE for e in done.estimates]
-            early = [sample < done.second.sample for sample in out]
-            assert [e.in_time for e in done.estimates] == early
-            assert done.verdict is (Verdict.IN_TIME if any(early) else Verdict.TOO_LATE)
-            verdicts.add(done.verdict)
+    for process in run(slow, cut_frames(fresh)):
+        if isinstance(process, PinchDone) and process.estimates and process.second is not None:
+            out = [e.contact.sample + e.available * RATE for e in process.estimates]
+            early = [sample < process.second.sample for sample in out]
+            assert [e.in_time for e in process.estimates] == early
+            assert process.verdict is (Verdict.IN_TIME if any(early) else Verdict.TOO_LATE)
+            verdicts.add(process.verdict)
     assert verdicts
 
 
@@ -162,14 +164,21 @@ def test_the_final_one_without_a_second_contact_is_the_longest(
     column = LAYOUT.columns(LAYOUT.vibration[0].kind, other.other)
     data[:, column] = data[:1, column]
     events = run(pipeline(detector, anytime), [Block(data, pinch.first_sample)])
-    (done,) = [e for e in events if isinstance(e, PinchDone)]
-    assert len(done.contacts) == 1
-    assert [samples_of(e) for e in done.estimates] == list(moments(RATE))
-    assert (done.verdict, done.in_force) == (Verdict.IN_TIME, done.final)
+    (finished_pinch,) = [e for e in events if isinstance(e, PinchDone)]
+    assert len(finished_pinch.contacts) == 1
+    assert [count_samples(e) for e in finished_pinch.estimates] == list(moments(RATE))
+    assert (finished_pinch.verdict, finished_pinch.in_force) == (
+        Verdict.IN_TIME,
+        finished_pinch.final,
+    )
     (final,) = [e for e in events if isinstance(e, Estimate) and e.final]
-    assert done.final is not None
+    assert finished_pinch.final is not None
     # Nothing is known of a second contact when it is told.
-    assert (final.value, final.in_time, done.final.in_time) == (done.final.value, None, True)
+    assert (final.value, final.in_time, finished_pinch.final.in_time) == (
+        finished_pinch.final.value,
+        None,
+        True,
+    )
 
 
 def test_a_closing_that_breaks_off_keeps_its_estimates(
@@ -180,10 +189,10 @@ def test_a_closing_that_breaks_off_keeps_its_estimates(
     end = first.decided - pinch.first_sample + 12
     events = run(pipeline(detector, anytime), [Block(pinch.data[:end], pinch.first_sample)])
     (final,) = [e for e in events if isinstance(e, Estimate) and e.final]
-    (done,) = [e for e in events if isinstance(e, PinchDone)]
-    assert done.final is not None
-    assert final.value == done.final.value
-    assert done.reason == ""
+    (finished_pinch,) = [e for e in events if isinstance(e, PinchDone)]
+    assert finished_pinch.final is not None
+    assert final.value == finished_pinch.final.value
+    assert finished_pinch.reason == ""
 
 
 @settings(max_examples=15)
@@ -191,29 +200,29 @@ def test_a_closing_that_breaks_off_keeps_its_estimates(
 def test_every_closing_with_a_contact_ends_with_an_estimate_or_a_reason(
     fresh: Dataset, detector: Detector, anytime: InContextModel, data: st.DataObject
 ) -> None:
-    kept = []
-    for block in blocks_of(fresh.take([0, 1, 2])):
+    selected = []
+    for block in as_blocks(fresh.take([0, 1, 2])):
         lost, missing = data.draw(st.integers(600, 900)), data.draw(st.integers(1, 120))
-        kept += [
+        selected += [
             Block(block.data[:lost], block.first_sample, block.epoch),
             Block(block.data[lost + missing :], block.first_sample + lost + missing, block.epoch),
         ]
-    events = run(pipeline(detector, anytime), kept)
-    for done in (e for e in events if isinstance(e, PinchDone)):
+    events = run(pipeline(detector, anytime), selected)
+    for finished_pinch in (e for e in events if isinstance(e, PinchDone)):
         ends = [
             e
             for e in events
             if (isinstance(e, NoEstimate) or (isinstance(e, Estimate) and e.final))
-            and e.contact == done.contacts[0]
+            and e.contact == finished_pinch.contacts[0]
         ]
         assert ends
         last = ends[-1]
         if isinstance(last, NoEstimate):
-            assert (done.estimates, done.reason) == ((), last.reason)
+            assert (finished_pinch.estimates, finished_pinch.reason) == ((), last.reason)
             assert last.reason
         else:
-            assert done.final is not None
-            assert (done.final.value, done.reason) == (last.value, "")
+            assert finished_pinch.final is not None
+            assert (finished_pinch.final.value, finished_pinch.reason) == (last.value, "")
 
 
 def test_a_prediction_that_is_no_number_is_refused(
@@ -226,12 +235,12 @@ def test_a_prediction_that_is_no_number_is_refused(
         "predict",
         lambda *a: replace(predict(*a), value=np.full(len(a[1]), np.nan)),
     )
-    events = run(live, blocks_of(fresh.take([0])))
+    events = run(live, as_blocks(fresh.take([0])))
     assert not [e for e in events if isinstance(e, Estimate)]
     (refused,) = [e for e in events if isinstance(e, NoEstimate)]
     assert "finite" in refused.reason
-    (done,) = [e for e in events if isinstance(e, PinchDone)]
-    assert (done.final, done.reason) == (None, refused.reason)
+    (finished_pinch,) = [e for e in events if isinstance(e, PinchDone)]
+    assert (finished_pinch.final, finished_pinch.reason) == (None, refused.reason)
 
 
 def test_a_stream_at_another_rate_is_refused(detector: Detector, anytime: InContextModel) -> None:
@@ -243,7 +252,7 @@ def test_the_ledger_counts_pinches_in_time(
     fresh: Dataset, detector: Detector, anytime: InContextModel
 ) -> None:
     live = pipeline(detector, anytime, clock=lambda: 0.0)
-    pinches = [e for e in run(live, frames_of(fresh)) if isinstance(e, PinchDone)]
+    pinches = [e for e in run(live, cut_frames(fresh)) if isinstance(e, PinchDone)]
     figures = live.ledger.summary()
     assert figures["pinches"] == len(pinches)
     assert figures["in_time"] == sum(d.verdict is Verdict.IN_TIME for d in pinches)
@@ -254,14 +263,16 @@ def test_a_shape_is_the_models_input_from_the_next_closing_on(
     fresh: Dataset, detector: Detector, anytime: InContextModel
 ) -> None:
     live = pipeline(detector, anytime)
-    first, second = blocks_of(fresh.take([0, 1]))
+    first, second = as_blocks(fresh.take([0, 1]))
     events = list(live.update(first, 0.0))
     live.radius = np.inf
     events += list(live.update(second, 0.0)) + live.finish()
-    done = [e for e in events if isinstance(e, PinchDone)]
-    for its, pinch, radius in zip(done, fresh.pinches[:2], (np.nan, np.inf), strict=True):
-        assert its.final is not None
-        assert its.final.shape == ("" if np.isnan(radius) else "flat")
-        touches, _ = touches_of(Dataset((pinch,)), its.contacts[:1], [None])
-        touches = replace(touches, radii=np.array([radius])).until(samples_of(its.final))
-        assert its.final.value == pytest.approx(anytime.predict(touches).value[0], abs=1e-3)
+    finished_pinch = [e for e in events if isinstance(e, PinchDone)]
+    for entry, pinch, radius in zip(
+        finished_pinch, fresh.pinches[:2], (np.nan, np.inf), strict=True
+    ):
+        assert entry.final is not None
+        assert entry.final.shape == ("" if np.isnan(radius) else "flat")
+        touches, _ = cut_touches(Dataset((pinch,)), entry.contacts[:1], [None])
+        touches = replace(touches, radii=np.array([radius])).until(count_samples(entry.final))
+        assert entry.final.value == pytest.approx(anytime.predict(touches).value[0], abs=1e-3)

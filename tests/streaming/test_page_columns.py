@@ -35,24 +35,24 @@ def test_every_sample_is_in_its_column(sizes: list[int], start: int) -> None:
         at += n
     first, got = columns.since(0)
     for k in range(len(got)):
-        here = start + (first + k) * columns.samples + np.arange(columns.samples)
-        raw = here % 30_000
+        positions = start + (first + k) * columns.samples + np.arange(columns.samples)
+        raw = positions % 30_000
         np.testing.assert_allclose(got[k, 0], [volts(raw.min()), volts(raw.max())], rtol=1e-5)
         np.testing.assert_allclose(got[k, 1], volts(7), rtol=1e-5)
     assert first + len(got) == (sum(sizes) - 1) // columns.samples
 
 
 @given(st.integers(0, 200), st.integers(1, 40_000), st.integers(1, 500))
-def test_a_gap_is_empty(before: int, gap: int, after: int) -> None:
+def test_a_gap_is_empty(lead: int, gap: int, tail: int) -> None:
     columns = Columns(LAYOUT)
-    columns.add(block(0, before + 1))
-    columns.add(block(before + 1 + gap, after))
+    columns.add(block(0, lead + 1))
+    columns.add(block(lead + 1 + gap, tail))
     first, got = columns.since(0)
     for k, column in enumerate(got):
         begin = (first + k) * columns.samples
-        here = np.arange(begin, begin + columns.samples)
-        came = (here <= before) | (here > before + gap)
-        assert np.isnan(column).all() == (not came.any())
+        positions = np.arange(begin, begin + columns.samples)
+        arrival = (positions <= lead) | (positions > lead + gap)
+        assert np.isnan(column).all() == (not arrival.any())
 
 
 def test_doubled_samples_change_nothing() -> None:
@@ -80,7 +80,7 @@ def test_epochs_are_not_joined() -> None:
     assert not np.isnan(got[2]).any()
 
 
-def test_who_stayed_away_gets_only_what_is_held() -> None:
+def test_a_late_viewer_gets_only_the_stored_state() -> None:
     columns = Columns(LAYOUT)
     for k in range(100):
         columns.add(block(500 * k, 500))
@@ -95,12 +95,12 @@ def test_who_stayed_away_gets_only_what_is_held() -> None:
 def test_the_closeup_has_every_sample_once(n: int, late: int) -> None:
     closeup = Closeup(LAYOUT)
     contact = Contact(Finger.INDEX, 1000, 1000 + late)
-    told = False
+    predictions = False
     for first in range(0, 2000, n):
         closeup.add(block(first, n))
-        if not told and first + n > contact.decided:
+        if not predictions and first + n > contact.decided:
             closeup.begin(contact, 0)
-            told = True
+            predictions = True
     tree = closeup.tree()
     assert tree is not None
     samples = np.arange(1000 - round(BEFORE * RATE), 1000 + round(AFTER * RATE) + 1)

@@ -1,4 +1,4 @@
-"""What viewers ask for is checked and bounded; each is told what became of it."""
+"""Requests of viewers are checked, bounded and answered."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from contextlib import ExitStack
 from typing import Any
 
 import pytest
-from page_feed import DESCRIPTOR, Asked
+from page_feed import DESCRIPTOR, Requests
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
@@ -24,13 +24,13 @@ MARK = '{"do": "mark", "text": "apple"}'
 
 
 @pytest.fixture
-def asked() -> Asked:
-    return Asked()
+def requests() -> Requests:
+    return Requests()
 
 
 @pytest.fixture
-def page(asked: Asked) -> Iterator[PageSink]:
-    sink = PageSink(port=0, controls=asked)
+def page(requests: Requests) -> Iterator[PageSink]:
+    sink = PageSink(port=0, controls=requests)
     sink.open(DESCRIPTOR)
     yield sink
     sink.close()
@@ -64,7 +64,7 @@ def test_so_many_at_once_and_so_many_a_second() -> None:
 
 
 def test_a_viewer_that_asks_too_much_is_told_and_reaches_nothing(
-    page: PageSink, asked: Asked
+    page: PageSink, requests: Requests
 ) -> None:
     began = time.monotonic()
     with view(page) as viewer:
@@ -79,7 +79,7 @@ def test_a_viewer_that_asks_too_much_is_told_and_reaches_nothing(
             assert answer(other)["ok"], "others are listened to meanwhile"
     spent = time.monotonic() - began
     # One more for the other viewer, and one for the beginning second.
-    assert EACH[0] <= len(asked.calls) <= EACH[0] + 2 + EACH[1] * spent
+    assert EACH[0] <= len(requests.calls) <= EACH[0] + 2 + EACH[1] * spent
 
 
 @pytest.mark.parametrize(
@@ -88,12 +88,12 @@ def test_a_viewer_that_asks_too_much_is_told_and_reaches_nothing(
 def test_a_shape_is_told_and_answered(page: PageSink, text: str, words: str) -> None:
     with view(page) as viewer:
         viewer.send(json.dumps({"do": "shape", "text": text}))
-        said = answer(viewer)
-    assert said["ok"] is (text != "a ball")
-    assert words in said["text"]
+        message = answer(viewer)
+    assert message["ok"] is (text != "a ball")
+    assert words in message["text"]
 
 
-def test_all_viewers_together_have_a_bound(page: PageSink, asked: Asked) -> None:
+def test_all_viewers_together_have_a_bound(page: PageSink, requests: Requests) -> None:
     began = time.monotonic()
     with ExitStack() as viewers:
         many = [viewers.enter_context(view(page)) for _ in range(8)]
@@ -104,7 +104,7 @@ def test_all_viewers_together_have_a_bound(page: PageSink, asked: Asked) -> None
         assert refused
         assert all("10 from all" in a["text"] for a in refused)
     spent = time.monotonic() - began
-    assert len(asked.calls) <= ALL[0] + 1 + ALL[1] * spent
+    assert len(requests.calls) <= ALL[0] + 1 + ALL[1] * spent
 
 
 @pytest.mark.parametrize(
@@ -119,43 +119,43 @@ def test_all_viewers_together_have_a_bound(page: PageSink, asked: Asked) -> None
         ('{"a":' * 600 + "1" + "}" * 600, "This message"),
     ],
 )
-def test_what_is_wrong_with_a_message_is_told(
-    page: PageSink, asked: Asked, message: str, words: str
+def test_what_is_wrong_with_a_message_is_reported(
+    page: PageSink, requests: Requests, message: str, words: str
 ) -> None:
     with view(page) as viewer:
         viewer.send(message)
         got = answer(viewer)
     assert not got["ok"]
     assert words.lower() in got["text"].lower()
-    assert asked.calls == []
+    assert requests.calls == []
 
 
-def test_the_hand_is_asked_by_a_viewer_that_has_a_name(page: PageSink, asked: Asked) -> None:
+def test_the_hand_is_asked_by_a_viewer_that_has_a_name(page: PageSink, requests: Requests) -> None:
     with view(page) as first, view(page) as second:
-        for viewer, wish in ((first, "close"), (second, "open")):
-            viewer.send(json.dumps({"do": wish}))
+        for viewer, request in ((first, "close"), (second, "open")):
+            viewer.send(json.dumps({"do": request}))
             assert answer(viewer)["ok"]
-        (closed, first_name), (opened, second_name) = (c.split(" ", 1) for c in asked.calls)
+        (closed, first_name), (opened, second_name) = (c.split(" ", 1) for c in requests.calls)
         assert (closed, opened) == ("close", "open")
         assert first_name != second_name
         first.close()
         until = time.monotonic() + PATIENCE
-        while asked.gone != [first_name]:
-            assert time.monotonic() < until, asked.gone
+        while requests.gone != [first_name]:
+            assert time.monotonic() < until, requests.gone
             assert second.recv(timeout=PATIENCE)
 
 
-def test_the_hand_is_opened_however_much_was_asked(page: PageSink, asked: Asked) -> None:
+def test_the_hand_opens_despite_many_requests(page: PageSink, requests: Requests) -> None:
     with view(page) as viewer:
         for _ in range(2 * ALL[0]):
             viewer.send(MARK)
         viewer.send('{"do":"open"}')
-        while not any(call.startswith("open ") for call in asked.calls):
+        while not any(call.startswith("open ") for call in requests.calls):
             assert answer(viewer)["do"] in ("mark", "", "open")
 
 
 def test_a_viewer_that_falls_silent_no_longer_holds_the_hand_closed(
-    page: PageSink, asked: Asked
+    page: PageSink, requests: Requests
 ) -> None:
     assert _server.SILENCE + _server.TICK < 2.0
     with view(page) as sleeping, view(page) as watching:
@@ -165,9 +165,9 @@ def test_a_viewer_that_falls_silent_no_longer_holds_the_hand_closed(
         watching.send('{"do":"open"}')  # and nothing more: it may be as silent as it wants
         assert answer(watching)["ok"]
         # Its socket stays open, and its library answers the server's pings.
-        until(lambda: asked.gone)
-        names = [call.split(" ", 1)[1] for call in asked.calls]
-        assert asked.gone == [names[0]]
+        until(lambda: requests.gone)
+        names = [call.split(" ", 1)[1] for call in requests.calls]
+        assert requests.gone == [names[0]]
         with pytest.raises(ConnectionClosed):
             answer(sleeping)
         watching.send(MARK)
@@ -175,7 +175,7 @@ def test_a_viewer_that_falls_silent_no_longer_holds_the_hand_closed(
 
 
 def test_a_viewer_that_says_that_it_is_there_holds_the_hand_closed(
-    page: PageSink, asked: Asked, monkeypatch: pytest.MonkeyPatch
+    page: PageSink, requests: Requests, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(_server, "SILENCE", 0.5)
     pause = threading.Event()
@@ -185,6 +185,6 @@ def test_a_viewer_that_says_that_it_is_there_holds_the_hand_closed(
         for _ in range(4 * EACH[0]):  # more often than it may ask for something
             viewer.send(HERE)
             pause.wait(0.025)
-        assert asked.gone == []
+        assert requests.gone == []
         viewer.send(MARK)
         assert answer(viewer)["ok"]

@@ -1,4 +1,4 @@
-"""Who gets the page and who does not; asked over real connections."""
+"""Access rules of the page, over real connections."""
 
 from __future__ import annotations
 
@@ -87,8 +87,8 @@ def test_other_sites_get_no_socket(page: PageSink, origin: str) -> None:
 
 
 def test_the_page_itself_gets_its_socket(page: PageSink) -> None:
-    own = f"http://127.0.0.1:{port(page)}"
-    assert ask(port(page), "/socket", Origin=own, **UPGRADE)[0] == 101
+    own_values = f"http://127.0.0.1:{port(page)}"
+    assert ask(port(page), "/socket", Origin=own_values, **UPGRADE)[0] == 101
     assert ask(port(page), "/socket", **UPGRADE)[0] == 101
 
 
@@ -100,7 +100,7 @@ def test_without_the_token_there_is_nothing(guarded: PageSink, path: str, given:
     assert ask(port(guarded), path + given, **UPGRADE)[0] == 401
 
 
-def test_the_token_opens_the_page_and_its_cookie_the_rest(guarded: PageSink) -> None:
+def test_the_token_opens_the_page_and_its_cookie_all_files(guarded: PageSink) -> None:
     assert guarded.url.endswith(f"?token={TOKEN}")
     status, head, _ = ask(port(guarded), f"/?token={TOKEN}")
     assert status == 200
@@ -141,11 +141,11 @@ def test_the_printed_address_opens_whatever_the_token_is(token: str) -> None:
         sink.close()
 
 
-@pytest.mark.parametrize("where", ["Cookie", "Host", "Origin"])
-def test_bytes_that_are_no_ascii_are_answered(guarded: PageSink, where: str) -> None:
+@pytest.mark.parametrize("location", ["Cookie", "Host", "Origin"])
+def test_bytes_that_are_no_ascii_are_answered(guarded: PageSink, location: str) -> None:
     heads = {"Cookie": f"firstcontact-{port(guarded)}=ü", "Origin": "ü"}
-    host, head = ("ü", {}) if where == "Host" else (None, {where: heads[where]})
-    assert ask(port(guarded), "/", host=host, **head)[0] == (403 if where == "Host" else 401)
+    host, head = ("ü", {}) if location == "Host" else (None, {location: heads[location]})
+    assert ask(port(guarded), "/", host=host, **head)[0] == (403 if location == "Host" else 401)
 
 
 @pytest.mark.parametrize("query", ["token=\udcfc", "token=%FF\udcfc", "\udcfc=1"])

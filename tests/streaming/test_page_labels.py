@@ -79,16 +79,16 @@ def _slow_estimate(e: Estimate, compute: float) -> Estimate:
 
 def next_pinch(feed: Feed, sink: PageSink, compute: float) -> str:
     """Show a pinch whose answer took so long; how its time is written."""
-    told = ""
+    predictions = ""
     while True:
         update = feed.update()
         events = [_slow(e, compute) for e in update.events]
         sink.take(replace(update, events=tuple(events)))
         for event in events:
             if isinstance(event, Estimate):
-                told = f"{1e3 * event.available:.2f}"
-            if isinstance(event, PinchDone) and told:
-                return told
+                predictions = f"{1e3 * event.available:.2f}"
+            if isinstance(event, PinchDone) and predictions:
+                return predictions
 
 
 def on_one_another(boxes: list[Box]) -> list[tuple[str, str]]:
@@ -143,8 +143,11 @@ def test_no_label_lies_on_another(
     try:
         chromium.get(sink.url)
         for compute in late:
-            told = next_pinch(feed, sink, compute)
-            until(chromium, lambda d, t=told: text(d, "total").replace("\u202f", "") == f"{t} ms")
+            predictions = next_pinch(feed, sink, compute)
+            until(
+                chromium,
+                lambda d, t=predictions: text(d, "total").replace("\u202f", "") == f"{t} ms",
+            )
             for width in widths:
                 metrics = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": False}
                 chromium.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
@@ -154,10 +157,10 @@ def test_no_label_lies_on_another(
                     "requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done)));"
                 )
                 for name, (wide, _, boxes) in chromium.execute_script(BOXES).items():
-                    where = f"{name}, {width} px, {compute} s: {[b[0] for b in boxes]}"
-                    assert len(boxes) >= 3, where
-                    assert on_one_another(boxes) == [], where
-                    assert cut_off(wide, boxes) == [], where
+                    location = f"{name}, {width} px, {compute} s: {[b[0] for b in boxes]}"
+                    assert len(boxes) >= 3, location
+                    assert on_one_another(boxes) == [], location
+                    assert cut_off(wide, boxes) == [], location
     finally:
         chromium.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
         sink.close()

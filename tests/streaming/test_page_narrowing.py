@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 from msgspec.structs import replace
-from page_feed import Asked
+from page_feed import Requests
 from told_events import (
     ANSWER,
     DESCRIPTOR,
@@ -46,8 +46,8 @@ COMBINED = ObjectEstimate(
 )
 
 
-def shown(*events: Event) -> dict[str, Any]:
-    """What a viewer is told of these."""
+def page_state(*events: Event) -> dict[str, Any]:
+    """Return the state that a viewer gets after these events."""
     state = State(DESCRIPTOR, {}, controls=None)
     state.take(Update((numbered(0, 1600),), events, Health(connected=True)))
     parts = state.changed({})
@@ -60,10 +60,10 @@ def milliseconds(now: dict[str, Any]) -> list[int]:
 
 
 def test_estimates_come_one_by_one_and_end_with_the_final_one() -> None:
-    going = shown(FIRST_EVENT, *ESTIMATES[:5])["now"]
+    going = page_state(FIRST_EVENT, *ESTIMATES[:5])["now"]
     assert milliseconds(going) == [2, 3, 4, 5, 6]
     assert going["pinch"] is None
-    now = shown(FIRST_EVENT, *ESTIMATES, SECOND_EVENT, FINAL, DONE, COMBINED)["now"]
+    now = page_state(FIRST_EVENT, *ESTIMATES, SECOND_EVENT, FINAL, DONE, COMBINED)["now"]
     assert milliseconds(now) == list(range(2, 15))
     assert [e["final"] for e in now["estimates"]] == [False] * 12 + [True]
     (in_force,) = now["pinch"]["estimates"]
@@ -73,13 +73,13 @@ def test_estimates_come_one_by_one_and_end_with_the_final_one() -> None:
 
 
 def test_the_next_contact_clears_the_previous_object() -> None:
-    now = shown(FIRST_EVENT, FINAL, DONE, COMBINED, FIRST_EVENT, ESTIMATES[0])["now"]
+    now = page_state(FIRST_EVENT, FINAL, DONE, COMBINED, FIRST_EVENT, ESTIMATES[0])["now"]
     assert (now["object"], now["pinch"], milliseconds(now)) == (None, None, [2])
 
 
 def test_a_closing_whose_estimates_were_all_withdrawn_shows_the_reason() -> None:
     none = NoEstimate(FIRST, "touched before there was an estimate", SECOND.decided, 0)
-    now = shown(FIRST_EVENT, *ESTIMATES[:2], none)["now"]
+    now = page_state(FIRST_EVENT, *ESTIMATES[:2], none)["now"]
     assert now["missing"]["reason"] == none.reason
     assert now["estimates"] == []
 
@@ -91,9 +91,9 @@ def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
 
 
 @needs_browser
-def test_it_is_drawn_and_a_new_object_is_asked_for(chromium: Any) -> None:
-    asked = Asked()
-    page = PageSink(port=0, controls=asked, landmarks={"block 29": 29.0})
+def test_it_is_drawn_and_a_new_object_is_requested(chromium: Any) -> None:
+    requests = Requests()
+    page = PageSink(port=0, controls=requests, landmarks={"block 29": 29.0})
     page.open(DESCRIPTOR)
     try:
         chromium.get(page.url)
@@ -109,16 +109,16 @@ def test_it_is_drawn_and_a_new_object_is_asked_for(chromium: Any) -> None:
         assert text(chromium, "same-word") == "Same object, 3 pinches"
         alone = replace(COMBINED, pinches=1, is_named=False)
         page.take(Update((), (alone,), Health(connected=True)))
-        until(chromium, lambda d: text(d, "same-word").startswith("This pinch alone"))
+        until(chromium, lambda d: text(d, "same-word").startswith("Press New object"))
         chromium.find_element("id", "new-object").click()
-        until(chromium, lambda d: asked.calls == ["new"])
+        until(chromium, lambda d: requests.calls == ["new"])
         # Nothing of the previous object stays beside the new one.
-        until(chromium, lambda d: text(d, "same-value") == "–")
+        until(chromium, lambda d: text(d, "same-value") == "")
         chromium.find_element("tag name", "body").send_keys("n")
-        until(chromium, lambda d: asked.calls == ["new", "new"])
+        until(chromium, lambda d: requests.calls == ["new", "new"])
         chromium.find_element("id", "shape").send_keys("Flat")
         chromium.find_element("id", "tell-shape").click()
-        until(chromium, lambda d: asked.calls[2:] == ["shape Flat"])
+        until(chromium, lambda d: requests.calls[2:] == ["shape Flat"])
         until(chromium, lambda d: "flat" in text(d, "recording"))
     finally:
         page.close()
@@ -137,7 +137,7 @@ def test_card_and_row_show_the_estimate_in_force_and_a_later_one_as_a_detail(
         events = (FIRST_EVENT, early, late, replace(late, final=True), pinch(early, late))
         page.take(Update((numbered(0, 1600),), events, Health(connected=True)))
         until(chromium, lambda d: text(d, "value") == "20")
-        assert "in time: available after 5.2 ms" in text(chromium, "verdict")
+        assert "in time: estimate after 5.2 ms" in text(chromium, "verdict")
         assert "44" in text(chromium, "later")
         (row,) = chromium.find_elements("css selector", "#rows tr")
         cells = [cell.text for cell in row.find_elements("tag name", "td")]

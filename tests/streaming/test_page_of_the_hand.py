@@ -1,4 +1,4 @@
-"""What a device that answers by itself told of a pinch, on the page: its row and its time."""
+"""Predictions of a device on the page: row and time of a pinch."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ DONE = pinch(ANSWER)
 (HAND,) = (event for event in EVENTS if isinstance(event, HandPinch))
 
 
-def told(*events: Event) -> Update:
+def update(*events: Event) -> Update:
     return Update((numbered(0, 1600),), events, Health(connected=True))
 
 
 def on_hand(*events: Event) -> object:
-    """What a viewer is told of the hand's time."""
+    """Return the hand's time in the viewer's state."""
     state = State(DESCRIPTOR, {}, controls=None)
-    state.take(told(*events))
+    state.take(update(*events))
     return json.loads(state.changed({}).get("on_hand", '"nothing"'))
 
 
@@ -53,9 +53,9 @@ def test_its_row_leaves_the_table_as_wide_as_it_was(tmp_path: Path) -> None:
     try:
         with browsing(tmp_path / "profile") as driver:
             driver.get(page.url)
-            page.take(told(FIRST_EVENT, ANSWER, DONE))
+            page.take(update(FIRST_EVENT, ANSWER, DONE))
             until(driver, lambda d: "30" in text(d, "rows") or "31" in text(d, "rows"))
-            page.take(told(HAND))
+            page.take(update(HAND))
             until(driver, lambda d: "on the hand" in text(d, "rows"))
             assert driver.execute_script(width) <= driver.execute_script(room)
             assert "12.19 ms" in text(driver, "hand-times")

@@ -23,16 +23,16 @@ def test_a_pinch_has_the_word_that_was_said_for_it() -> None:
     feed = Feed()
     pinches = PinchRows()
     pinch(feed)
-    done = [pinch(feed) for _ in range(4)]
-    pinches.add_marker(Marker(done[0].start - 100, "before"))
-    pinches.done(done[0])
-    pinches.done(done[1])
-    pinches.add_marker(Marker(done[1].start + 10, "late"))
-    pinches.add_marker(Marker(done[2].start + 1, "other epoch", epoch=3))
-    pinches.done(done[2])
-    pinches.done(done[3])
+    finished_pinch = [pinch(feed) for _ in range(4)]
+    pinches.add_marker(Marker(finished_pinch[0].start - 100, "before"))
+    pinches.add_pinch(finished_pinch[0])
+    pinches.add_pinch(finished_pinch[1])
+    pinches.add_marker(Marker(finished_pinch[1].start + 10, "late"))
+    pinches.add_marker(Marker(finished_pinch[2].start + 1, "other epoch", epoch=3))
+    pinches.add_pinch(finished_pinch[2])
+    pinches.add_pinch(finished_pinch[3])
     label = Label("apple", 68.0)
-    pinches.add_label(PinchMark(0, done[3].start - 5, done[3].end, 0, label))
+    pinches.add_label(PinchMark(0, finished_pinch[3].start - 5, finished_pinch[3].end, 0, label))
     assert [row.name for row in pinches.rows] == ["before", "late", "", "apple"]
 
 
@@ -41,27 +41,27 @@ def test_a_pinch_has_what_the_twin_says_became_of_it_whenever_that_comes() -> No
     pinch(feed)
     first, second, third = (pinch(feed) for _ in range(3))
     pinches = PinchRows()
-    pinches.done(first)
+    pinches.add_pinch(first)
     pinches.add_marker(Marker(first.end + 5, lost_text("broken")))
     assert [row.lost for row in pinches.rows] == ["broken"]
     pinches.add_marker(Marker(second.end - 1, lost_text("dropped")))
-    pinches.done(second)
+    pinches.add_pinch(second)
     pinches.add_marker(Marker(second.end, lost_text("dropped"), epoch=3))
-    pinches.done(third)
+    pinches.add_pinch(third)
     assert [row.lost for row in pinches.rows] == ["broken", "dropped", None]
     assert [row.name for row in pinches.rows] == ["", "", ""]
 
 
 def test_a_row_holds_the_estimate_in_force_and_the_final_one() -> None:
-    done = pinch(Feed())
-    first = replace(done.estimates[0], available=15 / RATE)
+    finished_pinch = pinch(Feed())
+    first = replace(finished_pinch.estimates[0], available=15 / RATE)
     between = replace(first, value=55.0)
-    assert done.offset is not None
-    later = replace(first, value=99.0, available=done.offset + 0.001)
+    assert finished_pinch.offset is not None
+    later = replace(first, value=99.0, available=finished_pinch.offset + 0.001)
     pinches = PinchRows()
-    pinches.done(replace(done, estimates=(first, between, later)))
-    pinches.done(replace(done, estimates=(later,)))
-    pinches.done(replace(done, estimates=(), contacts=(), reason="a gap"))
+    pinches.add_pinch(replace(finished_pinch, estimates=(first, between, later)))
+    pinches.add_pinch(replace(finished_pinch, estimates=(later,)))
+    pinches.add_pinch(replace(finished_pinch, estimates=(), contacts=(), reason="a gap"))
     values = [[e.value for e in row.pinch.estimates] for row in pinches.rows]
     assert values == [[55.0, 99.0], [99.0], []]
     assert pinches.rows[1].pinch.in_force is None

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 from msgspec.structs import replace as changed
-from page_feed import DESCRIPTOR, LANDMARKS, Asked, Feed
+from page_feed import DESCRIPTOR, LANDMARKS, Feed, Requests
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
@@ -31,14 +31,14 @@ OPENING = f"GET /socket HTTP/1.1\r\nHost: localhost\r\n{HEAD}\r\n".encode()
 
 
 @pytest.fixture
-def asked() -> Asked:
-    return Asked()
+def requests() -> Requests:
+    return Requests()
 
 
 @pytest.fixture
-def page(asked: Asked) -> Iterator[PageSink]:
+def page(requests: Requests) -> Iterator[PageSink]:
     sink = PageSink(port=0, landmarks=LANDMARKS)
-    sink.controls = asked
+    sink.controls = requests
     sink.open(DESCRIPTOR)
     yield sink
     sink.close()
@@ -52,7 +52,7 @@ def view(sink: PageSink) -> ClientConnection:
     return connect(f"ws://127.0.0.1:{port(sink)}/socket", open_timeout=PATIENCE, compression=None)
 
 
-def told(viewer: ClientConnection, wanted: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
+def merged(viewer: ClientConnection, wanted: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
     """Messages, the later over the earlier, until they are as wanted."""
     so_far: dict[str, Any] = {"columns": 0, "first": None, "skipped": 0}
     while not wanted(so_far):
@@ -78,7 +78,7 @@ def test_who_comes_late_has_the_last_seconds_and_pinches_at_once(page: PageSink)
     for _ in range(400):
         page.take(feed.update())
     with view(page) as viewer:
-        got = told(viewer, lambda s: "pinches" in s and s["columns"] > 0)
+        got = merged(viewer, lambda s: "pinches" in s and s["columns"] > 0)
     assert got["hello"]["source"] == "twin"
     assert got["hello"]["landmarks"] == LANDMARKS
     assert got["columns"] * got["hello"]["column_samples"] >= 2.0 * got["hello"]["rate"]
@@ -91,10 +91,10 @@ def test_who_comes_late_has_the_last_seconds_and_pinches_at_once(page: PageSink)
 def test_columns_come_once_and_in_order(page: PageSink) -> None:
     feed = Feed()
     with view(page) as viewer:
-        told(viewer, lambda s: "hello" in s)
+        merged(viewer, lambda s: "hello" in s)
         for _ in range(40):
             page.take(feed.update(99))
-        got = told(viewer, lambda s: s["columns"] >= (feed.sample - 1) // 8)
+        got = merged(viewer, lambda s: s["columns"] >= (feed.sample - 1) // 8)
     assert got["first"] == 0
     assert got["skipped"] == 0
     assert got.get("viewer", {"skipped": 0})["skipped"] == 0
@@ -106,7 +106,7 @@ def test_two_viewers_are_told_the_same(page: PageSink) -> None:
         while feed.pinches < 2:
             page.take(feed.update())
         last = [
-            told(v, lambda s: len(s.get("pinches", ())) == 2 and "now" in s) for v in (one, two)
+            merged(v, lambda s: len(s.get("pinches", ())) == 2 and "now" in s) for v in (one, two)
         ]
     assert last[0]["pinches"] == last[1]["pinches"]
     assert last[0]["now"] == last[1]["now"]
@@ -118,24 +118,24 @@ def test_two_viewers_are_told_the_same(page: PageSink) -> None:
      '{"do": "rm"}', b"\xff\x00", "[" * 4000, '{"do": {"do": 1}}'],
 )  # fmt: skip
 def test_nonsense_is_answered_and_nothing_else_happens(
-    page: PageSink, asked: Asked, message: str | bytes
+    page: PageSink, requests: Requests, message: str | bytes
 ) -> None:
     with view(page) as viewer:
         viewer.send(message)
-        got = told(viewer, lambda s: "answer" in s)
+        got = merged(viewer, lambda s: "answer" in s)
         assert got["answer"]["ok"] is False
         viewer.send('{"do": "mark", "text": " after "}')
-        told(viewer, lambda s: s.get("answer", {}).get("ok") is True)
-    assert asked.calls == ["mark after"]
+        merged(viewer, lambda s: s.get("answer", {}).get("ok") is True)
+    assert requests.calls == ["mark after"]
 
 
 @pytest.mark.parametrize("word", ["ü" * 150, "é" + "x" * 199 + "é", "x" * 199 + "🍎", "apple"])
-def test_a_marker_is_told_as_it_is_set(page: PageSink, asked: Asked, word: str) -> None:
+def test_a_marker_is_told_as_it_is_set(page: PageSink, requests: Requests, word: str) -> None:
     with view(page) as viewer:
         viewer.send(json.dumps({"do": "mark", "text": word}))
-        got = told(viewer, lambda s: "answer" in s)["answer"]
+        got = merged(viewer, lambda s: "answer" in s)["answer"]
     assert got["ok"] is True
-    (call,) = asked.calls
+    (call,) = requests.calls
     set_to = call.removeprefix("mark ")
     assert got["text"] == f"Marked “{set_to}”."
     assert word.startswith(set_to)
@@ -148,24 +148,24 @@ def test_a_message_too_long_ends_that_viewer_only(page: PageSink) -> None:
     with view(page) as other, view(page) as viewer:
         viewer.send("x" * 100_000)
         with pytest.raises(ConnectionClosed):
-            told(viewer, lambda s: False)
+            merged(viewer, lambda s: False)
         page.take(feed.update())
-        told(other, lambda s: "health" in s)
+        merged(other, lambda s: "health" in s)
 
 
-def test_controls_that_refuse_or_raise_are_told(page: PageSink, asked: Asked) -> None:
-    asked.refuses = True
+def test_controls_that_refuse_or_raise_are_reported(page: PageSink, requests: Requests) -> None:
+    requests.refuses = True
     with view(page) as viewer:
         viewer.send('{"do": "record"}')
-        got = told(viewer, lambda s: "answer" in s)
+        got = merged(viewer, lambda s: "answer" in s)
         assert got["answer"]["text"].startswith("the folder cannot be written to")
 
         def broken(text: str) -> None:
             raise RuntimeError("the cable is a noodle")
 
-        asked.mark = broken  # type: ignore[method-assign]
+        requests.mark = broken  # type: ignore[method-assign]
         viewer.send('{"do": "mark", "text": "x"}')
-        got = told(viewer, lambda s: "answer" in s)
+        got = merged(viewer, lambda s: "answer" in s)
         assert "noodle" in got["answer"]["text"]
 
 
@@ -174,9 +174,9 @@ def test_without_controls_viewers_only_look() -> None:
     sink.open(DESCRIPTOR)
     try:
         with view(sink) as viewer:
-            assert told(viewer, lambda s: "hello" in s)["hello"]["controls"] is False
+            assert merged(viewer, lambda s: "hello" in s)["hello"]["controls"] is False
             viewer.send('{"do": "record"}')
-            assert told(viewer, lambda s: "answer" in s)["answer"]["ok"] is False
+            assert merged(viewer, lambda s: "answer" in s)["answer"]["ok"] is False
     finally:
         sink.close()
 
@@ -184,28 +184,28 @@ def test_without_controls_viewers_only_look() -> None:
 def test_one_viewer_too_many_is_refused(page: PageSink) -> None:
     with ExitStack() as viewers:
         for _ in range(16):
-            told(viewers.enter_context(view(page)), lambda s: "hello" in s)
+            merged(viewers.enter_context(view(page)), lambda s: "hello" in s)
         with pytest.raises(InvalidStatus, match="503"):
             viewers.enter_context(view(page))
 
 
 def test_as_many_at_once_are_not_more(page: PageSink) -> None:
     with view(page) as viewer, ExitStack() as closing:
-        told(viewer, lambda s: "hello" in s)
+        merged(viewer, lambda s: "hello" in s)
         lines = [socket.create_connection(("127.0.0.1", port(page))) for _ in range(24)]
         for line in lines:
             closing.enter_context(line)
             line.settimeout(PATIENCE)
-        held, go = threading.Event(), threading.Event()
+        held_out, go = threading.Event(), threading.Event()
 
         def hold() -> None:
-            held.set()
+            held_out.set()
             go.wait()
 
         # While the page's loop is held all of them ask: it finds them together.
         assert page._loop is not None
         page._loop.call_soon_threadsafe(hold)
-        assert held.wait(PATIENCE)
+        assert held_out.wait(PATIENCE)
         for line in lines:
             line.sendall(OPENING)
         go.set()
@@ -229,17 +229,17 @@ def test_viewers_that_never_read_cost_nothing(page: PageSink) -> None:
     lines = [deaf(page) for _ in range(8)]
     try:
         with view(page) as viewer:
-            told(viewer, lambda s: s.get("viewer", {}).get("viewers") == 9)
+            merged(viewer, lambda s: s.get("viewer", {}).get("viewers") == 9)
             for _ in range(200):
                 page.take(feed.update())
             tracemalloc.start()
-            before = tracemalloc.get_traced_memory()[0]
+            previous = tracemalloc.get_traced_memory()[0]
             for k in range(1500):
                 page.take(feed.update())
                 if k % 100 == 0:
                     # It goes on being told, whatever the others do.
-                    told(viewer, lambda s: s.get("health", {}).get("samples") == feed.sample)
-            grown = tracemalloc.get_traced_memory()[0] - before
+                    merged(viewer, lambda s: s.get("health", {}).get("samples") == feed.sample)
+            grown = tracemalloc.get_traced_memory()[0] - previous
             tracemalloc.stop()
         # Each may hold back a socket's buffer and what waits for it, not the 75 s that came.
         assert grown < 8 * 200_000
@@ -265,9 +265,9 @@ def test_a_deaf_viewer_is_let_go_and_its_place_is_free(
     feeding = threading.Thread(target=go_on)
     try:
         with view(page) as viewer:
-            told(viewer, lambda s: s.get("viewer", {}).get("viewers") == 2)
+            merged(viewer, lambda s: s.get("viewer", {}).get("viewers") == 2)
             feeding.start()
-            told(viewer, lambda s: s.get("viewer", {}).get("viewers") == 1)
+            merged(viewer, lambda s: s.get("viewer", {}).get("viewers") == 1)
     finally:
         stop.set()
         feeding.join()
@@ -292,9 +292,9 @@ def update_with(feed: Feed, kind: type) -> tuple[Update, Any]:
     """The next update with an event of a kind, and that event; those before are left out."""
     while True:
         update = feed.update()
-        found = [e for e in update.events if isinstance(e, kind)]
-        if found:
-            return update, found[0]
+        stream_events = [e for e in update.events if isinstance(e, kind)]
+        if stream_events:
+            return update, stream_events[0]
 
 
 def exchanged(update: Update, old: Any, new: Any) -> Update:
@@ -306,16 +306,16 @@ def test_what_cannot_be_told_is_a_fault_and_the_rest_goes_on(page: PageSink) -> 
     update, estimate = update_with(feed, Estimate)
     with view(page) as viewer:
         page.take(exchanged(update, estimate, changed(estimate, model="\ud800")))
-        got = told(viewer, lambda s: "faults" in s)
+        got = merged(viewer, lambda s: "faults" in s)
         (fault,) = got["faults"]
         assert fault.startswith("now cannot be shown: ")
         page.take(feed.update())
-        told(viewer, lambda s: s.get("health", {}).get("samples") == feed.sample)
+        merged(viewer, lambda s: s.get("health", {}).get("samples") == feed.sample)
         page.take(update_with(feed, Estimate)[0])
-        got = told(viewer, lambda s: "now" in s)
+        got = merged(viewer, lambda s: "now" in s)
         assert np.isfinite(got["now"]["estimates"][-1]["value"])
     with view(page) as late:
-        assert told(late, lambda s: "faults" in s)["faults"] == [fault]
+        assert merged(late, lambda s: "faults" in s)["faults"] == [fault]
 
 
 def test_an_event_that_raises_is_a_fault_and_the_rest_goes_on(page: PageSink) -> None:
@@ -323,10 +323,10 @@ def test_an_event_that_raises_is_a_fault_and_the_rest_goes_on(page: PageSink) ->
     update, contact = update_with(feed, ContactEvent)
     with view(page) as viewer:
         page.take(exchanged(update, contact, changed(contact, contact=None)))
-        got = told(viewer, lambda s: "faults" in s and "health" in s)
+        got = merged(viewer, lambda s: "faults" in s and "health" in s)
         assert got["faults"][0].startswith("ContactEvent cannot be shown: AttributeError")
         page.take(replace(feed.update(), failed={"json": "OSError: no space"}))
-        got = told(viewer, lambda s: len(s.get("faults", ())) == 2)
+        got = merged(viewer, lambda s: len(s.get("faults", ())) == 2)
         assert got["faults"][1] == "json has failed: OSError: no space"
 
 
@@ -354,5 +354,5 @@ def test_an_empty_update_and_an_empty_block_are_fine(page: PageSink) -> None:
     empty = np.empty((0, len(DESCRIPTOR.layout.channels)), np.int16)
     page.take(Update((Arrival(Block(empty), 0.0),)))
     with view(page) as viewer:
-        got = told(viewer, lambda s: "health" in s)
+        got = merged(viewer, lambda s: "health" in s)
     assert got["columns"] == 0

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from streams import blocks_of, cut, facts, frames_of, offline, run
+from streams import as_blocks, cut, cut_frames, facts, offline, run
 
 from firstcontact.contact import Detector, ThresholdDetector
 from firstcontact.core import (
@@ -52,7 +52,7 @@ def test_an_answer_that_is_not_finite_is_refused_aloud(
     model = models[1].model
     pipeline = Pipeline(LAYOUT, detector, WindowLadder([models[1]]))  # has made its rehearsal
     monkeypatch.setattr(type(model), "output", lambda self, window: np.full(1, np.nan))
-    events = run(pipeline, blocks_of(fresh.take([0])))
+    events = run(pipeline, as_blocks(fresh.take([0])))
     assert not [e for e in events if isinstance(e, Estimate)]
     (refused,) = [e for e in events if isinstance(e, NoEstimate)]
     assert "not a finite number" in refused.reason
@@ -63,10 +63,10 @@ def test_an_answer_that_is_not_finite_is_refused_aloud(
 
 
 def test_live_is_offline(fresh: Dataset, detector: Detector, models: list[WindowPredictor]) -> None:
-    done = finished(run(Pipeline(LAYOUT, detector, WindowLadder(models)), blocks_of(fresh)))
-    assert len(done) == len(fresh)
+    process = finished(run(Pipeline(LAYOUT, detector, WindowLadder(models)), as_blocks(fresh)))
+    assert len(process) == len(fresh)
     cut_short = 0
-    for live, pinch in zip(done, fresh.pinches, strict=True):
+    for live, pinch in zip(process, fresh.pinches, strict=True):
         assert live.contacts[0] == offline(detector, models[0], pinch)[0]
         first, second = live.contacts[0].sample, live.second
         # The windows whose samples, with those that the filter looks ahead, lie before the second.
@@ -86,23 +86,23 @@ def test_live_is_offline(fresh: Dataset, detector: Detector, models: list[Window
 def test_blocks_do_not_matter(
     fresh: Dataset, detector: Detector, models: list[WindowPredictor], data: st.DataObject
 ) -> None:
-    some = fresh.take([0, 1, 2])
-    whole = facts(run(Pipeline(LAYOUT, detector, WindowLadder(models)), blocks_of(some)))
+    sample = fresh.take([0, 1, 2])
+    facts_at_once = facts(run(Pipeline(LAYOUT, detector, WindowLadder(models)), as_blocks(sample)))
     pieces = []
-    for block in blocks_of(some):
+    for block in as_blocks(sample):
         edges = data.draw(st.lists(st.integers(1, len(block.data) - 1), max_size=60))
         pieces += cut(block, edges)
-    assert facts(run(Pipeline(LAYOUT, detector, WindowLadder(models)), pieces)) == whole
+    assert facts(run(Pipeline(LAYOUT, detector, WindowLadder(models)), pieces)) == facts_at_once
 
 
 @pytest.mark.parametrize("size", [1, 5, 14, 15, 16, 74, 494])
 def test_block_sizes_do_not_matter(
     size: int, fresh: Dataset, detector: Detector, models: list[WindowPredictor]
 ) -> None:
-    some = fresh.take([3, 4])
-    whole = facts(run(Pipeline(LAYOUT, detector, WindowLadder(models)), blocks_of(some)))
-    pieces = frames_of(some, size)
-    assert facts(run(Pipeline(LAYOUT, detector, WindowLadder(models)), pieces)) == whole
+    sample = fresh.take([3, 4])
+    facts_at_once = facts(run(Pipeline(LAYOUT, detector, WindowLadder(models)), as_blocks(sample)))
+    pieces = cut_frames(sample, size)
+    assert facts(run(Pipeline(LAYOUT, detector, WindowLadder(models)), pieces)) == facts_at_once
 
 
 def test_samples_wait_for_what_is_due_and_for_nothing_else(
@@ -110,23 +110,23 @@ def test_samples_wait_for_what_is_due_and_for_nothing_else(
 ) -> None:
     """Each thing is told with the frame that makes it known, though few frames are worked on."""
     pipeline = Pipeline(LAYOUT, detector, WindowLadder(models))
-    frames = frames_of(fresh)
-    known = 0
+    frames = cut_frames(fresh)
+    labelled_contacts = 0
     for frame in frames:
         assert pipeline.due >= 1
         for event in pipeline.update(frame, 0.0):
             if isinstance(event, ContactEvent) or (isinstance(event, Estimate) and not event.final):
-                assert frame.first_sample <= event.known < frame.end
-                known += 1
-    assert known > 2 * len(fresh)
+                assert frame.first_sample <= event.known_sample < frame.end
+                labelled_contacts += 1
+    assert labelled_contacts > 2 * len(fresh)
     assert pipeline.ledger.blocks < len(frames) / 2
 
 
 def test_truth_is_read_off_the_strips(fresh: Dataset, detector: Detector) -> None:
-    done = [
-        e for e in run(Pipeline(LAYOUT, detector), blocks_of(fresh)) if isinstance(e, PinchDone)
+    process = [
+        e for e in run(Pipeline(LAYOUT, detector), as_blocks(fresh)) if isinstance(e, PinchDone)
     ]
-    for live, pinch in zip(done, fresh.pinches, strict=True):
+    for live, pinch in zip(process, fresh.pinches, strict=True):
         assert [(c.finger, c.sample) for c in live.strips] == [
             (c.finger, c.sample) for c in pinch.truth
         ]
@@ -135,20 +135,22 @@ def test_truth_is_read_off_the_strips(fresh: Dataset, detector: Detector) -> Non
 def test_each_closing_ends_with_a_final_estimate_or_a_reason(
     fresh: Dataset, detector: Detector, models: list[WindowPredictor]
 ) -> None:
-    events = run(Pipeline(LAYOUT, detector, WindowLadder(models)), blocks_of(fresh))
-    for done in finished(events):
-        made = [e for e in running(events) if e.epoch == done.epoch]
+    events = run(Pipeline(LAYOUT, detector, WindowLadder(models)), as_blocks(fresh))
+    for finished_pinch in finished(events):
+        made = [e for e in running(events) if e.epoch == finished_pinch.epoch]
         ends = [
             e
             for e in events
-            if isinstance(e, Estimate | NoEstimate) and e.epoch == done.epoch and e not in made
+            if isinstance(e, Estimate | NoEstimate)
+            and e.epoch == finished_pinch.epoch
+            and e not in made
         ]
-        if done.final is None:
+        if finished_pinch.final is None:
             assert isinstance(ends[-1], NoEstimate)
-            assert done.reason == ends[-1].reason != ""
+            assert finished_pinch.reason == ends[-1].reason != ""
         else:
             assert isinstance(ends[-1], Estimate)
-            assert (ends[-1].final, ends[-1].value) == (True, done.final.value)
+            assert (ends[-1].final, ends[-1].value) == (True, finished_pinch.final.value)
 
 
 def test_in_hindsight_the_computation_and_the_real_instant_count(
@@ -158,13 +160,13 @@ def test_in_hindsight_the_computation_and_the_real_instant_count(
     slow = 1 / LAYOUT.rate  # each look at the clock takes a sample
     pipeline = Pipeline(LAYOUT, detector, WindowLadder(models), clock=lambda: slow * next(ticks))
     verdicts = set()
-    for done in finished(run(pipeline, blocks_of(fresh))):
-        for estimate in done.estimates:
+    for process in finished(run(pipeline, as_blocks(fresh))):
+        for estimate in process.estimates:
             assert estimate.waited > 0  # the whole pinch is one block
             out = estimate.contact.sample + estimate.available * LAYOUT.rate
-            is_late = done.second is not None and done.second.sample <= out
+            is_late = process.second is not None and process.second.sample <= out
             assert estimate.in_time is not is_late
-        verdicts.add(done.verdict)
+        verdicts.add(process.verdict)
     assert Verdict.TOO_LATE in verdicts
 
 
@@ -174,9 +176,9 @@ def test_a_window_across_a_gap_is_refused(
     pinch = fresh.pinches[0]
     contact = offline(detector, models[-1], pinch)[0]
     at = contact.decided - pinch.first_sample + 2  # type: ignore[attr-defined]
-    before = Block(pinch.data[:at], pinch.first_sample)
-    after = Block(pinch.data[at + 3 :], pinch.first_sample + at + 3)
-    events = run(Pipeline(LAYOUT, detector, WindowLadder(models[-1:])), [before, after])
+    head = Block(pinch.data[:at], pinch.first_sample)
+    tail = Block(pinch.data[at + 3 :], pinch.first_sample + at + 3)
+    events = run(Pipeline(LAYOUT, detector, WindowLadder(models[-1:])), [head, tail])
     assert not running(events)
     refused = [e for e in events if isinstance(e, NoEstimate)]
     assert [r.reason for r in refused] == ["samples were lost"]
@@ -207,10 +209,10 @@ def test_a_dead_piezo_gives_no_estimate(
     data = np.array(pinch.data)
     data[:, pinch.truth[0].finger] = level
     live = Pipeline(LAYOUT, detector, WindowLadder(models))
-    done = [e for e in run(live, [Block(data, 0)]) if isinstance(e, PinchDone | Estimate)]
+    process = [e for e in run(live, [Block(data, 0)]) if isinstance(e, PinchDone | Estimate)]
     # What the other finger feels later is not this finger's contact.
     dead = Finger(pinch.truth[0].finger)
-    for event in done:
+    for event in process:
         contacts = event.contacts if isinstance(event, PinchDone) else (event.contact,)
         assert dead not in [c.finger for c in contacts]
 
@@ -226,7 +228,7 @@ def test_an_answer_that_is_no_number_is_refused(
     model = models[-1].model
     live = Pipeline(LAYOUT, detector, WindowLadder(models[-1:]))
     monkeypatch.setattr(type(model), "predict_one", lambda self, window: value)
-    events = run(live, blocks_of(fresh))
+    events = run(live, as_blocks(fresh))
     assert not [e for e in events if isinstance(e, Estimate)]
     refused = [e for e in events if isinstance(e, NoEstimate)]
     assert {e.reason for e in refused} == {"the model's prediction is not a finite number"}
@@ -260,7 +262,7 @@ def test_the_ledger_adds_up(
     pipeline = Pipeline(
         LAYOUT, detector, WindowLadder(models[-1:]), clock=lambda: float(next(ticks))
     )
-    events = run(pipeline, blocks_of(fresh))
+    events = run(pipeline, as_blocks(fresh))
     estimates = running(events)
     figures = pipeline.ledger.summary()
     assert figures["estimates"] == len(estimates) > 0
@@ -290,6 +292,6 @@ def test_a_stream_without_noise_floors_is_warned_of_once(
     ):
         caplog.clear()
         run(Pipeline(LAYOUT, detector, calibration=calibration), blocks)
-        said = [r.getMessage() for r in caplog.records if r.levelname == "WARNING"]
-        assert len(said) == warnings
-        assert all("calibration" in text for text in said)
+        log = [r.getMessage() for r in caplog.records if r.levelname == "WARNING"]
+        assert len(log) == warnings
+        assert all("calibration" in text for text in log)

@@ -14,13 +14,13 @@ def settings_now() -> tuple[float, bool, int, int]:
 
 
 def test_all_settings_are_as_before_when_it_ends() -> None:
-    before = settings_now()
+    previous = settings_now()
     with Readiness(real_time=True) as readiness:
         readiness.hurry(is_urgent=True)
         assert not gc.isenabled()
-        assert sys.getswitchinterval() < before[0]
+        assert sys.getswitchinterval() < previous[0]
         assert gc.get_freeze_count() > 0
-    assert settings_now() == before
+    assert settings_now() == previous
 
 
 def test_a_collector_that_was_off_stays_off() -> None:
@@ -35,7 +35,7 @@ def test_a_collector_that_was_off_stays_off() -> None:
 
 
 def test_a_replay_changes_nothing() -> None:
-    before = settings_now()
+    previous = settings_now()
     with Readiness(real_time=False) as readiness:
         readiness.hurry(is_urgent=True)
-        assert settings_now() == before
+        assert settings_now() == previous

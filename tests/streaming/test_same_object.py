@@ -1,4 +1,4 @@
-"""Which pinches count as the same object's, and when another one begins."""
+"""Grouping of pinches by object."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ ANSWERS = [replace(ANSWER, value=v, half_width=h) for v, h in ((30.0, 8.0), (34.
 
 
 def pinch(n: int, **answer: object) -> PinchDone:
-    its = replace(ANSWERS[n % 3], **answer)  # type: ignore[arg-type]
-    return pinch_of(its, contacts=(FIRST,), number=n, start=1000 * n, end=1000 * n + 900)
+    rig_set = replace(ANSWERS[n % 3], **answer)  # type: ignore[arg-type]
+    return pinch_of(rig_set, contacts=(FIRST,), number=n, start=1000 * n, end=1000 * n + 900)
 
 
 def test_pinches_of_one_object_are_combined() -> None:
     pinched = ObjectCombiner()
     pinched.new_object()
-    told = [pinched.done(pinch(n)) for n in range(3)]
+    predictions = [pinched.add_pinch(pinch(n)) for n in range(3)]
     expected = combine([30.0, 34.0, 32.0], [8.0, 4.0, 6.0])
-    assert [t.pinches for t in told if t] == [1, 2, 3]
-    last = told[-1]
+    assert [t.pinches for t in predictions if t] == [1, 2, 3]
+    last = predictions[-1]
     assert isinstance(last, ObjectEstimate)
     assert (last.value, last.low, last.high) == (expected.value, expected.low, expected.high)
     assert (last.number, last.level, last.end) == (2, ANSWER.level, 2900)
@@ -36,10 +36,10 @@ def test_pinches_of_one_object_are_combined() -> None:
 def test_answers_out_of_range_and_none_do_not_count() -> None:
     pinched = ObjectCombiner()
     pinched.new_object()
-    pinched.done(pinch(0))
-    assert pinched.done(pinch(1, out_of_range=True)) is None
-    assert pinched.done(replace(pinch(2), estimates=())) is None
-    again = pinched.done(pinch(3))
+    pinched.add_pinch(pinch(0))
+    assert pinched.add_pinch(pinch(1, out_of_range=True)) is None
+    assert pinched.add_pinch(replace(pinch(2), estimates=())) is None
+    again = pinched.add_pinch(pinch(3))
     assert again is not None
     assert (again.pinches, again.value) == (2, 30.0)
 
@@ -49,25 +49,25 @@ def test_another_object_begins_where_somebody_says_so(how: str) -> None:
     pinched = ObjectCombiner()
     pinched.add_markers([Marker(5, "apple"), Marker(6, "twin: peak 3.0 N")])
     for n in (0, 1):
-        pinched.done(pinch(n))
+        pinched.add_pinch(pinch(n))
     if how == "asked":
         pinched.new_object()
     elif how == "marker":
         pinched.add_markers([Marker(2005, "pear")])
-    found = pinched.done(pinch(2))
+    estimate = pinched.add_pinch(pinch(2))
     if how == "label":  # of a replayed recording, which comes after its pinch
         assert pinched.add_labels([PinchMark(0, 2000, 2900, 0, Label("apple", 60.0))]) is None
-        found = pinched.add_labels([PinchMark(0, 2000, 2900, 0, Label("pear", 60.0))])
-    assert found is not None
-    assert (found.pinches, found.value) == (1, 32.0)
+        estimate = pinched.add_labels([PinchMark(0, 2000, 2900, 0, Label("pear", 60.0))])
+    assert estimate is not None
+    assert (estimate.pinches, estimate.value) == (1, 32.0)
 
 
 def test_a_marker_of_the_next_pinch_does_not_name_this_one() -> None:
     pinched = ObjectCombiner()
     pinched.add_markers([Marker(5, "apple")])
-    pinched.done(pinch(0))
+    pinched.add_pinch(pinch(0))
     pinched.add_markers([Marker(1950, "pear")])
-    same, other = pinched.done(pinch(1)), pinched.done(pinch(2))
+    same, other = pinched.add_pinch(pinch(1)), pinched.add_pinch(pinch(2))
     assert same is not None
     assert other is not None
     assert (same.pinches, other.pinches) == (2, 1)
@@ -75,26 +75,26 @@ def test_a_marker_of_the_next_pinch_does_not_name_this_one() -> None:
 
 def test_where_pinches_have_labels_one_without_stands_by_itself() -> None:
     pinched = ObjectCombiner()
-    told = []
+    predictions = []
     for n, name in enumerate(["apple", "apple", "", "", "apple"]):
-        found = pinched.done(pinch(n))
+        estimate = pinched.add_pinch(pinch(n))
         start = 1000 * n
         label = Label(name, 60.0) if name else Label()
         corrected = pinched.add_labels([PinchMark(n, start, start + 900, 0, label)])
-        last = corrected or found
+        last = corrected or estimate
         assert last is not None
-        told.append(last.pinches)
-    assert told == [1, 2, 1, 1, 1]
+        predictions.append(last.pinches)
+    assert predictions == [1, 2, 1, 1, 1]
 
 
 def test_where_nobody_says_what_is_pinched_each_pinch_stands_by_itself() -> None:
     """Blocks of 29 and 50 Shore A, one after the other, are not one of 40."""
     pinched = ObjectCombiner()
     for n in range(3):
-        found = pinched.done(pinch(n))
+        estimate = pinched.add_pinch(pinch(n))
         assert pinched.add_labels([PinchMark(n, 1000 * n, 1000 * n + 900, 0, Label())]) is None
-        assert found is not None
-        assert (found.pinches, found.value, found.is_named) == (1, ANSWERS[n].value, False)
+        assert estimate is not None
+        assert (estimate.pinches, estimate.value, estimate.is_named) == (1, ANSWERS[n].value, False)
     pinched.new_object()  # from here on somebody says it
-    told = [pinched.done(pinch(n)) for n in (3, 4)]
-    assert [(t.pinches, t.is_named) for t in told if t] == [(1, True), (2, True)]
+    predictions = [pinched.add_pinch(pinch(n)) for n in (3, 4)]
+    assert [(t.pinches, t.is_named) for t in predictions if t] == [(1, True), (2, True)]

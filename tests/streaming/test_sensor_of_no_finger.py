@@ -41,19 +41,19 @@ def test_in_json_and_in_words() -> None:
 
 
 def test_nothing_is_said_of_a_second_contact_that_cannot_come() -> None:
-    done = pinch(ANSWER, contacts=(CONTACT,))
+    finished_pinch = pinch(ANSWER, contacts=(CONTACT,))
     stream = StringIO()
     sink = TextSink(stream)
     sink.open(Descriptor(LAYOUT))
-    sink.take(Update(events=(done,), health=Health(connected=True)))
+    sink.take(Update(events=(finished_pinch,), health=Health(connected=True)))
     line = stream.getvalue().splitlines()[-1]
     assert line.startswith("pinch 1: sensor first, 30.5 Shore A (22 to 39) from 12 ms at ")
     ledger = Ledger(LAYOUT.rate)
     ledger.add(ANSWER)
-    ledger.close(done)
-    said = [line, *ledger_lines(ledger.summary(), 1.0, 0.1, alone=True)]
-    assert "1 of 1 pinches had an estimate" in said
-    assert not any("second" in words for words in said)
+    ledger.close(finished_pinch)
+    text = [line, *ledger_lines(ledger.summary(), 1.0, 0.1, alone=True)]
+    assert "1 of 1 pinches had an estimate" in text
+    assert not any("second" in words for words in text)
     assert any("second contact" in words for words in ledger_lines(ledger.summary(), 1.0, 0.1))
 
 

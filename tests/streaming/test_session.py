@@ -59,7 +59,7 @@ class Keeper:
         self.closed.set()
 
     @property
-    def done(self) -> list[PinchDone]:
+    def pinches(self) -> list[PinchDone]:
         return [e for u in self.updates for e in u.events if isinstance(e, PinchDone)]
 
 
@@ -72,9 +72,9 @@ def stream() -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def calibration(stream: np.ndarray) -> Calibration:
-    rest = Physical(LAYOUT, (0, 1))(stream[: round(0.5 * LAYOUT.rate)])
+    quiet = Physical(LAYOUT, (0, 1))(stream[: round(0.5 * LAYOUT.rate)])
     return Calibration(
-        tuple(VibrationCalibration(f, float(rest[:, i].std())) for i, f in enumerate(Finger))
+        tuple(VibrationCalibration(f, float(quiet[:, i].std())) for i, f in enumerate(Finger))
     )
 
 
@@ -104,13 +104,13 @@ def test_a_replay_gives_exactly_what_offline_gives(
     recorded: Path, stream: np.ndarray, detector: Detector, models: list[WindowPredictor]
 ) -> None:
     _, keeper = run(recorded, detector, models)
-    assert len(keeper.done) >= 4
-    for done in keeper.done:
-        cut = stream[done.start - 12_345 : done.end - 12_345]
-        pinch = Pinch(cut, LAYOUT, first_sample=done.start)
-        for estimate, entry in zip(done.estimates, models, strict=False):
+    assert len(keeper.pinches) >= 4
+    for finished_pinch in keeper.pinches:
+        cut = stream[finished_pinch.start - 12_345 : finished_pinch.end - 12_345]
+        pinch = Pinch(cut, LAYOUT, first_sample=finished_pinch.start)
+        for estimate, entry in zip(finished_pinch.estimates, models, strict=False):
             first, value = offline(detector, entry, pinch)
-            assert (done.contacts[0], estimate.value) == (first, value)
+            assert (finished_pinch.contacts[0], estimate.value) == (first, value)
 
 
 def test_every_sample_reaches_the_sinks_once_and_in_order(
@@ -146,15 +146,15 @@ def test_a_recording_of_a_session_is_a_dataset_that_replays_the_same(
     assert again.skipped == ()
     assert again.header.calibration == calibration
     assert [(m.first_sample, m.end) for m in again.pinches] == [
-        (d.start, d.end) for d in keeper.done
+        (d.start, d.end) for d in keeper.pinches
     ]
     pinches = load_dataset(path).pinches
     assert [[c.sample for c in p.truth] for p in pinches] == [
-        [c.sample for c in d.strips] for d in keeper.done
+        [c.sample for c in d.strips] for d in keeper.pinches
     ]
     _, repeated = run(path, detector, models)
     assert [[e.value for e in d.estimates] for d in repeated.done] == [
-        [e.value for e in d.estimates] for d in keeper.done
+        [e.value for e in d.estimates] for d in keeper.pinches
     ]
 
 
@@ -168,7 +168,7 @@ def test_an_actor_that_raises_ends_the_session_and_closes_everything(
             raise RuntimeError(f"an actor's fault at {type(event).__name__}")
 
         def on_samples(self, block: Block, host: float) -> None:
-            """Do nothing."""
+            """Ignore the call."""
 
         def after_block(self, block: Block) -> Sequence[Event]:
             return ()
@@ -205,13 +205,13 @@ def test_a_second_start_disturbs_nothing_of_the_recording_that_runs(
                 refused.append(str(error.value))
 
         def on_samples(self, block: Block, host: float) -> None:
-            """Do nothing."""
+            """Ignore the call."""
 
         def after_block(self, block: Block) -> Sequence[Event]:
             return ()
 
         def ended(self) -> None:
-            """Do nothing."""
+            """Ignore the call."""
 
     with ReplaySource(recorded, float("inf")) as source:
         pipeline = Pipeline(LAYOUT, detector, None, calibration)
@@ -223,7 +223,7 @@ def test_a_second_start_disturbs_nothing_of_the_recording_that_runs(
     assert len(marks) >= 4
 
 
-def test_a_folder_that_cannot_be_made_is_told(
+def test_a_folder_that_cannot_be_made_is_reported(
     recorded: Path, detector: Detector, tmp_path: Path
 ) -> None:
     (tmp_path / "file").touch()
@@ -252,7 +252,7 @@ def test_a_sink_that_raises_costs_the_recording_nothing(
     assert read_recording(path).samples == len(stream)
 
 
-def test_it_ends_after_so_many_pinches_or_when_it_is_told(
+def test_it_ends_after_a_number_of_pinches_or_on_request(
     recorded: Path, stream: np.ndarray, detector: Detector
 ) -> None:
     for bound in ({"pinches": 2}, {"seconds": 0.0}, {"stopped": lambda: True}):

@@ -1,4 +1,4 @@
-"""What a person reads in the terminal."""
+"""Terminal text for users."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ def test_pinches_losses_and_failures_are_a_line_each() -> None:
     sink.take(everything())
     sink.take(Update(health=Health(True, lost_samples=7), failed={"page": "OSError: no"}))
     sink.close()
-    head, lost, failed, pinch, same, hand, own = stream.getvalue().splitlines()
-    assert own == (
+    head, lost, failed, pinch, same, hand, own_values = stream.getvalue().splitlines()
+    assert own_values == (
         "  on the hand (model 0123456789abcdef): 30.5 Shore A (22 to 39) from 12 ms at 12.2 ms, "
         "the same here (1 estimates)"
     )
@@ -50,7 +50,7 @@ def test_an_estimate_that_came_after_the_second_contact_is_a_detail() -> None:
     assert "no estimate in time" in pinch_line(pinch_of(late))
 
 
-def test_what_the_twin_drops_or_breaks_is_told() -> None:
+def test_what_the_twin_drops_or_breaks_is_reported() -> None:
     stream = io.StringIO()
     sink = TextSink(stream)
     (arrival,) = Feed().update().arrivals
@@ -73,21 +73,21 @@ def test_at_another_speed_no_times_are_told_and_nothing_is_late() -> None:
 
 
 def named(*markers: Marker, marks: tuple[PinchMark, ...] = (), later: bool = False) -> list[str]:
-    """What is said of the pinch, 400 to 1600, and of what was pinched."""
+    """Labels and markers around a pinch from 400 to 1600."""
     stream = io.StringIO()
     sink = TextSink(stream, {"block 29": 29.0}.get)
     sink.open(DESCRIPTOR)
     (arrival,) = Feed().update().arrivals
-    (done,) = (event for event in EVENTS if isinstance(event, PinchDone))
+    (finished_pinch,) = (event for event in EVENTS if isinstance(event, PinchDone))
     words = replace(arrival, markers=markers, pinches=() if later else marks)
-    sink.take(Update(arrivals=(words,), events=(done,), health=Health(True)))
+    sink.take(Update(arrivals=(words,), events=(finished_pinch,), health=Health(True)))
     sink.take(
         Update(arrivals=(replace(arrival, pinches=marks if later else ()),), health=Health(True))
     )
     return stream.getvalue().splitlines()[1:]
 
 
-def test_a_pinch_says_what_the_twin_held() -> None:
+def test_a_pinch_names_the_object_of_the_twin() -> None:
     (line,) = named(Marker(450, "twin: block 29"), Marker(500, peak_text(3.0)))
     assert line.endswith(", twin: block 29, 29 Shore A")
     (line,) = named(Marker(450, "twin: pear"))

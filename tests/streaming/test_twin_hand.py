@@ -43,7 +43,7 @@ def test_the_twin_hears_each_order_as_it_was_given(source: TwinSource, hand: Han
         hand.send(Command(0.0123, 4.5))
 
     def orders(markers: list[Marker]) -> list[str]:
-        """As they came, from this test's on; those of tests before may come first."""
+        """Return the markers in order, from this test on."""
         words = [m.text.partition("hand: ")[2] for m in markers if "hand: " in m.text]
         return words[words.index("0.0123 4.500") :] if "0.0123 4.500" in words else []
 
@@ -58,17 +58,17 @@ def test_what_only_the_twin_says_is_set_by_nobody_else(source: TwinSource) -> No
 
 def test_a_commanded_hand_squeezes_less() -> None:
     with TwinSource(objects=["block 10"], seed=4) as source, TwinHand(source) as hand:
-        told: float | None = None
-        while told is None:
+        predictions: float | None = None
+        while predictions is None:
             start = heard(source, lambda ms: any(held_object(m.text) for m in ms))[-1].sample
             hand.send(Command(0.03, 1.0))
             markers = heard(source, lambda ms: any("peak" in m.text for m in ms))
-            came = next(m.sample for m in markers if m.text.endswith("hand: 0.0300 1.000"))
+            arrival = next(m.sample for m in markers if m.text.endswith("hand: 0.0300 1.000"))
             # One that came late is for a closing after this one to show.
-            if came - start < 900:
-                told = next(peak(m) for m in markers if "peak" in m.text)
+            if arrival - start < 900:
+                predictions = next(peak(m) for m in markers if "peak" in m.text)
         alone = heard(source, lambda ms: sum("peak" in m.text for m in ms) >= 2)
-    assert told < 0.6 * min(peak(m) for m in alone if "peak" in m.text)
+    assert predictions < 0.6 * min(peak(m) for m in alone if "peak" in m.text)
 
 
 def peak(marker: Marker) -> float:

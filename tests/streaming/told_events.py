@@ -132,7 +132,7 @@ def numbered(first: int, n: int, epoch: int = 0, host: float = 0.0) -> Arrival:
 
 
 def everything() -> Update:
-    """All events, a marker and a link that lost something."""
+    """Return an update with all events, a marker and a lossy link."""
     arrival = Arrival(numbered(0, 1600).block, 1000.0, markers=(Marker(1200, "Apfel ä", 0),))
     health = Health(connected=True, samples=1600, lost_samples=7, lost_frames=2, bad_frames=1)
     return Update((arrival,), EVENTS, health, failed={"page": "OSError: no"})

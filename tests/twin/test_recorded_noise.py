@@ -31,7 +31,7 @@ def layout(rate: float = 4936.0, alpha: float = 1.0, unit: str = "V", channels: 
     return Layout(tuple(names), rate)
 
 
-def write_rest(path: Path, volts: np.ndarray, channel_layout: Layout) -> Path:
+def write_quiet(path: Path, volts: np.ndarray, channel_layout: Layout) -> Path:
     with RecordingWriter(path, Header(channel_layout, "real", dtype="float32")) as writer:
         writer.write(Block(volts.astype(np.float32)))
     return path
@@ -50,7 +50,7 @@ def line(x: np.ndarray, hertz: float) -> float:
 
 
 def test_recorded_noise_is_added_to_pinches_and_named_in_the_header(tmp_path: Path) -> None:
-    path = write_rest(tmp_path / "q.mcap", tone(700.0, 4936.0), layout())
+    path = write_quiet(tmp_path / "q.mcap", tone(700.0, 4936.0), layout())
     sizes = {"pinches_per_block": 1, "pinches_per_object": 0, "seed": 3, "workers": 1}
     simulate(tmp_path / "with", noise=read_noise(path), **sizes)  # type: ignore[arg-type]
     simulate(tmp_path / "without", **sizes)  # type: ignore[arg-type]
@@ -74,18 +74,18 @@ def test_noise_is_unsmoothed_and_resampled(tmp_path: Path) -> None:
     rng = np.random.default_rng(0)
     white = 0.01 * rng.standard_normal((20_000, 1))
     smoothed = ExponentialSmoothing(0.5).update(white)
-    noise = read_noise(write_rest(tmp_path / "s.mcap", smoothed, layout(alpha=0.5)))
+    noise = read_noise(write_quiet(tmp_path / "s.mcap", smoothed, layout(alpha=0.5)))
     np.testing.assert_allclose(noise.volts[1:, 0], (white - white.mean())[1:, 0], atol=1e-4)
-    fast = read_noise(write_rest(tmp_path / "f.mcap", tone(300.0, 48_000.0), layout(48_000.0)))
+    fast = read_noise(write_quiet(tmp_path / "f.mcap", tone(300.0, 48_000.0), layout(48_000.0)))
     assert line(fast.volts[200:, 0], 300.0) == pytest.approx(0.02, rel=0.02)
 
 
-def test_correlation_of_two_sensors_is_kept(tmp_path: Path) -> None:
+def test_correlation_of_two_sensors_is_preserved(tmp_path: Path) -> None:
     two_channels = np.repeat(np.random.default_rng(0).standard_normal((20_000, 1)), 2, axis=1)
-    noise = read_noise(write_rest(tmp_path / "b.mcap", two_channels, layout(channels=2)))
+    noise = read_noise(write_quiet(tmp_path / "b.mcap", two_channels, layout(channels=2)))
     index, thumb = noise.draw(1000, np.random.default_rng(1))
     np.testing.assert_array_equal(index, thumb)
-    alone = read_noise(write_rest(tmp_path / "a.mcap", two_channels[:, :1], layout()))
+    alone = read_noise(write_quiet(tmp_path / "a.mcap", two_channels[:, :1], layout()))
     index, thumb = alone.draw(1000, np.random.default_rng(1))
     assert abs(np.corrcoef(index, thumb)[0, 1]) < 0.2
     assert len(alone.draw(50_000, np.random.default_rng(1))[0]) == 50_000
@@ -107,13 +107,13 @@ def test_recording_not_at_rest_is_refused(fault: str, tmp_path: Path) -> None:
         "dead": "not at rest",
     }
     with pytest.raises(InputError, match=problem[fault]):
-        read_noise(write_rest(tmp_path / "x.mcap", volts, channel_layout))
+        read_noise(write_quiet(tmp_path / "x.mcap", volts, channel_layout))
 
 
 def test_simulate_accepts_recorded_noise(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    path = write_rest(tmp_path / "q.mcap", tone(700.0, 4936.0), layout())
+    path = write_quiet(tmp_path / "q.mcap", tone(700.0, 4936.0), layout())
     sizes = ["--pinches-per-block", "1", "--pinches-per-object", "0"]
     assert main(["simulate", "--out", str(tmp_path / "o"), *sizes, "--noise", str(path)]) == 0
     missing = str(tmp_path / "none.mcap")

@@ -153,8 +153,8 @@ def test_finger_stopped_before_its_contact_never_touches(number: int) -> None:
     draw = drawn(BLOCKS[4], number)
     timing = draw.timing._replace(second=draw.timing.first + 0.015)
     # Held fast: one that is held loosely may be knocked against the other finger.
-    clamped = draw.held._replace(clamp_stiffness=1e5, clamp_damping=100.0)
-    run = start_run(replace(draw, timing=timing, held=clamped), drive, 0)
+    clamped = draw.object._replace(clamp_stiffness=1e5, clamp_damping=100.0)
+    run = start_run(replace(draw, timing=timing, object=clamped), drive, 0)
     run.advance(round(timing.first * FINGERTIP_RATE) + 1)
     order(run, Command(0.0, 12.0), drive)
     motion = run.advance(2500)

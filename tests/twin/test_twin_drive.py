@@ -20,15 +20,15 @@ def test_speed_changes_no_faster_than_the_acceleration(
 ) -> None:
     drive = Drive()
     reference = DriveReference(drive, speed)
-    assert (reference.after(sample, intervals) == speed).all()
+    assert (reference.speeds(sample, intervals) == speed).all()
     reference.obey(Command(commanded, 3.0), sample)
-    speeds = np.array([speed, *reference.after(sample, 400)])
+    speeds = np.array([speed, *reference.speeds(sample, 400)])
     assert np.abs(np.diff(speeds)).max() <= drive.acceleration / FINGERTIP_RATE * (1 + 1e-9)
     assert (np.sign(np.diff(speeds)) * np.sign(commanded - speed) >= 0).all()
     assert speeds[-1] == commanded
-    assert reference.at(sample + intervals) == speeds[intervals]
-    later_speeds = reference.after(sample + intervals, 50)
-    assert (later_speeds == reference.after(sample, intervals + 50)[intervals:]).all()
+    assert reference.speed(sample + intervals) == speeds[intervals]
+    later_speeds = reference.speeds(sample + intervals, 50)
+    assert (later_speeds == reference.speeds(sample, intervals + 50)[intervals:]).all()
 
 
 @given(SPEEDS, SPEEDS, st.integers(-1, 500))
@@ -39,14 +39,14 @@ def test_hold_keeps_the_speed(speed: float, hold_speed: float, sample: int) -> N
     reference.hold(hold_speed)
     assert reference.command is None
     assert reference.force == 9.0
-    assert reference.at(sample) == hold_speed
+    assert reference.speed(sample) == hold_speed
 
 
 def test_new_command_starts_at_the_current_speed() -> None:
     reference = DriveReference(Drive(), 0.13)
     reference.obey(Command(0.0, 12.0), 100)
-    on_the_way = reference.at(130)
+    on_the_way = reference.speed(130)
     assert 0 < on_the_way < 0.13
     reference.obey(Command(0.13, 12.0), 130)
-    assert reference.at(130) == on_the_way
-    assert reference.at(131) == pytest.approx(on_the_way + 10 / FINGERTIP_RATE)
+    assert reference.speed(130) == on_the_way
+    assert reference.speed(131) == pytest.approx(on_the_way + 10 / FINGERTIP_RATE)

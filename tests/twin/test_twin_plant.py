@@ -198,7 +198,7 @@ def test_quick_steps_change_forces_little(kind: TwinObject) -> None:
         hands.append(hand)
     fine, quick = (h.forces for h in hands)
     assert np.abs(quick - fine).max() < 1e-3 * fine.max()
-    assert hands[0].outcome.held == hands[1].outcome.held
+    assert hands[0].outcome.is_held == hands[1].outcome.is_held
 
 
 @pytest.mark.parametrize("shore_a", [5, 12.5, 70])

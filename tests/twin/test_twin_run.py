@@ -86,7 +86,7 @@ def test_redundant_command_changes_nothing() -> None:
     assert same(out[BURN_IN:], integrate_pinch(drawn(BLOCKS[2]))[1])
 
 
-def test_run_at_rest_stays_at_rest() -> None:
+def test_a_still_run_stays_still() -> None:
     run = PinchRun(drawn(BLOCKS[1]), 0.5, at_rest=True)
     out = run.advance(run.times.size)
     assert not out[..., :INDENTATION].any()

@@ -28,7 +28,7 @@ from firstcontact.models import (
     Values,
     WindowModel,
     Windows,
-    level_of,
+    loudness_level,
     shape_and_level,
     target_scale,
     training_spec,
@@ -157,7 +157,7 @@ class GaussianProcess(Estimator):
     ) -> GaussianProcessModel:
         """See :meth:`Estimator.fit`; the kernel has the highest marginal likelihood."""
         spec = training_spec(self.task, self.rate, X, y, groups)
-        level = level_of(X)
+        level = loudness_level(X)
         positions = _spaced(y, self.kept, seed)
         inputs = shape_and_level(X[positions], level)
         target = target_scale(self.task, y)

@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager, nullcontext
 from firstcontact.core import require_modules
 
 
-def where(cluster: str | None) -> AbstractContextManager[None]:
+def on_cluster(cluster: str | None) -> AbstractContextManager[None]:
     """Return a context in which heavy work runs on a cluster; without an address it runs here.
 
     Raises

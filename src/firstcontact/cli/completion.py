@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from firstcontact.cli.options import arguments_of
+from firstcontact.cli.options import verb_arguments
 from firstcontact.cli.verbs import GENERAL, configuration, verb_places
 
 _SCRIPT = """\
@@ -33,7 +33,7 @@ def completion_script() -> str:
     """Return the script. It imports the module of each verb, and runs without Python."""
     choices, options = [], []
     for verb in verb_places():
-        named = [argument for argument in arguments_of(configuration(verb)) if argument.flag]
+        named = [argument for argument in verb_arguments(configuration(verb)) if argument.flag]
         names = ["--help", "--help-all", "--verbose", *(argument.flag for argument in named)]
         choices += [
             f'        "{verb} {argument.flag}") words="{" ".join(argument.choices)}" ;;'

@@ -111,7 +111,7 @@ class Terminal:
                 "with a gap does not count and is recorded again"
             )
 
-    def next_object(self, label: Label, done: int, wanted: int) -> bool:
+    def next_object(self, label: Label, recorded: int, wanted: int) -> bool:
         """Name the next object. Return False if a person has to put it in place first.
 
         Raises
@@ -122,7 +122,7 @@ class Terminal:
         shore = "" if label.shore_a is None else f", {label.shore_a:g} Shore A"
         self._say_and_wait(
             f"next: {label.object}{shore}, specimen {label.specimen}, "
-            f"{wanted - done} of {wanted} pinches to go"
+            f"{wanted - recorded} of {wanted} pinches to go"
             + (": put it in place and press Enter" if self._asks else "")
         )
         if self._asks and reader_gone():

@@ -27,11 +27,11 @@ def live_model(folder: Path | None, detector: Path | None) -> Model:
     from firstcontact.contact import load_detector
     from firstcontact.models import load_model, shipped_model
 
-    own = None if detector is None else load_detector(detector)
+    separate_detector = None if detector is None else load_detector(detector)
     if folder is not None:
-        return load_model(folder, own)
+        return load_model(folder, separate_detector)
     model = shipped_model()
-    return model if own is None else replace(model, detector=own)
+    return model if separate_detector is None else replace(model, detector=separate_detector)
 
 
 def left_out(model: Model, predictor: Predictor | None, estimator: str | None) -> str:
@@ -63,12 +63,12 @@ def device_model_line(device: DevicePredictor, model: Path | None) -> str:
     if model is None:
         return f"{line}: name the folder that it was flashed from with --model to check it"
     try:
-        own = hand_image(model).digest
+        digest = hand_image(model).digest
     except InputError:  # a model that no hand can have
-        own = "another"
-    if own == device.model:
+        digest = "another"
+    if digest == device.model:
         return f"{line}, as {model} is: its predictions are checked"
-    return f"{line}, and {model} is {own}: its predictions are compared, and will differ"
+    return f"{line}, and {model} is {digest}: its predictions are compared, and will differ"
 
 
 def device_noise(device: DevicePredictor | None) -> Calibration | None:

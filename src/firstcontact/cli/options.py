@@ -98,7 +98,7 @@ class Argument:
         names = "{" + ",".join(self.choices) + "}"
         return names if self.choices else {str: "TEXT"}.get(kind, kind.__name__.upper())
 
-    def add_to(self, parser: Any, *, hidden: bool) -> None:
+    def declare(self, parser: Any, *, hidden: bool) -> None:
         """Add it to a parser, or to a group of one; the help leaves it out if ``hidden``."""
         text = (
             argparse.SUPPRESS if hidden else (self.help + self._default_text()).replace("%", "%%")
@@ -155,13 +155,13 @@ def parse_options(verb: type[Any], prog: str, words: Sequence[str]) -> Any:
     for word in words:
         if (name := word.partition("=")[0]) in former:
             parser.error(f"{name} is now {former[name]}")
-    values, rest = parser.parse_known_args(words)
-    if rest:
-        _refuse_rest(parser, verb, rest)
+    values, unknown_words = parser.parse_known_args(words)
+    if unknown_words:
+        _refuse_unknown(parser, verb, unknown_words)
     return verb(**{k: tuple(v) if isinstance(v, list) else v for k, v in vars(values).items()})
 
 
-def arguments_of(verb: type[Any]) -> list[Argument]:
+def verb_arguments(verb: type[Any]) -> list[Argument]:
     """Return the options and positional arguments of a verb, in the order of its fields."""
     hints = get_type_hints(verb, include_extras=True)
     texts = _field_texts(verb)
@@ -178,7 +178,7 @@ def arguments_of(verb: type[Any]) -> list[Argument]:
     return arguments
 
 
-def one_of(
+def choice(
     names: Iterable[str] | Registry[Any], group: str = GENERAL_GROUP, advanced: bool = False
 ) -> Option:
     """Return an option that takes one of these names; plug-ins are listed, and not imported."""
@@ -191,10 +191,12 @@ def devices(recorded: bool = True, more: str = "") -> Option:
     """Return an option that takes a device, or a recording if ``recorded``."""
     from firstcontact.device import SOURCES
 
-    kinds = [SOURCES[name] for name in SOURCES.own]
+    kinds = [SOURCES[name] for name in SOURCES.builtin_names]
     titles = [kind.title for kind in kinds if recorded or not kind.recorded]
     # The title of a plug-in is in its module, which is not imported for help.
-    titles += [f"{name}:... of a plug-in" for name in SOURCES.names if name not in SOURCES.own]
+    titles += [
+        f"{name}:... of a plug-in" for name in SOURCES.names if name not in SOURCES.builtin_names
+    ]
     *first, last = titles
     text = f"{', '.join(first)}, or {last}."
     return Option(group="device", help=text[0].upper() + text[1:] + more)
@@ -210,7 +212,7 @@ class _Parser(argparse.ArgumentParser):
 
 def _parser(verb: type[Any], prog: str, *, every: bool) -> _Parser:
     """Return the parser of a verb, whose help lists advanced options only if ``every``."""
-    arguments = arguments_of(verb)
+    arguments = verb_arguments(verb)
     width = shutil.get_terminal_size().columns - 2
     required = [a for a in arguments if a.required and a.flag]
     usage = [prog, *(_positional_usage(a) for a in arguments if not a.flag)]
@@ -233,7 +235,7 @@ def _parser(verb: type[Any], prog: str, *, every: bool) -> _Parser:
         title = argument.option.group if argument.flag else "arguments"
         if title not in groups:
             groups[title] = parser.add_argument_group(title)
-        argument.add_to(groups[title], hidden=argument.option.advanced and not every)
+        argument.declare(groups[title], hidden=argument.option.advanced and not every)
     help_ = parser.add_argument_group("help")
     help_.add_argument("-h", "--help", action="help", help="Print this text.")
     help_.add_argument("--help-all", action="help", help="Print all options.")
@@ -245,16 +247,16 @@ def _positional_usage(argument: Argument) -> str:
     return f"{argument.metavar}{several}" if argument.required else f"[{argument.metavar}]"
 
 
-def _refuse_rest(parser: _Parser, verb: type[Any], rest: list[str]) -> NoReturn:
+def _refuse_unknown(parser: _Parser, verb: type[Any], unknown_words: list[str]) -> NoReturn:
     """Refuse words that belong to no option, with the nearest name of one."""
-    flags = {a.flag: a for a in arguments_of(verb) if a.flag}
-    for word in rest:
+    flags = {a.flag: a for a in verb_arguments(verb) if a.flag}
+    for word in unknown_words:
         name = word.partition("=")[0]
         if name.startswith("-"):
             near = get_close_matches(name, flags, n=1)
             guess = f": perhaps you meant {near[0]}" if near else ""
             parser.error(f"{name} is not an option{guess}")
-    parser.error(f"{rest[0]!r} belongs to no option")
+    parser.error(f"{unknown_words[0]!r} belongs to no option")
 
 
 def _field_texts(verb: type[Any]) -> dict[str, str]:

@@ -35,7 +35,7 @@ class Request:
 
 @contextmanager
 def session_keys(session: LiveSession) -> Iterator[None]:
-    """Let whoever has standard input tell of a new object, and close and open a driven hand.
+    """Take new objects and hand requests from standard input while the session runs.
 
     On a terminal the key N tells of a new object, C closes the hand and any other opens it; a
     terminal's keys are left to another program that is in its foreground. Otherwise, where a hand
@@ -47,12 +47,15 @@ def session_keys(session: LiveSession) -> Iterator[None]:
         yield
         return
     ending, end = os.pipe()
-    before = _keys_at_once(number)
-    by = "keyboard" if before else "standard input"
-    for line in _keys(session) if before else ():
+    terminal_state = _keys_at_once(number)
+    by = "keyboard" if terminal_state else "standard input"
+    for line in _keys(session) if terminal_state else ():
         _say(line)
     thread = threading.Thread(
-        target=_listen, args=(session, number, ending, bool(before), by), name="keys", daemon=True
+        target=_listen,
+        args=(session, number, ending, bool(terminal_state), by),
+        name="keys",
+        daemon=True,
     )
     thread.start()
     try:
@@ -61,9 +64,9 @@ def session_keys(session: LiveSession) -> Iterator[None]:
         os.close(end)
         thread.join()
         os.close(ending)
-        if before:
+        if terminal_state:
             with suppress(termios.error):  # the terminal is gone
-                termios.tcsetattr(number, termios.TCSADRAIN, before)
+                termios.tcsetattr(number, termios.TCSADRAIN, terminal_state)
 
 
 def _standard_input() -> int | None:
@@ -82,19 +85,19 @@ def _keys(session: LiveSession) -> Iterator[str]:
 
 
 def _keys_at_once(number: int) -> list[Any] | None:
-    """Have a terminal give each key as it is hit; how it was, None where there is none."""
+    """Make a terminal deliver each key. Return its earlier settings, None without a terminal."""
     if not (os.isatty(number) and _ours(number)):
         return None
     try:
-        before = termios.tcgetattr(number)
+        terminal_state = termios.tcgetattr(number)
         tty.setcbreak(number, termios.TCSADRAIN)
     except termios.error:
         return None
-    return before
+    return terminal_state
 
 
 def _ours(number: int) -> bool:
-    """Whether this program is in the terminal's foreground: otherwise reading would stop it."""
+    """Return True if this program is in the terminal's foreground. Reading would stop it else."""
     try:
         return os.tcgetpgrp(number) == os.getpgrp()
     except OSError:

@@ -23,7 +23,7 @@ from ._sensor_words import rest_request as rest_request
 from ._sensor_words import rest_words as rest_words
 from ._sensor_words import tap_words as tap_words
 from ._session import Screen as Screen
-from ._session import header_of as header_of
+from ._session import make_header as make_header
 from ._session import run_session as run_session
 from ._session import with_noise as with_noise
 from ._sessions import so_far as so_far

@@ -11,7 +11,7 @@ from typing import Literal
 from firstcontact.collect._guide import Guide, Judged
 from firstcontact.collect._plan import Item, read_plan
 from firstcontact.collect._sensor_words import rest_request
-from firstcontact.collect._session import Screen, header_of, run_session, with_noise
+from firstcontact.collect._session import Screen, make_header, run_session, with_noise
 from firstcontact.collect._sessions import so_far
 from firstcontact.core import (
     AnyPath,
@@ -145,14 +145,14 @@ def _record(
     for sentence in earlier.unreadable:
         screen.say(f"warning: passed over: {sentence}")
     layout = source.descriptor.layout
-    if all(earlier.done[item.label(session)] >= item.pinches for item in items):
+    if all(earlier.counts[item.label(session)] >= item.pinches for item in items):
         screen.say(f"session {session} is complete: {earlier.files[-1]}")
         return earlier.files[-1]
     if calibration is None or len(calibration.piezo) < len(layout.vibration_fingers):
         screen.say(f"measuring the noise floor, {REST:g} s of rest: {rest_request(layout)}")
         calibration = with_noise(calibration, measure_noise(source))
-    guide = Guide(layout, items, session, calibration, earlier.done)
-    header = header_of(source.descriptor, session, calibration, hand, notes)
+    guide = Guide(layout, items, session, calibration, earlier.counts)
+    header = make_header(source.descriptor, session, calibration, hand, notes)
     screen.say(f"session {session}: {earlier.path}")
     screen.begin(guide)
     try:

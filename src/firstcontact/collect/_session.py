@@ -43,7 +43,7 @@ class Screen(Protocol):
         """Refresh; called a few times a second."""
 
 
-def header_of(
+def make_header(
     descriptor: Descriptor,
     session: str,
     calibration: Calibration | None,

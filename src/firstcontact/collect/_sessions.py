@@ -21,7 +21,7 @@ class SoFar:
     ----------
     path
         Next file to record to; it does not exist.
-    done
+    counts
         Number of whole pinches, by label.
     files
         Readable files of the session.
@@ -30,7 +30,7 @@ class SoFar:
     """
 
     path: Path
-    done: Counter[Label] = field(default_factory=Counter)
+    counts: Counter[Label] = field(default_factory=Counter)
     files: tuple[Path, ...] = ()
     unreadable: tuple[str, ...] = ()
 
@@ -49,7 +49,7 @@ def so_far(folder: Path, session: str, descriptor: Descriptor) -> SoFar:
         other columns, so that the two cannot be one dataset.
     """
     stem = "session-" + (re.sub(r"[^\w.+-]+", "-", session) or "-")
-    done: Counter[Label] = Counter()
+    pinches_by_label: Counter[Label] = Counter()
     files: list[Path] = []
     unreadable: list[str] = []
     path = folder / f"{stem}.mcap"
@@ -74,6 +74,8 @@ def so_far(folder: Path, session: str, descriptor: Descriptor) -> SoFar:
                 "another folder",
                 parameter="out",
             )
-        done.update(mark.label for mark in recording.pinches if cut(recording, mark) is not None)
+        pinches_by_label.update(
+            mark.label for mark in recording.pinches if cut(recording, mark) is not None
+        )
         files.append(part)
-    return SoFar(path, done, tuple(files), tuple(unreadable))
+    return SoFar(path, pinches_by_label, tuple(files), tuple(unreadable))

@@ -234,7 +234,7 @@ class ClosingGate:
             else:
                 if self._loaded(force[k]):
                     self._held = number
-                due = self._due is None or self._sample_after(k) >= self._due
+                due = self._due is None or self._step_sample(k) >= self._due
                 if due and number - max(self._since, self._held) >= STEPS:
                     events += self._reopen(k)
                     self._go(_State.OPEN, k)
@@ -249,20 +249,20 @@ class ClosingGate:
 
     def _shut(self, k: int) -> list[GateEvent]:
         was_open, self._open = self._open, False
-        return [GateEvent(Turn.SHUTS, self._sample_after(k))] if was_open else []
+        return [GateEvent(Turn.SHUTS, self._step_sample(k))] if was_open else []
 
     def _reopen(self, k: int) -> list[GateEvent]:
         """Start a closing after a step, and end the current one."""
         events = self._shut(k)
         self._open, self._due = True, None
-        return [*events, GateEvent(Turn.OPENS, self._sample_after(k))]
+        return [*events, GateEvent(Turn.OPENS, self._step_sample(k))]
 
     def _go(self, state: _State, k: int) -> int:
         self._state = state
         self._since = self._steps + k
         return k + 1
 
-    def _sample_after(self, k: int) -> int:
+    def _step_sample(self, k: int) -> int:
         return self._grid + (k + 1) * self._step
 
     def _loaded(self, force: NDArray[np.float64]) -> bool:

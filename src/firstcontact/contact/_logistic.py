@@ -12,8 +12,8 @@ from firstcontact.contact._closing_start import cut_closings
 from firstcontact.contact._logistic_training import (
     LOOKS,
     best_threshold,
+    cut_looks,
     fit_line,
-    looks_of,
     scores,
 )
 from firstcontact.contact._loudness import (
@@ -82,10 +82,10 @@ class LogisticDetector(TrainedDetector):
             below :attr:`lowest`.
         """
         dataset = cut_closings(dataset)
-        rate, sizes = self._sizes_of(dataset)
+        rate, sizes = self._window_sizes(dataset)
         subset = spread_out(dataset, sizes, early, PINCHES)
         rng = np.random.default_rng(self.seed)
-        looks = [looks_of(pinch, sizes, early, rng) for pinch in subset.pinches]
+        looks = [cut_looks(pinch, sizes, early, rng) for pinch in subset.pinches]
         has_contact = np.array([look.shows.any() for look in looks], dtype=np.bool_)
         if has_contact.sum() < 2:
             raise self._too_few(has_contact.sum())

@@ -106,7 +106,7 @@ def add_clicks(
     return x + rung
 
 
-def looks_of(pinch: Pinch, sizes: WindowSizes, early: float, rng: np.random.Generator) -> Looks:
+def cut_looks(pinch: Pinch, sizes: WindowSizes, early: float, rng: np.random.Generator) -> Looks:
     """Return the looks at a pinch with a known first contact, from the start of its closing.
 
     Parameters

@@ -66,7 +66,7 @@ class SvmDetector(TrainedDetector):
             below :attr:`lowest`.
         """
         dataset = cut_closings(dataset)
-        rate, sizes = self._sizes_of(dataset)
+        rate, sizes = self._window_sizes(dataset)
         subset = spread_out(dataset, sizes, early, PINCHES)
         data = training_windows(subset, sizes, early, self.seed)
         usable_pinches = np.unique(data.pinch[data.positive])

@@ -70,7 +70,7 @@ class TrainedDetector(WindowDetector):
         if not self.trained:
             raise InputError(f"the {self.noun} detector has not been trained: {otherwise}")
 
-    def _sizes_of(self, dataset: Dataset) -> tuple[float, WindowSizes]:
+    def _window_sizes(self, dataset: Dataset) -> tuple[float, WindowSizes]:
         """Return the rate of the training data, Hz, and the lengths at that rate."""
         rate = dataset.layout.rate if len(dataset) else self.lowest
         if rate < self.lowest:

@@ -82,7 +82,7 @@ def _make(path: Path) -> tuple[Path, int]:
         with suppress(OSError):  # the disk has no locks: no other writer can sweep there either
             fcntl.flock(lock, fcntl.LOCK_EX)
         # Another writer may have swept the folder before this one locked it.
-        if _is_at(folder, lock):
+        if _is_locked_folder(folder, lock):
             return folder, lock
         os.close(lock)
 
@@ -104,7 +104,7 @@ def _remove_if_dead(path: Path) -> None:
         os.close(lock)
 
 
-def _is_at(folder: Path, lock: int) -> bool:
+def _is_locked_folder(folder: Path, lock: int) -> bool:
     try:
         current = folder.stat()
     except OSError as error:

@@ -283,9 +283,9 @@ class Dataset:
         """Mask of the pinches of unseen objects (test role), shape (pinches,)."""
         return np.array([p.label.role is Role.TEST for p in self.pinches], dtype=np.bool_)
 
-    def take(self, which: NDArray[Any] | Sequence[int]) -> Dataset:
+    def take(self, positions: NDArray[Any] | Sequence[int]) -> Dataset:
         """Return the dataset of these positions, or of those where a mask is true."""
-        index = np.asarray(which)
+        index = np.asarray(positions)
         if index.dtype == np.bool_:
             index = np.flatnonzero(index)
         return replace(self, pinches=tuple(self.pinches[int(i)] for i in index))

@@ -35,4 +35,4 @@ def progress_steps(
         with tqdm(total=total, unit=unit, desc=title) as bar:
             yield bar.update
     else:
-        yield lambda done: None
+        yield lambda finished: None

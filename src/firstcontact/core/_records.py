@@ -27,7 +27,7 @@ Notes = Annotated[str, msgspec.Meta(max_length=100_000)]
 Count = Annotated[int, msgspec.Meta(ge=0, le=(1 << 63) - 1)]
 
 
-def read_record(data: bytes, kind: type[T], where: str, remedy: str, longest: int = LONGEST) -> T:
+def read_record(data: bytes, kind: type[T], origin: str, remedy: str, longest: int = LONGEST) -> T:
     """Parse JSON into a value of a type.
 
     Parameters
@@ -38,7 +38,7 @@ def read_record(data: bytes, kind: type[T], where: str, remedy: str, longest: in
         A dataclass, or any type that msgspec supports. Numbers that are not finite or out of
         bounds are refused. Unknown fields are ignored, except in a
         :class:`firstcontact.core._records_json.Record`, which refuses them.
-    where
+    origin
         Name of the file or part, for messages.
     remedy
         Remedy, for messages.
@@ -52,15 +52,15 @@ def read_record(data: bytes, kind: type[T], where: str, remedy: str, longest: in
         or has a wrong value.
     """
     if len(data) > longest:
-        raise InputError(f"{where} has {len(data)} bytes of JSON, more than {longest}: {remedy}")
+        raise InputError(f"{origin} has {len(data)} bytes of JSON, more than {longest}: {remedy}")
     try:
         return msgspec.json.decode(data, type=kind, dec_hook=decode_by_name)
     except msgspec.ValidationError as error:
-        raise InputError(f"{where}: {_sentence(str(error))}: {remedy}") from error
+        raise InputError(f"{origin}: {_sentence(str(error))}: {remedy}") from error
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{where} is not JSON in UTF-8: {remedy}") from error
+        raise InputError(f"{origin} is not JSON in UTF-8: {remedy}") from error
     except RecursionError as error:
-        raise InputError(f"{where} is nested too deeply: {remedy}") from error
+        raise InputError(f"{origin} is nested too deeply: {remedy}") from error
 
 
 def _sentence(problem: str) -> str:

@@ -31,8 +31,7 @@ class Registry(Mapping[str, E], Generic[E]):
     """Entries by name, in the order of figures and tables. Each is imported on first use.
 
     Looking up a name imports its plug-in; iterating imports all. A plug-in that fails to load is
-    left
-    out. The log and :attr:`failed` hold its name and the reason. Other entries stay usable.
+    left out. The log and :attr:`failed` hold its name and the reason. Other entries stay usable.
 
     Parameters
     ----------
@@ -41,7 +40,7 @@ class Registry(Mapping[str, E], Generic[E]):
     group
         Group of entry points through which other packages register entries:
         "firstcontact.estimators". The name of the entry point is the name of the entry.
-    own
+    built_in
         Name and location of each built-in entry: "package.module:object".
     default
         Name of the default entry; None means the first.
@@ -67,7 +66,7 @@ class Registry(Mapping[str, E], Generic[E]):
         self,
         kind: str,
         group: str,
-        own: Mapping[str, str | E],
+        built_in: Mapping[str, str | E],
         default: str | None = None,
         *,
         base: str | None = None,
@@ -77,17 +76,17 @@ class Registry(Mapping[str, E], Generic[E]):
         self.kind = kind
         self.group = group
         #: Name of the default entry.
-        self.default = next(iter(own)) if default is None else default
+        self.default = next(iter(built_in)) if default is None else default
         #: Reasons why plug-ins failed to load, by name.
         self.failed: dict[str, str] = {}
         self._base, self._instances, self._maker = base, instances, maker
         self._included: list[str] = []
-        self._own = dict(own)
+        self._own = dict(built_in)
         self._loaded: dict[str, E] = {}
         self._plugins: dict[str, EntryPoint] | None = None
 
     @property
-    def own(self) -> tuple[str, ...]:
+    def builtin_names(self) -> tuple[str, ...]:
         """Names of the built-in entries."""
         return tuple(self._own)
 

@@ -121,7 +121,7 @@ class TransportDelay:
         self._fastest.add(block.end - 1, host)
         self._least = self._fastest.delay(host - MEMORY)
 
-    def of(self, sample: int, host: float) -> float:
+    def delay(self, sample: int, host: float) -> float:
         """Return the delay of a sample, s, that was available at a host time."""
         return max(host - sample / self._rate - self._least, 0.0)
 
@@ -185,7 +185,7 @@ class DeviceClock:
         self._last = float(times[-1])
         return times
 
-    def at(self, sample: int, epoch: int) -> float:
+    def host_time(self, sample: int, epoch: int) -> float:
         """Return the host time of a sample, s.
 
         For an epoch other than the newest one, return the time of the newest sample.

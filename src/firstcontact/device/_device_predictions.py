@@ -125,7 +125,7 @@ class DeviceEstimate:
     compute_time: float
     epoch: int
 
-    def after(self, rate: float) -> float:
+    def delay(self, rate: float) -> float:
         """Return the time from the contact to the estimate, s. ``rate`` is in Hz."""
         return (self.decided - self.contact) / rate + self.compute_time
 

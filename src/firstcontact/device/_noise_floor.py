@@ -94,7 +94,7 @@ class RestMeter:
         self._waiting = x[end:]
 
     @property
-    def is_done(self) -> bool:
+    def is_sufficient(self) -> bool:
         """Return True once there is enough rest."""
         return int(self._rest_mask().sum()) >= self._wanted
 
@@ -219,7 +219,7 @@ def measure_noise(
     """
     meter = RestMeter(source.descriptor.layout, seconds)
     most = (seconds + patience) * source.descriptor.layout.rate
-    while not meter.is_done and meter.samples < most:
+    while not meter.is_sufficient and meter.samples < most:
         for arrival in wait_for_arrivals(source):
             meter.update(arrival.block)
     return meter.calibration()

@@ -180,7 +180,7 @@ def source_kind(device: str) -> SourceKind:
     named, colon, _ = device.partition(":")
     if colon and named in (*SOURCES.names, *SOURCES.failed) and SOURCES.find(named).takes is None:
         return SOURCES.find(named)
-    built_in = [SOURCES[name] for name in SOURCES.own if name != SOURCES.default]
+    built_in = [SOURCES[name] for name in SOURCES.builtin_names if name != SOURCES.default]
     kind = next((kind for kind in built_in if kind.accepts(device)), None)
     if kind is None and not Path(device).is_char_device():
         kind = _plugin_kind(device)
@@ -189,7 +189,7 @@ def source_kind(device: str) -> SourceKind:
 
 def _plugin_kind(device: str) -> SourceKind | None:
     for name in SOURCES:
-        if name not in SOURCES.own:
+        if name not in SOURCES.builtin_names:
             with SOURCES.calling(name):
                 if SOURCES[name].accepts(device):
                     return SOURCES[name]

@@ -13,7 +13,7 @@ from firstcontact.core import Contact, Dataset, InputError
 from firstcontact.export._c_anytime import instructions
 from firstcontact.export._exporters import Part
 from firstcontact.export._trained import NamedModel, Trained
-from firstcontact.models import CompactNetwork, InContextModel, Windows, compacted, touches_of
+from firstcontact.models import CompactNetwork, InContextModel, Windows, compacted, cut_touches
 from firstcontact.signal import contact_windows
 
 #: Clock of a Teensy 4, Hz, and cycles that an instruction is taken to last.
@@ -135,7 +135,7 @@ def compact_forms(
     model: InContextModel, dataset: Dataset, contacts: list[Contact | None]
 ) -> Iterator[InContextModel]:
     """Return the network in compact forms, the smallest first."""
-    touches, _ = touches_of(dataset, contacts)
+    touches, _ = cut_touches(dataset, contacts)
     for directions in DIRECTIONS:
         yield compacted(model, touches, directions)
     for directions in LISTENING_DIRECTIONS:
@@ -149,7 +149,7 @@ def _anytime(
     budget_us: float | None,
 ) -> InContextModel:
     if budget_us is None:
-        touches, _ = touches_of(dataset, contacts)
+        touches, _ = cut_touches(dataset, contacts)
         return compacted(model, touches, USUAL_DIRECTIONS)
     took: list[float] = []
     chosen = None

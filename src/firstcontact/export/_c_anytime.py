@@ -101,9 +101,9 @@ def write_anytime(model: InContextModel) -> tuple[CUnit, CUnit]:
         texts.append(c_array(name, values))
         return name
 
-    def whole(name: str, layer: Rounded) -> str:
-        rows, inputs = layer.whole.shape
-        weight = np.pad(layer.whole, ((0, 0), (0, -inputs % 4)))
+    def rounded_layer(name: str, layer: Rounded) -> str:
+        rows, inputs = layer.integers.shape
+        weight = np.pad(layer.integers, ((0, 0), (0, -inputs % 4)))
         parts: dict[str, NDArray[Any]] = {
             "weight": weight,
             "scale": layer.scale,
@@ -116,7 +116,10 @@ def write_anytime(model: InContextModel) -> tuple[CUnit, CUnit]:
 
     thin = {}
     for name, layer in network.thin.items():
-        into, out = whole(f"{name}_into", layer.into), whole(f"{name}_out", layer.out)
+        into, out = (
+            rounded_layer(f"{name}_into", layer.into),
+            rounded_layer(f"{name}_out", layer.out),
+        )
         thin[name] = f"{{{into}, {out}}}"
     rigs = []
     for finger, rig in sorted(model.rigs.items(), reverse=True):
@@ -238,6 +241,6 @@ def instructions(model: InContextModel) -> int:
     network = model.network
     assert isinstance(network, CompactNetwork)
     ear = LISTENING * listens(model)
-    weights = sum(t.into.whole.size + t.out.whole.size for t in network.thin.values())
+    weights = sum(t.into.integers.size + t.out.integers.size for t in network.thin.values())
     outputs = sum(len(t.out.bias) for t in network.thin.values())
     return int(1.9 * weights + 3.4 * network.answer[0].size) + 85 * outputs + 25_000 + ear

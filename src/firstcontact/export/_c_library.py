@@ -47,7 +47,7 @@ def fixed_sources(names: Collection[str]) -> dict[str, str]:
     }
 
 
-def units_of(trained: Trained) -> list[CUnit]:
+def generate_units(trained: Trained) -> list[CUnit]:
     """Return the generated C units of a training.
 
     Raises
@@ -65,7 +65,7 @@ def units_of(trained: Trained) -> list[CUnit]:
 
 def write(trained: Trained, out: Path) -> list[str]:
     """Write the library into an empty folder; what there is to say."""
-    units = units_of(trained)
+    units = generate_units(trained)
     if not units:
         raise InputError(f"nothing here can be written in C ({', '.join(trained.parts)})")
     source, example = out / "src", out / "examples" / "cycles"
@@ -83,10 +83,10 @@ def write(trained: Trained, out: Path) -> list[str]:
     )
     (out / "library.properties").write_text(properties, encoding="utf-8")
     (example / "cycles.ino").write_text(sketch(trained), encoding="utf-8")
-    return [_said(unit) for unit in units]
+    return [_unit_summary(unit) for unit in units]
 
 
-def _said(unit: CUnit) -> str:
+def _unit_summary(unit: CUnit) -> str:
     took = f", about {unit.instructions} instructions" * bool(unit.instructions)
     at = f", for {unit.rate:g} Hz" if unit.rate else ""
     return f"{unit.name}: {unit.constants} bytes of constants, {unit.memory} of memory{took}{at}"

@@ -172,8 +172,8 @@ def _put_model(w: _Writer, model: InContextModel, network: CompactNetwork) -> No
 
 
 def _put_layer(w: _Writer, layer: Rounded) -> None:
-    rows, inputs = layer.whole.shape
-    weight: NDArray[np.int16] = np.pad(layer.whole, ((0, 0), (0, -inputs % 4)))
+    rows, inputs = layer.integers.shape
+    weight: NDArray[np.int16] = np.pad(layer.integers, ((0, 0), (0, -inputs % 4)))
     w.put([rows, inputs], "i4")
     w.put(weight, "i2")
     w.put(layer.scale, "f4")

@@ -65,7 +65,7 @@ def _pair(
 
 
 def _layer(layer: Rounded, most: float, bias: NDArray[np.floating]) -> float:
-    sums = np.abs(layer.whole.astype(np.float64)).sum(axis=1)
+    sums = np.abs(layer.integers.astype(np.float64)).sum(axis=1)
     each = sums * np.abs(layer.scale.astype(np.float64)) * min(most, MOST)
     largest = float((each + np.abs(bias.astype(np.float64))).max())
     return largest if largest == largest and most < MOST else np.inf

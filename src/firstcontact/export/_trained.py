@@ -56,7 +56,7 @@ class Trained:
         return descriptions + ([] if self.anytime is None else [f"anytime: {self.anytime.kind}"])
 
 
-def trained_of(model: Model) -> Trained:
+def exported_parts(model: Model) -> Trained:
     """Return the parts of a model that are exported."""
     models = tuple(
         NamedModel(

@@ -134,7 +134,7 @@ class GraspLoop:
             self._check_deadline(now)
             self._forward(self.policy.slipped())
 
-    def done(self, second: Contact | None = None) -> None:
+    def finish(self, second: Contact | None = None) -> None:
         """End the closing. An estimate that is still due counts as missed.
 
         Parameters

@@ -1,10 +1,10 @@
 """Models: estimators, one a file; training, evaluation, intervals; the model folder."""
 
 from ._alignment import Alignment as Alignment
+from ._alignment import detect_alignment as detect_alignment
 from ._alignment import fit_detector as fit_detector
-from ._alignment import found as found
 from ._alignment import found_as_live as found_as_live
-from ._alignment import known as known
+from ._alignment import label_alignment as label_alignment
 from ._card import ModelCard as ModelCard
 from ._card import NetworkCard as NetworkCard
 from ._card import PredictorCard as PredictorCard
@@ -97,7 +97,7 @@ from ._rig import STAGES as STAGES
 from ._rig import TOKEN as TOKEN
 from ._rig import USUAL_LEVEL as USUAL_LEVEL
 from ._rig import Rig as Rig
-from ._rig import stage_of as stage_of
+from ._rig import stage_index as stage_index
 from ._scores import Bounded as Bounded
 from ._scores import ClassificationScores as ClassificationScores
 from ._scores import Ends as Ends
@@ -117,11 +117,11 @@ from ._splits import by_session as by_session
 from ._splits import inner_folds as inner_folds
 from ._splits import leave_one_out as leave_one_out
 from ._svm import Svm as Svm
-from ._svm import machine_of as machine_of
+from ._svm import svm_machine as svm_machine
 from ._svm_model import LEVEL_WEIGHT as LEVEL_WEIGHT
 from ._svm_model import SvmModel as SvmModel
-from ._svm_model import level_of as level_of
 from ._svm_model import log_rms as log_rms
+from ._svm_model import loudness_level as loudness_level
 from ._svm_model import shape_and_level as shape_and_level
 from ._touch_stream import TouchStream as TouchStream
 from ._touch_stream import moments as moments
@@ -130,10 +130,10 @@ from ._touches import LONGEST as LONGEST
 from ._touches import TIMES as TIMES
 from ._touches import Touches as Touches
 from ._touches import cut_touch as cut_touch
+from ._touches import cut_touches as cut_touches
 from ._touches import in_words as in_words
 from ._touches import lengths as lengths
-from ._touches import radius_of as radius_of
-from ._touches import touches_of as touches_of
+from ._touches import parse_radius as parse_radius
 from ._train import adapt as adapt
 from ._train import check_windows as check_windows
 from ._train import known_contacts as known_contacts

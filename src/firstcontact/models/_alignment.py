@@ -44,12 +44,12 @@ class Alignment:
     how: str
 
 
-def known(dataset: Dataset) -> Alignment:
+def label_alignment(dataset: Dataset) -> Alignment:
     """Contacts as the strips or labels say."""
     return Alignment([p.first for p in dataset.pinches], "known (strips or labels)")
 
 
-def found(dataset: Dataset, detector: Detector, how: str = "") -> Alignment:
+def detect_alignment(dataset: Dataset, detector: Detector, how: str = "") -> Alignment:
     """Contacts as a detector finds them, from where each closing starts."""
     starts = closing_starts(dataset)
     heard = cut_closings(dataset, starts).pinches
@@ -103,7 +103,7 @@ def found_as_live(dataset: Dataset, detector: Detector, seed: int, runner: Runne
         Does the folds.
     """
     if not detector.learns:
-        return found(dataset, detector)
+        return detect_alignment(dataset, detector)
     starts = closing_starts(dataset)
     dataset = cut_closings(dataset, starts)
     sessions = dataset.sessions if "" not in dataset.sessions else None
@@ -125,4 +125,4 @@ def _found_apart(
     """Contacts of the second pinches by a detector that learned from the first."""
     learn, ask = fold
     other = make_detector(detector).fit(dataset.take(learn))
-    return found(dataset.take(ask), other).contacts
+    return detect_alignment(dataset.take(ask), other).contacts

@@ -20,7 +20,7 @@ from firstcontact.models._contact_features import Shape
 from firstcontact.models._context_network import Context, Matrix, Network
 from firstcontact.models._in_context import InContextModel
 from firstcontact.models._network_inputs import network_inputs
-from firstcontact.models._rig import GENERAL, stage_of
+from firstcontact.models._rig import GENERAL, stage_index
 from firstcontact.models._touches import Touches, lengths
 
 #: Layers that are made thin; the others have few weights or are gone once a rig is known.
@@ -37,23 +37,23 @@ class Rounded:
 
     Parameters
     ----------
-    whole
+    integers
         int16, shape (outputs, inputs).
     scale, bias
         Shape (outputs,).
     """
 
-    whole: NDArray[np.int16]
+    integers: NDArray[np.int16]
     scale: NDArray[np.float32]
     bias: NDArray[np.float32]
 
     @classmethod
-    def of(cls, weight: NDArray[np.floating], bias: NDArray[np.floating]) -> Rounded:
+    def nearest(cls, weight: NDArray[np.floating], bias: NDArray[np.floating]) -> Rounded:
         """Return the integers that are nearest to a layer."""
         most = np.maximum(np.abs(weight).sum(axis=1) / MOST, np.abs(weight).max(axis=1) / 32_000)
         scale = np.maximum(most, 1e-30).astype(np.float32)
-        whole = np.rint(weight / scale[:, None]).astype(np.int16)
-        return cls(whole, scale, bias.astype(np.float32))
+        integers = np.rint(weight / scale[:, None]).astype(np.int16)
+        return cls(integers, scale, bias.astype(np.float32))
 
     def __call__(self, x: Matrix) -> Matrix:
         """Return outputs for inputs (..., inputs), each row rounded to 15 bits of its largest."""
@@ -61,13 +61,13 @@ class Rounded:
         each = np.where(most > 1e-30, np.float32(32767) / np.maximum(most, 1e-30), np.float32(0))
         steps = x * each.astype(np.float32)
         rounded = np.trunc(steps + np.copysign(np.float32(0.5), steps)).astype(np.float64)
-        sums = (rounded @ self.whole.T.astype(np.float64)).astype(np.float32)  # exact until here
+        sums = (rounded @ self.integers.T.astype(np.float64)).astype(np.float32)  # exact until here
         outputs: Matrix = sums * (self.scale * (most / np.float32(32767))) + self.bias
         return outputs
 
     def most(self, most: float) -> float:
         """Return the largest output for inputs of at most this magnitude."""
-        sums = np.maximum(np.abs(self.whole.astype(np.float64)).sum(axis=1), 1.0)
+        sums = np.maximum(np.abs(self.integers.astype(np.float64)).sum(axis=1), 1.0)
         scale, bias = (np.abs(x.astype(np.float64)) for x in (self.scale, self.bias))
         return float((sums * scale * most + bias).max(initial=0.0))
 
@@ -80,16 +80,16 @@ class Thin:
     ----------
     into
         From the inputs to the directions. Of ``body1``: from what changes with the contact; the
-        weights of what does not are in ``rest``.
+        weights of the other inputs are in ``fixed``.
     out
         From the directions to the outputs.
-    rest
+    fixed
         Shape (directions, inputs that do not change with the contact), float32.
     """
 
     into: Rounded
     out: Rounded
-    rest: Matrix
+    fixed: Matrix
 
 
 class CompactNetwork(Network):
@@ -114,7 +114,7 @@ class CompactNetwork(Network):
         if thin is None:
             return super()._linear(name, x)
         moving, fixed = self._parted(name, x)
-        return thin.out(thin.into(moving) + fixed @ thin.rest.T)
+        return thin.out(thin.into(moving) + fixed @ thin.fixed.T)
 
     def _parted(self, name: str, x: Matrix) -> tuple[Matrix, Matrix]:
         """Return the inputs of a layer that change with a contact, and the fixed ones."""
@@ -127,10 +127,10 @@ class CompactNetwork(Network):
         for name, layer in self.thin.items():
             for part, rounded in (("into", layer.into), ("out", layer.out)):
                 # As all weights in files: floats, which hold these integers exactly.
-                arrays[f"thin.{name}.{part}.weight"] = rounded.whole.astype(np.float32)
+                arrays[f"thin.{name}.{part}.weight"] = rounded.integers.astype(np.float32)
                 arrays[f"thin.{name}.{part}.scale"] = rounded.scale
                 arrays[f"thin.{name}.{part}.bias"] = rounded.bias
-            arrays[f"thin.{name}.rest"] = layer.rest
+            arrays[f"thin.{name}.rest"] = layer.fixed
         return arrays
 
     @classmethod
@@ -155,7 +155,7 @@ class CompactNetwork(Network):
         thin = self.thin.get(name)
         if thin is None:
             return super()._most(name, most)
-        rest_reach = np.abs(thin.rest.astype(np.float64)).sum(axis=1).max(initial=0.0) * most
+        rest_reach = np.abs(thin.fixed.astype(np.float64)).sum(axis=1).max(initial=0.0) * most
         along = thin.into.most(most) + float(rest_reach)
         return max(along, thin.out.most(along))
 
@@ -168,7 +168,7 @@ class CompactNetwork(Network):
         """Return a rig's term in the directions of ``body1`` at a stage, shape (directions,)."""
         thin = self.thin["body1"]
         rig_inputs = np.concatenate([context.mean[stage], context.general])
-        term: Matrix = thin.rest @ rig_inputs + thin.into.bias
+        term: Matrix = thin.fixed @ rig_inputs + thin.into.bias
         return term
 
     def scale(self, name: str) -> tuple[Matrix, Matrix]:
@@ -196,7 +196,7 @@ class CompactModel(InContextModel):
     kind: ClassVar[str] = "compact"
 
     @classmethod
-    def network_of(cls, arrays: Mapping[str, NDArray[Any]]) -> Network:
+    def restore_network(cls, arrays: Mapping[str, NDArray[Any]]) -> Network:
         """Return the network in a file's arrays."""
         return CompactNetwork.from_arrays(arrays)
 
@@ -286,9 +286,9 @@ def _ask(network: Network, model: InContextModel, touches: Touches) -> None:
     for finger, rows in model.by_rig(usable):
         rig, part = model.rigs[finger], usable.take(rows)
         level, sign = np.full(len(part), rig.level), np.full(len(part), rig.sign)
-        shape = Shape.of(part.after, part.valid, level, sign)
+        shape = Shape.measure(part.waves, part.valid, level, sign)
         x = network_inputs(shape, model.rig_features(part))
-        stages = stage_of(part.valid, part.rate)
+        stages = stage_index(part.valid, part.rate)
         network.outputs(x, network.context(rig.tokens, rig.general), stages)
 
 
@@ -301,7 +301,7 @@ def _thin(
     p = axes[:, : -1 - min(directions, len(bias)) : -1]
     into = p.T @ weight
     return Thin(
-        Rounded.of(into[:, is_moving], p.T @ (bias - mean)),
-        Rounded.of(p, mean),
+        Rounded.nearest(into[:, is_moving], p.T @ (bias - mean)),
+        Rounded.nearest(p, mean),
         into[:, ~is_moving].astype(np.float32),
     )

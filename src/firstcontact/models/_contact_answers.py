@@ -30,7 +30,7 @@ _LENGTH = NAMES.index("length")
 
 
 def _stage_index(valid: int, rate: float) -> int:
-    """Return :func:`firstcontact.models._rig.stage_of` for one contact."""
+    """Return :func:`firstcontact.models._rig.stage_index` for one contact."""
     share = valid * (STAGES[-1] / lengths(rate)[1])
     return min(bisect_left(STAGES, share - 1e-9), len(STAGES) - 1)
 
@@ -77,7 +77,7 @@ class ContactAnswers:
         self._x[-len(features[0]) :] = features[0]
         self._done = 0  # samples of the signal that are in these arrays
         level = np.full(1, self._rig.level)
-        noise = pre_contact_noise(touches.signals[:, : touches.before], level)
+        noise = pre_contact_noise(touches.signals[:, : touches.lead], level)
         self._traits = np.empty(TRAITS)
         self._traits[-2] = noise[0]
 

@@ -111,7 +111,7 @@ class Shape:
     ----------
     v
         Masked, positive in the direction of the first swing, V, shape (n, samples).
-    there
+    is_valid
         Which samples are valid, shape (n, samples).
     features
         As :func:`features` gives them.
@@ -120,12 +120,12 @@ class Shape:
     """
 
     v: NDArray[np.float64]
-    there: NDArray[np.bool_]
+    is_valid: NDArray[np.bool_]
     features: NDArray[np.float64]
     level: Values
 
     @classmethod
-    def of(
+    def measure(
         cls, signals: NDArray[np.floating], valid: NDArray[np.intp], level: Values, sign: Values
     ) -> Shape:
         """Return the shape of signals from the contact on (n, samples); others have shape (n,)."""

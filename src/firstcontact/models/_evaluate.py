@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from firstcontact.contact import Detector
 from firstcontact.core import Dataset, InputError, Progress, counted, is_same_rate, progress_steps
-from firstcontact.models._alignment import Alignment, found, known
+from firstcontact.models._alignment import Alignment, detect_alignment, label_alignment
 from firstcontact.models._final_model import Target
 from firstcontact.models._metrics import classification_scores, per_object, regression_scores
 from firstcontact.models._model import Model, require_dataset
@@ -182,9 +182,9 @@ def evaluate(
         if rate not in at_rate:
             dataset = data if is_same_rate(data.layout.rate, rate) else resample_dataset(data, rate)
             if known_contacts(contacts, dataset):
-                at_rate[rate] = dataset, known(dataset)
+                at_rate[rate] = dataset, label_alignment(dataset)
             else:
-                at_rate[rate] = dataset, found(dataset, detector or model.own_detector)
+                at_rate[rate] = dataset, detect_alignment(dataset, detector or model.own_detector)
         return at_rate[rate]
 
     networks = () if model.network is None else (model.network,)

@@ -21,7 +21,7 @@ from firstcontact.models._motor_pitch import POINTS, MotorPitch
 from firstcontact.models._network_inputs import BESIDE, beside, network_inputs
 from firstcontact.models._out_of_range import Familiar, shape_traits
 from firstcontact.models._predictions import Predictions
-from firstcontact.models._rig import GENERAL, STAGES, TOKEN, Rig, stage_of
+from firstcontact.models._rig import GENERAL, STAGES, TOKEN, Rig, stage_index
 from firstcontact.models._spec import Arrays, Values
 from firstcontact.models._touches import Touches, lengths
 
@@ -102,7 +102,7 @@ class InContextModel:
         self, spreads: Values, samples: NDArray[np.intp] | int, rate: float = FINGERTIP_RATE
     ) -> Values:
         """Return half widths of intervals for spreads after a number of samples."""
-        return spreads * self._factors[stage_of(samples, rate)]
+        return spreads * self._factors[stage_index(samples, rate)]
 
     @property
     def shortest(self) -> int:
@@ -147,16 +147,16 @@ class InContextModel:
         values, spreads = np.empty(n), np.empty(n)
         out_of_range = np.zeros(n, np.bool_)
         beside_signal = self.rig_features(touches) if rig_features is None else rig_features
-        stages = stage_of(touches.valid, touches.rate)
+        stages = stage_index(touches.valid, touches.rate)
         for finger, rows in self.by_rig(touches):
             rig = self.rigs[finger]
             part = touches if len(rows) == n else touches.take(rows)
             level, sign = np.full(len(part), rig.level), np.full(len(part), rig.sign)
-            shape = Shape.of(part.after, part.valid, level, sign)
+            shape = Shape.measure(part.waves, part.valid, level, sign)
             x = network_inputs(shape, beside_signal[rows])
             mixture = self._network.outputs(x, self._contexts[finger], stages[rows])
             values[rows], spreads[rows] = mean_and_spread(mixture)
-            trait_values = shape_traits(shape, part.signals[:, : part.before])
+            trait_values = shape_traits(shape, part.signals[:, : part.lead])
             has_level = rig.tokens.shape[1] > 0
             out_of_range[rows] = self._familiar.out_of_range(trait_values, stages[rows], has_level)
         wrong = np.flatnonzero(~np.isfinite(values + spreads))
@@ -192,7 +192,7 @@ class InContextModel:
         return [(f, np.flatnonzero(finger == f)) for f in sorted(set(numbers))]
 
     @classmethod
-    def network_of(cls, arrays: Mapping[str, NDArray[Any]]) -> Network:
+    def restore_network(cls, arrays: Mapping[str, NDArray[Any]]) -> Network:
         """Return the network in a file's arrays."""
         return Network(arrays)
 
@@ -217,7 +217,7 @@ class InContextModel:
         fingers = {_finger(name) for name in arrays if name.startswith("rig.")}
         rigs = {f: _rig(arrays, f"rig.{f}.") for f in fingers} or {ANY: Rig.unknown()}
         factors = take_array(arrays, "factors", len(STAGES)).astype(np.float64)
-        return cls(cls.network_of(arrays), Familiar.from_arrays(arrays), factors, level, rigs)
+        return cls(cls.restore_network(arrays), Familiar.from_arrays(arrays), factors, level, rigs)
 
 
 def mean_and_spread(mixture: NDArray[np.float64]) -> tuple[Values, Values]:

@@ -22,7 +22,7 @@ from firstcontact.core import (
     is_same_rate,
     replacing_folder,
 )
-from firstcontact.models._alignment import found
+from firstcontact.models._alignment import detect_alignment
 from firstcontact.models._card import TrainingData
 from firstcontact.models._model_file import (
     check_former,
@@ -168,7 +168,11 @@ class Model:
                     f"{self.rate:g} Hz: resample the pinches first"
                 )
             data = resample_dataset(data, self.rate)
-        firsts = found(data, self.own_detector).contacts if contacts is None else list(contacts)
+        firsts = (
+            detect_alignment(data, self.own_detector).contacts
+            if contacts is None
+            else list(contacts)
+        )
         if self.network is not None and latest >= MOMENTS[0] - 1e-9:
             return self.network.predict(data, firsts, latest)
         out = Predictions.empty(firsts)

@@ -119,7 +119,7 @@ class MotorPitch:
     usual: float
 
     @classmethod
-    def of(cls, heard: Spectra) -> MotorPitch:
+    def fit(cls, heard: Spectra) -> MotorPitch:
         """Learned from a rig's contacts, shape (n, POINTS), at least one."""
         reference = heard[np.argmax(heard.std(axis=1))]
         for _ in range(_ROUNDS):

@@ -102,7 +102,7 @@ def _checked(raw: bytes, window: tuple[int, ...], outputs: int) -> Any:
         )
         _require(all(map(_plain, node.attribute)), f"an attribute of its {node.op_type}")
     for tensor in graph.initializer:
-        _require(_whole(tensor), "a weight is not plain, finite numbers in the graph itself")
+        _require(_is_intact(tensor), "a weight is not plain, finite numbers in the graph itself")
     _require(
         _shapes(graph.input) == [(INPUT, "n", *window)]
         and [shape[1:] for shape in _shapes(graph.output)] == [("n", outputs)],
@@ -136,7 +136,7 @@ def _plain(attribute: Any) -> bool:
     ) and all(abs(number) <= _ATTRIBUTE for number in numbers)
 
 
-def _whole(tensor: Any) -> bool:
+def _is_intact(tensor: Any) -> bool:
     """Return True if a tensor holds all its numbers, of a known type, and finite."""
     from onnx import numpy_helper
 

@@ -17,7 +17,7 @@ from firstcontact.models._estimator import Estimator
 from firstcontact.models._in_context import ANY, InContextModel
 from firstcontact.models._model_file import pretrained
 from firstcontact.models._predictors import NetworkPredictor
-from firstcontact.models._rig import STAGES, Rig, stage_of
+from firstcontact.models._rig import STAGES, Rig, stage_index
 from firstcontact.models._spec import Task, Values, Windows
 from firstcontact.models._splits import inner_folds
 from firstcontact.models._touches import TIMES, Touches
@@ -146,7 +146,7 @@ WAYS = ("one", "each finger")
 def _rigs(touches: Touches, shore_a: Values, scheme: str, seed: int) -> dict[int, Rig]:
     def rig(members: NDArray[np.intp]) -> Rig:
         chosen = members[_some(shore_a[members], seed)]
-        return Rig.of(touches.take(chosen), shore_a[chosen])
+        return Rig.fit(touches.take(chosen), shore_a[chosen])
 
     rigs = {ANY: rig(np.arange(len(touches)))}
     if scheme == WAYS[1]:
@@ -190,7 +190,7 @@ class _HeldOut:
         n = len(self.errors)
         rank = min(ceil((n + 1) * level), n)
         needed = np.sort(self.ratios, axis=1)[:, rank - 1]
-        stages = [STAGES[stage_of(samples_in(1e-3 * ms, rate), rate)] for ms in TIMES]
+        stages = [STAGES[stage_index(samples_in(1e-3 * ms, rate), rate)] for ms in TIMES]
         scales = np.maximum(np.interp(STAGES, stages, needed), 1.0)
         return IntervalCheck(n, float((self.ratios <= 1).mean(axis=1).min()), scales)
 
@@ -309,7 +309,7 @@ def condition(
             "--shore-a or a plan with a column shore, or import with a column shore_a",
             parameter="data",
         )
-    labelled = LabelledTouches.of(dataset, contacts.contacts)
+    labelled = LabelledTouches.cut(dataset, contacts.contacts)
     try:
         made = NetworkEstimator(Task.REGRESSION, base.rate).fit_contacts(labelled, seed)
     except InputError as error:

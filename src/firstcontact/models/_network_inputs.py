@@ -29,7 +29,7 @@ def beside(touches: Touches, rig: Rig) -> NDArray[np.float64]:
         speed: Values = np.log(np.maximum(touches.speeds, 1e-6) / rig.speed)
         alike = np.ones(len(touches))
     elif rig.pitch is not None:
-        speed, alike = rig.pitch.listen(spectra(touches.signals, touches.before, touches.rate))
+        speed, alike = rig.pitch.listen(spectra(touches.signals, touches.lead, touches.rate))
     else:
         speed, alike = np.zeros(len(touches)), np.zeros(len(touches))
     return facts(speed, alike, touches.radii)
@@ -64,21 +64,21 @@ def facts(speed: Values, alike: Values, radii: Values) -> NDArray[np.float64]:
 
 
 def relative_inputs(
-    after: NDArray[np.floating],
+    waves: NDArray[np.floating],
     valid: NDArray[np.intp],
     level: Values,
     sign: Values,
-    known: NDArray[np.float64],
+    rig_features: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     """Return inputs about the valid part of each contact.
 
     Parameters
     ----------
-    after, valid
+    waves, valid
         As of :class:`firstcontact.models._touches.Touches`.
     level, sign
         Of the rig of each, V, shape (n,).
-    known
+    rig_features
         As :func:`beside` gives it.
 
     Returns
@@ -86,7 +86,7 @@ def relative_inputs(
     ndarray
         Shape (n, INPUTS).
     """
-    return network_inputs(Shape.of(after, valid, level, sign), known)
+    return network_inputs(Shape.measure(waves, valid, level, sign), rig_features)
 
 
 def network_inputs(shape: Shape, rig_features: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -95,7 +95,7 @@ def network_inputs(shape: Shape, rig_features: NDArray[np.float64]) -> NDArray[n
     peak = np.maximum(v.max(axis=1), LEAST * shape.level)[:, None]
     # A hard thing on a soft rig is many times the level: its logarithm keeps it in bounds.
     scaled = np.copysign(np.log1p(np.abs(v) * (2 / shape.level[:, None])), v) / 2
-    waves = [_resampled(w) for w in (scaled, v / peak, shape.there)]
+    waves = [_resampled(w) for w in (scaled, v / peak, shape.is_valid)]
     return np.concatenate([*waves, shape.features, rig_features], axis=1)
 
 

@@ -42,13 +42,13 @@ def traits(
     level, sign
         Of the rig, shape (n,).
     """
-    return shape_traits(Shape.of(signals[:, lead:], valid, level, sign), signals[:, :lead])
+    return shape_traits(Shape.measure(signals[:, lead:], valid, level, sign), signals[:, :lead])
 
 
 def shape_traits(shape: Shape, lead_signals: NDArray[np.floating]) -> NDArray[np.float64]:
     """Return the traits of contacts whose shape is computed already."""
     # A converter at its end, or a dead one, repeats itself.
-    counted = shape.there[:, 1:]
+    counted = shape.is_valid[:, 1:]
     still = (shape.v[:, 1:] == shape.v[:, :-1]) & counted
     flat = still.sum(axis=1) / counted.sum(axis=1)
     loud = pre_contact_noise(lead_signals, shape.level)
@@ -97,7 +97,7 @@ class Familiar:
             raise InputError("the arrays of what is familiar do not fit together")
 
     @classmethod
-    def of(cls, seen: list[NDArray[np.float64]]) -> Familiar:
+    def fit(cls, seen: list[NDArray[np.float64]]) -> Familiar:
         """Learned from traits at each stage, shape (n, TRAITS) each."""
         means, whitenings, limits = [], [], []
         for trait_values in seen:

@@ -18,7 +18,7 @@ from firstcontact.models._predictions import Predictions
 from firstcontact.models._registry import model_kind
 from firstcontact.models._spec import Arrays, Spec, Task
 from firstcontact.models._touch_stream import STEP
-from firstcontact.models._touches import LONGEST, SHORTEST, TIMES, touches_of, valid_samples
+from firstcontact.models._touches import LONGEST, SHORTEST, TIMES, cut_touches, valid_samples
 from firstcontact.models._window_model import WindowModel
 from firstcontact.signal import SavitzkyGolay, contact_windows, samples_in
 
@@ -185,7 +185,7 @@ class NetworkPredictor:
     ) -> Predictions:
         """Predict each pinch from the signal up to ``at`` s, or to the second contact."""
         out = Predictions.empty(contacts)
-        touches, rows = touches_of(data, contacts)
+        touches, rows = cut_touches(data, contacts)
         touches = touches.until(samples_in(at, touches.rate))
         enough = touches.valid >= self.model.shortest
         touches, rows = touches.take(enough), rows[enough]

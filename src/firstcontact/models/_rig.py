@@ -63,7 +63,7 @@ class Rig:
         return cls(USUAL_LEVEL, 1.0, None, float("nan"), tokens, np.zeros(GENERAL))
 
     @classmethod
-    def of(cls, touches: Touches, shore_a: Values) -> Rig:
+    def fit(cls, touches: Touches, shore_a: Values) -> Rig:
         """Learned from contacts with things of known Shore A, shape (n,).
 
         Raises
@@ -73,20 +73,20 @@ class Rig:
         """
         if not len(touches):
             raise InputError("a rig is learned from pinches of known Shore A: there is none")
-        signals = touches.after.astype(np.float64)
-        heard = spectra(touches.signals, touches.before, touches.rate)
-        pitch = MotorPitch.of(heard)
+        signals = touches.waves.astype(np.float64)
+        heard = spectra(touches.signals, touches.lead, touches.rate)
+        pitch = MotorPitch.fit(heard)
         speed, alike = pitch.listen(heard)
         longest = masked(signals, touches.valid)
         extreme = np.where(-longest.min(axis=1) > longest.max(axis=1), -1.0, 1.0)
         sign = 1.0 if np.median(extreme) >= 0 else -1.0
         peaks = np.log(np.maximum((sign * longest).max(axis=1), 1e-5))
-        level_of = _levels(shore_a)
-        groups = [np.flatnonzero(level_of == g) for g in np.unique(level_of)]
+        loudness_level = _levels(shore_a)
+        groups = [np.flatnonzero(loudness_level == g) for g in np.unique(loudness_level)]
         level = float(np.exp(np.mean([np.median(peaks[g]) for g in groups])))
         speeds = touches.speeds[np.isfinite(touches.speeds)]
         believed = alike > BELIEVED
-        noise = touches.signals[:, : touches.before // 2].std(axis=1).mean()
+        noise = touches.signals[:, : touches.lead // 2].std(axis=1).mean()
         general = np.array(
             [
                 np.log(max(float(noise), 1e-6) / level) + 4,
@@ -102,7 +102,7 @@ class Rig:
         return cls(level, sign, pitch, usual, tokens, general)
 
 
-def stage_of(valid: NDArray[np.intp] | int, rate: float) -> NDArray[np.intp]:
+def stage_index(valid: NDArray[np.intp] | int, rate: float) -> NDArray[np.intp]:
     """Return the position in ``STAGES`` for a number of valid samples."""
     share = np.asarray(valid) * (STAGES[-1] / lengths(rate)[1])
     place = np.searchsorted(STAGES, share - 1e-9)
@@ -129,10 +129,10 @@ def _tokens(
     samples = round(stage * lengths(touches.rate)[1] / STAGES[-1])
     valid = np.minimum(touches.valid, samples)
     n = len(touches)
-    signals = touches.after.astype(np.float64)
-    features = Shape.of(signals, valid, np.full(n, level), np.full(n, sign)).features
+    signals = touches.waves.astype(np.float64)
+    features = Shape.measure(signals, valid, np.full(n, level), np.full(n, sign)).features
     places = np.linspace(0, signals.shape[1] - 1, WAVE).round().astype(np.intp)
-    waves = np.where(places < touches.valid[:, None], sign * touches.after[:, places], np.nan)
+    waves = np.where(places < touches.valid[:, None], sign * touches.waves[:, places], np.nan)
     out = np.empty((len(groups), TOKEN))
     for row, group in enumerate(groups):
         ordered = np.sort(features[group], axis=0)

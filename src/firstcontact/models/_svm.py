@@ -15,7 +15,7 @@ from firstcontact.core import BLUE
 from firstcontact.models._estimator import Estimator, Reference, target_scale, training_spec
 from firstcontact.models._spec import Spec, Task, Values, Windows
 from firstcontact.models._splits import inner_folds
-from firstcontact.models._svm_model import SvmModel, level_of, shape_and_level
+from firstcontact.models._svm_model import SvmModel, loudness_level, shape_and_level
 from firstcontact.models._window_model import WindowModel
 
 #: Windows of a search, unless told otherwise.
@@ -57,12 +57,12 @@ class Svm(Estimator):
     ) -> SvmModel:
         """See :meth:`Estimator.fit`; the search is described at :func:`search`."""
         spec = training_spec(self.task, self.rate, X, y, groups)
-        level = level_of(X)
+        level = loudness_level(X)
         inputs = shape_and_level(X, level)
         target = target_scale(self.task, y)
         scaled = (y - target[0]) / target[1]
         parameters = search(self.task, inputs, scaled, groups, seed, self.search_windows)
-        machine = machine_of(self.task, parameters).fit(inputs, scaled)
+        machine = svm_machine(self.task, parameters).fit(inputs, scaled)
         return _model(spec, level, machine, target, np.array(parameters))
 
     def reference(self, model: SvmModel, X: Windows, y: Values) -> Reference:
@@ -71,11 +71,11 @@ class Svm(Estimator):
         mean, deviation = arrays["target"]
         inputs = shape_and_level(X, arrays["level"])
         c, gamma, epsilon = (float(p) for p in arrays["parameters"])
-        machine = machine_of(self.task, (c, gamma, epsilon)).fit(inputs, (y - mean) / deviation)
+        machine = svm_machine(self.task, (c, gamma, epsilon)).fit(inputs, (y - mean) / deviation)
         return Reference("scikit-learn predict", machine.predict, list(inputs[:, None, :]))
 
 
-def machine_of(task: Task, parameters: tuple[float, float, float]) -> Any:
+def svm_machine(task: Task, parameters: tuple[float, float, float]) -> Any:
     """Return an untrained SVC or SVR with these C, gamma and epsilon."""
     from sklearn.svm import SVC, SVR
 
@@ -163,7 +163,7 @@ def _loss(
     validation: NDArray[np.intp],
 ) -> float:
     """Return the error rate or RMSE of a candidate on one fold."""
-    machine = machine_of(task, parameters).set_params(kernel="precomputed", tol=SEARCH_ACCURACY)
+    machine = svm_machine(task, parameters).set_params(kernel="precomputed", tol=SEARCH_ACCURACY)
     machine.fit(kernel[np.ix_(train, train)], y[train])
     predicted = machine.predict(kernel[np.ix_(validation, train)])
     if task is Task.CLASSIFICATION:

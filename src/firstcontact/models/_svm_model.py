@@ -29,7 +29,7 @@ def log_rms(X: Windows) -> NDArray[np.float64]:
     return loud
 
 
-def level_of(X: Windows) -> NDArray[np.float64]:
+def loudness_level(X: Windows) -> NDArray[np.float64]:
     """Return mean and standard deviation of the log RMS of windows (n, samples, channels)."""
     loud = log_rms(X)
     return np.array([loud.mean(), loud.std() or 1.0])

@@ -12,7 +12,7 @@ from firstcontact.models._touches import (
     SHORTEST,
     Signals,
     Touches,
-    baseline_of,
+    compute_baseline,
     cut_touch,
     finger_number,
     lengths,
@@ -30,7 +30,7 @@ def moments(rate: float) -> tuple[int, ...]:
 
 
 class TouchStream:
-    """The live form of :func:`firstcontact.models.touches_of`: the same numbers, block by block.
+    """The live form of :func:`firstcontact.models.cut_touches`: the same numbers, block by block.
 
     A stream is for one contact, as a closing has one first contact. Nothing is looked ahead:
     what is known after a sample is given with it.
@@ -125,7 +125,9 @@ class TouchStream:
         column = self._past[:, self._fingers.index(contact.finger)]
         if self._signal is None:
             self._signal = cut_touch(column, start, rate)
-            self._baseline = baseline_of(column[max(start - samples_in(BEFORE, rate), 0) :], rate)
+            self._baseline = compute_baseline(
+                column[max(start - samples_in(BEFORE, rate), 0) :], rate
+            )
         else:  # add what is new
             longest = lengths(rate)[1]
             until = min(available, longest)

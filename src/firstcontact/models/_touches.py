@@ -82,14 +82,14 @@ class Touches:
         return self.valid >= lengths(self.rate)[0]
 
     @property
-    def before(self) -> int:
+    def lead(self) -> int:
         """Samples before each contact."""
         return samples_in(BEFORE, self.rate)
 
     @property
-    def after(self) -> Signals:
+    def waves(self) -> Signals:
         """Signals from the contacts on, shape (n, samples)."""
-        return self.signals[:, self.before :]
+        return self.signals[:, self.lead :]
 
     def take(self, rows: NDArray[Any]) -> Touches:
         """Return the contacts at these positions, or where a mask is true."""
@@ -132,17 +132,17 @@ def cut_touch(volts: NDArray[Any], start: int, rate: float) -> Signals | None:
     if not np.isfinite(segment).all() or np.ptp(segment) == 0.0:
         return None
     out = np.zeros(lead + longest, np.float32)
-    out[: len(segment)] = segment - baseline_of(segment, rate)
+    out[: len(segment)] = segment - compute_baseline(segment, rate)
     return out
 
 
-def baseline_of(segment: NDArray[Any], rate: float) -> float:
+def compute_baseline(segment: NDArray[Any], rate: float) -> float:
     """Return the baseline, V, of a signal that begins ``BEFORE`` before its contact."""
     quiet_end = samples_in(BEFORE, rate) - samples_in(BASELINE_GUARD, rate)
     return float(segment[quiet_end - samples_in(BASELINE, rate) : quiet_end].mean())
 
 
-def touches_of(
+def cut_touches(
     dataset: Dataset,
     contacts: Sequence[Contact | None],
     seconds: Sequence[Contact | None] | None = None,
@@ -245,7 +245,7 @@ FLAT = "flat"
 LEAST, MOST = 5.0, 200.0
 
 
-def radius_of(text: str) -> float:
+def parse_radius(text: str) -> float:
     """Return the radius in m of a hint, "flat" or a number of mm; infinite for flat.
 
     NaN where nothing is told, as by "".

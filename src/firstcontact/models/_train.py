@@ -21,7 +21,7 @@ from firstcontact.core import (
     to_tree,
     worker_count,
 )
-from firstcontact.models._alignment import Alignment, fit_detector, found_as_live, known
+from firstcontact.models._alignment import Alignment, fit_detector, found_as_live, label_alignment
 from firstcontact.models._card import TrainingData, TrainingRecord
 from firstcontact.models._final_model import (
     Target,
@@ -140,7 +140,7 @@ def train(
         step(1)
         has_known = known_contacts(contacts, dataset)
         if has_known and (takes_windows or contacts == "known"):
-            aligned = known(dataset)
+            aligned = label_alignment(dataset)
         else:
             aligned = found_as_live(dataset, fitted, seed, runner)
         step(1)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from firstcontact.core import FINGERTIP_WINDOW, Contact, Dataset, Label, Runner
 from firstcontact.models._spec import Task
 from firstcontact.models._splits import Split
-from firstcontact.models._touches import Touches, touches_of
+from firstcontact.models._touches import Touches, cut_touches
 from firstcontact.models._window_model import WindowModel
 from firstcontact.signal import contact_windows
 
@@ -36,7 +36,7 @@ class LabelledWindows:
         Shape (n,).
     test
         Role ``test``, shape (n,).
-    which
+    rows
         Position in the dataset, shape (n,).
     rate
         Of the windows, Hz.
@@ -48,7 +48,7 @@ class LabelledWindows:
     specimens: NDArray[np.str_]
     objects: NDArray[np.str_]
     test: NDArray[np.bool_]
-    which: NDArray[np.intp]
+    rows: NDArray[np.intp]
     rate: float
 
     def __len__(self) -> int:
@@ -73,7 +73,7 @@ class LabelledWindows:
             self.specimens[rows],
             self.objects[rows],
             self.test[rows],
-            self.which[rows],
+            self.rows[rows],
             self.rate,
         )
 
@@ -165,7 +165,7 @@ class LabelledTouches:
         The contacts.
     shore_a
         Of what was touched, shape (n,).
-    which
+    rows
         Their pinches' positions in the dataset, shape (n,).
     sessions, specimens
         "" where none is named, shape (n,).
@@ -173,7 +173,7 @@ class LabelledTouches:
 
     touches: Touches
     shore_a: Values
-    which: NDArray[np.intp]
+    rows: NDArray[np.intp]
     sessions: NDArray[np.str_]
     specimens: NDArray[np.str_]
 
@@ -181,9 +181,9 @@ class LabelledTouches:
         return len(self.touches)
 
     @classmethod
-    def of(cls, dataset: Dataset, contacts: Sequence[Contact | None]) -> LabelledTouches:
+    def cut(cls, dataset: Dataset, contacts: Sequence[Contact | None]) -> LabelledTouches:
         """Return the labelled contacts of a dataset, given each pinch's first contact."""
-        touches, rows = touches_of(dataset, contacts)
+        touches, rows = cut_touches(dataset, contacts)
         labelled = np.isfinite(dataset.shore_a[rows])
         rows = rows[labelled]
         return cls(
@@ -207,7 +207,7 @@ class LabelledTouches:
     @property
     def clusters(self) -> NDArray[np.str_]:
         """Return the cluster of each: its specimen, or the pinch itself if that has no name."""
-        return np.where(self.specimens == "", self.which.astype(np.str_), self.specimens)
+        return np.where(self.specimens == "", self.rows.astype(np.str_), self.specimens)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

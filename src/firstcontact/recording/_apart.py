@@ -31,28 +31,30 @@ def apart(seconds: float, function: Callable[..., T], *arguments: object) -> T:
     # A process with threads cannot be forked safely. A new process takes a second to start.
     alone = threading.active_count() == 1 and "fork" in multiprocessing.get_all_start_methods()
     context: Any = multiprocessing.get_context("fork" if alone else "spawn")
-    mine, its = context.Pipe(duplex=False)
-    process = context.Process(target=_work, args=(its, function, arguments), daemon=True)
+    parent_end, child_end = context.Pipe(duplex=False)
+    process = context.Process(target=_work, args=(child_end, function, arguments), daemon=True)
     process.start()
-    its.close()
+    child_end.close()
     try:
-        if not mine.poll(seconds):
+        if not parent_end.poll(seconds):
             raise OSError("it is so damaged that reading it does not end")
         try:
-            done, result = mine.recv()
+            is_result, result = parent_end.recv()
         except EOFError:
             raise OSError("it is so damaged that reading it crashes") from None
     finally:
         process.kill()
         process.join()
-        mine.close()
-    if not done:
+        parent_end.close()
+    if not is_result:
         raise result
     return result  # type: ignore[no-any-return]
 
 
-def _work(its: Connection, function: Callable[..., object], arguments: tuple[object, ...]) -> None:
+def _work(
+    connection: Connection, function: Callable[..., object], arguments: tuple[object, ...]
+) -> None:
     try:
-        its.send((True, function(*arguments)))
+        connection.send((True, function(*arguments)))
     except Exception as error:
-        its.send((False, error))
+        connection.send((False, error))

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from firstcontact.core import HIGHEST_RANK, LONGEST_NAME, Finger, InputError, Role, parse_float
-from firstcontact.recording._quoting import quote, text_of
+from firstcontact.recording._quoting import as_text, quote
 from firstcontact.recording._table import Table
 
 #: Names of hardness classes, from soft to hard.
@@ -23,7 +23,7 @@ def place(columns: Columns, number: int) -> str:
     return columns.place(number) if isinstance(columns, Table) else f"pinch {number}"
 
 
-def each(where: str, columns: Columns, name: str, read: Callable[[Any], T]) -> list[T] | None:
+def each(place_name: str, columns: Columns, name: str, read: Callable[[Any], T]) -> list[T] | None:
     """Parse a column value by value. Return None if the column does not exist."""
     if name not in columns:
         return None
@@ -33,7 +33,7 @@ def each(where: str, columns: Columns, name: str, read: Callable[[Any], T]) -> l
             values.append(read(value))
         except (ValueError, TypeError, OverflowError) as error:
             raise InputError(
-                f"{where}: {name} of {place(columns, i)} is {quote(value)}, {error}: "
+                f"{place_name}: {name} of {place(columns, i)} is {quote(value)}, {error}: "
                 f"correct it, or leave {name} out for all"
             ) from None
     return values
@@ -43,7 +43,7 @@ def words(value: Any) -> str:
     """Parse text, which may be empty."""
     if isinstance(value, np.void | np.ndarray):  # a NumPy record, or untyped bytes
         raise ValueError("which is neither a text nor a number")
-    text = text_of(value).strip()
+    text = as_text(value).strip()
     if len(text) > LONGEST_NAME:
         raise ValueError(f"which is longer than {LONGEST_NAME} characters")
     return text
@@ -59,36 +59,36 @@ def name(value: Any) -> str:
 
 def number(value: Any) -> float:
     """Parse a finite number."""
-    return parse_float(text_of(value))
+    return parse_float(as_text(value))
 
 
-def whole(value: Any) -> int:
+def integer(value: Any) -> int:
     """Parse a whole number."""
-    found = number(value)
-    if found != int(found):
+    parsed = number(value)
+    if parsed != int(parsed):
         raise ValueError("which is not a whole number")
-    return int(found)
+    return int(parsed)
 
 
 def ranked(value: Any) -> int:
     """Parse a hardness rank."""
-    found = whole(value)
-    if abs(found) > HIGHEST_RANK:
+    parsed = integer(value)
+    if abs(parsed) > HIGHEST_RANK:
         raise ValueError(f"and ranks go to {HIGHEST_RANK}")
-    return found
+    return parsed
 
 
 def shore(value: Any) -> float:
     """Parse a Shore A value."""
-    found = number(value)
-    if not 0 <= found <= 100:
+    parsed = number(value)
+    if not 0 <= parsed <= 100:
         raise ValueError("and Shore A goes from 0 to 100")
-    return found
+    return parsed
 
 
 def rank(value: Any) -> int:
     """Parse a hardness class or a hardness rank. Return the rank."""
-    text = text_of(value).strip().lower()
+    text = as_text(value).strip().lower()
     if text in CLASSES:
         return CLASSES.index(text)
     try:
@@ -100,14 +100,14 @@ def rank(value: Any) -> int:
 def role(value: Any) -> Role:
     """Parse the role of a pinch."""
     try:
-        return Role(text_of(value).strip().lower())
+        return Role(as_text(value).strip().lower())
     except ValueError:
         raise ValueError("which is neither train nor test") from None
 
 
 def finger(value: Any) -> Finger | None:
     """Parse a finger. Return None if it is unknown."""
-    text = text_of(value).strip().lower()
+    text = as_text(value).strip().lower()
     for one in Finger:
         if text in (str(int(one)), one.name.lower()):
             return one

@@ -45,10 +45,10 @@ def read_signals(table: Path) -> list[Signal]:
     """
     out = []
     for line, row in read_rows(table, ["variable"]):
-        where = f"{table}: line {line}"
+        origin = f"{table}: line {line}"
         if not row["variable"]:
-            raise InputError(f"{where} names no variable: give what the file calls the signal")
-        out.append(_signal(where, row))
+            raise InputError(f"{origin} names no variable: give what the file calls the signal")
+        out.append(_signal(origin, row))
     sensors = {s.sensor for s in out if s.sensor is not None}
     if len(sensors) != 1:
         raise InputError(
@@ -58,7 +58,7 @@ def read_signals(table: Path) -> list[Signal]:
     return out
 
 
-def _signal(where: str, row: Mapping[str, str]) -> Signal:
+def _signal(origin: str, row: Mapping[str, str]) -> Signal:
     def number(name: str, usual: float) -> float:
         if not row.get(name):
             return usual
@@ -66,37 +66,37 @@ def _signal(where: str, row: Mapping[str, str]) -> Signal:
             return cells.number(row[name])
         except ValueError as error:
             raise InputError(
-                f"{where}: {name} is {quote(row[name])}, {error}: correct it"
+                f"{origin}: {name} is {quote(row[name])}, {error}: correct it"
             ) from None
 
     sensor = row.get("sensor", "").lower()
     if sensor and sensor not in set(VibrationSensor):
         raise InputError(
-            f"{where}: sensor is {quote(sensor)} and must be one of {', '.join(VibrationSensor)}, "
+            f"{origin}: sensor is {quote(sensor)} and must be one of {', '.join(VibrationSensor)}, "
             "or empty for what is no vibration"
         )
     try:
         finger = cells.finger(row.get("finger", ""))
     except ValueError as error:
         raise InputError(
-            f"{where}: finger is {quote(row['finger'])}, {error}: correct it"
+            f"{origin}: finger is {quote(row['finger'])}, {error}: correct it"
         ) from None
     column = number("column", 0.0) if row.get("column") else None
     if column is not None and not (column == int(column) and 0 <= column < 1 << 31):
         raise InputError(
-            f"{where}: column is {quote(row['column'])} and must count from 0: correct it, or "
+            f"{origin}: column is {quote(row['column'])} and must count from 0: correct it, or "
             "leave it empty"
         )
     scale = number("scale", 1.0)
     if not SCALES[0] <= abs(scale) <= SCALES[1]:
-        raise InputError(f"{where}: scale is {scale:g}: give units per step")
+        raise InputError(f"{origin}: scale is {scale:g}: give units per step")
     rate = None
     if row.get("rate_hz"):
         rate = number("rate_hz", 0.0)
         if sensor:
-            check_rate(f"{where}: rate_hz of a {sensor}", rate)
+            check_rate(f"{origin}: rate_hz of a {sensor}", rate)
         elif rate < _SLOWEST:
-            raise InputError(f"{where}: rate_hz is {rate:g} and must be {_SLOWEST:g} or more")
+            raise InputError(f"{origin}: rate_hz is {rate:g} and must be {_SLOWEST:g} or more")
     return Signal(
         row["variable"],
         rate,

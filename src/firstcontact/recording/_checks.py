@@ -27,7 +27,7 @@ from firstcontact.core import (
     parse_float,
 )
 from firstcontact.recording._header import SOURCES
-from firstcontact.recording._quoting import quote, text_of
+from firstcontact.recording._quoting import as_text, quote
 from firstcontact.recording._samples import LARGEST
 
 #: Settings of all pinches of a file. The rate and the sensor's unit are required, and the axis for
@@ -57,7 +57,7 @@ FORCE_UNITS = {"V": 1.0, "counts": ADC_VOLTS / ADC_COUNTS}
 FORCE_MOST = 10.0
 
 
-def check_rate(where: str, rate: Any) -> float:
+def check_rate(origin: str, rate: Any) -> float:
     """Return the rate if it is possible for a sensor.
 
     Raises
@@ -67,12 +67,12 @@ def check_rate(where: str, rate: Any) -> float:
     """
     try:
         # Conversion would drop the imaginary part of a complex number with a warning.
-        value = math.nan if np.iscomplexobj(rate) else parse_float(text_of(rate))
+        value = math.nan if np.iscomplexobj(rate) else parse_float(as_text(rate))
     except ValueError:
         value = math.nan
     if not LOWEST_RATE <= value <= HIGHEST_RATE:
         raise InputError(
-            f"{where} is {quote(rate)} and must be from {LOWEST_RATE:g} to {HIGHEST_RATE:g}: "
+            f"{origin} is {quote(rate)} and must be from {LOWEST_RATE:g} to {HIGHEST_RATE:g}: "
             "give samples a second, recorded at 2 kHz or faster"
         )
     return value
@@ -103,14 +103,14 @@ class FileSettings:
         ]
 
 
-def find_sensor(where: str, there: Collection[str], remedy: str, end: str = "") -> VibrationSensor:
+def find_sensor(origin: str, names: Collection[str], remedy: str, end: str = "") -> VibrationSensor:
     """Return the sensor whose signal a file holds, by its name.
 
     Parameters
     ----------
-    where
+    origin
         Name of the file, for messages.
-    there
+    names
         Names in the file.
     remedy
         Remedy for a missing signal.
@@ -122,16 +122,18 @@ def find_sensor(where: str, there: Collection[str], remedy: str, end: str = "") 
     InputError
         The file has no sensor's signal, or several.
     """
-    found = [s for s in VibrationSensor if {s, f"{s}_x", f"{s}{end}", f"{s}{end}_x"} & set(there)]
-    if not found:
-        raise InputError(f"{where} has no {remedy}")
-    if len(found) > 1:
-        raise InputError(f"{where} has {found[0]} and {found[1]}: import one of them at a time")
-    return found[0]
+    sensors = [s for s in VibrationSensor if {s, f"{s}_x", f"{s}{end}", f"{s}{end}_x"} & set(names)]
+    if not sensors:
+        raise InputError(f"{origin} has no {remedy}")
+    if len(sensors) > 1:
+        raise InputError(
+            f"{origin} has {sensors[0]} and {sensors[1]}: import one of them at a time"
+        )
+    return sensors[0]
 
 
 def read_settings(
-    where: str, given: Mapping[str, Any], sensor: VibrationSensor = VibrationSensor.PIEZO
+    origin: str, given: Mapping[str, Any], sensor: VibrationSensor = VibrationSensor.PIEZO
 ) -> FileSettings:
     """Read the settings of a file and its sensor, under the names of :data:`SETTINGS`.
 
@@ -143,38 +145,38 @@ def read_settings(
     of_unit = f"{sensor}_unit"
     for name in ("sample_rate_hz", of_unit):
         if name not in given:
-            raise InputError(f"{where} does not say {name}: add it")
-    rate = check_rate(f"{where}: sample_rate_hz", given["sample_rate_hz"])
-    unit = text_of(given[of_unit])
+            raise InputError(f"{origin} does not say {name}: add it")
+    rate = check_rate(f"{origin}: sample_rate_hz", given["sample_rate_hz"])
+    unit = as_text(given[of_unit])
     if unit not in UNITS:
         raise InputError(
-            f"{where}: {of_unit} is {quote(unit)} and must be one of {', '.join(UNITS)}"
+            f"{origin}: {of_unit} is {quote(unit)} and must be one of {', '.join(UNITS)}"
         )
-    force_unit = text_of(given.get("force_unit", "V"))
+    force_unit = as_text(given.get("force_unit", "V"))
     if force_unit not in FORCE_UNITS:
         raise InputError(
-            f"{where}: force_unit is {quote(force_unit)} and must be one of "
+            f"{origin}: force_unit is {quote(force_unit)} and must be one of "
             f"{', '.join(FORCE_UNITS)}: convert force to volts, or leave it out"
         )
-    alpha = text_of(given.get("smoothing_alpha", "1"))
+    alpha = as_text(given.get("smoothing_alpha", "1"))
     try:
         smoothing = parse_float(alpha)
     except ValueError:
         smoothing = math.nan
     if not 0 < smoothing <= 1:
         raise InputError(
-            f"{where}: smoothing_alpha is {quote(alpha)} and must be above 0 and at most 1 "
+            f"{origin}: smoothing_alpha is {quote(alpha)} and must be above 0 and at most 1 "
             "(not smoothed)"
         )
-    axis = text_of(given["axis"]) if "axis" in given else None
+    axis = as_text(given["axis"]) if "axis" in given else None
     if axis is not None and not (axis.isdecimal() and len(axis) < len("100")):
-        raise InputError(f"{where}: axis is {quote(axis)} and must count from 0")
-    source = check_source(where, given.get("source", "unknown"))
-    which = None if axis is None else int(axis)
-    return FileSettings(sensor, rate, unit, smoothing, source, which, force_unit)
+        raise InputError(f"{origin}: axis is {quote(axis)} and must count from 0")
+    source = check_source(origin, given.get("source", "unknown"))
+    axis_number = None if axis is None else int(axis)
+    return FileSettings(sensor, rate, unit, smoothing, source, axis_number, force_unit)
 
 
-def check_source(where: str, said: Any) -> str:
+def check_source(origin: str, value: Any) -> str:
     """Return the source stated by a file if recordings know it.
 
     Raises
@@ -182,15 +184,15 @@ def check_source(where: str, said: Any) -> str:
     InputError
         The source is not in :data:`firstcontact.recording._header.SOURCES`.
     """
-    source = text_of(said)
+    source = as_text(value)
     if source not in SOURCES:
         raise InputError(
-            f"{where}: source is {quote(source)} and must be one of {', '.join(SOURCES)}"
+            f"{origin}: source is {quote(source)} and must be one of {', '.join(SOURCES)}"
         )
     return source
 
 
-def check_samples(where: str, values: NDArray[Any]) -> NDArray[Any]:
+def check_samples(origin: str, values: NDArray[Any]) -> NDArray[Any]:
     """Convert samples to int16, int32 or float32 without loss.
 
     Raises
@@ -199,32 +201,33 @@ def check_samples(where: str, values: NDArray[Any]) -> NDArray[Any]:
         The values are empty, no numbers, not finite, or too large.
     """
     if values.dtype.kind not in "iuf":
-        raise InputError(f"{where} holds {values.dtype} and must hold integers or floats")
+        raise InputError(f"{origin} holds {values.dtype} and must hold integers or floats")
     if not values.size:
-        raise InputError(f"{where} is empty: give at least one sample of one pinch")
+        raise InputError(f"{origin} is empty: give at least one sample of one pinch")
     if values.dtype.kind in "iu":
         low, high = int(values.min()), int(values.max())
         for dtype in (np.int16, np.int32):
             if np.iinfo(dtype).min <= low and high <= np.iinfo(dtype).max:
                 return values.astype(dtype, copy=False)
-        raise InputError(f"{where} holds integers beyond 32 bits: scale them or give floats")
+        raise InputError(f"{origin} holds integers beyond 32 bits: scale them or give floats")
     with np.errstate(over="ignore", invalid="ignore"):
         single = values.astype(np.float32, copy=False)
     usable = np.abs(single) <= LARGEST
     if not usable.all():
         at = tuple(int(i) for i in np.argwhere(~usable)[0])
         raise InputError(
-            f"{where} is NaN, infinite or beyond {LARGEST:g} at index {at}: cut or repair the pinch"
+            f"{origin} is NaN, infinite or beyond {LARGEST:g} at index {at}: cut or repair the "
+            "pinch"
         )
     return single
 
 
-def check_force(where: str, values: NDArray[Any], unit: str) -> None:
+def check_force(origin: str, values: NDArray[Any], unit: str) -> None:
     """Raise an error for forces that no taxel has: a wrong unit hides the start of the motor.
 
     Parameters
     ----------
-    where
+    origin
         File and column, for messages.
     values
         Values from the file.
@@ -238,10 +241,10 @@ def check_force(where: str, values: NDArray[Any], unit: str) -> None:
     """
     most = float(np.abs(values.astype(np.float64)).max(initial=0.0))
     if most * FORCE_UNITS[unit] > FORCE_MOST:
-        others = "counts (10 bits over 3.3 V)" if unit == "V" else "V"
+        allowed = "counts (10 bits over 3.3 V)" if unit == "V" else "V"
         raise InputError(
-            f"{where} reaches {most:g} {unit}, and a taxel has at most {FORCE_MOST:g} V: say "
-            f"force_unit {others}, convert force to volts, or leave it out"
+            f"{origin} reaches {most:g} {unit}, and a taxel has at most {FORCE_MOST:g} V: say "
+            f"force_unit {allowed}, convert force to volts, or leave it out"
         )
 
 

@@ -72,9 +72,9 @@ class ChunkFile:
     def register(self, topic: str, encoding: str, schema: tuple[str, str, bytes]) -> int:
         """Declare a channel with a schema (name, encoding, text). Return its number, from 1 on."""
         name, kind, text = schema
-        known = [s.id for s in self._schemas if s.name == name]
-        number = known[0] if known else len(self._schemas) + 1
-        if not known:
+        ids = [s.id for s in self._schemas if s.name == name]
+        number = ids[0] if ids else len(self._schemas) + 1
+        if not ids:
             self._schemas.append(Schema(data=text, encoding=kind, id=number, name=name))
             self._schemas[-1].write(self._chunk)
         channel = Channel(
@@ -123,13 +123,15 @@ class ChunkFile:
             (Opcode.ATTACHMENT_INDEX, iter(())),
             (Opcode.METADATA_INDEX, iter(())),
         ):
-            before = place
+            group_start = place
             for record in parts:
                 data = _packed(record)
                 crc = zlib.crc32(data, crc)
                 place += self._stream.write(data)
             groups.append(
-                SummaryOffset(group_length=place - before, group_opcode=kind, group_start=before)
+                SummaryOffset(
+                    group_length=place - group_start, group_opcode=kind, group_start=group_start
+                )
             )
         data = _packed(*groups)
         crc = zlib.crc32(_FOOTER.pack(Opcode.FOOTER, 20, start, place), zlib.crc32(data, crc))

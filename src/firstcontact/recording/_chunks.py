@@ -64,14 +64,14 @@ def scan(path: Path) -> Scan:
             if sum(a == b for a, b in zip(start, MAGIC, strict=False)) < _MAGIC_LEFT:
                 raise _not_ours(path, start)
             with mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as view:
-                found = _scan(path, view)
+                chunks = _scan(path, view)
     except OSError as error:
         raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from error
     if start == MAGIC:
-        return found
-    if not found.records:
+        return chunks
+    if not chunks.records:
         raise _not_ours(path, start)
-    return Scan(found.records, (f"the first {len(MAGIC)} bytes are damaged", *found.skipped))
+    return Scan(chunks.records, (f"the first {len(MAGIC)} bytes are damaged", *chunks.skipped))
 
 
 def _not_ours(path: Path, start: bytes) -> InputError:

@@ -66,9 +66,9 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
     remedy = "column piezo_index: add it (one row is one sample)"
     sensor = find_sensor(str(path), columns, remedy, "_index")
     sensors = _vibration(path, sensor, columns)
-    own = [name for names in sensors for name in names]
+    vibration = [name for names in sensors for name in names]
     names = [
-        *own,
+        *vibration,
         *_all_or_none(path, columns, FORCE),
         *_all_or_none(path, columns, STRIP),
     ]
@@ -88,7 +88,7 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
     }
     of_pinches = columns.of_rows(labels, [start for start, _ in bounds])
     notes = list(settings.notes)
-    unknown = sorted(set(columns) - _KNOWN - set(own))
+    unknown = sorted(set(columns) - _KNOWN - set(vibration))
     if unknown:
         notes.append(f"{path.name}: columns not known and left out: {listed(unknown)}")
     layout = make_layout(
@@ -105,16 +105,18 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
 def _vibration(path: Path, sensor: VibrationSensor, columns: Table) -> list[list[str]]:
     """Return the columns of a single sensor, or of the index finger's and the thumb's."""
 
-    def of(named: str) -> list[str]:
+    def columns_named(named: str) -> list[str]:
         axes = (f"{named}_{axis}" for axis in "xyz")
         return [named] if named in columns else [name for name in axes if name in columns]
 
-    alone = of(sensor)
-    found = [alone] if alone else [of(f"{sensor}_index"), of(f"{sensor}_thumb")]
-    there = [names for names in found if names]
-    if len({len(names) for names in there}) > 1:
+    alone = columns_named(sensor)
+    columns_by_finger = (
+        [alone] if alone else [columns_named(f"{sensor}_index"), columns_named(f"{sensor}_thumb")]
+    )
+    present = [names for names in columns_by_finger if names]
+    if len({len(names) for names in present}) > 1:
         raise InputError(f"{path}: the {sensor} of one finger has more axes than the other's")
-    return there
+    return present
 
 
 def _all_or_none(path: Path, columns: Table, names: tuple[str, ...]) -> tuple[str, ...]:
@@ -184,26 +186,27 @@ def _rate(
     columns: Table,
     bounds: list[tuple[int, int]],
     written: str | None,
-    asked: float | None,
+    option: float | None,
 ) -> float:
     """Return the rate. All statements of it must agree."""
-    said: list[tuple[str, float]] = []
-    if asked is not None:
-        said.append(("--rate", check_rate("--rate", asked)))
+    statements: list[tuple[str, float]] = []
+    if option is not None:
+        statements.append(("--rate", check_rate("--rate", option)))
     if written is not None:
-        said.append(("sample_rate_hz", check_rate(f"{path}: sample_rate_hz", written)))
+        statements.append(("sample_rate_hz", check_rate(f"{path}: sample_rate_hz", written)))
     if "time_s" in columns:
-        said += [("time_s", _rate_of_time(path, columns, *b)) for b in bounds]
-    if not said:
+        statements += [("time_s", _rate_of_time(path, columns, *b)) for b in bounds]
+    if not statements:
         raise InputError(
             f"{path} does not say its rate: add a column time_s or sample_rate_hz, or give --rate"
         )
-    for name, rate in said[1:]:
-        if abs(rate - said[0][1]) > _RATES_AGREE * said[0][1]:
+    for name, rate in statements[1:]:
+        if abs(rate - statements[0][1]) > _RATES_AGREE * statements[0][1]:
             raise InputError(
-                f"{path}: {name} says {rate:g} Hz and {said[0][0]} {said[0][1]:g} Hz: correct one"
+                f"{path}: {name} says {rate:g} Hz and {statements[0][0]} {statements[0][1]:g} Hz: "
+                "correct one"
             )
-    return said[0][1]
+    return statements[0][1]
 
 
 def _rate_of_time(path: Path, columns: Table, start: int, stop: int) -> float:

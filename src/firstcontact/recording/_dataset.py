@@ -55,8 +55,8 @@ def load_dataset(path: AnyPath | Sequence[AnyPath]) -> Dataset:
             first = recording
         _same_kind(first, recording)
         assumed |= recording.header.session_assumed
-        said = recording.header.notes.splitlines()
-        notes += [line for line in said if line not in notes]
+        lines = recording.header.notes.splitlines()
+        notes += [line for line in lines if line not in notes]
         losses += [f"{file.name}: {sentence}" for sentence in recording.skipped]
         lengths = (mark.end - mark.first_sample for mark in recording.pinches)
         # A longer pinch spans missing samples. It does not overlap others.
@@ -74,7 +74,7 @@ def load_dataset(path: AnyPath | Sequence[AnyPath]) -> Dataset:
                 pinches.append(pinch)
     if first is None or not pinches:
         raise InputError(
-            f"{_name(paths)} holds no whole pinch{_first_of(losses)}: record some with their "
+            f"{_name(paths)} holds no whole pinch{_first_loss(losses)}: record some with their "
             "marks, or use `firstcontact import` or `firstcontact simulate`"
         )
     source = first.header.source
@@ -198,7 +198,7 @@ def find_recordings(path: Path) -> list[Path]:
     return files
 
 
-def _first_of(losses: list[str]) -> str:
+def _first_loss(losses: list[str]) -> str:
     return f" ({losses[0]})" if losses else ""
 
 

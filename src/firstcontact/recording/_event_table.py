@@ -98,7 +98,7 @@ def find_events(
             f"time of each contact in {SECONDS} or its sample in {SAMPLE}"
         )
     (name,) = given
-    of = cells.each(str(table), columns, CHANNEL, cells.whole)
+    of = cells.each(str(table), columns, CHANNEL, cells.integer)
     out = []
     for row, cell in enumerate(columns[name]):
         file = of_rows[row] if of_rows else 0
@@ -138,19 +138,19 @@ def find_events(
     return out
 
 
-def labels_of(
-    table: Path, columns: Columns, found: Sequence[Event], starts: Sequence[int]
+def event_labels(
+    table: Path, columns: Columns, events: Sequence[Event], starts: Sequence[int]
 ) -> tuple[Columns, list[str]]:
     """Return labels and contact of each event, as labels of pinches that begin there; and notes."""
     given = {
-        name: [cell[event.row] for event in found]
+        name: [cell[event.row] for event in events]
         for name, cell in columns.items()
         if name in (*LABEL_COLUMNS, _FINGER)
     }
     given["first_contact"] = [
-        str(event.sample - start) for event, start in zip(found, starts, strict=True)
+        str(event.sample - start) for event, start in zip(events, starts, strict=True)
     ]
-    rows = [event.row for event in found]
+    rows = [event.row for event in events]
     return columns.of_rows(given, rows), unknown_columns(table, columns, _KNOWN)
 
 
@@ -168,9 +168,9 @@ def spans(
     rate
         Sampling rate, Hz.
     """
-    before, after = round(BEFORE * rate), round(AFTER * rate)
-    starts = [max(0, event.sample - before) for event in events]
-    stops = [min(lengths[event.file], event.sample + after) for event in events]
+    lead, tail = round(BEFORE * rate), round(AFTER * rate)
+    starts = [max(0, event.sample - lead) for event in events]
+    stops = [min(lengths[event.file], event.sample + tail) for event in events]
     for one, other in pairwise(sorted(range(len(events)), key=lambda i: _place(events[i]))):
         if events[one].file == events[other].file:
             border = _border(events[one].sample, events[other].sample)
@@ -180,14 +180,14 @@ def spans(
 
 
 def cut_events(
-    events: Sequence[Event], whole: Sequence[NDArray[Any]], rate: float
+    events: Sequence[Event], recordings: Sequence[NDArray[Any]], rate: float
 ) -> tuple[list[NDArray[Any]], list[int]]:
     """Return the samples around each contact, shape (samples, channels), and their starts."""
-    starts, stops = spans(events, [len(data) for data in whole], rate)
+    starts, stops = spans(events, [len(data) for data in recordings], rate)
     cuts = []
     for event, start, stop in zip(events, starts, stops, strict=True):
         wanted = slice(None) if event.channel is None else slice(event.channel, event.channel + 1)
-        cuts.append(np.ascontiguousarray(whole[event.file][start:stop, wanted]))
+        cuts.append(np.ascontiguousarray(recordings[event.file][start:stop, wanted]))
     return cuts, starts
 
 

@@ -14,15 +14,15 @@ from firstcontact.recording._event_table import (
     CHANNEL,
     Columns,
     cut_events,
+    event_labels,
     find_events,
-    labels_of,
     read_event_table,
 )
 from firstcontact.recording._formats import Importer
 from firstcontact.recording._labels import labelled
 from firstcontact.recording._quoting import quote
 from firstcontact.recording._sound import SUFFIXES, read_sound
-from firstcontact.recording._table_columns import source_of
+from firstcontact.recording._table_columns import stated_source
 from firstcontact.recording._wav import check_alike, sound_layout, wav_samples
 
 #: Note about a file without a table of contacts.
@@ -64,14 +64,14 @@ def import_events(
     check_alike(files, [(rate, data[:, :1] if one else data) for rate, data in sounds])
     rate, first = sounds[0]
     shapes = [data.shape for _, data in sounds]
-    found = find_events(events, columns, of_rows, files, shapes, rate)
-    whole = [wav_samples(file, data) for file, (_, data) in zip(files, sounds, strict=True)]
-    cuts, starts = cut_events(found, whole, rate)
-    given, left_out = labels_of(events, columns, found, starts)
+    contacts = find_events(events, columns, of_rows, files, shapes, rate)
+    signals = [wav_samples(file, data) for file, (_, data) in zip(files, sounds, strict=True)]
+    cuts, starts = cut_events(contacts, signals, rate)
+    given, left_out = event_labels(events, columns, contacts, starts)
     if "session" not in given:
-        given["session"] = [files[event.file].stem for event in found]
+        given["session"] = [files[event.file].stem for event in contacts]
         notes.append("sessions are not said: each sound file was taken as one")
-    source = source_of(events, columns)
+    source = stated_source(events, columns)
     layout = sound_layout(sensor, rate, cuts[0].shape[1], first.dtype)
     return labelled(str(events), cuts, layout, given, source, [*notes, *left_out])
 
@@ -79,9 +79,9 @@ def import_events(
 def _as_one(file: Path, sensor: VibrationSensor | None) -> Dataset:
     rate, data = read_sound(file)
     check_alike([file], [(rate, data)])
-    whole = wav_samples(file, data)
-    layout = sound_layout(sensor, rate, whole.shape[1], data.dtype)
-    return labelled(str(file), [whole], layout, {"session": [file.stem]}, "unknown", [NO_CONTACTS])
+    signal = wav_samples(file, data)
+    layout = sound_layout(sensor, rate, signal.shape[1], data.dtype)
+    return labelled(str(file), [signal], layout, {"session": [file.stem]}, "unknown", [NO_CONTACTS])
 
 
 def _files(
@@ -95,29 +95,29 @@ def _files(
         mine: list[int | None] = [0 if name.strip() == path.name else None for name in names]
         if 0 not in mine:
             raise InputError(f"{table}: no row has file {path.name!r}: correct its column file")
-        others = mine.count(None)
-        return [path], mine, [f"{others} contacts are in other files"] if others else []
+        foreign = mine.count(None)
+        return [path], mine, [f"{foreign} contacts are in other files"] if foreign else []
     if names is None:
         raise InputError(f"{table} has no column file: name the sound file of each row")
     by_name: dict[str, list[Path]] = {}
-    there = [file for suffix in SUFFIXES for file in files_below(path, suffix)]
-    for file in there:
+    sound_files = [file for suffix in SUFFIXES for file in files_below(path, suffix)]
+    for file in sound_files:
         for name in {file.name, file.relative_to(path).as_posix()}:
             by_name.setdefault(name, []).append(file)
     files: list[Path] = []
     rows: list[int | None] = []
     for row, name in enumerate(names):
-        found = by_name.get(name.strip(), [])
-        if len(found) != 1:
-            what = "is in two folders" if found else "is not in the folder"
+        matches = by_name.get(name.strip(), [])
+        if len(matches) != 1:
+            fault = "is in two folders" if matches else "is not in the folder"
             raise InputError(
-                f"{table}: file of {columns.place(row)} is {quote(name)}, which {what} {path}: "
+                f"{table}: file of {columns.place(row)} is {quote(name)}, which {fault} {path}: "
                 "correct the row or the folder"
             )
-        if found[0] not in files:
-            files.append(found[0])
-        rows.append(files.index(found[0]))
-    left = len(there) - len(files)
+        if matches[0] not in files:
+            files.append(matches[0])
+        rows.append(files.index(matches[0]))
+    left = len(sound_files) - len(files)
     return files, rows, [f"{left} sound files have no contact in {table.name}"] if left else []
 
 

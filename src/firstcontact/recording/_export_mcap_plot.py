@@ -58,8 +58,8 @@ def _write(dataset: Dataset, path: Path) -> None:
                         message = _NUMBER.pack(_CDR, value)
                         add(topic, "std_msgs/msg/Float64", stamp, message)
                 last = max([last, *stamps[-1:]])
-            for at, said in _contacts(pinch):
-                text = said.encode() + b"\0"
+            for at, sentence in _contacts(pinch):
+                text = sentence.encode() + b"\0"
                 stamp = begin + round(at * _NANO)
                 add(CONTACTS, "std_msgs/msg/String", stamp, _TEXT.pack(_CDR, len(text)) + text)
             begin = last + PAUSE

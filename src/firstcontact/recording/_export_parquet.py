@@ -26,9 +26,11 @@ def _write(dataset: Dataset, path: Path) -> None:
         for i, pinch in enumerate(dataset.pinches[first : first + _PINCHES_A_GROUP], first):
             samples = len(pinch.data)
             same = {name: [column[i]] * samples for name, column in of_pinch.items()}
-            whole = {name: [value] * samples for name, value in of_file.items()}
+            constants = {name: [value] * samples for name, value in of_file.items()}
             parts.append(
-                pa.table({"pinch": np.full(samples, i), **sample_values(pinch), **same, **whole})
+                pa.table(
+                    {"pinch": np.full(samples, i), **sample_values(pinch), **same, **constants}
+                )
             )
         return pa.concat_tables(parts)
 

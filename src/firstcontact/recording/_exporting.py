@@ -71,9 +71,9 @@ def file_values(dataset: Dataset) -> dict[str, Any]:
         The vibration channels differ in a setting.
     """
     layout = dataset.layout
-    first, *others = layout.vibration
+    first, *second = layout.vibration
     for name in ("sensor", "unit", "smoothing_alpha", "axes", "axis"):
-        if any(getattr(c, name) != getattr(first, name) for c in others):
+        if any(getattr(c, name) != getattr(first, name) for c in second):
             raise InputError(f"vibration channels differ in {name}, of which the format has one")
     return {
         "sample_rate_hz": layout.rate,

@@ -26,12 +26,12 @@ def figure_label(name: str, most: int = MOST) -> str:
     most
         Largest number of characters.
     """
-    there = _glyphs()
+    glyphs = _glyphs()
     line = " ".join("".join(_printable(c) for c in name[: 4 * most]).split())
     out = ""
     for character in line:
-        known = ord(character) in there and character.isprintable()
-        written = character if known else f"U+{ord(character):04X}"
+        is_drawable = ord(character) in glyphs and character.isprintable()
+        written = character if is_drawable else f"U+{ord(character):04X}"
         if len(out) + len(written) > most:
             return f"{out[: most - 1]}…"
         out += written

@@ -15,21 +15,21 @@ def files_of_rows(folder: Path, names: list[str], table: Path, suffix: str) -> l
     InputError
         A row or a file has no counterpart; the message names it.
     """
-    there = files_below(folder, suffix)
+    available = files_below(folder, suffix)
     by_name: dict[str, list[Path]] = {}
-    for path in there:
+    for path in available:
         for name in {path.name, path.relative_to(folder).as_posix()}:
             by_name.setdefault(name, []).append(path)
     files: list[Path] = []
     for name in names:
-        found = by_name.get(name, [])
-        if len(found) != 1:
-            what = "is in two folders" if found else "is not in the folder"
-            raise InputError(f"{table}: file {name!r} {what}: correct the row or the folder")
-        if found[0] in files:
+        matches = by_name.get(name, [])
+        if len(matches) != 1:
+            fault = "is in two folders" if matches else "is not in the folder"
+            raise InputError(f"{table}: file {name!r} {fault}: correct the row or the folder")
+        if matches[0] in files:
             raise InputError(f"{table}: file {name!r} has two rows: remove one")
-        files += found
-    left = [p.name for p in there if p not in files]
+        files += matches
+    left = [p.name for p in available if p not in files]
     if left:
         kind = suffix.removeprefix(".").upper()
         raise InputError(

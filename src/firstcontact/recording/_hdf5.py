@@ -40,7 +40,7 @@ _DAMAGE = (
 
 
 def read_hdf5(
-    path: Path, known: Collection[str], settings: Collection[str]
+    path: Path, names: Collection[str], settings: Collection[str]
 ) -> tuple[dict[str, NDArray[Any]], list[str]]:
     """Read datasets and attributes by name. Return them and the names that were not read.
 
@@ -55,7 +55,7 @@ def read_hdf5(
     try:
         open_regular(path).close()
         seconds = _SECONDS + path.stat().st_size / _SPEED
-        return apart(seconds, _read, path, frozenset(known), tuple(settings))
+        return apart(seconds, _read, path, frozenset(names), tuple(settings))
     except InputError:
         raise
     except _DAMAGE as error:
@@ -65,7 +65,7 @@ def read_hdf5(
 
 
 def _read(
-    path: Path, known: Collection[str], settings: Collection[str]
+    path: Path, wanted: Collection[str], settings: Collection[str]
 ) -> tuple[dict[str, NDArray[Any]], list[str]]:
     """Read in a separate process, because the library loops or crashes on some damaged files."""
     import h5py
@@ -77,7 +77,7 @@ def _read(
         names = list(file.keys())
         datasets = {}
         for name in names:
-            if name in known:
+            if name in wanted:
                 _walk(path, file, name, name)
                 if isinstance(file[name], h5py.Dataset):
                     datasets[name] = file[name]
@@ -89,7 +89,7 @@ def _read(
         for holder in (file, *map(datasets.get, VibrationSensor)):
             if holder is not None:
                 arrays |= _attributes(path, holder.attrs, settings)
-    return arrays, sorted(set(names) - set(known))
+    return arrays, sorted(set(names) - set(wanted))
 
 
 def _walk(path: Path, file: Any, name: str, target: str, left: int = _LINKS) -> None:
@@ -106,9 +106,9 @@ def _walk(path: Path, file: Any, name: str, target: str, left: int = _LINKS) -> 
         if kind == h5l.TYPE_SOFT and left:
             # Check the target of a link first, then the rest of the name.
             to = group.id.links.get_val(key).decode("utf-8", "surrogateescape")
-            rest = "/".join(steps[k + 1 :])
+            remainder = "/".join(steps[k + 1 :])
             base = "" if to.startswith("/") else gone
-            return _walk(path, file, name, f"{base}/{to}/{rest}", left - 1)
+            return _walk(path, file, name, f"{base}/{to}/{remainder}", left - 1)
         if kind != h5l.TYPE_HARD:
             raise InputError(
                 f"{path}: {name} is a link out of the file or one of many, which is not followed: "
@@ -162,10 +162,10 @@ def _values(path: Path, name: str, dataset: Any) -> NDArray[Any]:
 
 
 def _attributes(path: Path, attributes: Any, settings: Collection[str]) -> dict[str, NDArray[Any]]:
-    found = {}
+    values = {}
     for name in settings:
         if name in attributes:
             if attributes.get_id(name).get_storage_size() > _ATTRIBUTE:
                 raise InputError(f"{path}: the attribute {name} is too long: give one value")
-            found[name] = np.asarray(attributes[name])
-    return found
+            values[name] = np.asarray(attributes[name])
+    return values

@@ -108,7 +108,7 @@ class _Head:
     version: int | None = None
 
 
-def read_header(data: bytes, where: str) -> Header:
+def read_header(data: bytes, origin: str) -> Header:
     """Read the contents of ``/header``.
 
     Raises
@@ -118,18 +118,18 @@ def read_header(data: bytes, where: str) -> Header:
     """
     remedy = "write the file again from its source"
     data = data.rstrip(b" ")
-    head = read_record(data, _Head, where, remedy)
+    head = read_record(data, _Head, origin, remedy)
     if head.format != FORMAT:
         raise InputError(
-            f"{where} is not that of a firstcontact recording: bring other data in with "
+            f"{origin} is not that of a firstcontact recording: bring other data in with "
             "`firstcontact import`"
         )
     if head.version not in _VERSIONS:
         raise InputError(
-            f"{where} says format version {head.version!r} and this reader knows {VERSION}: "
+            f"{origin} says format version {head.version!r} and this reader knows {VERSION}: "
             "install the firstcontact that wrote it"
         )
-    header = read_record(data, Header, where, remedy)
+    header = read_record(data, Header, origin, remedy)
     if _OLD_ASSUMPTION in header.notes.splitlines():
         return replace(header, session_assumed=True)
     return header
@@ -226,7 +226,7 @@ class PinchMark:
         return tree
 
 
-def read_mark(data: bytes, where: str) -> PinchMark:
+def read_mark(data: bytes, origin: str) -> PinchMark:
     """Read the contents of ``/pinch``.
 
     Raises
@@ -234,11 +234,19 @@ def read_mark(data: bytes, where: str) -> PinchMark:
     InputError
         A field is missing or out of bounds, or its sample numbers contradict each other.
     """
-    m = read_record(data, _Mark, where, "mark the pinch again", LONGEST_MARK)
+    m = read_record(data, _Mark, origin, "mark the pinch again", LONGEST_MARK)
     truth = tuple(Contact(c.finger, c.sample, c.sample) for c in m.truth)
-    found = tuple(Contact(c.finger, c.sample, c.sample) for c in m.found)
+    contacts = tuple(Contact(c.finger, c.sample, c.sample) for c in m.found)
     return PinchMark(
-        m.number, m.first_sample, m.end, m.epoch, m.label, truth, m.motor_start, found, m.found_by
+        m.number,
+        m.first_sample,
+        m.end,
+        m.epoch,
+        m.label,
+        truth,
+        m.motor_start,
+        contacts,
+        m.found_by,
     )
 
 
@@ -251,7 +259,7 @@ class Marker:
     epoch: Epoch = 0
 
 
-def read_marker(data: bytes, where: str) -> Marker:
+def read_marker(data: bytes, origin: str) -> Marker:
     """Read the contents of ``/marker``.
 
     Raises
@@ -259,4 +267,4 @@ def read_marker(data: bytes, where: str) -> Marker:
     InputError
         A field is missing or out of bounds.
     """
-    return read_record(data, Marker, where, "mark the sample again", LONGEST_MARK)
+    return read_record(data, Marker, origin, "mark the sample again", LONGEST_MARK)

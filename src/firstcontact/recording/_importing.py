@@ -86,7 +86,7 @@ def import_path(
         dataset = importer.read(path, rate, **given)
         if not isinstance(dataset, Dataset):
             raise TypeError(f"{type(dataset).__name__} is not a Dataset")
-    dataset = _from(dataset, path, source)
+    dataset = _with_source(dataset, path, source)
     first = dataset.pinches[0]
     name = path.name.encode("utf-8", "replace").decode()
     notes = "\n".join((f"imported from {name}", *dataset.notes))
@@ -112,7 +112,7 @@ def import_path(
     return dataset
 
 
-def _from(dataset: Dataset, path: Path, source: str | None) -> Dataset:
+def _with_source(dataset: Dataset, path: Path, source: str | None) -> Dataset:
     """Set the dataset's source: the file's statement, or else the user's."""
     if source is not None and dataset.source not in ("unknown", source):
         raise InputError(
@@ -158,25 +158,25 @@ def find_importer(path: Path, rate: float | None = None, given: Sequence[str] = 
     """
     if not path.exists():
         raise InputError(f"{path} does not exist: check the path")
-    found = _accepting(path, given)
-    every = list(IMPORTERS.values()) if found is None else []
-    for name in given if found is None else []:
+    importer = _accepting(path, given)
+    every = list(IMPORTERS.values()) if importer is None else []
+    for name in given if importer is None else []:
         able = [i for i in every if getattr(i, f"asks_{name}")]
         if not any(i.accepts(path, [name]) for i in able):
-            asked = " or ".join(i.title for i in able)
-            raise InputError(f"{path} is not for --{name}: give {asked}, or leave --{name} out")
-    if found is None and len(given) > 1:
+            titles = " or ".join(i.title for i in able)
+            raise InputError(f"{path} is not for --{name}: give {titles}, or leave --{name} out")
+    if importer is None and len(given) > 1:
         options = " and ".join(f"--{name}" for name in given)
         raise InputError(f"{path} takes {options}, but not together: leave one of them out")
-    if found is None and path.is_dir():
+    if importer is None and path.is_dir():
         if not any(path.iterdir()):
             raise InputError(f"{path} is an empty folder: check the path")
-        found = next((i for i in every if i.marker is not None), None)
-    if rate is not None and (found is None or not found.asks_rate):
-        asked = " or ".join(i.title for i in IMPORTERS.values() if i.asks_rate)
-        raise InputError(f"{path} says its own rate: leave --rate out (it is for {asked})")
-    if found is None:
+        importer = next((i for i in every if i.marker is not None), None)
+    if rate is not None and (importer is None or not importer.asks_rate):
+        titles = " or ".join(i.title for i in IMPORTERS.values() if i.asks_rate)
+        raise InputError(f"{path} says its own rate: leave --rate out (it is for {titles})")
+    if importer is None:
         hint = ": it is a recording already" if path.suffix == ".mcap" else ""
         *others, last = (i.title for i in IMPORTERS.values())
         raise InputError(f"{path} cannot be imported{hint}: give {', '.join(others)}, or {last}")
-    return found
+    return importer

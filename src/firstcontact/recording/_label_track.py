@@ -71,7 +71,7 @@ def read_track(path: Path) -> Table:
     return label_columns(str(path), Table({ONSET: starts}, numbers), texts)
 
 
-def label_columns(where: str, table: Table, texts: Sequence[str]) -> Table:
+def label_columns(origin: str, table: Table, texts: Sequence[str]) -> Table:
     """Add the columns in the texts of a table's rows. Plain words are the object.
 
     Raises
@@ -87,9 +87,9 @@ def label_columns(where: str, table: Table, texts: Sequence[str]) -> Table:
             name, value = (name, value) if equals else ("object", part)
             if name not in LABEL_COLUMNS or name in row:
                 raise InputError(
-                    f"{where}: {table.place(number)} says {quote(part)}: give the object in words, "
-                    f"or name=value once for any of {', '.join(LABEL_COLUMNS)}, with semicolons "
-                    "between"
+                    f"{origin}: {table.place(number)} says {quote(part)}: give the object in "
+                    f"words, or name=value once for any of {', '.join(LABEL_COLUMNS)}, with "
+                    "semicolons between"
                 )
             row[name] = value
         rows.append(row)
@@ -98,8 +98,8 @@ def label_columns(where: str, table: Table, texts: Sequence[str]) -> Table:
         lacking = next((i for i, row in enumerate(rows) if name not in row), None)
         if lacking is not None and name != "object":
             raise InputError(
-                f"{where}: {table.place(lacking)} does not say {name} and others do: give it in "
+                f"{origin}: {table.place(lacking)} does not say {name} and others do: give it in "
                 "all, or in none"
             )
-    said = {name: [row.get(name, "") for row in rows] for name in names}
-    return Table({**table, **said}, table.numbers, table.word)
+    cells = {name: [row.get(name, "") for row in rows] for name in names}
+    return Table({**table, **cells}, table.numbers, table.word)

@@ -50,7 +50,7 @@ _LISTEN = 0.005
 
 
 def labelled(
-    where: str,
+    origin: str,
     cuts: Sequence[NDArray[Any]],
     layout: Layout,
     columns: Columns,
@@ -64,7 +64,7 @@ def labelled(
 
     Parameters
     ----------
-    where
+    origin
         Name of the file, for messages.
     cuts
         Raw samples of each pinch, shape (samples, columns).
@@ -87,9 +87,9 @@ def labelled(
     InputError
         See the functions below.
     """
-    labels, assumed = make_labels(where, columns, len(cuts))
-    contacts, guessed = make_contacts(where, columns, cuts, layout)
-    motors = make_motor_starts(where, columns, [len(c) for c in cuts], contacts)
+    labels, assumed = make_labels(origin, columns, len(cuts))
+    contacts, guessed = make_contacts(origin, columns, cuts, layout)
+    motors = make_motor_starts(origin, columns, [len(c) for c in cuts], contacts)
     pinches = [
         Pinch(cut, layout, label, 0, truth, motor)
         for cut, label, truth, motor in zip(cuts, labels, contacts, motors, strict=True)
@@ -99,8 +99,8 @@ def labelled(
     else:
         beside = groups or [{} for _ in pinches]
         numbered = tuple(
-            replace(shifted(pinch, start), groups=its)
-            for pinch, start, its in zip(pinches, starts, beside, strict=True)
+            replace(shifted(pinch, start), groups=pinch_groups)
+            for pinch, start, pinch_groups in zip(pinches, starts, beside, strict=True)
         )
     return Dataset(
         numbered,
@@ -110,12 +110,12 @@ def labelled(
     )
 
 
-def make_labels(where: str, columns: Columns, pinches: int) -> tuple[list[Label], list[str]]:
+def make_labels(origin: str, columns: Columns, pinches: int) -> tuple[list[Label], list[str]]:
     """Return the label of each pinch, and notes on assumptions.
 
     Parameters
     ----------
-    where
+    origin
         File (and table), for messages.
     columns
         Any of :data:`LABEL_COLUMNS`, one value per pinch. Others are ignored.
@@ -129,32 +129,32 @@ def make_labels(where: str, columns: Columns, pinches: int) -> tuple[list[Label]
     """
     for one, other in (("object", "material"), ("hardness_rank", "hardness_class")):
         if one in columns and other in columns:
-            raise InputError(f"{where} has {one} and {other}: keep one of the two")
+            raise InputError(f"{origin} has {one} and {other}: keep one of the two")
     notes = []
     objects = (
-        each(where, columns, "object", cells.words)
-        or each(where, columns, "material", cells.words)
+        each(origin, columns, "object", cells.words)
+        or each(origin, columns, "material", cells.words)
         or [""] * pinches
     )
-    shore = each(where, columns, "shore_a", cells.shore)
-    rank = each(where, columns, "hardness_rank", cells.ranked) or each(
-        where, columns, "hardness_class", cells.rank
+    shore = each(origin, columns, "shore_a", cells.shore)
+    rank = each(origin, columns, "hardness_rank", cells.ranked) or each(
+        origin, columns, "hardness_class", cells.rank
     )
-    specimens = each(where, columns, "specimen", cells.name)
+    specimens = each(origin, columns, "specimen", cells.name)
     if specimens is None:
-        what, values = _what_there_is(objects, shore, rank)
+        unit, values = _what_there_is(objects, shore, rank)
         specimens = [str(v) for v in values or ["unknown"] * pinches]
         notes.append(
-            f"no specimen column: {f'one specimen for each {what}' if what else 'one specimen'} "
+            f"no specimen column: {f'one specimen for each {unit}' if unit else 'one specimen'} "
             "was assumed"
         )
-    sessions = each(where, columns, "session", cells.name)
+    sessions = each(origin, columns, "session", cells.name)
     if sessions is None:
         sessions = ["1"] * pinches
         notes.append("no session column: all pinches were taken as one session")
     if shore is None and rank is None:
         notes.append("no shore_a, hardness_rank or hardness_class column: stiffness is not known")
-    roles = each(where, columns, "role", cells.role) or [Role.TRAIN] * pinches
+    roles = each(origin, columns, "role", cells.role) or [Role.TRAIN] * pinches
     labels = [
         Label(
             objects[i],
@@ -170,13 +170,13 @@ def make_labels(where: str, columns: Columns, pinches: int) -> tuple[list[Label]
 
 
 def make_contacts(
-    where: str, columns: Columns, samples: Sequence[NDArray[Any]], layout: Layout
+    origin: str, columns: Columns, samples: Sequence[NDArray[Any]], layout: Layout
 ) -> tuple[list[tuple[Contact, ...]], list[str]]:
     """Return the known contacts of each pinch, counted from its first sample.
 
     Parameters
     ----------
-    where
+    origin
         Name of the file, for messages.
     columns
         Any of :data:`CONTACT_COLUMNS`; -1 means unknown.
@@ -196,12 +196,12 @@ def make_contacts(
         A contact lies outside its pinch, the second precedes the first, or a finger is unknown.
     """
     if "first_contact" in columns and "pre_trigger_samples" in columns:
-        raise InputError(f"{where} has first_contact and pre_trigger_samples: keep one of the two")
+        raise InputError(f"{origin} has first_contact and pre_trigger_samples: keep one of the two")
     name = "pre_trigger_samples" if "pre_trigger_samples" in columns else "first_contact"
     unknown = [-1] * len(samples)
-    firsts = each(where, columns, name, cells.whole) or unknown
-    seconds = each(where, columns, "second_contact", cells.whole) or unknown
-    fingers = each(where, columns, "first_finger", cells.finger) or [None] * len(samples)
+    firsts = each(origin, columns, name, cells.integer) or unknown
+    seconds = each(origin, columns, "second_contact", cells.integer) or unknown
+    fingers = each(origin, columns, "first_finger", cells.finger) or [None] * len(samples)
     vibration, owners = list(layout.columns(ChannelKind.VIBRATION)), layout.vibration_fingers
     contacts = []
     guessed = moved = 0
@@ -211,12 +211,12 @@ def make_contacts(
         for field, sample in ((name, first), ("second_contact", second)):
             if not -1 <= sample < len(data):
                 raise InputError(
-                    f"{where}: {field} of {place(columns, i)} is {quote(sample)}, outside "
+                    f"{origin}: {field} of {place(columns, i)} is {quote(sample)}, outside "
                     f"the pinch's {len(data)} samples: count from 0 within it, -1 where not known"
                 )
         if second >= 0 and not 0 <= first <= second:
             raise InputError(
-                f"{where}: second_contact of {place(columns, i)} ({second}) is before its "
+                f"{origin}: second_contact of {place(columns, i)} ({second}) is before its "
                 f"{name} ({first if first >= 0 else 'not known'}): correct one of them"
             )
         touched = finger
@@ -226,8 +226,8 @@ def make_contacts(
         elif touched is None and first >= 0:
             touched = _livelier(data[:, vibration], first, second, layout.rate)
             guessed += 1
-        known = [(touched, first), (None if touched is None else touched.other, second)]
-        contacts.append(tuple(Contact(f, s, s) for f, s in known if s >= 0))
+        marks = [(touched, first), (None if touched is None else touched.other, second)]
+        contacts.append(tuple(Contact(f, s, s) for f, s in marks if s >= 0))
     notes = []
     if guessed:
         notes.append(
@@ -243,13 +243,13 @@ def make_contacts(
 
 
 def make_motor_starts(
-    where: str, columns: Columns, lengths: Sequence[int], contacts: Sequence[tuple[Contact, ...]]
+    origin: str, columns: Columns, lengths: Sequence[int], contacts: Sequence[tuple[Contact, ...]]
 ) -> list[int | None]:
     """Return the start of the motor in each pinch, counted from its first sample.
 
     Parameters
     ----------
-    where
+    origin
         Name of the file, for messages.
     columns
         Columns; only ``motor_start`` is read. -1 means unknown.
@@ -263,14 +263,16 @@ def make_motor_starts(
     InputError
         A start lies outside its pinch, or not before its first contact.
     """
-    starts = each(where, columns, "motor_start", cells.whole) or [-1] * len(lengths)
-    for i, (start, length, known) in enumerate(zip(starts, lengths, contacts, strict=True)):
-        end = known[0].sample if known else length
+    starts = each(origin, columns, "motor_start", cells.integer) or [-1] * len(lengths)
+    for i, (start, length, pinch_contacts) in enumerate(
+        zip(starts, lengths, contacts, strict=True)
+    ):
+        end = pinch_contacts[0].sample if pinch_contacts else length
         if not -1 <= start < max(end, 0):
             raise InputError(
-                f"{where}: motor_start of {place(columns, i)} is {quote(start)}, outside the "
-                f"{end} samples before its {'first contact' if known else 'end'}: count from 0 "
-                "within the pinch, -1 where not known"
+                f"{origin}: motor_start of {place(columns, i)} is {quote(start)}, outside the "
+                f"{end} samples before its {'first contact' if pinch_contacts else 'end'}: count "
+                "from 0 within the pinch, -1 where not known"
             )
     return [None if start < 0 else start for start in starts]
 

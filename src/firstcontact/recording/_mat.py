@@ -23,9 +23,9 @@ from firstcontact.recording._formats import Importer
 from firstcontact.recording._labels import CONTACT_COLUMNS, LABEL_COLUMNS
 from firstcontact.recording._mat_file import read_mat, text_of_codes
 from firstcontact.recording._quoting import listed
-from firstcontact.recording._signals import Assembled, Taken, assemble, checked, pinches_of
+from firstcontact.recording._signals import Assembled, Taken, assemble, checked, cut_pinches
 from firstcontact.recording._table import read_columns
-from firstcontact.recording._table_columns import source_of, unknown_columns
+from firstcontact.recording._table_columns import stated_source, unknown_columns
 from firstcontact.recording._wav import LABELS
 
 _SUFFIX = ".mat"
@@ -69,16 +69,16 @@ def import_mat(
         raise InputError(f"{channels} has no rate_hz of {lacking}: MATLAB files do not say theirs")
     files, columns, table = _files(path, labels)
     notes: list[str] = []
-    whole = [_signals(file, signals, notes) for file in files]
-    for file, its in zip(files, whole, strict=True):
-        if its.layout != whole[0].layout:
+    assembled = [_signals(file, signals, notes) for file in files]
+    for file, recording in zip(files, assembled, strict=True):
+        if recording.layout != assembled[0].layout:
             raise InputError(
                 f"{file}: its signals differ in number from those of {files[0].name}: import apart"
             )
-    source = source_of(table, columns)
+    source = stated_source(table, columns)
     notes += unknown_columns(table, columns, _KNOWN)
-    places = [(k, 0, len(its.data)) for k, its in enumerate(whole)]
-    return pinches_of(table, whole, places, columns, source, notes)
+    places = [(k, 0, len(recording.data)) for k, recording in enumerate(assembled)]
+    return cut_pinches(table, assembled, places, columns, source, notes)
 
 
 def _files(path: Path, labels: Path | None) -> tuple[list[Path], Mapping[str, list[str]], Path]:
@@ -105,13 +105,13 @@ def _files(path: Path, labels: Path | None) -> tuple[list[Path], Mapping[str, li
 
 def _signals(file: Path, signals: list[Signal], notes: list[str]) -> Assembled:
     """Read all signals of the table from one file."""
-    arrays, others = read_mat(file, {s.variable for s in signals})
+    arrays, unread = read_mat(file, {s.variable for s in signals})
     taken = []
     for signal in signals:
         name = signal.variable
         if name not in arrays:
             raise InputError(
-                f"{file} has no variable {name!r} (it has {listed(others) or 'no others'}): "
+                f"{file} has no variable {name!r} (it has {listed(unread) or 'no others'}): "
                 "correct the table of channels"
             )
         values = checked(f"{file}: {name}", signal, _in_time(file, signal, arrays[name]))
@@ -121,8 +121,8 @@ def _signals(file: Path, signals: list[Signal], notes: list[str]) -> Assembled:
             names = (f"{name}_{signal.column}",)
         assert signal.rate is not None
         taken.append(Taken(signal, signal.rate, values, names))
-    left = f"variables that the table of channels does not name were left out: {listed(others)}"
-    if others and left not in notes:
+    left = f"variables that the table of channels does not name were left out: {listed(unread)}"
+    if unread and left not in notes:
         notes.append(left)
     return assemble(str(file), taken)
 
@@ -145,11 +145,11 @@ def _in_time(file: Path, signal: Signal, values: NDArray[Any]) -> NDArray[Any]:
 
 def _from_named(path: Path) -> Dataset:
     """Read arrays of pinches and restore dimensions that MATLAB drops."""
-    arrays, others = read_mat(path, _NAMED)
+    arrays, unread = read_mat(path, _NAMED)
     if not any(name in arrays for name in VibrationSensor):
         raise InputError(
             f"{path} has no array piezo: add it, shape (pinches, samples, 1 or 2), or say what its "
-            f"variables are ({listed(others) or 'it has none'}) with --channels"
+            f"variables are ({listed(unread) or 'it has none'}) with --channels"
         )
     for name in _TEXTS:
         if name in arrays and arrays[name].dtype.kind in "iu":
@@ -159,7 +159,7 @@ def _from_named(path: Path) -> Dataset:
             arrays[name] = values[:, :, None]
         elif name not in _ARRAYS and 1 in values.shape:
             arrays[name] = values.reshape(-1)
-    return from_arrays(path, arrays, others)
+    return from_arrays(path, arrays, unread)
 
 
 MAT = Importer(

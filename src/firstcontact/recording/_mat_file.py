@@ -28,7 +28,7 @@ _HEAD = 128
 Arrays = dict[str, NDArray[Any]]
 
 
-def read_mat(path: Path, known: Collection[str]) -> tuple[Arrays, list[str]]:
+def read_mat(path: Path, names: Collection[str]) -> tuple[Arrays, list[str]]:
     """Read variables by name. Return them and the names of the others.
 
     Texts become arrays of texts. Rows and columns are MATLAB's in either version.
@@ -42,11 +42,11 @@ def read_mat(path: Path, known: Collection[str]) -> tuple[Arrays, list[str]]:
         with open_regular(path) as stream:
             new = stream.read(len(_HDF5)) == _HDF5
         if new:
-            arrays, others = read_hdf5(path, known, ())
+            arrays, unread = read_hdf5(path, names, ())
             # HDF5 stores the dimensions in reverse order, and texts as character codes.
-            return {name: values.T for name, values in arrays.items()}, others
+            return {name: values.T for name, values in arrays.items()}, unread
         seconds = _SECONDS + path.stat().st_size / _SPEED
-        return apart(seconds, _read, path, frozenset(known))
+        return apart(seconds, _read, path, frozenset(names))
     except InputError:
         raise
     except Exception as error:  # damage can cause any error in the library
@@ -61,7 +61,7 @@ def text_of_codes(values: NDArray[Any]) -> str:
     return "".join(map(chr, codes)) if ((codes > 0) & (codes < 0xD800)).all() else ""
 
 
-def _read(path: Path, known: Collection[str]) -> tuple[Arrays, list[str]]:
+def _read(path: Path, names: Collection[str]) -> tuple[Arrays, list[str]]:
     """Read in a separate process, because the library loops or crashes on some damaged files."""
     from scipy.io import loadmat
 
@@ -70,11 +70,11 @@ def _read(path: Path, known: Collection[str]) -> tuple[Arrays, list[str]]:
         bounded_memory(_SPARE + 2 * most_unpacked(path.stat().st_size)),
     ):
         _check_length(path, stream)
-        there = _names(path, stream, known)
+        members = _names(path, stream, names)
         stream.seek(0)
-        loaded = loadmat(stream, variable_names=[n for n in there if n in known])
-    arrays = {name: _plain(path, name, loaded[name]) for name in there if name in known}
-    return arrays, sorted(set(there) - set(known))
+        loaded = loadmat(stream, variable_names=[n for n in members if n in names])
+    arrays = {name: _plain(path, name, loaded[name]) for name in members if name in names}
+    return arrays, sorted(set(members) - set(names))
 
 
 def _check_length(path: Path, stream: IO[bytes]) -> None:
@@ -88,15 +88,15 @@ def _check_length(path: Path, stream: IO[bytes]) -> None:
     stream.seek(0)
 
 
-def _names(path: Path, stream: IO[bytes], known: Collection[str]) -> list[str]:
+def _names(path: Path, stream: IO[bytes], wanted: Collection[str]) -> list[str]:
     from scipy.io import whosmat
 
-    found = whosmat(stream)
-    names = [name for name, _, _ in found]
+    listing = whosmat(stream)
+    names = [name for name, _, _ in listing]
     doubled = sorted({name for name in names if names.count(name) > 1})
     if doubled:
         raise InputError(f"{path} has the variable {doubled[0]!r} twice: save it again with one")
-    sizes = [math.prod(shape) * 8 for name, shape, _ in found if name in known]
+    sizes = [math.prod(shape) * 8 for name, shape, _ in listing if name in wanted]
     check_unpacked(path, sum(sizes))
     return names
 

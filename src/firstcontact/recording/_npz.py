@@ -43,7 +43,7 @@ _DAMAGE = (
 )
 
 
-def read_npz(path: Path, known: Collection[str]) -> tuple[dict[str, NDArray[Any]], list[str]]:
+def read_npz(path: Path, names: Collection[str]) -> tuple[dict[str, NDArray[Any]], list[str]]:
     """Read arrays by name. Return them and the names of the others.
 
     Raises
@@ -53,12 +53,12 @@ def read_npz(path: Path, known: Collection[str]) -> tuple[dict[str, NDArray[Any]
         does not write, no array, with objects, of a wrong size, or far larger than the file.
     """
     arrays: dict[str, NDArray[Any]] = {}
-    others = []
+    unread = []
     try:
         with open_regular(path) as stream, ZipFile(stream) as archive:
             members = {i.filename.removesuffix(".npy"): i for i in archive.infolist()}
-            wanted = {name: info for name, info in members.items() if name in known}
-            others = sorted(set(members) - set(wanted))
+            wanted = {name: info for name, info in members.items() if name in names}
+            unread = sorted(set(members) - set(wanted))
             check_unpacked(path, sum(info.file_size for info in wanted.values()))
             for name, info in wanted.items():
                 _check_member(path, name, info)
@@ -70,7 +70,7 @@ def read_npz(path: Path, known: Collection[str]) -> tuple[dict[str, NDArray[Any]
         raise InputError(
             f"{path} cannot be read as an NPZ of plain arrays ({reason(error)}): {_REMEDY}"
         ) from error
-    return arrays, others
+    return arrays, unread
 
 
 def _check_member(path: Path, name: str, info: ZipInfo) -> None:
@@ -89,9 +89,11 @@ def _array(path: Path, name: str, member: IO[bytes], size: int) -> NDArray[Any]:
         shape, fortran, dtype = read(member)
     if dtype.hasobject:
         raise InputError(f"{path}: {name} holds Python objects, which are not read: {_REMEDY}")
-    held = size - member.tell()
-    if math.prod(shape) * dtype.itemsize != held or any(n < 0 for n in shape):
-        raise InputError(f"{path}: {name} declares the shape {shape} and holds {held} bytes of it")
+    available = size - member.tell()
+    if math.prod(shape) * dtype.itemsize != available or any(n < 0 for n in shape):
+        raise InputError(
+            f"{path}: {name} declares the shape {shape} and holds {available} bytes of it"
+        )
     values: NDArray[Any] = np.frombuffer(member.read(), dtype)
     if dtype.kind == "U" and values.view(f"{dtype.byteorder}u4").max(initial=0) > sys.maxunicode:
         raise InputError(f"{path}: {name} holds characters that there are none of: {_REMEDY}")

@@ -11,7 +11,7 @@ _REASON = 200
 _LISTED = 10
 
 
-def text_of(value: Any) -> str:
+def as_text(value: Any) -> str:
     """Return a value as text. Bytes are decoded as UTF-8; invalid ones are replaced."""
     text = value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
     # NumPy and HDF5 can hold surrogates, which UTF-8 cannot encode.
@@ -20,7 +20,7 @@ def text_of(value: Any) -> str:
 
 def quote(value: Any) -> str:
     """Return a value for a message. Text is quoted."""
-    text = text_of(value)
+    text = as_text(value)
     if isinstance(value, str | bytes):
         text = repr(text) if text.isprintable() else ascii(text)
     return text if len(text) <= _SHOWN else f"{text[:_SHOWN]}..."

@@ -78,7 +78,7 @@ class Recording:
 
 
 @dataclass(slots=True)
-class _Found:
+class _Messages:
     """Messages by topic, in file order. Groups are by topic or channel number."""
 
     headers: list[bytes] = field(default_factory=list)
@@ -102,19 +102,23 @@ def read_recording(path: AnyPath) -> Recording:
     """
     path = Path(path)
     scanned = scan(path)
-    found = _sorted(scanned.records)
-    header = _header(path, found.headers)
-    blocks, bad = _blocks(path, "/samples", found.blocks, header.dtype, header.layout.width)
+    messages_by_topic = _sorted(scanned.records)
+    header = _header(path, messages_by_topic.headers)
+    blocks, bad = _blocks(
+        path, "/samples", messages_by_topic.blocks, header.dtype, header.layout.width
+    )
     stretches, losses = join(blocks)
     groups = {}
     for number, group in enumerate(header.layout.groups, FIRST_GROUP):
         topic = f"/samples/{group.name}"
-        messages = found.groups.get(str(number), []) + found.groups.get(topic, [])
-        its, its_bad = _blocks(path, topic, messages, header.dtype, group.layout.width)
-        groups[group.name], its_losses = join(its)
-        losses += tuple(f"group {group.name}: {said}" for said in (*its_bad, *its_losses))
-    pinches, lost_marks = _read(found.pinches, read_mark, "pinch marks")
-    markers, lost_markers = _read(found.markers, read_marker, "markers")
+        messages = messages_by_topic.groups.get(str(number), []) + messages_by_topic.groups.get(
+            topic, []
+        )
+        group_blocks, group_bad = _blocks(path, topic, messages, header.dtype, group.layout.width)
+        groups[group.name], group_losses = join(group_blocks)
+        losses += tuple(f"group {group.name}: {note}" for note in (*group_bad, *group_losses))
+    pinches, lost_marks = _read(messages_by_topic.pinches, read_mark, "pinch marks")
+    markers, lost_markers = _read(messages_by_topic.markers, read_marker, "markers")
     skipped = (
         *scanned.skipped,
         *bad,
@@ -126,13 +130,13 @@ def read_recording(path: AnyPath) -> Recording:
     return Recording(path, header, stretches, pinches, markers, skipped, groups)
 
 
-def _sorted(records: Iterable[McapRecord]) -> _Found:
-    found = _Found()
+def _sorted(records: Iterable[McapRecord]) -> _Messages:
+    messages_by_topic = _Messages()
     lists = {
-        "/header": found.headers,
-        "/samples": found.blocks,
-        "/pinch": found.pinches,
-        "/marker": found.markers,
+        "/header": messages_by_topic.headers,
+        "/samples": messages_by_topic.blocks,
+        "/pinch": messages_by_topic.pinches,
+        "/marker": messages_by_topic.markers,
     }
     topics = dict(TOPICS)
     for record in records:
@@ -140,12 +144,12 @@ def _sorted(records: Iterable[McapRecord]) -> _Found:
             topics[record.id] = record.topic
         elif isinstance(record, Message):
             topic = topics.get(record.channel_id, str(record.channel_id))
-            known = lists.get(topic)
-            if known is not None:
-                known.append(record.data)
+            target = lists.get(topic)
+            if target is not None:
+                target.append(record.data)
             elif record.channel_id < FIRST_GROUP + MOST_GROUPS:
-                found.groups.setdefault(topic, []).append(record.data)
-    return found
+                messages_by_topic.groups.setdefault(topic, []).append(record.data)
+    return messages_by_topic
 
 
 def _header(path: Path, headers: list[bytes]) -> Header:
@@ -195,7 +199,7 @@ def _finite(block: Block) -> bool:
 
 
 def _read(
-    messages: list[bytes], read: Callable[[bytes, str], T], what: str
+    messages: list[bytes], read: Callable[[bytes, str], T], noun: str
 ) -> tuple[tuple[T, ...], list[str]]:
     """Return the usable messages, and a note on the others."""
     good = []
@@ -207,7 +211,7 @@ def _read(
         except InputError as error:
             bad += 1
             why = why or str(error)
-    return tuple(good), [f"{bad} {what} cannot be used and were left out ({why})"] if bad else []
+    return tuple(good), [f"{bad} {noun} cannot be used and were left out ({why})"] if bad else []
 
 
 def _lost_marks(pinches: tuple[PinchMark, ...]) -> list[str]:
@@ -215,6 +219,6 @@ def _lost_marks(pinches: tuple[PinchMark, ...]) -> list[str]:
     gaps = [(a + 1, b - 1) for a, b in pairwise(numbers) if b > a + 1]
     if not gaps:
         return []
-    told = [f"{a}" if a == b else f"{a} to {b}" for a, b in gaps[:_TOLD]]
+    ranges = [f"{a}" if a == b else f"{a} to {b}" for a, b in gaps[:_TOLD]]
     more = f" and in {len(gaps) - _TOLD} more gaps" if len(gaps) > _TOLD else ""
-    return [f"the marks of pinches {', '.join(told)}{more} are lost: their labels are not known"]
+    return [f"the marks of pinches {', '.join(ranges)}{more} are lost: their labels are not known"]

@@ -60,7 +60,7 @@ class Assembled:
         return np.ascontiguousarray(self.data[start:stop].astype(dtype)), blocks
 
 
-def assemble(where: str, taken: Sequence[Taken]) -> Assembled:
+def assemble(origin: str, taken: Sequence[Taken]) -> Assembled:
     """Join columns and slower groups, all cut to the end of the shortest.
 
     Raises
@@ -72,20 +72,20 @@ def assemble(where: str, taken: Sequence[Taken]) -> Assembled:
     other = next((t for t in taken if t.signal.sensor is not None and t.rate != rate), None)
     if other is not None:
         raise InputError(
-            f"{where}: vibration signals come at {rate:g} and {other.rate:g} Hz: import them apart"
+            f"{origin}: vibration signals come at {rate:g} and {other.rate:g} Hz: import them apart"
         )
     faster = next((t for t in taken if t.rate > rate), None)
     if faster is not None:
         raise InputError(
-            f"{where}: {faster.names[0]} comes at {faster.rate:g} Hz, faster than the vibration "
+            f"{origin}: {faster.names[0]} comes at {faster.rate:g} Hz, faster than the vibration "
             f"({rate:g} Hz): leave it out of the table"
         )
     end = min(len(t.values) / t.rate for t in taken)
     for signal in taken:
         if len(signal.values) / signal.rate > end + _ENDS_APART / min(t.rate for t in taken):
             raise InputError(
-                f"{where}: {signal.names[0]} lasts {len(signal.values) / signal.rate:g} s, another "
-                f"signal {end:g} s: correct rate_hz of one, or leave it out"
+                f"{origin}: {signal.names[0]} lasts {len(signal.values) / signal.rate:g} s, "
+                f"another signal {end:g} s: correct rate_hz of one, or leave it out"
             )
     samples = math.floor(end * rate + 1e-9)
     by_rate: dict[float, list[Taken]] = {}
@@ -95,7 +95,9 @@ def assemble(where: str, taken: Sequence[Taken]) -> Assembled:
     groups = tuple(Group(f"{r:g}_hz", Layout(_channels(by_rate[r]), r)) for r in slower)
     layout = Layout(_channels(by_rate[rate]), rate, groups=groups)
     if layout.fault:
-        raise InputError(f"{where}: the signals have {layout.fault}: correct the table of channels")
+        raise InputError(
+            f"{origin}: the signals have {layout.fault}: correct the table of channels"
+        )
     counts = {r: math.ceil(samples * r / rate) for r in slower}
     return Assembled(
         layout,
@@ -107,7 +109,7 @@ def assemble(where: str, taken: Sequence[Taken]) -> Assembled:
     )
 
 
-def checked(where: str, signal: Signal, values: NDArray[np.generic]) -> NDArray[np.generic]:
+def checked(origin: str, signal: Signal, values: NDArray[np.generic]) -> NDArray[np.generic]:
     """Check the wanted column and return its samples in a type of recordings.
 
     Raises
@@ -118,19 +120,19 @@ def checked(where: str, signal: Signal, values: NDArray[np.generic]) -> NDArray[
     if signal.column is not None:
         if signal.column >= values.shape[1]:
             raise InputError(
-                f"{where} has {values.shape[1]} columns and the table asks for column "
+                f"{origin} has {values.shape[1]} columns and the table asks for column "
                 f"{signal.column}: count from 0"
             )
         values = values[:, signal.column : signal.column + 1]
     if signal.sensor is not None and values.shape[1] != 1:
         raise InputError(
-            f"{where} has {values.shape[1]} columns: say in column of the table which one is the "
+            f"{origin} has {values.shape[1]} columns: say in column of the table which one is the "
             f"{signal.sensor}'s, from 0"
         )
-    return check_samples(where, values)
+    return check_samples(origin, values)
 
 
-def pinches_of(
+def cut_pinches(
     table: Path,
     recordings: Sequence[Assembled],
     places: Sequence[tuple[int, int, int]],

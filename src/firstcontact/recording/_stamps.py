@@ -48,12 +48,12 @@ class Run:
         return self.begin <= other.begin + 1.5 / self.rate and self.last > other.begin
 
 
-def check_stamps(where: str, stamps: NDArray[np.float64]) -> None:
+def check_stamps(origin: str, stamps: NDArray[np.float64]) -> None:
     """Raise an error for time stamps that cannot be seconds.
 
     Parameters
     ----------
-    where
+    origin
         Name of the stream, for messages.
     stamps
         Time stamps, s, shape (samples,).
@@ -66,17 +66,17 @@ def check_stamps(where: str, stamps: NDArray[np.float64]) -> None:
     wrong = np.flatnonzero(~(np.abs(stamps) <= LATEST))
     if len(wrong):
         raise InputError(
-            f"{where} has the time stamp {stamps[wrong[0]]:g} at sample {int(wrong[0])}, which is "
+            f"{origin} has the time stamp {stamps[wrong[0]]:g} at sample {int(wrong[0])}, which is "
             f"no time within {LATEST:g} s: give stamps in seconds"
         )
 
 
-def even_runs(where: str, stamps: NDArray[np.float64], rate: float) -> list[Run]:
+def even_runs(origin: str, stamps: NDArray[np.float64], rate: float) -> list[Run]:
     """Split stamps at gaps into runs. A line through each run's stamps gives its sample times.
 
     Parameters
     ----------
-    where
+    origin
         Name of the stream, for messages.
     stamps
         Time stamps, s, shape (samples,), accepted by :func:`check_stamps`.
@@ -92,7 +92,7 @@ def even_runs(where: str, stamps: NDArray[np.float64], rate: float) -> list[Run]
     back = np.flatnonzero(steps < -BACK)
     if len(back):
         raise InputError(
-            f"{where} has time stamps that go back by {-steps[back[0]]:.3g} s at sample "
+            f"{origin} has time stamps that go back by {-steps[back[0]]:.3g} s at sample "
             f"{int(back[0]) + 1}: record it again"
         )
     runs = []
@@ -103,7 +103,7 @@ def even_runs(where: str, stamps: NDArray[np.float64], rate: float) -> list[Run]
         if (b - a) / rate > _LONG and abs(run.seconds * rate - (b - a)) > RATE_SHARE * (b - a):
             measured = f"{run.rate:.5g} Hz" if run.seconds > 0 else "do not advance"
             raise InputError(
-                f"{where} says {rate:g} Hz and its time stamps {measured}: samples are "
+                f"{origin} says {rate:g} Hz and its time stamps {measured}: samples are "
                 "missing, or the stated rate is wrong; record it again"
             )
         runs.append(run)

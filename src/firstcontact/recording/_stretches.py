@@ -26,27 +26,27 @@ def join(blocks: Sequence[Block]) -> tuple[tuple[Block, ...], tuple[str, ...]]:
     losses: list[str] = []
     by_epoch = sorted(blocks, key=lambda b: b.epoch)  # stable: keeps file order within an epoch
     for epoch, group in groupby(by_epoch, key=lambda b: b.epoch):
-        whole, trouble = _join_epoch(list(group))
-        stretches += whole
+        joined, trouble = _join_epoch(list(group))
+        stretches += joined
         losses += [f"epoch {epoch}: {sentence}" for sentence in trouble]
     return tuple(stretches), tuple(losses)
 
 
-def _join_epoch(arrived: list[Block]) -> tuple[list[Block], list[str]]:
+def _join_epoch(blocks: list[Block]) -> tuple[list[Block], list[str]]:
     trouble: list[str] = []
-    late = sum(b.first_sample < a.first_sample for a, b in pairwise(arrived))
+    late = sum(b.first_sample < a.first_sample for a, b in pairwise(blocks))
     if late:
         trouble.append(f"{late} blocks were out of order and were put back")
     doubled = 0
-    kept: list[Block] = []
-    for block in sorted(arrived, key=lambda b: b.first_sample):
-        if kept and block.first_sample < kept[-1].end:
-            known = min(kept[-1].end - block.first_sample, len(block.data))
-            doubled += known
-            block = Block(block.data[known:], block.first_sample + known, block.epoch)
+    accepted: list[Block] = []
+    for block in sorted(blocks, key=lambda b: b.first_sample):
+        if accepted and block.first_sample < accepted[-1].end:
+            overlap = min(accepted[-1].end - block.first_sample, len(block.data))
+            doubled += overlap
+            block = Block(block.data[overlap:], block.first_sample + overlap, block.epoch)
         if len(block.data):
-            kept.append(block)
-    stretches = merge_blocks(kept)
+            accepted.append(block)
+    stretches = merge_blocks(accepted)
     gaps = [b.first_sample - a.end for a, b in pairwise(stretches)]
     if doubled:
         trouble.append(f"{doubled} samples came twice; the first were kept")

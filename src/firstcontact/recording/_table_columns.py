@@ -10,7 +10,7 @@ from firstcontact.recording._checks import check_source
 from firstcontact.recording._quoting import listed
 
 
-def source_of(table: Path, columns: Mapping[str, list[str]]) -> str:
+def stated_source(table: Path, columns: Mapping[str, list[str]]) -> str:
     """Return the source stated by a table; "unknown" without one.
 
     Raises
@@ -18,13 +18,13 @@ def source_of(table: Path, columns: Mapping[str, list[str]]) -> str:
     InputError
         Rows differ, or the source is not one that recordings know.
     """
-    said = sorted(set(columns.get("source", ["unknown"])))
-    if len(said) > 1:
+    sources = sorted(set(columns.get("source", ["unknown"])))
+    if len(sources) > 1:
         raise InputError(f"{table}: source must be the same in all rows: import apart")
-    return check_source(str(table), said[0])
+    return check_source(str(table), sources[0])
 
 
-def unknown_columns(table: Path, columns: Collection[str], known: Collection[str]) -> list[str]:
+def unknown_columns(table: Path, columns: Collection[str], names: Collection[str]) -> list[str]:
     """Return a note that lists the unknown columns, if there are any."""
-    unknown = sorted(set(columns) - set(known))
+    unknown = sorted(set(columns) - set(names))
     return [f"{table.name}: columns not known and left out: {listed(unknown)}"] if unknown else []

@@ -19,7 +19,7 @@ from firstcontact.recording._formats import Importer
 from firstcontact.recording._labels import CONTACT_COLUMNS, LABEL_COLUMNS, labelled
 from firstcontact.recording._quoting import reason
 from firstcontact.recording._table import read_columns
-from firstcontact.recording._table_columns import source_of, unknown_columns
+from firstcontact.recording._table_columns import stated_source, unknown_columns
 
 LABELS = "labels.csv"
 _KNOWN = {"file", "sample_rate_hz", "source", "comment", *LABEL_COLUMNS, *CONTACT_COLUMNS}
@@ -77,14 +77,14 @@ def import_wav(
     sounds = [read_wav(file) for file in files]
     rate, first = sounds[0]
     check_alike(files, sounds)
-    for row, said in enumerate(columns.get("sample_rate_hz", [])):
-        if check_rate(f"{table}: sample_rate_hz of {columns.place(row)}", said) != rate:
+    for row, cell in enumerate(columns.get("sample_rate_hz", [])):
+        if check_rate(f"{table}: sample_rate_hz of {columns.place(row)}", cell) != rate:
             raise InputError(
-                f"{table}: sample_rate_hz of {files[row].name} is {said}, but the file has "
+                f"{table}: sample_rate_hz of {files[row].name} is {cell}, but the file has "
                 f"{rate} Hz: correct the table"
             )
     notes = unknown_columns(table, columns, _KNOWN)
-    source = source_of(table, columns)
+    source = stated_source(table, columns)
     layout = sound_layout(sensor, rate, first.shape[1], first.dtype)
     cuts = [wav_samples(file, data) for file, (_, data) in zip(files, sounds, strict=True)]
     return labelled(str(table), cuts, layout, columns, source, notes)
@@ -106,8 +106,8 @@ def sound_layout(
     dtype
         Type of the samples, which determines full scale.
     """
-    what = sensor or VibrationSensor.MICROPHONE
-    settings = FileSettings(what, float(rate), "full scale", 1.0, "unknown", None)
+    sensor_kind = sensor or VibrationSensor.MICROPHONE
+    settings = FileSettings(sensor_kind, float(rate), "full scale", 1.0, "unknown", None)
     return make_layout(settings, channels, scale=1.0 / FULL_SCALE[str(dtype)])
 
 
@@ -174,14 +174,15 @@ def _check_chunks(file: Path, data: BytesIO) -> None:
     while len(head := data.read(8)) == 8:
         kind, size = struct.unpack(order + "4sI", head)
         start = data.tell()
-        held = len(data.getbuffer()) - start
-        if kind == b"data" and size > held:
+        available = len(data.getbuffer()) - start
+        if kind == b"data" and size > available:
             raise InputError(
-                f"{file} says that {size} bytes of samples follow and holds {held}: copy it again"
+                f"{file} says that {size} bytes of samples follow and holds {available}: copy it "
+                "again"
             )
-        if kind == b"fmt " and min(size, held) >= struct.calcsize(order + _FORMAT):
-            its = data.read(struct.calcsize(order + _FORMAT))
-            _check_format(file, *struct.unpack(order + _FORMAT, its))
+        if kind == b"fmt " and min(size, available) >= struct.calcsize(order + _FORMAT):
+            format_chunk = data.read(struct.calcsize(order + _FORMAT))
+            _check_format(file, *struct.unpack(order + _FORMAT, format_chunk))
         data.seek(start + size + size % 2)
     data.seek(0)
 

@@ -171,8 +171,8 @@ class RecordingWriter:
         epoch = self._epoch + new
         block = Block(pinch.data, pinch.first_sample, epoch)
         self.write(block)
-        for name, its in pinch.groups.items():
-            self.write(Block(its.data, its.first_sample, epoch), name)
+        for name, blocks in pinch.groups.items():
+            self.write(Block(blocks.data, blocks.first_sample, epoch), name)
         self.mark(
             PinchMark(
                 self._number,

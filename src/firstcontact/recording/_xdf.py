@@ -19,8 +19,8 @@ from firstcontact.recording._event_table import (
     SAMPLE,
     SECONDS,
     Columns,
+    event_labels,
     find_events,
-    labels_of,
     read_event_table,
     spans,
 )
@@ -28,9 +28,9 @@ from firstcontact.recording._events import NO_CONTACTS
 from firstcontact.recording._formats import Importer
 from firstcontact.recording._label_track import label_columns
 from firstcontact.recording._quoting import listed, quote
-from firstcontact.recording._signals import pinches_of
+from firstcontact.recording._signals import cut_pinches
 from firstcontact.recording._stamps import Run, check_stamps
-from firstcontact.recording._table_columns import source_of
+from firstcontact.recording._table_columns import stated_source
 from firstcontact.recording._xdf_file import Stream, read_xdf
 from firstcontact.recording._xdf_signals import Part, guessed_signals, unbroken_parts
 
@@ -75,27 +75,27 @@ def import_xdf(
         for s in streams
         if not s.closed
     ]
-    parts, whole = unbroken_parts(path, streams, signals, notes)
-    columns, table = _contacts(path, streams, whole.begin, events, notes)
-    source = source_of(table, columns)
-    pace = parts[0].its.layout.rate
-    lengths = [len(part.its.data) for part in parts]
+    parts, vibration = unbroken_parts(path, streams, signals, notes)
+    columns, table = _contacts(path, streams, vibration.begin, events, notes)
+    source = stated_source(table, columns)
+    pace = parts[0].signals.layout.rate
+    lengths = [len(part.signals.data) for part in parts]
     if not columns:
         notes.append(NO_CONTACTS)
         starts, stops, of = [0] * len(parts), lengths, list(range(len(parts)))
         given = Columns({}, ())
     else:
-        rows, local = _placed(table, columns, parts, whole, notes)
-        found = find_events(
+        rows, local = _placed(table, columns, parts, vibration, notes)
+        contacts = find_events(
             table, local, rows, [path] * len(parts), [(n, 1) for n in lengths], pace
         )
-        starts, stops = spans(found, lengths, pace)
-        of = [event.file for event in found]
-        given, left_out = labels_of(table, columns, found, starts)
+        starts, stops = spans(contacts, lengths, pace)
+        of = [event.file for event in contacts]
+        given, left_out = event_labels(table, columns, contacts, starts)
         notes += left_out
     given.setdefault("session", [path.stem] * len(of))
     places = list(zip(of, starts, stops, strict=True))
-    return pinches_of(table, [part.its for part in parts], places, given, source, notes)
+    return cut_pinches(table, [part.signals for part in parts], places, given, source, notes)
 
 
 def _check(path: Path, streams: Sequence[Stream]) -> None:
@@ -141,18 +141,18 @@ def _contacts(
 
 
 def _placed(
-    table: Path, columns: Columns, parts: Sequence[Part], whole: Run, notes: list[str]
+    table: Path, columns: Columns, parts: Sequence[Part], vibration: Run, notes: list[str]
 ) -> tuple[list[int | None], Columns]:
     """Return the part of each row, and the columns counted from the start of that part.
 
     The part is None for a row in a stretch of the vibration that the import leaves out.
     """
-    unbroken = len(parts) == 1 and parts[0].run == whole
+    unbroken = len(parts) == 1 and parts[0].run == vibration
     if unbroken or (SECONDS in columns) == (SAMPLE in columns):
         return [0] * len(next(iter(columns.values()))), columns
     name = SECONDS if SECONDS in columns else SAMPLE
-    bounds = [_bounds(name, part.run, whole) for part in parts]
-    end = _bounds(name, whole, whole)[1]
+    bounds = [_bounds(name, part.run, vibration) for part in parts]
+    end = _bounds(name, vibration, vibration)[1]
     rows: list[int | None] = []
     local: list[str] = []
     for row, cell in enumerate(columns[name]):
@@ -182,10 +182,10 @@ def _placed(
     return rows, columns.of_rows({**columns, name: local}, range(len(rows)))
 
 
-def _bounds(name: str, run: Run, whole: Run) -> tuple[float, float]:
+def _bounds(name: str, run: Run, vibration: Run) -> tuple[float, float]:
     """Return the first and the last sample of a run, in the unit of that column."""
     if name == SECONDS:
-        return run.begin - whole.begin, run.last - whole.begin
+        return run.begin - vibration.begin, run.last - vibration.begin
     return run.first, run.end - 1
 
 

@@ -113,9 +113,7 @@ def _stream(stream: dict[str, Any]) -> Stream:
             [" ".join(map(str, row)) for row in values] or np.zeros(0, "U1"), dtype=np.str_
         ).reshape(-1, 1)
     width = values.shape[1]
-    labels, units = (
-        [_described(info, k, what) for k in range(width)] for what in ("label", "unit")
-    )
+    labels, units = ([_described(info, k, key) for k in range(width)] for key in ("label", "unit"))
     return Stream(
         info["name"][0] or "",
         float(info["nominal_srate"][0]),
@@ -127,9 +125,9 @@ def _stream(stream: dict[str, Any]) -> Stream:
     )
 
 
-def _described(info: dict[str, Any], channel: int, what: str) -> str:
+def _described(info: dict[str, Any], channel: int, key: str) -> str:
     """Return a field of a channel's description; it may be missing."""
     try:
-        return str(info["desc"][0]["channels"][0]["channel"][channel][what][0] or "")
+        return str(info["desc"][0]["channels"][0]["channel"][channel][key][0] or "")
     except (KeyError, IndexError, TypeError):
         return ""

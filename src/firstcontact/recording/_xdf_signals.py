@@ -20,7 +20,7 @@ from firstcontact.recording._xdf_file import Stream
 class Part:
     """Unbroken samples of all signals. ``run`` is that of the vibration."""
 
-    its: Assembled
+    signals: Assembled
     run: Run
 
 
@@ -31,18 +31,18 @@ def guessed_signals(
     numbers = [s for s in streams if not s.says and s.rate and len(s.stamps)]
     fast = [s for s in numbers if s.rate >= LOWEST_RATE]
     if len(fast) != 1 or fast[0].values.shape[1] > 1:
-        what = (
+        kind = (
             f"{len(fast)} streams of numbers at {LOWEST_RATE:g} Hz or more"
             if len(fast) != 1
             else f"a stream {quote(fast[0].name)} of {fast[0].values.shape[1]} channels"
         )
         raise InputError(
-            f"{path} has {what} ({listed([s.name for s in streams])}): say in a table which is the "
+            f"{path} has {kind} ({listed([s.name for s in streams])}): say in a table which is the "
             "vibration, with --channels"
         )
-    what = sensor or VibrationSensor.PIEZO
+    kind = sensor or VibrationSensor.PIEZO
     return [
-        Signal(s.name, None, what if s is fast[0] else None, None, None, "", 1.0, 0.0)
+        Signal(s.name, None, kind if s is fast[0] else None, None, None, "", 1.0, 0.0)
         for s in (fast[0], *(s for s in numbers if s is not fast[0]))
     ]
 
@@ -63,11 +63,11 @@ def unbroken_parts(
                 "correct the table of channels"
             )
         if stream.says or not stream.rate or len(stream.stamps) < 2:
-            what = (
+            content = (
                 "texts" if stream.says else "no regular rate" if stream.stamps.size else "nothing"
             )
             raise InputError(
-                f"{path}: stream {quote(stream.name)} has {what}, and a signal has numbers at a "
+                f"{path}: stream {quote(stream.name)} has {content}, and a signal has numbers at a "
                 "regular rate: leave it out of the table of channels"
             )
         if signal.rate not in (None, stream.rate):
@@ -96,13 +96,13 @@ def unbroken_parts(
         beside = []
         for signal in signals:
             stream = by_name[signal.variable]
-            its = next((r for r in runs[stream.name] if r.covers(run)), None)
-            if its is None:
+            match = next((r for r in runs[stream.name] if r.covers(run)), None)
+            if match is None:
                 break
             # Sample of the signal nearest to the vibration's first sample.
-            first = max(0, round((run.begin - its.begin) * its.rate))
+            first = max(0, round((run.begin - match.begin) * match.rate))
             most = math.ceil(run.seconds * stream.rate)
-            data = values[signal.variable, signal.column][its.first + first : its.end]
+            data = values[signal.variable, signal.column][match.first + first : match.end]
             beside.append(Taken(signal, stream.rate, data[:most], _names(signal, stream)))
         if len(beside) < len(signals):
             notes.append(

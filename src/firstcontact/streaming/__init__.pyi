@@ -30,7 +30,7 @@ from ._pipeline import Pipeline as Pipeline
 from ._predictors import NetworkPredictor as NetworkPredictor
 from ._predictors import Predictor as Predictor
 from ._predictors import WindowLadder as WindowLadder
-from ._predictors import predictor_of as predictor_of
+from ._predictors import live_predictor as live_predictor
 from ._session import LiveSession as LiveSession
 from ._sink import Sink as Sink
 from ._text import TextSink as TextSink

@@ -129,22 +129,29 @@ class ClosingEstimates:
         events: list[tuple[int, Event]] = []
         is_complete = True
         for p in predictions:
-            known = max(p.complete, first.decided)
-            if second is not None and known >= second.decided and not _stands(p.complete, second):
+            complete = max(p.complete, first.decided)
+            if (
+                second is not None
+                and complete >= second.decided
+                and not _stands(p.complete, second)
+            ):
                 is_complete = False  # smaller blocks would not have asked for it
                 continue
-            waited = (block.end - 1 - known) / self._rate + self._delay
+            waited = (block.end - 1 - complete) / self._rate + self._delay
             estimate = Estimate(
                 value=p.value,
                 low=p.low,
                 high=p.high,
                 level=p.level,
                 elapsed=p.elapsed,
-                available=(known - first.sample) / self._rate + waited + transport + (now - host),
+                available=(complete - first.sample) / self._rate
+                + waited
+                + transport
+                + (now - host),
                 out_of_range=p.out_of_range,
                 model=self._model,
                 contact=first,
-                complete=known,
+                complete=complete,
                 epoch=block.epoch,
                 host=now,
                 compute=now - host,
@@ -154,11 +161,11 @@ class ClosingEstimates:
                 half_width=p.half_width,
             )
             self._made.append((p.complete, estimate))
-            events.append((known, estimate))
+            events.append((complete, estimate))
         if self._stream.ended and is_complete:
-            known = self._made[-1][1].complete if self._made else block.end - 1
-            if second is None or known < second.decided:
-                events.append((known, self._settle(first, known, block.epoch)))
+            complete = self._made[-1][1].complete if self._made else block.end - 1
+            if second is None or complete < second.decided:
+                events.append((complete, self._settle(first, complete, block.epoch)))
         return events
 
     def _stop(self, first: Contact, second: Contact, epoch: int) -> list[tuple[int, Event]]:

@@ -43,7 +43,7 @@ class ClosingStart(msgspec.Struct, frozen=True, tag="closing_start"):
     epoch: int
 
     @property
-    def known(self) -> int:
+    def known_sample(self) -> int:
         """Sample with which the event was known."""
         return self.sample
 
@@ -70,7 +70,7 @@ class ContactEvent(msgspec.Struct, frozen=True, tag="contact"):
     host: float
 
     @property
-    def known(self) -> int:
+    def known_sample(self) -> int:
         """Sample with which the event was known."""
         return self.contact.decided
 
@@ -96,7 +96,7 @@ class NoEstimate(msgspec.Struct, frozen=True, tag="no_estimate"):
     epoch: int
 
     @property
-    def known(self) -> int:
+    def known_sample(self) -> int:
         """Sample with which the event was known."""
         return self.complete
 
@@ -175,7 +175,7 @@ class PinchDone(msgspec.Struct, frozen=True, kw_only=True, tag="pinch"):
         msgspec.structs.force_setattr(self, "verdict", verdict)
 
     @property
-    def known(self) -> int:
+    def known_sample(self) -> int:
         """Sample with which the event was known."""
         return self.end - 1
 
@@ -239,7 +239,7 @@ class ObjectEstimate(msgspec.Struct, frozen=True, kw_only=True, tag="object_esti
     epoch: int
 
     @property
-    def known(self) -> int:
+    def known_sample(self) -> int:
         """Sample with which the event was known."""
         return self.end - 1
 
@@ -264,7 +264,7 @@ class HandCommand(msgspec.Struct, frozen=True, tag="hand_command"):
     epoch: int
 
     @property
-    def known(self) -> int:
+    def known_sample(self) -> int:
         """Sample with which the event was known."""
         return self.sample
 
@@ -288,9 +288,9 @@ class HandPrediction(msgspec.Struct, frozen=True, tag="hand_prediction"):
         return self.event.epoch
 
     @property
-    def known(self) -> int:
+    def known_sample(self) -> int:
         """Sample with which the device knew it."""
-        return self.event.known
+        return self.event.known_sample
 
 
 class HandCheck(msgspec.Struct, frozen=True, kw_only=True):
@@ -358,7 +358,7 @@ class HandPinch(msgspec.Struct, frozen=True, kw_only=True, tag="hand_pinch"):
     epoch: int
 
     @property
-    def known(self) -> int:
+    def known_sample(self) -> int:
         """Sample that places the pinch in the stream."""
         return self.sample
 

@@ -89,7 +89,7 @@ class Grasping:
         """Take new samples before their events."""
         if self._transport is not None:
             self._transport.add(block, host)
-            self._late = self._transport.of(block.end - 1, host)
+            self._late = self._transport.delay(block.end - 1, host)
 
     def on_event(self, event: Event) -> None:
         """Pass an event to the policy."""
@@ -105,7 +105,7 @@ class Grasping:
             case PinchDone():
                 self._done = True
                 self._hold()
-                self.loop.done(event.second)
+                self.loop.finish(event.second)
 
     def after_block(self, block: Block) -> Sequence[Event]:
         """Pass force and time to the policy; carry out requests.
@@ -181,7 +181,7 @@ class Grasping:
         """End the closing and release the hand."""
         self.requests.by = None
         self._done = True
-        self.loop.done()
+        self.loop.finish()
         self.loop.released()
         if self._slip is not None:
             self._slip.release()

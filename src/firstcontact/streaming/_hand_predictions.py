@@ -93,7 +93,7 @@ class HandPredictions:
             high=message.high,
             level=0.0,
             elapsed=message.samples / self._rate,
-            available=message.after(self._rate),
+            available=message.delay(self._rate),
             out_of_range=message.out_of_range,
             model=self._model,
             contact=contact,
@@ -103,7 +103,7 @@ class HandPredictions:
             compute=message.compute_time,
         )
 
-    def done(self, pinch: PinchDone) -> None:
+    def add_pinch(self, pinch: PinchDone) -> None:
         """Take a finished pinch of the host."""
         if self._checked and pinch.contacts:
             self._done.append(pinch)
@@ -111,9 +111,9 @@ class HandPredictions:
     def ended(self) -> list[Event]:
         """Return the pinches that are left when no more samples come."""
         last = max((place for place, _ in self._events), default=(0, 0))
-        own = max(map(_pinch_place, self._done), default=(0, 0))
+        host_last = max(map(_pinch_place, self._done), default=(0, 0))
         # The device may have predicted from samples that the host has not processed.
-        return self._pinches(*min(max(last, own), self._heard or (0, 0)))
+        return self._pinches(*min(max(last, host_last), self._heard or (0, 0)))
 
     def _pinches(self, epoch: int, until: int) -> list[Event]:
         """Return pinches whose first contact was up to this sample, each once."""
@@ -135,22 +135,22 @@ class HandPredictions:
                 d for d in self._done
                 if d.epoch == place[0] and abs(d.contacts[0].sample - place[1]) < self._over
             ]  # fmt: skip
-            own = min(near, key=lambda d: abs(d.contacts[0].sample - place[1]), default=None)
-            if own is not None:
-                self._done.remove(own)
-            lost = own is None and self._in_gap(place)
-            events.append(self._pinch(place, predictions, own, lost=lost))
+            host_pinch = min(near, key=lambda d: abs(d.contacts[0].sample - place[1]), default=None)
+            if host_pinch is not None:
+                self._done.remove(host_pinch)
+            lost = host_pinch is None and self._in_gap(place)
+            events.append(self._pinch(place, predictions, host_pinch, lost=lost))
         # Predictions without a first contact belong to no pinch.
         self._events = [(at, event) for at, event in self._events if at > due]
-        for own in [d for d in self._done if _pinch_place(d) <= due]:
-            self._done.remove(own)
-            events.append(self._pinch(_pinch_place(own), [], own, lost=False))
+        for host_pinch in [d for d in self._done if _pinch_place(d) <= due]:
+            self._done.remove(host_pinch)
+            events.append(self._pinch(_pinch_place(host_pinch), [], host_pinch, lost=False))
         return events
 
     def _in_gap(self, contact: Place) -> bool:
         """Return True if the host lost samples near a contact."""
-        before, after = self._away(contact, -1), self._away(contact, 1)
-        return any(start < after and before < end for start, end in self._gaps)
+        earliest, latest = self._away(contact, -1), self._away(contact, 1)
+        return any(start < latest and earliest < end for start, end in self._gaps)
 
     def _away(self, place: Place, pinches: int) -> Place:
         return place[0], place[1] + pinches * self._over
@@ -159,7 +159,7 @@ class HandPredictions:
         self,
         place: Place,
         predictions: Sequence[HandPrediction],
-        own: PinchDone | None,
+        host_pinch: PinchDone | None,
         *,
         lost: bool,
     ) -> HandPinch:
@@ -176,7 +176,7 @@ class HandPredictions:
             contacts=tuple(contacts[:2]),
             final=estimates[-1] if estimates else None,
             estimates=len(estimates),
-            check=_check(contacts, estimates, own, lost) if self._checked else None,
+            check=_check(contacts, estimates, host_pinch, lost) if self._checked else None,
             sample=place[1],
             epoch=place[0],
         )
@@ -188,16 +188,19 @@ def _place(message: DevicePrediction) -> Place:
     return message.epoch, sample
 
 
-def _pinch_place(done: PinchDone) -> Place:
+def _pinch_place(host_pinch: PinchDone) -> Place:
     """Return epoch and sample of a pinch's first contact, as the host detected it."""
-    return done.epoch, done.contacts[0].sample
+    return host_pinch.epoch, host_pinch.contacts[0].sample
 
 
 def _check(
-    contacts: Sequence[Contact], estimates: Sequence[Estimate], own: PinchDone | None, lost: bool
+    contacts: Sequence[Contact],
+    estimates: Sequence[Estimate],
+    host_pinch: PinchDone | None,
+    lost: bool,
 ) -> HandCheck:
-    here = () if own is None else own.estimates
-    by_moment = {(e.contact.sample, e.elapsed): e for e in here}
+    host_estimates = () if host_pinch is None else host_pinch.estimates
+    by_moment = {(e.contact.sample, e.elapsed): e for e in host_estimates}
     pairs = [(e, by_moment.get((e.contact.sample, e.elapsed))) for e in estimates]
     both = [(hand, host) for hand, host in pairs if host is not None]
     differences = [
@@ -205,10 +208,10 @@ def _check(
         for hand, host in both
         for a, b in ((hand.value, host.value), (hand.low, host.low), (hand.high, host.high))
     ]
-    last = here[-1].elapsed if here else None
+    last = host_estimates[-1].elapsed if host_estimates else None
     final = estimates[-1].elapsed if estimates else None
     return HandCheck(
-        contacts=list(contacts) == ([] if own is None else list(own.contacts)),
+        contacts=list(contacts) == ([] if host_pinch is None else list(host_pinch.contacts)),
         compared=len(both),
         largest=max(differences, default=0.0),
         flags=all(hand.out_of_range == host.out_of_range for hand, host in both),

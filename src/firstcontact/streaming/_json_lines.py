@@ -72,7 +72,7 @@ class DescriptorLine(msgspec.Struct, frozen=True, kw_only=True, tag="descriptor"
     channels: tuple[ChannelLine, ...]
 
     @classmethod
-    def of(cls, descriptor: Descriptor) -> DescriptorLine:
+    def describe(cls, descriptor: Descriptor) -> DescriptorLine:
         """Return the line of a source."""
         layout = descriptor.layout
         pairs = zip(layout.column_names, layout.column_channels, strict=True)
@@ -158,7 +158,7 @@ class FailedLine(msgspec.Struct, frozen=True, tag="failed"):
     reason: str
 
 
-def line_of(record: msgspec.Struct) -> str:
+def json_line(record: msgspec.Struct) -> str:
     """Return a record as one line of JSON, without its end; a ``failed`` line if it has none.
 
     JSON has no NaN and no infinity: null stands for them.
@@ -172,7 +172,7 @@ def line_of(record: msgspec.Struct) -> str:
 
 def marker_line(marker: Marker) -> str:
     """Return the line of a marker."""
-    return line_of(MarkerLine(marker.sample, marker.epoch, marker.text))
+    return json_line(MarkerLine(marker.sample, marker.epoch, marker.text))
 
 
 class JsonLinesSink:
@@ -197,7 +197,7 @@ class JsonLinesSink:
 
     def open(self, descriptor: Descriptor) -> None:
         """Write the descriptor."""
-        self._write([line_of(DescriptorLine.of(descriptor))])
+        self._write([json_line(DescriptorLine.describe(descriptor))])
 
     def take(self, update: Update) -> None:
         """Write markers and events, the state of the link if it changed, and failures.
@@ -210,13 +210,13 @@ class JsonLinesSink:
         lines = []
         link = _link(update.health)
         if link != self._link:
-            lines.append(line_of(link))
+            lines.append(json_line(link))
         self._link = link
         failures = update.failed.items() - self._failed.items()
-        lines += [line_of(FailedLine(name, reason)) for name, reason in failures]
+        lines += [json_line(FailedLine(name, reason)) for name, reason in failures]
         self._failed = update.failed
         lines += [marker_line(m) for a in update.arrivals for m in a.markers]
-        lines += [line_of(event) for event in update.events]
+        lines += [json_line(event) for event in update.events]
         if lines:
             self._write(lines)
 

@@ -63,17 +63,17 @@ class Ledger:
         self.estimates += 1
         self._times["compute"].append(estimate.compute)
 
-    def close(self, done: PinchDone) -> None:
+    def close(self, pinch: PinchDone) -> None:
         """Note a finished pinch."""
-        self.verdicts[done.verdict] += 1
-        self.unheard += done.verdict is Verdict.IN_TIME and done.second is None
-        final = done.final
+        self.verdicts[pinch.verdict] += 1
+        self.unheard += pinch.verdict is Verdict.IN_TIME and pinch.second is None
+        final = pinch.final
         if final is None:
             return
         contact = final.contact
         times = {
             "decide": (contact.decided - contact.sample) / self.rate,
-            "first": done.estimates[0].available,
+            "first": pinch.estimates[0].available,
             "signal": final.elapsed,
             "wait": final.waited,
             "transport": final.transport,

@@ -11,7 +11,7 @@ import numpy as np
 
 from firstcontact.core import finger_name
 from firstcontact.device import Arrival, Descriptor, DeviceClock, lsl_library
-from firstcontact.streaming._json_lines import FailedLine, line_of, marker_line
+from firstcontact.streaming._json_lines import FailedLine, json_line, marker_line
 from firstcontact.streaming._sink import Update
 
 #: Length of the buffer for a slow listener, s.
@@ -91,10 +91,10 @@ class LslSink:
             self._send(arrival)
         for name, reason in update.failed.items() - self._failed.items():
             at = self._newest if np.isfinite(self._newest) else self._lsl.local_clock()
-            self._events.push_sample([line_of(FailedLine(name, reason))], at)
+            self._events.push_sample([json_line(FailedLine(name, reason))], at)
         self._failed = update.failed
         for event in update.events:
-            self._push(line_of(event), self._clock.at(event.known, event.epoch))
+            self._push(json_line(event), self._clock.host_time(event.known_sample, event.epoch))
 
     def close(self) -> None:
         """Take both streams off the network. Closing twice is fine."""
@@ -107,7 +107,7 @@ class LslSink:
             values = self._layout.physical(block.data, self._columns)
             self._samples.push_chunk(values.astype(np.float32), stamps.tolist())
         for marker in arrival.markers:
-            at = self._clock.at(marker.sample, marker.epoch)
+            at = self._clock.host_time(marker.sample, marker.epoch)
             self._push(marker_line(marker), at)
 
     def _push(self, text: str, host: float) -> None:

@@ -40,30 +40,30 @@ class ObjectCombiner:
         """Take markers: each names the object of the next pinch."""
         self._markers += [m for m in markers if not concerns_hand(m.text)]
 
-    def done(self, done: PinchDone) -> ObjectEstimate | None:
+    def add_pinch(self, pinch: PinchDone) -> ObjectEstimate | None:
         """Take a finished pinch. Return the estimate of its object; None if it does not count."""
         if self._is_new:
             self._is_new = False
             self._estimates.clear()
             self._object = ""
-        while self._markers and self._is_before(self._markers[0], done):
+        while self._markers and self._precedes(self._markers[0], pinch):
             self._name(self._markers.popleft().text)
-        final = done.final
+        final = pinch.final
         if final is None or final.out_of_range or final.half_width is None:
             return None
         if self._object is None:
             self._estimates.clear()
         self._estimates.append(final)
-        self._last = done, final
-        return self._combined(done)
+        self._last = pinch, final
+        return self._combined(pinch)
 
     def add_labels(self, marks: Iterable[PinchMark]) -> ObjectEstimate | None:
         """Take labels of past pinches of a recording; return the corrected estimate if any."""
         if self._last is None:
             return None
-        done, final = self._last
+        pinch, final = self._last
         corrected = None
-        for mark in filter(done.overlaps, marks):
+        for mark in filter(pinch.overlaps, marks):
             name = mark.label.specimen or mark.label.object or None
             if name is None and not self._has_labels:
                 continue  # markers name the objects here, or nothing does
@@ -74,38 +74,38 @@ class ObjectCombiner:
             if len(self._estimates) > 1:
                 self._estimates.clear()
                 self._estimates.append(final)
-                corrected = self._combined(done)
+                corrected = self._combined(pinch)
         return corrected
 
     @staticmethod
-    def _is_before(marker: Marker, done: PinchDone) -> bool:
-        return (marker.epoch, marker.sample) < (done.epoch, done.end)
+    def _precedes(marker: Marker, pinch: PinchDone) -> bool:
+        return (marker.epoch, marker.sample) < (pinch.epoch, pinch.end)
 
     def _name(self, name: str) -> None:
         if name != self._object:
             self._estimates.clear()
         self._object = name
 
-    def _combined(self, done: PinchDone) -> ObjectEstimate:
+    def _combined(self, pinch: PinchDone) -> ObjectEstimate:
         estimates = self._estimates
         combined = combine([e.value for e in estimates], [e.half_width or 0.0 for e in estimates])
         return ObjectEstimate(
-            number=done.number,
+            number=pinch.number,
             value=combined.value,
             low=combined.low,
             high=combined.high,
             level=estimates[-1].level,
             pinches=combined.pinches,
             is_named=self._object is not None,
-            end=done.end,
-            epoch=done.epoch,
+            end=pinch.end,
+            epoch=pinch.epoch,
         )
 
 
-def marker_for(markers: Iterable[Marker], done: PinchDone, before: PinchDone | None) -> str:
+def last_marker(markers: Iterable[Marker], pinch: PinchDone, previous: PinchDone | None) -> str:
     """Return the text of the last marker since the previous pinch, "" without one."""
-    since = before.end if before is not None and before.epoch == done.epoch else 0
-    texts = [m.text for m in markers if m.epoch == done.epoch and since <= m.sample < done.end]
+    since = previous.end if previous is not None and previous.epoch == pinch.epoch else 0
+    texts = [m.text for m in markers if m.epoch == pinch.epoch and since <= m.sample < pinch.end]
     return texts[-1] if texts else ""
 
 
@@ -132,25 +132,25 @@ class ObjectNames:
     def add_labels(self, marks: Iterable[PinchMark]) -> list[tuple[int, str]]:
         """Take labels of a recording; return numbers and names of past pinches that they name."""
         self._marks += [m for m in marks if m.label.object]
-        named = [(done, label) for done in self._unnamed if (label := self._label(done))]
-        for done, _ in named:
-            self._unnamed.remove(done)
-        return [(done.number, label) for done, label in named]
+        named = [(pinch, label) for pinch in self._unnamed if (label := self._label(pinch))]
+        for pinch, _ in named:
+            self._unnamed.remove(pinch)
+        return [(pinch.number, label) for pinch, label in named]
 
-    def name_of(self, done: PinchDone) -> str:
+    def object_name(self, pinch: PinchDone) -> str:
         """Return the name of the object of a finished pinch, "" if it has none yet."""
-        text = marker_for(self._markers, done, self._before)
-        self._before = done
+        text = last_marker(self._markers, pinch, self._before)
+        self._before = pinch
         if text:
             object_ = held_object(text)
             return f'marked "{text}"' if object_ is None else text + _shore(self._shore_a(object_))
-        label = self._label(done)
+        label = self._label(pinch)
         if not label:
-            self._unnamed.append(done)
+            self._unnamed.append(pinch)
         return label
 
-    def _label(self, done: PinchDone) -> str:
-        label = next((m.label for m in self._marks if done.overlaps(m)), None)
+    def _label(self, pinch: PinchDone) -> str:
+        label = next((m.label for m in self._marks if pinch.overlaps(m)), None)
         return "" if label is None else f"labelled {label.object}{_shore(label.shore_a)}"
 
 

@@ -53,7 +53,7 @@ class Pipeline:
     detector
         Fitted or loaded detector.
     predictor
-        Model that predicts, see :func:`firstcontact.streaming.predictor_of`; None for contacts
+        Model that predicts, see :func:`firstcontact.streaming.live_predictor`; None for contacts
         alone.
     calibration
         Noise floors of the fingers; without them a closing begins with each epoch. A warning is
@@ -258,7 +258,7 @@ class Pipeline:
         if pinch is None:
             return []
         block = stage.block
-        transport = 0.0 if self._transport is None else self._transport.of(block.end - 1, host)
+        transport = 0.0 if self._transport is None else self._transport.delay(block.end - 1, host)
         # By the sample with which each was known: the order is the same for all blocks.
         events: list[tuple[int, Event]] = []
         for contact in stage.contacts:

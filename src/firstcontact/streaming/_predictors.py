@@ -133,7 +133,7 @@ class NetworkPredictor:
         self.name, self.rate = model.kind, model.rate
         self.moments = tuple(n / model.rate for n in moments(model.rate))
         touches = _made_up_contact(model.rate)
-        self._warming = model.follow(touches), touches.after[0], int(touches.valid[0])
+        self._warming = model.follow(touches), touches.waves[0], int(touches.valid[0])
 
     def check(self, layout: Layout) -> None:
         """Raise InputError for another sampling rate."""
@@ -193,7 +193,7 @@ class _NetworkStream:
         if self._answers is None:
             self._answers = self._model.follow(touches.take(np.zeros(1, np.intp)))
         if len(touches) <= self._few:
-            for signal, samples in zip(touches.after, touches.valid.tolist(), strict=True):
+            for signal, samples in zip(touches.waves, touches.valid.tolist(), strict=True):
                 yield self._predict(self._answers, signal, samples)
             return
         features = np.repeat(self._answers.features, len(touches), axis=0)
@@ -261,7 +261,7 @@ class WindowLadder:
             raise InputError("no window model is given: name at least one")
         self.name, self.rate = windows[0].model.kind, windows[0].model.spec.rate
         self.moments = tuple(sorted(self._windows))
-        ring = _made_up_contact(self.rate).after[0]
+        ring = _made_up_contact(self.rate).waves[0]
         self._warming = {
             duration: np.resize(ring, (w.model.spec.samples, w.model.spec.channels))
             for duration, w in self._windows.items()
@@ -342,7 +342,7 @@ class _WindowsStream:
         )
 
 
-def predictor_of(model: Model, estimator: str | None = None) -> Predictor | None:
+def live_predictor(model: Model, estimator: str | None = None) -> Predictor | None:
     """Return the live predictor of a model; None for one that holds a detector only.
 
     The network predicts where the model has one, as :meth:`Model.predict` decides it. A predictor

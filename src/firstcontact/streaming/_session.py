@@ -13,7 +13,7 @@ from typing import Protocol
 
 from firstcontact.core import Block, Calibration, InputError, merge_blocks
 from firstcontact.device import Arrival, Recorder, RecorderStatus, Source, drain
-from firstcontact.models import in_words, radius_of
+from firstcontact.models import in_words, parse_radius
 from firstcontact.recording import Header, PinchMark
 from firstcontact.streaming._events import Event, PinchDone
 from firstcontact.streaming._fanout import Fanout
@@ -266,7 +266,7 @@ class LiveSession:
     def new_object(self) -> None:
         """Begin another object: combine the next pinches, and none of the previous object."""
         self._objects.new_object()
-        self.pipeline.radius = radius_of(self._shape)
+        self.pipeline.radius = parse_radius(self._shape)
 
     @property
     def uses_shape(self) -> bool:
@@ -288,7 +288,7 @@ class LiveSession:
         """
         if not self.uses_shape:
             raise InputError("only the network uses a shape: leave it out")
-        self.pipeline.radius = radius_of(text)
+        self.pipeline.radius = parse_radius(text)
         return in_words(self.pipeline.radius)
 
     def hand_asks(self) -> tuple[Ask, ...]:
@@ -335,13 +335,13 @@ class LiveSession:
         self._objects.add_markers(arrival.markers)
         for actor in self._actors:
             actor.on_samples(block, host)
-        before = len(self._events)
+        event_count = len(self._events)
         self._act(self.pipeline.update(block, host))
         if self._hand_predictions is not None:
             self._events += self._hand_predictions.update(arrival.predictions, block, host)
         for actor in self._actors:
             self._events += actor.after_block(block)
-        is_urgent = bool(arrival.markers) or len(self._events) > before
+        is_urgent = bool(arrival.markers) or len(self._events) > event_count
         corrected = self._objects.add_labels(arrival.pinches)
         self._events += [] if corrected is None else [corrected]
         return is_urgent
@@ -355,8 +355,8 @@ class LiveSession:
             if isinstance(event, PinchDone):
                 self.pinches += 1
                 if self._hand_predictions is not None:
-                    self._hand_predictions.done(event)
-                combined = self._objects.done(event)
+                    self._hand_predictions.add_pinch(event)
+                combined = self._objects.add_pinch(event)
                 self._events += [] if combined is None else [combined]
 
     def _close_source(self) -> None:
@@ -369,7 +369,7 @@ class LiveSession:
         assert self.fanout is not None
         arrivals, self._arrivals = _fewer(self._arrivals), []
         events, self._events = tuple(self._events), []
-        done = [event for event in events if isinstance(event, PinchDone)]
+        pinches = [event for event in events if isinstance(event, PinchDone)]
         # Recordings begin and end in the threads of viewers.
         path = self.recording.path
         if path != self._noted:
@@ -377,9 +377,9 @@ class LiveSession:
         if self._start is None and arrivals:
             self._start = (arrivals[0].block.epoch, arrivals[0].block.first_sample)
         self._recorder.put(arrivals)
-        for pinch in done:
+        for pinch in pinches:
             self._note(pinch)
-        if done:
+        if pinches:
             self._figures = self.pipeline.ledger.summary()
         health = self.source.health
         if self._was_connected is not None:  # a source that the session closed did not go away
@@ -395,16 +395,16 @@ class LiveSession:
             )
         )
 
-    def _note(self, done: PinchDone) -> None:
+    def _note(self, pinch: PinchDone) -> None:
         """Mark the pinch in the recording, if there is one; the strips are its truth."""
-        is_whole = self._start is not None and (done.epoch, done.start) >= self._start
+        is_whole = self._start is not None and (pinch.epoch, pinch.start) >= self._start
         if self._noted is None or self.recording.path != self._noted or not is_whole:
             return
-        truth = tuple(c for c in done.strips if done.start <= c.sample < done.end)
-        mark = PinchMark(self._number, done.start, done.end, done.epoch, truth=truth)
+        truth = tuple(c for c in pinch.strips if pinch.start <= c.sample < pinch.end)
+        mark = PinchMark(self._number, pinch.start, pinch.end, pinch.epoch, truth=truth)
         if not self.pipeline.layout.has_strip:
             # A person who confirms contacts later begins with these.
-            detected = tuple(c for c in done.contacts if done.start <= c.sample < done.end)
+            detected = tuple(c for c in pinch.contacts if pinch.start <= c.sample < pinch.end)
             name = self.pipeline.detector if detected else ""
             mark = replace(mark, found=detected, found_by=name)
         self._recorder.mark(mark)
@@ -417,7 +417,7 @@ def _fewer(arrivals: list[Arrival]) -> tuple[Arrival, ...]:
     blocks = merge_blocks(a.block for a in arrivals)
     markers = tuple(m for a in arrivals for m in a.markers)
     pinches = tuple(p for a in arrivals for p in a.pinches)
-    told = tuple(t for a in arrivals for t in a.predictions)
+    predictions = tuple(t for a in arrivals for t in a.predictions)
     last = len(blocks) - 1
     return tuple(
         Arrival(
@@ -425,7 +425,7 @@ def _fewer(arrivals: list[Arrival]) -> tuple[Arrival, ...]:
             hosts[block.epoch, block.end],
             markers if i == 0 else (),
             pinches if i == last else (),
-            told if i == last else (),
+            predictions if i == last else (),
         )
         for i, block in enumerate(blocks)
     )

@@ -66,7 +66,7 @@ class TextSink:
             late += self._objects.add_labels(arrival.pinches)
         for event in update.events:
             if isinstance(event, PinchDone):
-                name = self._objects.name_of(event)
+                name = self._objects.object_name(event)
                 line = pinch_line(event, self._alone)
                 self._write(f"{line}, {name}" if name else line)
             elif isinstance(event, HandCommand):
@@ -87,27 +87,27 @@ class TextSink:
         write_now(self._stream, f"{line}\n")
 
 
-def pinch_line(done: PinchDone, alone: bool = False) -> str:
+def pinch_line(pinch: PinchDone, alone: bool = False) -> str:
     """Return a pinch on one line; ``alone`` for a single sensor, which hears no second contact.
 
     First the estimate in force at the second contact, then the final one if it came later.
     """
-    is_judged = not alone and done.verdict is not None
-    shown = done.in_force if is_judged else done.final
-    parts = [f"pinch {done.number}: {finger_name(done.contacts[0].finger)} first"]
-    if is_judged and shown is None and done.final is not None:
+    is_judged = not alone and pinch.verdict is not None
+    judged = pinch.in_force if is_judged else pinch.final
+    parts = [f"pinch {pinch.number}: {finger_name(pinch.contacts[0].finger)} first"]
+    if is_judged and judged is None and pinch.final is not None:
         parts.append("no estimate in time")
-    later = None if done.final is shown else done.final
-    for estimate in (shown, later):
+    later = None if pinch.final is judged else pinch.final
+    for estimate in (judged, later):
         if estimate is None:
             continue
-        words = estimate_words(estimate, timed=done.real_time)
+        words = estimate_words(estimate, timed=pinch.real_time)
         late = "" if not is_judged else ", in time" if estimate.in_time else ", too late"
         parts.append(f"{words}{late}")
-    if done.reason:
-        parts.append(f"no estimate: {done.reason}")
-    if done.offset is not None:
-        parts.append(f"second after {1e3 * done.offset:.1f} ms")
+    if pinch.reason:
+        parts.append(f"no estimate: {pinch.reason}")
+    if pinch.offset is not None:
+        parts.append(f"second after {1e3 * pinch.offset:.1f} ms")
     return ", ".join(parts)
 
 

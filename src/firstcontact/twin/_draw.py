@@ -36,7 +36,7 @@ class PinchDraw:
     """Random quantities of one pinch. Pairs are index first, then thumb."""
 
     fingers: tuple[FingerParameters, FingerParameters]
-    held: ObjectParameters
+    object: ObjectParameters
     timing: Timing
     noise: tuple[MotorNoise, MotorNoise]
     velostat: tuple[VelostatParameters, VelostatParameters]

@@ -102,11 +102,11 @@ class DriveReference:
         """Largest force of either motor, N."""
         return self._drive.force if self.command is None else self.command.force
 
-    def at(self, sample: int) -> float:
+    def speed(self, sample: int) -> float:
         """Return the speed in the sampling interval that ends with this sample, m/s."""
-        return float(self.after(sample - 1, 1)[0])
+        return float(self.speeds(sample - 1, 1)[0])
 
-    def after(self, sample: int, intervals: int) -> NDArray[np.float64]:
+    def speeds(self, sample: int, intervals: int) -> NDArray[np.float64]:
         """Return the speed in each of ``intervals`` sampling intervals after this sample, m/s."""
         change = self._end - self._begin
         elapsed = sample - self._since
@@ -124,5 +124,5 @@ class DriveReference:
 
     def obey(self, command: Command, sample: int) -> None:
         """Ramp to the commanded speed from this sample on."""
-        self._begin, self._end = self.at(sample), command.speed
+        self._begin, self._end = self.speed(sample), command.speed
         self._since, self.command = sample, command

@@ -53,7 +53,7 @@ class GraspOutcome:
     second_contact: float | None
 
     @property
-    def held(self) -> bool:
+    def is_held(self) -> bool:
         """Return True if both fingers hold an object that is neither dropped nor broken."""
         return self.second_contact is not None and not (self.dropped or self.broken)
 

@@ -20,8 +20,8 @@ BURN_IN = 100
 _LAYOUT = fingertip_layout()
 
 
-def excerpt(draw: PinchDraw, before: float) -> PinchDraw:
-    """Return the pinch with its beginning moved to ``before`` s before the first contact.
+def excerpt(draw: PinchDraw, lead: float) -> PinchDraw:
+    """Return the pinch with its beginning moved to ``lead`` s before the first contact.
 
     With a short duration it suits sets that need only the time around the contact: 60 ms take a
     quarter of the time of a whole pinch. The part left out is the hand closing freely, after a
@@ -29,7 +29,7 @@ def excerpt(draw: PinchDraw, before: float) -> PinchDraw:
     """
     timing = draw.timing
     offset = timing.second - timing.first
-    return replace(draw, timing=timing._replace(first=before, second=before + offset))
+    return replace(draw, timing=timing._replace(first=lead, second=lead + offset))
 
 
 def integrate_pinch(

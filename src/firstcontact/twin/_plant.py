@@ -106,8 +106,8 @@ class GraspPlant:
         self._friction = held_object.friction
         # Share of an indentation that the object takes, as in the mechanics.
         moduli = np.array([p.pad_modulus for p in draw.fingers])
-        self._give = moduli / (moduli + draw.held.modulus)
-        self._mass = 2 * draw.held.face_mass
+        self._give = moduli / (moduli + draw.object.modulus)
+        self._mass = 2 * draw.object.face_mass
         self._lift = Lift() if lift is None else lift
         self._watched = round(WATCHED * FINGERTIP_RATE)
         self._motion = np.zeros((times.size, 2, OUTPUTS))

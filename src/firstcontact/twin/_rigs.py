@@ -247,7 +247,7 @@ def draw_object(rng: Rng) -> RandomObject:
 
 
 def touch(
-    rig: RandomRig, day: Day, target: RandomObject, rng: Rng, before: float, after: float
+    rig: RandomRig, day: Day, target: RandomObject, rng: Rng, lead: float, tail: float
 ) -> tuple[NDArray[np.int16], float]:
     """Simulate one finger touching an object.
 
@@ -257,21 +257,21 @@ def touch(
         Rig, session and object.
     rng
         Random generator for the variation between pinches.
-    before, after
+    lead, tail
         Time before and after the contact, s.
 
     Returns
     -------
     ndarray, float
         Piezo signal as the device sends it, in 1/32 counts, shape (samples,), and closing speed,
-        m/s. The contact is ``before`` s after the first sample, or up to one sample later.
+        m/s. The contact is ``lead`` s after the first sample, or up to one sample later.
     """
-    volts, speed = _touch_volts(rig, day, target, rng, before, after)
+    volts, speed = _touch_volts(rig, day, target, rng, lead, tail)
     return smoothed(piezo_readings(volts))[BURN_IN:], speed
 
 
 def _touch_volts(
-    rig: RandomRig, day: Day, target: RandomObject, rng: Rng, before: float, after: float
+    rig: RandomRig, day: Day, target: RandomObject, rng: Rng, lead: float, tail: float
 ) -> tuple[NDArray[np.float64], float]:
     def factor(name: str) -> float:
         return math.exp(rig.session[name] * day[name] + rig.pinch[name] * rng.standard_normal())
@@ -291,9 +291,9 @@ def _touch_volts(
     hold = factor("clamp")
     o = o._replace(clamp_stiffness=o.clamp_stiffness * hold, clamp_damping=o.clamp_damping * hold)
     # The other finger never touches and so has no effect.
-    timing = Timing(before + rng.uniform(0, 1 / FINGERTIP_RATE), math.inf, True)
+    timing = Timing(lead + rng.uniform(0, 1 / FINGERTIP_RATE), math.inf, True)
     draw = PinchDraw((finger, finger), o, timing, (noise, noise), _SHEETS, _SHARES, rig.jitter, rng)
-    run = PinchRun(draw, before + after, BURN_IN)
+    run = PinchRun(draw, lead + tail, BURN_IN)
     volts = run.advance(run.times.size)[:, 0, BUFFER]
     hum = 2 * math.pi * (m.mains_rate * run.times + rng.random())
     volts = volts + m.hum * np.sin(hum) + m.electronics * rng.standard_normal(volts.size)

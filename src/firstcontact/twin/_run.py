@@ -122,7 +122,7 @@ class PinchRun:
         # Position of the object if the first order takes effect after this sample. Copies share it.
         self._places: dict[int, NDArray[np.float64]] = {}
         self._gap = np.full(2, np.nan)
-        self._set_object(draw.held)
+        self._set_object(draw.object)
         self._drive = Drive() if drive is None else drive
         self._damped = damped
         self._orders: deque[tuple[int, Command | None]] = deque()
@@ -157,7 +157,7 @@ class PinchRun:
 
         It can be set while no command is active, and takes effect after the newest sample.
         """
-        return self._reference.at(self.done - 1)
+        return self._reference.speed(self.done - 1)
 
     @speed.setter
     def speed(self, speed: float) -> None:
@@ -244,7 +244,7 @@ class PinchRun:
         return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
 
     def _piece(self, begin: int, stop: int) -> NDArray[np.float64]:
-        reference = self._reference.after(begin, max(stop - begin - 1, 1))[:, np.newaxis]
+        reference = self._reference.speeds(begin, max(stop - begin - 1, 1))[:, np.newaxis]
         limit = self.limit if self.broken_at is None else math.inf
         if self._placed:
             speeds = reference * (self._speeds / self.nominal_speed)
@@ -285,7 +285,7 @@ class PinchRun:
         if not self._placed:
             self._place(sample)
         if command is None:
-            self._reference.hold(self._reference.at(sample))
+            self._reference.hold(self._reference.speed(sample))
             self.released = True
         else:
             self._reference.obey(command, sample)

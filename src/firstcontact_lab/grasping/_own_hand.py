@@ -13,10 +13,10 @@ from firstcontact.grasp import Grip
 from firstcontact.models import (
     InContextModel,
     adapt_network,
+    cut_touches,
     fit_detector,
     found_as_live,
     pretrained,
-    touches_of,
 )
 from firstcontact.twin import BLOCKS, Drive, GraspPlant, condition, draw_pinch, draw_specimen
 from firstcontact_lab.grasping._closing import LAYOUT
@@ -66,7 +66,7 @@ def own_hand(hand: HandSeed, pinches: int) -> OwnHand:
     dataset = Dataset(tuple(made), "twin")
     detector = fit_detector(dataset)
     contacts = found_as_live(dataset, detector, hand.seed, Serial())
-    touches, indices = touches_of(dataset, contacts.contacts)
+    touches, indices = cut_touches(dataset, contacts.contacts)
     adapted = adapt_network(
         pretrained(), touches, dataset.shore_a[indices], dataset.sessions[indices], hand.seed
     )

@@ -19,7 +19,7 @@ from firstcontact.models import (
     facts,
     lengths,
     relative_inputs,
-    stage_of,
+    stage_index,
 )
 from firstcontact.signal import BASELINE, BASELINE_GUARD, samples_in
 from firstcontact.twin import Rng
@@ -102,7 +102,7 @@ def draw_batch(
         general[~has_context] = 0.0
     signals_after = cut(volts(examples.signals[indices]), placing(rng, n))
     x = relative_inputs(signals_after, valid, level, sign, facts(speed, alike, radii))
-    row = (rig * CONTEXTS + place) * len(STAGES) + stage_of(valid, _RATE)
+    row = (rig * CONTEXTS + place) * len(STAGES) + stage_index(valid, _RATE)
     return Batch(x.astype(np.float32), general, row, has_context, examples.shore_a[indices])
 
 

@@ -221,10 +221,10 @@ def _example_set(
     scale = np.zeros((1, CONTEXTS, 2))
     heard = np.zeros((n, CONTEXTS, BESIDE), np.float32)
     queries = _touches(signals, rng)
-    sounds = spectra(queries.signals, queries.before, _RATE)
+    sounds = spectra(queries.signals, queries.lead, _RATE)
     for place in range(CONTEXTS):
         rows = _subset(shore_a, 1.0 if place == 0 else float(rng.uniform(0.2, 0.8)), rng)
-        rig = Rig.of(_touches(blocks[rows], rng), shore_a[rows])
+        rig = Rig.fit(_touches(blocks[rows], rng), shore_a[rows])
         count = rig.tokens.shape[1]
         tokens[0, place, :, :count] = rig.tokens
         levels[0, place] = count

@@ -63,7 +63,7 @@ def finished(network: Network, examples: Examples, seed: int) -> InContextModel:
     """
     factors = np.array([_factor(network, examples, stage, seed) for stage in STAGES])
     seen = [_traits(examples, stage, seed) for stage in STAGES]
-    return InContextModel(network, Familiar.of(seen), factors, LEVEL, {ANY: Rig.unknown()})
+    return InContextModel(network, Familiar.fit(seen), factors, LEVEL, {ANY: Rig.unknown()})
 
 
 def _factor(network: Network, examples: Examples, samples: int, seed: int) -> float:

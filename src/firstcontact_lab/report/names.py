@@ -75,7 +75,7 @@ def estimators(scored: Iterable[str], baselines: bool = False) -> list[str]:
     Estimators of other packages come last, installed or not.
     """
     names = set(scored)
-    ours = [name for name in ESTIMATORS.own if name in names]
+    ours = [name for name in ESTIMATORS.builtin_names if name in names]
     return [
         name
         for name in (*ours, *sorted(names.difference(ours)))

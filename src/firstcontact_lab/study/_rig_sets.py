@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Contact, Dataset, Label, Pinch
-from firstcontact.models import DURATION, LabelledWindows, Touches, labelled_windows, touches_of
+from firstcontact.models import DURATION, LabelledWindows, Touches, cut_touches, labelled_windows
 from firstcontact.twin import (
     BLOCKS,
     EVERYDAY_OBJECTS,
@@ -121,17 +121,17 @@ def rig_set(seed: int, condition: Condition, sizes: Sizes, late: Sequence[int]) 
         contacts.append(_moved(pinch, int(placed.choice(late))))
     dataset = Dataset(tuple(pinches))
     windows = labelled_windows(dataset, contacts, DURATION, dataset.shore_a)
-    touches, indices = touches_of(dataset, contacts)
+    touches, indices = cut_touches(dataset, contacts)
     lasting = touches.answerable
-    common = np.intersect1d(indices[lasting], windows.which)
+    common = np.intersect1d(indices[lasting], windows.rows)
     chosen = [drawn[place] for place in common]
-    radii = np.array([planned.draw.held.radius for planned in chosen])
+    radii = np.array([planned.draw.object.radius for planned in chosen])
     return RigSet(
-        windows.take(np.isin(windows.which, common)),
+        windows.take(np.isin(windows.rows, common)),
         touches.take(np.isin(indices, common)),
         np.array([planned.use.value for planned in chosen]),
         np.where(radii > FLAT, np.inf, radii),
-        np.array([planned.draw.held.modulus for planned in chosen]),
+        np.array([planned.draw.object.modulus for planned in chosen]),
         np.array([planned.stiffness for planned in chosen]),
         1.0 - float(lasting.mean()),
     )
@@ -146,7 +146,7 @@ class _Drawn:
     @property
     def stiffness(self) -> float:
         first = self.draw.fingers[0 if self.draw.timing.first_is_index else 1]
-        return contact_stiffness(first, self.draw.held)
+        return contact_stiffness(first, self.draw.object)
 
 
 def _planned(seed: int, condition: Condition, sizes: Sizes) -> Iterator[_Drawn]:

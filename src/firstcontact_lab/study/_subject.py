@@ -78,4 +78,4 @@ class Subject:
         """Return windows with a target, shape (pinches,); specimens differ by name."""
         starts = self.starts if contacts is None else contacts
         data = labelled_windows(self.dataset, starts, duration, target, conditioned=conditioned)
-        return replace(data, specimens=distinct_specimens(self.dataset)[data.which])
+        return replace(data, specimens=distinct_specimens(self.dataset)[data.rows])

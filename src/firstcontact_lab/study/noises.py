@@ -16,8 +16,8 @@ from firstcontact.models import (
     Fit,
     Task,
     WindowModel,
+    detect_alignment,
     fit_model,
-    found,
     found_as_live,
     labelled_windows,
     score_detector,
@@ -98,7 +98,7 @@ class NoiseScorer:
         """
         self._say(f"{name}: {len(dataset)} pinches of the twin")
         windows = labelled_windows(
-            dataset, found(dataset, self._main).contacts, DURATION, dataset.shore_a
+            dataset, detect_alignment(dataset, self._main).contacts, DURATION, dataset.shore_a
         )
         squares = (self._model.predict(windows.X) - windows.y) ** 2
         noise_note = next((note for note in dataset.notes if note.startswith(SAID)), "as modelled")

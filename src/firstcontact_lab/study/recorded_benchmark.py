@@ -15,8 +15,8 @@ from firstcontact.models import (
     Predictions,
     Split,
     by_session,
+    detect_alignment,
     fit_detector,
-    found,
     found_as_live,
     pretrained,
 )
@@ -106,9 +106,9 @@ def benchmark_recordings(
     entrants = [e for e in competitors(name) if e is not NETWORK[1]]
     dataset = _load(path, say)
     contacts, how = _contacts(dataset, seed, runner)
-    labelled = LabelledTouches.of(dataset, contacts)
+    labelled = LabelledTouches.cut(dataset, contacts)
     labelled_touches = labelled.take(labelled.touches.answerable)
-    test = dataset.test[labelled_touches.which]
+    test = dataset.test[labelled_touches.rows]
     learn, ask = np.flatnonzero(~test), np.flatnonzero(test)
     cluster, groups = _groups(dataset, labelled_touches, learn, path)
     folds = [
@@ -176,7 +176,9 @@ def _contacts(dataset: Dataset, seed: int, runner: Runner) -> tuple[Sequence[Con
     alignment = found_as_live(learn, detector, seed, runner)
     parts = [(~dataset.test, alignment.contacts)]
     if dataset.test.any():
-        parts.append((dataset.test, found(dataset.take(dataset.test), detector).contacts))
+        parts.append(
+            (dataset.test, detect_alignment(dataset.take(dataset.test), detector).contacts)
+        )
     for mask, part in parts:
         for place, contact in zip(np.flatnonzero(mask), part, strict=True):
             contacts[place] = contact
@@ -189,7 +191,7 @@ def _groups(
     """Return what folds keep whole and its names: sessions, or specimens where there is one."""
     if labelled.take(learn).named_sessions is not None:
         return "session", labelled.sessions
-    specimens = [dataset.pinches[place].label.specimen for place in labelled.which[learn]]
+    specimens = [dataset.pinches[place].label.specimen for place in labelled.rows[learn]]
     if len(set(specimens)) < 2 or "" in specimens:
         raise InputError(
             f"{path}: neither several named sessions nor several named specimens with contacts and "

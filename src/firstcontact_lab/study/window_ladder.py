@@ -227,13 +227,13 @@ def windows(touches: Touches, samples: int, conditioned: bool = False) -> Window
         Whether they go through the published chain's Savitzky–Golay filter. Where it would look
         further than the window, the last sample stands for what comes.
     """
-    end = touches.before + samples
+    end = touches.lead + samples
     if not conditioned:
-        return touches.signals[:, touches.before : end, None].copy()
+        return touches.signals[:, touches.lead : end, None].copy()
     ahead = SavitzkyGolay().lookahead
     padded = np.pad(touches.signals[:, :end], ((0, 0), (0, ahead)), mode="edge")
     filtered = SavitzkyGolay().update(padded.T.astype(np.float64)).T
-    out: Windows = filtered[:, touches.before : end, None].astype(np.float32)
+    out: Windows = filtered[:, touches.lead : end, None].astype(np.float32)
     return out
 
 

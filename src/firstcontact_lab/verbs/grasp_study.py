@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from firstcontact.cli import Option, one_of, where
+from firstcontact.cli import Option, choice, on_cluster
 from firstcontact.contact import DETECTORS
 from firstcontact.core import InputError, require_modules
 from firstcontact.models import ESTIMATORS
@@ -22,9 +22,9 @@ class GraspStudy:
     """Folder for report, results, film and models; no other study's."""
     quick: bool = False
     """Run each part on little data; quote no number of it."""
-    estimator: Annotated[str, one_of(ESTIMATORS)] = ESTIMATORS.default
+    estimator: Annotated[str, choice(ESTIMATORS)] = ESTIMATORS.default
     """Estimator of the stiffness that policies act on."""
-    detector_type: Annotated[str | None, one_of(DETECTORS)] = None
+    detector_type: Annotated[str | None, choice(DETECTORS)] = None
     """Contact detector to fit; the default one if left out."""
     seed: int = 0
     """Random seed of the twin, training and intervals."""
@@ -54,6 +54,6 @@ class GraspStudy:
         if self.quick:
             settings = settings.quick()
         command = shlex.join(["firstcontact", *sys.argv[1:]])
-        with where(self.cluster):
+        with on_cluster(self.cluster):
             report = run_grasp_study(settings, self.out, self.quick, command)
         print(report)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from firstcontact.cli import Option, one_of, where
+from firstcontact.cli import Option, choice, on_cluster
 from firstcontact.contact import DETECTORS
 from firstcontact.core import InputError, require_modules
 from firstcontact_lab.study.parts import PARTS
@@ -24,9 +24,9 @@ class Study:
     """Folder for report, results and recordings; no other study's."""
     quick: bool = False
     """Run each part on little data; quote no number of it."""
-    parts: Annotated[tuple[str, ...], one_of(PARTS)] = ()
+    parts: Annotated[tuple[str, ...], choice(PARTS)] = ()
     """Parts to run, with what they need; the paper's by default."""
-    detector_type: Annotated[str, one_of(DETECTORS)] = DETECTORS.default
+    detector_type: Annotated[str, choice(DETECTORS)] = DETECTORS.default
     """Detector of the contacts at which windows start."""
     estimator: tuple[str, ...] = ()
     """Further scikit-learn estimators to study, as PACKAGE:NAME."""
@@ -72,6 +72,6 @@ class Study:
         from firstcontact_lab.study.run import run_study
 
         command = shlex.join(["firstcontact", *sys.argv[1:]])
-        with where(self.cluster):
+        with on_cluster(self.cluster):
             report = run_study(settings, self.out, self.recordings, self.quick, command)
         print(report)

@@ -18,21 +18,21 @@ FORCES = st.lists(st.floats(0.1, 20.0), min_size=6, max_size=6)
 
 @given(FORCES)
 def test_means_are_means_and_lie_in_their_intervals(peaks: list[float]) -> None:
-    its = [row("block 5", s, "none", HEADLINE, p) for s, p in enumerate(peaks)]
-    found = summary(its, 0)
-    assert found.peak_n == pytest.approx(np.mean(peaks))
-    assert found.squeeze_mm == pytest.approx(np.mean(peaks))
-    low, high = found.intervals["peak_n"]
-    assert low - 1e-9 <= found.peak_n <= high + 1e-9
+    rows = [row("block 5", s, "none", HEADLINE, p) for s, p in enumerate(peaks)]
+    computed = summary(rows, 0)
+    assert computed.peak_n == pytest.approx(np.mean(peaks))
+    assert computed.squeeze_mm == pytest.approx(np.mean(peaks))
+    low, high = computed.intervals["peak_n"]
+    assert low - 1e-9 <= computed.peak_n <= high + 1e-9
 
 
 def test_the_time_is_of_steady_grasps_only() -> None:
-    its = [row("block 5", s, "none", HEADLINE, 1.0) for s in range(4)]
-    its[3] = replace(its[3], time=None)
-    found = summary(its, 0)
-    assert found.time_ms == pytest.approx(110.0)
-    assert found.steady == 0.75
-    never = summary([replace(r, time=None) for r in its], 0)
+    rows = [row("block 5", s, "none", HEADLINE, 1.0) for s in range(4)]
+    rows[3] = replace(rows[3], time=None)
+    computed = summary(rows, 0)
+    assert computed.time_ms == pytest.approx(110.0)
+    assert computed.steady == 0.75
+    never = summary([replace(r, time=None) for r in rows], 0)
     assert never.time_ms is None
     assert never.steady == 0.0
 

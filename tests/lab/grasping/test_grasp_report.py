@@ -25,8 +25,8 @@ def test_the_page_holds_the_numbers_and_nothing_from_elsewhere(
 ) -> None:
     (tmp_path / "film.gif").write_bytes(b"GIF89a")
     page = render(results, tmp_path / "film.gif")
-    for said in ("Quick study", "seed 3", "18 judged pinches", "grasp-study &lt;b&gt;", "1100"):
-        assert said in page
+    for text in ("Quick study", "seed 3", "18 judged pinches", "grasp-study &lt;b&gt;", "1100"):
+        assert text in page
     for sentence in sentences(results):
         assert sentence in page
     for table in tables(results):
@@ -38,8 +38,8 @@ def test_the_page_holds_the_numbers_and_nothing_from_elsewhere(
 def test_the_target_is_met_where_the_gain_is_large_and_no_chance(results: GraspResults) -> None:
     def with_gain(value: float, low: float) -> str:
         gain = Between(value=value, low=low, high=0.9)
-        found = msgspec.structs.replace(results.household, fewer_drops_than_blind=gain)
-        return headline(found)
+        computed = msgspec.structs.replace(results.household, fewer_drops_than_blind=gain)
+        return headline(computed)
 
     assert "is met." in with_gain(0.5, 0.1)
     assert "is not met: the interval includes zero." in with_gain(0.5, -0.1)
@@ -49,26 +49,26 @@ def test_the_target_is_met_where_the_gain_is_large_and_no_chance(results: GraspR
 
 
 def test_the_short_word_says_what_is_sure_and_what_a_reflex_leaves(results: GraspResults) -> None:
-    said = shortly(results.household)
-    assert "drops 50 % (10 to 90) fewer of 9" in said
-    assert "With a slip reflex, stiffness saves 50 to 50 % of its drops." in said
-    its = dict(results.household.slip_reflex)
-    name = next(iter(its))
+    text = shortly(results.household)
+    assert "drops 50 % (10 to 90) fewer of 9" in text
+    assert "With a slip reflex, stiffness saves 50 to 50 % of its drops." in text
+    entry = dict(results.household.slip_reflex)
+    name = next(iter(entry))
     zero = Between(value=0.0, low=0.0, high=0.0)
-    its[name] = msgspec.structs.replace(its[name], fewer=zero)
+    entry[name] = msgspec.structs.replace(entry[name], fewer=zero)
     gain = Between(value=0.4, low=-0.1, high=0.9)
-    said = shortly(
-        msgspec.structs.replace(results.household, slip_reflex=its, fewer_drops_than_blind=gain)
+    text = shortly(
+        msgspec.structs.replace(results.household, slip_reflex=entry, fewer_drops_than_blind=gain)
     )
-    assert "40 % (−10 to 90)" in said
-    assert "an interval that includes zero" in said
-    assert f"({name}) nothing is left of it" in said
+    assert "40 % (−10 to 90)" in text
+    assert "an interval that includes zero" in text
+    assert f"({name}) nothing is left of it" in text
 
 
 def test_every_reflex_is_in_the_sentence(results: GraspResults) -> None:
-    said = reflex_sentence(results.household)
+    text = reflex_sentence(results.household)
     for name in results.household.slip_reflex:
-        assert f"20 % to 10 % ({name})" in said
+        assert f"20 % to 10 % ({name})" in text
 
 
 def test_figures_are_drawn_from_the_results(results: GraspResults, tmp_path: Path) -> None:

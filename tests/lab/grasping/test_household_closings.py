@@ -17,36 +17,38 @@ HAND = 4711
 
 
 @pytest.fixture(scope="module")
-def own() -> dict[tuple[int, float], OwnHand]:
+def hands_by_pick() -> dict[tuple[int, float], OwnHand]:
     return {(HAND, 0.10): own_hand(HandSeed(HAND, 0.10), 6)}
 
 
-def test_a_hand_knows_itself_by_its_own_blocks(own: dict[tuple[int, float], OwnHand]) -> None:
-    its = own[HAND, 0.10]
-    assert its.pinches == 30
-    assert its.rmse < 10
-    assert its.detector.learns
+def test_a_hand_knows_itself_by_its_own_blocks(
+    hands_by_pick: dict[tuple[int, float], OwnHand],
+) -> None:
+    entry = hands_by_pick[HAND, 0.10]
+    assert entry.pinches == 30
+    assert entry.rmse < 10
+    assert entry.detector.learns
 
 
 @pytest.mark.parametrize("kind", ["raspberry", "soup can"])
 def test_a_policy_in_the_loop_ends_as_the_table_says(
-    kind: str, own: dict[tuple[int, float], OwnHand]
+    kind: str, hands_by_pick: dict[tuple[int, float], OwnHand]
 ) -> None:
     pick = Pick(kind, HAND, 2)
-    row = branches((pick, 0.10), own, HOW)
+    row = branches((pick, 0.10), hands_by_pick, HOW)
     settings = {"force": 3.0, "approach": 0.10}
-    found = played(RealJob(pick, "blind", settings), own)
-    assert found.row.damaged == bool(row.peak[1] > row.limit)
-    if not found.row.damaged:
-        assert found.forces.max() == pytest.approx(row.peak[1], abs=1e-9)
+    computed = played(RealJob(pick, "blind", settings), hands_by_pick)
+    assert computed.row.damaged == bool(row.peak[1] > row.limit)
+    if not computed.row.damaged:
+        assert computed.forces.max() == pytest.approx(row.peak[1], abs=1e-9)
         needed = row.mass * 9.80665 / row.friction
-        assert found.row.dropped == bool(row.hold[1] < needed)
+        assert computed.row.dropped == bool(row.hold[1] < needed)
 
 
 def test_the_estimate_is_one_from_before_the_second_contact(
-    own: dict[tuple[int, float], OwnHand],
+    hands_by_pick: dict[tuple[int, float], OwnHand],
 ) -> None:
-    begun = approached(Pick("apple", HAND, 1), 0.10, own[HAND, 0.10])
+    begun = approached(Pick("apple", HAND, 1), 0.10, hands_by_pick[HAND, 0.10])
     assert begun.offset is not None
     assert begun.heard is not None
     assert begun.heard >= begun.offset - 0.002
@@ -55,27 +57,27 @@ def test_the_estimate_is_one_from_before_the_second_contact(
         assert begun.estimate.value == begun.answers[-1].value
 
 
-def test_a_specimen_is_the_same_for_all_and_another_for_others() -> None:
+def test_a_specimen_is_shared_by_policies_and_differs_by_number() -> None:
     pick = Pick("apple", 1, 2)
     one, again = (make_plant(pick).advance(300) for _ in range(2))
     assert (one == again).all()
-    others = {pick_specimen(Pick("apple", hand, n)).mass for hand in (1, 2) for n in (1, 2)}
-    assert len(others) == 4
+    remaining = {pick_specimen(Pick("apple", hand, n)).mass for hand in (1, 2) for n in (1, 2)}
+    assert len(remaining) == 4
 
 
 def test_a_declared_slip_is_told_its_latency_late_and_again(
-    own: dict[tuple[int, float], OwnHand],
+    hands_by_pick: dict[tuple[int, float], OwnHand],
 ) -> None:
-    plant = approached(Pick("soup can", HAND, 1), 0.10, own[HAND, 0.10]).plant
-    watch, told = SlipWatch(0.05), []
+    plant = approached(Pick("soup can", HAND, 1), 0.10, hands_by_pick[HAND, 0.10]).plant
+    watch, predictions = SlipWatch(0.05), []
     while not plant.ended:
         plant.advance(5)
         if watch.slips(plant):
-            told.append(plant.now)
+            predictions.append(plant.now)
     since = plant.slipping_since
     assert since is not None
-    assert told[0] == pytest.approx(since + 0.05, abs=0.002)
-    assert np.diff(told) == pytest.approx(np.full(len(told) - 1, 0.05), abs=0.003)
+    assert predictions[0] == pytest.approx(since + 0.05, abs=0.002)
+    assert np.diff(predictions) == pytest.approx(np.full(len(predictions) - 1, 0.05), abs=0.003)
 
 
 def test_tuned_and_judged_hands_differ() -> None:

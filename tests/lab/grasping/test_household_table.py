@@ -40,11 +40,11 @@ def test_between_the_forces_of_the_table_it_is_a_straight_line(force: float) -> 
     peak, hold = toy.pressed(0, np.full((2, len(THINGS)), force))
     assert peak == pytest.approx(np.full((2, len(THINGS)), force))
     assert hold == pytest.approx(2 * peak)
-    found = toy.outcomes(0, np.full(len(THINGS), force))
+    results = toy.outcomes(0, np.full(len(THINGS), force))
     for place, pick in enumerate(toy.picks):
         holds, limit = THINGS[pick.kind]
-        assert found.dropped[place] == (force < holds - 1e-12)
-        assert found.damaged[place] == (force > limit)
+        assert results.dropped[place] == (force < holds - 1e-12)
+        assert results.damaged[place] == (force > limit)
 
 
 def test_a_reflex_saves_what_slips_and_presses_harder_on_what_it_saves() -> None:
@@ -68,18 +68,18 @@ def test_where_specimens_scatter_a_ratio_is_a_share() -> None:
 
 
 def test_drops_are_read_off_the_front_where_a_tenth_is_damaged() -> None:
-    some = Front(np.linspace(0.4, 0.0, len(SCALES)), np.linspace(0.0, 0.2, len(SCALES)))
-    assert some.drop_share(0.1) == pytest.approx(0.2)
-    assert some.drop_share(0.5) == 0.0
-    assert find_scale(some) == pytest.approx(1.0)
+    sample = Front(np.linspace(0.4, 0.0, len(SCALES)), np.linspace(0.0, 0.2, len(SCALES)))
+    assert sample.drop_share(0.1) == pytest.approx(0.2)
+    assert sample.drop_share(0.5) == 0.0
+    assert find_scale(sample) == pytest.approx(1.0)
     floor = Front(np.linspace(0.4, 0.0, len(SCALES)), np.full(len(SCALES), 0.3))
     assert floor.drop_share(0.1) == pytest.approx(0.2)
 
 
 def test_a_front_is_of_shares_and_of_weighted_ones() -> None:
     dropped = np.array([[1.0, 0.0, 0.0, 0.0]])
-    found = front(Outcomes(dropped, 1 - dropped))
-    assert (found.dropped[0], found.damaged[0]) == (0.25, 0.75)
+    computed = front(Outcomes(dropped, 1 - dropped))
+    assert (computed.dropped[0], computed.damaged[0]) == (0.25, 0.75)
     weighted = front(Outcomes(dropped, 1 - dropped), np.array([[3.0], [1.0], [0.0], [0.0]]))
     assert weighted.dropped[0, 0] == 0.75
 
@@ -99,7 +99,7 @@ def test_resamples_draw_whole_kinds_within_groups_and_whole_hands() -> None:
 
 
 def test_families_are_left_out_whole_and_are_of_the_household() -> None:
-    names = [thing.name for thing in HOUSEHOLD]
+    names = [entry.name for entry in HOUSEHOLD]
     for words in FAMILIES:
         for word in words:
             assert any(word in name for name in names), word
@@ -116,14 +116,12 @@ def test_every_policy_gets_the_same_number_of_settings_or_all(name: str) -> None
     kind = POLICIES[name]
     every = np.prod([len(t.tried) for t in kind.tunables.values()])
     for budget in (8, 10**6):
-        found = policy_settings(kind, budget, False, 1)
-        assert len({tuple(one.items()) for one in found}) == len(found) == min(budget, every)
-        assert found == policy_settings(kind, budget, False, 1)
+        computed = policy_settings(kind, budget, False, 1)
+        assert len({tuple(one.items()) for one in computed}) == len(computed) == min(budget, every)
+        assert computed == policy_settings(kind, budget, False, 1)
 
 
-def test_stiffness_gains_where_what_is_firm_is_heavy_and_nothing_where_both_are_dealt_anew() -> (
-    None
-):
+def test_stiffness_gains_only_if_firm_objects_are_heavy() -> None:
     weights = resample_weights(TABLES.judged, 0)
     blind, ours = judged(TABLES, baseline()), judged(TABLES, candidate())
     assert drops(blind, weights).value == pytest.approx(0.5)
@@ -131,28 +129,28 @@ def test_stiffness_gains_where_what_is_firm_is_heavy_and_nothing_where_both_are_
     gain = fewer(ours, blind, weights)
     assert gain.value == 1.0
     assert 0.0 < gain.low <= gain.high == 1.0
-    told = labelled(TABLES.tuning, 0.0, 0), labelled(TABLES.judged, 0.0, 0)
-    assert drops(judged(TABLES, candidate(), told), weights).value == 0.0
+    predictions = labelled(TABLES.tuning, 0.0, 0), labelled(TABLES.judged, 0.0, 0)
+    assert drops(judged(TABLES, candidate(), predictions), weights).value == 0.0
     assert ceiling(TABLES.judged).drop_share() == 0.0
     assert permuted(TABLES, 12, True, True, 0).value < 0.5
 
 
 def test_a_gain_is_a_share_of_what_the_other_drops_and_none_may_be_bought_for_nothing() -> None:
-    dropped, others = np.array([0.1, 0.2, 0.9, 0.0, 0.1]), np.array([0.2, 0.1, 0.1, 0.0, 0.0])
-    assert less(dropped, others) == pytest.approx([0.5, -1.0, -1.0, 0.0, -1.0])
+    dropped, remaining = np.array([0.1, 0.2, 0.9, 0.0, 0.1]), np.array([0.2, 0.1, 0.1, 0.0, 0.0])
+    assert less(dropped, remaining) == pytest.approx([0.5, -1.0, -1.0, 0.0, -1.0])
 
 
-def test_in_resamples_drops_are_read_off_where_a_tenth_is_damaged_there() -> None:
+def test_resamples_read_drops_at_a_tenth_of_damage() -> None:
     weights = resample_weights(TABLES.judged, 0)[:, :50]
     blind, ours = judged(TABLES, baseline()), judged(TABLES, candidate())
     drawn = [
         float(less(*(front(j.outcomes, w).drop_share() for j in (ours, blind)))) for w in weights.T
     ]
-    found = fewer(ours, blind, weights)
-    assert (found.low, found.high) == pytest.approx(tuple(np.percentile(drawn, [2.5, 97.5])))
-    kept = fewer_as_bold(ours, blind, weights)
-    assert kept.value == found.value
-    assert kept.low <= kept.high
+    computed = fewer(ours, blind, weights)
+    assert (computed.low, computed.high) == pytest.approx(tuple(np.percentile(drawn, [2.5, 97.5])))
+    selected = fewer_as_bold(ours, blind, weights)
+    assert selected.value == computed.value
+    assert selected.low <= selected.high
 
 
 @given(st.integers(0, 10**6))
@@ -166,16 +164,16 @@ def test_nothing_in_the_table_is_better_than_the_ceiling(seed: int) -> None:
     best = ceiling(hard)
     within = np.geomspace(HOW.forces[0], HOW.forces[-1], 60)
     for reflex in (None, Reflexed(1, 0, 0)):
-        its = hard.outcomes(0, rng.choice(within, size=(7, len(toy.picks))), reflex)
-        lost = (its.dropped + its.damaged).mean(axis=1)
+        entry = hard.outcomes(0, rng.choice(within, size=(7, len(toy.picks))), reflex)
+        lost = (entry.dropped + entry.damaged).mean(axis=1)
         assert (lost >= (best.dropped + best.damaged).min() - 1e-12).all()
-        assert (its.damaged.mean(axis=1) >= best.damaged.min()).all()
+        assert (entry.damaged.mean(axis=1) >= best.damaged.min()).all()
 
 
 def test_nobody_is_tuned_on_the_family_that_it_is_judged_on() -> None:
-    others = TABLES.tuning.limit.copy()
-    others[TABLES.tuning.kinds == "quail egg"] = 0.01
-    changed = replace(TABLES, tuning=TABLES.tuning.otherwise(limit=others))
+    remaining = TABLES.tuning.limit.copy()
+    remaining[TABLES.tuning.kinds == "quail egg"] = 0.01
+    changed = replace(TABLES, tuning=TABLES.tuning.otherwise(limit=remaining))
     fold = folds(sorted(set(TABLES.judged.kinds)), TABLES.folds)["quail egg"]
-    before, after = (judged(t, baseline()).chosen[fold].settings for t in (TABLES, changed))
-    assert before == after
+    original, current = (judged(t, baseline()).chosen[fold].settings for t in (TABLES, changed))
+    assert original == current

@@ -37,5 +37,5 @@ def branch(kind: str, hand: int, specimen: int = 1) -> Branches:
 
 
 def table(hands: tuple[int, ...]) -> Table:
-    """All things, by each of these hands."""
+    """Return picks of all objects by each of these hands."""
     return Table.from_branches([branch(kind, hand) for kind in THINGS for hand in hands], HOW)

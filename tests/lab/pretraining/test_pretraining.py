@@ -59,9 +59,9 @@ def test_shapes_fit_and_numbers_are_finite() -> None:
     n = len(examples)
     assert set(np.unique(examples.rigs)) == {0, 1, 2, 3}
     for rig in range(4):
-        its = examples.object_ids[examples.rigs == rig]
-        assert sorted(set(its)) == list(range(-1, THINGS))
-        assert (its >= 0).sum() == THINGS * ASKED
+        entry = examples.object_ids[examples.rigs == rig]
+        assert sorted(set(entry)) == list(range(-1, THINGS))
+        assert (entry >= 0).sum() == THINGS * ASKED
     assert examples.tokens.shape == (4, CONTEXTS, len(STAGES), LEVELS, TOKEN)
     assert ((examples.levels >= 2) & (examples.levels <= LEVELS)).all()
     for f in fields(Examples):
@@ -102,7 +102,7 @@ def test_what_was_made_is_read_and_what_is_missing_made(tmp_path: Path) -> None:
     assert Counting.jobs == 2
 
 
-def test_a_family_of_its_own_is_a_set_of_its_own(tmp_path: Path) -> None:
+def test_a_separate_family_is_a_separate_set(tmp_path: Path) -> None:
     name = next(iter(FAMILIES))
     plain = example_set(tmp_path, 0, 1, SEED, Serial())
     other = example_set(tmp_path, 0, 1, SEED, Serial(), name)
@@ -111,7 +111,7 @@ def test_a_family_of_its_own_is_a_set_of_its_own(tmp_path: Path) -> None:
 
 
 def test_a_training_that_was_stopped_gives_what_it_would_have_given(tmp_path: Path) -> None:
-    whole = Training(few(), 3, SEED, tmp_path / "whole").run()
+    uninterrupted = Training(few(), 3, SEED, tmp_path / "whole").run()
 
     def stop(epoch: int, loss: float) -> None:
         raise KeyboardInterrupt
@@ -122,10 +122,10 @@ def test_a_training_that_was_stopped_gives_what_it_would_have_given(tmp_path: Pa
     epochs: list[int] = []
     parts = Training(few(), 3, SEED, tmp_path / "parts").run(lambda e, loss: epochs.append(e))
     assert epochs == [3]
-    assert np.array_equal(weights(whole), weights(parts))
+    assert np.array_equal(weights(uninterrupted), weights(parts))
 
 
-def test_the_same_seed_gives_the_same_weights_and_another_others(tmp_path: Path) -> None:
+def test_weights_depend_only_on_the_seed(tmp_path: Path) -> None:
     one, again, other = (
         weights(Training(few(), 1, seed, tmp_path / name).run())
         for name, seed in (("a", 1), ("b", 1), ("c", 2))
@@ -142,31 +142,31 @@ def test_training_lowers_the_loss(tmp_path: Path) -> None:
 
 def test_a_batch_is_what_the_network_takes(tmp_path: Path) -> None:
     examples = few()
-    which = np.arange(len(examples))
-    batch = draw_batch(examples, which, np.random.default_rng(0))
+    rows = np.arange(len(examples))
+    batch = draw_batch(examples, rows, np.random.default_rng(0))
     assert batch.x.shape == (len(examples), INPUTS)
     assert np.isfinite(batch.x).all()
     assert 0 < batch.is_known.mean() <= 1
-    tokens, there = token_rows(examples)
-    assert batch.row.max() < len(tokens) == len(there)
-    assert (there.sum(axis=1) >= 2).all()
+    tokens, present = token_rows(examples)
+    assert batch.row.max() < len(tokens) == len(present)
+    assert (present.sum(axis=1) >= 2).all()
     # Later signal is not in what is drawn after so many samples.
-    early = draw_batch(examples, which, np.random.default_rng(0), samples=20, context=0)
+    early = draw_batch(examples, rows, np.random.default_rng(0), samples=20, context=0)
     later = examples.signals.copy()
     later[:, -30:] = 0
     changed = Examples(**{f.name: getattr(examples, f.name) for f in fields(Examples)} | {
         "signals": later
     })  # fmt: skip
-    same_again = draw_batch(changed, which, np.random.default_rng(0), samples=20, context=0)
+    same_again = draw_batch(changed, rows, np.random.default_rng(0), samples=20, context=0)
     assert np.array_equal(early.x, same_again.x)
 
 
-def test_intervals_hold_their_share_of_what_they_were_made_from(tmp_path: Path) -> None:
+def test_intervals_cover_their_share_of_the_calibration_data(tmp_path: Path) -> None:
     examples = few()
     model = finished(Training(examples, 2, SEED, tmp_path / "t").run(), examples, SEED)
-    things = examples.object_ids >= 0
+    objects = examples.object_ids >= 0
     for samples in (STAGES[0], STAGES[5], STAGES[-1]):
         values, spreads = answers(model.network, examples, samples, SEED)
-        held = np.abs(values - examples.shore_a) <= model.half_widths(spreads, samples)
-        share = held[things].mean()
-        assert LEVEL <= share <= LEVEL + 2 / things.sum() + 0.01
+        is_covered = np.abs(values - examples.shore_a) <= model.half_widths(spreads, samples)
+        share = is_covered[objects].mean()
+        assert LEVEL <= share <= LEVEL + 2 / objects.sum() + 0.01

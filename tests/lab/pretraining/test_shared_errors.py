@@ -1,4 +1,4 @@
-"""What errors of pinches of one object share, and the number that the package takes for it."""
+"""Shared error of pinches of one object, against the package's constant."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from firstcontact_lab.pretraining._same_object import PINCHES, coverage, shared_
 
 
 @pytest.mark.parametrize("part", [0.0, 0.5, 0.9, 1.0])
-def test_the_part_that_errors_were_made_with_is_found(part: float) -> None:
+def test_the_shared_part_of_errors_is_recovered(part: float) -> None:
     rng = np.random.default_rng(0)
     n = 20_000
     truth, half = np.full(n, 40.0), rng.uniform(5, 20, (n, PINCHES))
@@ -31,14 +31,18 @@ def test_the_part_that_errors_were_made_with_is_found(part: float) -> None:
 
 
 def test_the_share_that_is_taken_is_the_one_that_was_measured() -> None:
-    found = read_card(pretrained_folder()).predictors[0].record.scores["same object"]["ms"]
-    assert round(max(its["shared"] for its in found.values()), 2) == SHARED
-    assert all(0.88 <= held <= 0.92 for its in found.values() for held in its["coverage"].values())
+    results = read_card(pretrained_folder()).predictors[0].record.scores["same object"]["ms"]
+    assert round(max(entry["shared"] for entry in results.values()), 2) == SHARED
+    assert all(
+        0.88 <= is_covered <= 0.92
+        for entry in results.values()
+        for is_covered in entry["coverage"].values()
+    )
 
 
 def test_each_thing_is_pinched_again_in_one_session() -> None:
     once, again = rig_examples(1, 5), rig_examples(1, 5, again=PINCHES)
     assert (once.object_ids >= 0).sum() == THINGS * ASKED
     assert (again.object_ids >= 0).sum() == THINGS * PINCHES
-    things = again.object_ids[: THINGS * PINCHES].reshape(THINGS, PINCHES)
-    assert (things == np.arange(THINGS)[:, None]).all()
+    objects = again.object_ids[: THINGS * PINCHES].reshape(THINGS, PINCHES)
+    assert (objects == np.arange(THINGS)[:, None]).all()

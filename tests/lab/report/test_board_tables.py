@@ -28,32 +28,32 @@ def file(folder: Path, models: dict[str, Any]) -> Path:
     return path
 
 
-def cells(**found: Any) -> list[list[str]]:
-    table = board_table(results(**found))
+def cells(**result: Any) -> list[list[str]]:
+    table = board_table(results(**result))
     assert table is not None
     return [[cell.text for cell in row.cells] for row in table.lines]
 
 
 def test_samples_and_arithmetic_add_up_on_both_machines() -> None:
-    found = cells(board={"svr_10": FORM}, inference_us={"svm": HERE})
+    computed = cells(board={"svr_10": FORM}, inference_us={"svm": HERE})
     # 75 samples at 5 kHz are 15 ms, 100,000 instructions at 1.5 cycles and 600 MHz 0.25 ms.
-    assert found == [["SVM", "75", "15.00 ms", "100,000", "250 µs", "15.25 ms", "15.09 ms"]]
+    assert computed == [["SVM", "75", "15.00 ms", "100,000", "250 µs", "15.25 ms", "15.09 ms"]]
 
 
-def test_a_classifier_has_its_own_time_and_the_network_its_own() -> None:
+def test_classifier_and_network_have_separate_times() -> None:
     classifier = {**FORM, "task": "classification"}
     network = {**FORM, "estimator": "in_context", "samples": 10}
     times = {"svm": {**HERE, "classification": {**HERE, "p99": 50.0}}}
-    found = cells(
+    computed = cells(
         board={"svc": classifier, "running": network},
         inference_us=times,
         anytime_us={**HERE, "p99": 400.0},
     )
-    assert [row[0] for row in found] == ["SVM, classification", "In-context network"]
-    assert [row[-1] for row in found] == ["15.05 ms", "2.40 ms"]
+    assert [row[0] for row in computed] == ["SVM, classification", "In-context network"]
+    assert [row[-1] for row in computed] == ["15.05 ms", "2.40 ms"]
 
 
-def test_of_many_forms_the_cheapest_and_the_dearest_are_shown() -> None:
+def test_the_cheapest_and_the_dearest_form_are_displayed() -> None:
     board = {f"svr_{n}": {**FORM, "instructions": 1000 * n} for n in (20, 10, 40, 30)}
     assert [row[3] for row in cells(board=board)] == ["10,000", "40,000"]
 
@@ -69,14 +69,14 @@ def test_detectors_and_whole_models_are_no_answers(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("models", "what"),
+    ("models", "kind"),
     [
         ({}, "no models with instructions"),
         ({"a": {**FORM, "samples": 0}}, "models\\[...\\].samples is wrong"),
         ({"a": {**FORM, "instructions": "many"}}, "instructions is wrong"),
     ],
 )
-def test_another_file_is_refused(tmp_path: Path, models: dict[str, Any], what: str) -> None:
-    with pytest.raises(InputError, match=what) as told:
+def test_another_file_is_refused(tmp_path: Path, models: dict[str, Any], kind: str) -> None:
+    with pytest.raises(InputError, match=kind) as predictions:
         read_board(file(tmp_path, models))
-    assert "make embedded" in str(told.value)
+    assert "make embedded" in str(predictions.value)

@@ -10,14 +10,14 @@ from firstcontact_lab.study.page import comparison
 from partial import results
 
 
-def remarks(*found: SubjectResults) -> dict[str, str]:
+def remarks(*results: SubjectResults) -> dict[str, str]:
     """The remark of each row, for subjects A, B, ..."""
-    subjects = dict(zip("AB", found, strict=False))
+    subjects = dict(zip("AB", results, strict=False))
     return {line.cells[0].text: line.cells[-1].text for line in comparison(subjects).lines}
 
 
-def remark(found: SubjectResults, label: str) -> str:
-    return remarks(found)[label]
+def remark(results: SubjectResults, label: str) -> str:
+    return remarks(results)[label]
 
 
 @pytest.mark.parametrize(
@@ -25,9 +25,9 @@ def remark(found: SubjectResults, label: str) -> str:
     [(9.0, "A: above both."), (3.0, "A: between."), (1.0, "A: below both.")],
 )
 def test_the_ambiguous_error_is_compared_both_ways(rmse: float, verdict: str) -> None:
-    found = results(objects={"svm": {"rmse": rmse, "mae": rmse, "mse": rmse**2}})
-    assert verdict in remark(found, "Unseen objects, SVM: RMSE")
-    assert "2.04" in remark(found, "Unseen objects, SVM: RMSE")
+    result = results(objects={"svm": {"rmse": rmse, "mae": rmse, "mse": rmse**2}})
+    assert verdict in remark(result, "Unseen objects, SVM: RMSE")
+    assert "2.04" in remark(result, "Unseen objects, SVM: RMSE")
 
 
 @pytest.mark.parametrize(
@@ -38,36 +38,36 @@ def test_the_published_accuracy_is_placed_against_the_interval(
     ends: list[float], verdict: str
 ) -> None:
     scores = {"accuracy": 0.97, "n": 250, "intervals": {"accuracy": ends}}
-    found = results(blocks={"svm": {"random_90_10": scores}})
-    assert f"A: {verdict}" in remark(found, "Blocks, SVM, random 90/10: accuracy")
+    result = results(blocks={"svm": {"random_90_10": scores}})
+    assert f"A: {verdict}" in remark(result, "Blocks, SVM, random 90/10: accuracy")
 
 
 def test_each_subject_is_judged_by_name() -> None:
-    def found(ends: list[float], rmse: float) -> SubjectResults:
+    def make(ends: list[float], rmse: float) -> SubjectResults:
         scores = {"accuracy": 0.97, "n": 250, "intervals": {"accuracy": ends}}
         errors = {"rmse": rmse, "mae": rmse, "mse": rmse**2}
         return results(blocks={"svm": {"random_90_10": scores}}, objects={"svm": errors})
 
-    both = remarks(found([0.96, 0.98], 9.0), found([0.5, 0.9], 3.0))
+    both = remarks(make([0.96, 0.98], 9.0), make([0.5, 0.9], 3.0))
     interval = both["Blocks, SVM, random 90/10: accuracy"]
     assert "A: inside (250 test pinches); B: above" in interval
     assert "A: above both; B: between." in both["Unseen objects, SVM: RMSE"]
 
 
 def test_the_accuracy_over_windows_says_what_silence_would_score() -> None:
-    def found(windows: int, quiet: int) -> SubjectResults:
+    def make(windows: int, quiet: int) -> SubjectResults:
         scores = {"window_accuracy": 0.98, "windows": windows, "quiet_windows": quiet, "n": 10}
         return results(contact={"svm": scores})
 
     label = "Contact, SVM: windows right"
-    assert "A: 97.6 %, B: 66.7 %" in remarks(found(410, 400), found(30, 20))[label]
+    assert "A: 97.6 %, B: 66.7 %" in remarks(make(410, 400), make(30, 20))[label]
     assert "never fires" not in remark(judged(0.98, 1.0, 2.0), label)
 
 
 def test_with_late_labels_it_says_what_was_accepted() -> None:
     scores = {"window_accuracy": 0.98, "pinch_success": 1.0, "decided_within_3_ms": 0.5}
-    found = results(contact={"svm": {**scores, "delay_ms": {"median": 2.0}}, "early_ms": 4.0})
-    texts = remarks(found)
+    contacts = results(contact={"svm": {**scores, "delay_ms": {"median": 2.0}}, "early_ms": 4.0})
+    texts = remarks(contacts)
     assert not any("±3" in f"{label} {text}" for label, text in texts.items())
     placed = texts["Contact, SVM: placed −7 to +3 ms from its label"]
     assert "from 7 ms before its label" in placed
@@ -99,11 +99,11 @@ def test_the_target_has_three_parts(scores: tuple[float, float, float], verdict:
 
 def test_the_target_is_judged_where_it_could_be_and_named() -> None:
     met, missed = judged(1.0, 1.0, 2.0), judged(1.0, 0.9, 2.0)
-    for found, verdict in (
+    for result, verdict in (
         ([met, missed], "A: reached; B: not reached (pinches)."),
         ([met, results(data={})], ": A: reached."),
     ):
-        assert verdict in remarks(*found)[DELAY]
+        assert verdict in remarks(*result)[DELAY]
 
 
 def test_agreement_of_an_input_is_not_called_a_result() -> None:

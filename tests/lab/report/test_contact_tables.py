@@ -31,7 +31,7 @@ def test_placing_and_deciding_are_two_rows() -> None:
     assert rows["median delay of the decision"] == ["4.00 ms"]
 
 
-def test_late_labels_and_look_ahead_are_said() -> None:
+def test_late_labels_and_look_ahead_are_stated() -> None:
     contact = {"svm": {**SCORES, "lookahead_ms": 2.03}, "early_ms": 4.0}
     table = contact_table(results(contact=contact))
     assert "median delay of the decision after its label" in texts(table)
@@ -43,16 +43,16 @@ def test_late_labels_and_look_ahead_are_said() -> None:
     assert "2.0 ms of the resampler" in table.caption
 
 
-def test_where_steady_states_begin_is_said() -> None:
+def test_the_start_of_steady_states_is_stated() -> None:
     ways = {"rest": 7, "first_sample": 3}
     table = contact_table(results(contact={"svm": {**SCORES, "too_soon": 2}, "steady_state": ways}))
     assert table is not None
-    said = "Steady states begin where the motor is heard above the rest before it (7), with the"
-    assert f"{said} first sample (3)." in table.caption
+    text = "Steady states begin where the motor is heard above the rest before it (7), with the"
+    assert f"{text} first sample (3)." in table.caption
     assert texts(table)["pinches: contact too soon to be seen"] == ["2"]
 
 
-def test_shared_specimens_are_said() -> None:
+def test_shared_specimens_are_stated() -> None:
     folds = {"n": 3, "held_out": "sessions", "shares": ["specimen"]}
     table = contact_table(results(contact={"svm": SCORES, "folds": folds}))
     assert table is not None
@@ -63,10 +63,10 @@ def answers(**entry: float) -> dict[str, Any]:
     return {"window_length_ms": {"15": {"n": 9, "of": 10, **entry}}}
 
 
-def test_an_answer_is_shown_against_the_second_contact_where_it_is_known() -> None:
-    known = answers(median=16.0, p95=17.0, before_second=0.4)
-    found = results(answer_ms=known, data={"source": "twin"})
-    table = answer_table(found)
+def test_an_estimate_is_drawn_against_a_known_second_contact() -> None:
+    labelled_contacts = answers(median=16.0, p95=17.0, before_second=0.4)
+    contacts = results(answer_ms=labelled_contacts, data={"source": "twin"})
+    table = answer_table(contacts)
     assert texts(table) == {"15 ms window": ["16.00 ms", "17.00 ms", "40.0 %", "9"]}
     assert table is not None
     assert table.caption.endswith("Twin results.")

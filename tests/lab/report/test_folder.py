@@ -26,13 +26,13 @@ with sole_use(Path(sys.argv[1]), {}):
 """
 
 
-def claim(out: Path, asked: dict[str, object]) -> None:
-    with sole_use(out, asked):
+def claim(out: Path, requests: dict[str, object]) -> None:
+    with sole_use(out, requests):
         pass
 
 
-def write(out: Path, asked: dict[str, object]) -> None:
-    write_json(out / "results.json", {"study": {"asked": asked, "seed": 1}, "data": {}})
+def write(out: Path, requests: dict[str, object]) -> None:
+    write_json(out / "results.json", {"study": {"asked": requests, "seed": 1}, "data": {}})
 
 
 def test_a_second_study_is_refused_while_the_first_works(tmp_path: Path) -> None:
@@ -59,7 +59,7 @@ def test_a_refused_study_leaves_no_folder(tmp_path: Path) -> None:
     assert sorted(p.name for p in tmp_path.iterdir()) == ["there"]
 
 
-def test_the_same_study_replaces_its_own(tmp_path: Path) -> None:
+def test_the_same_study_replaces_its_outputs(tmp_path: Path) -> None:
     claim(tmp_path, ASKED)
     write(tmp_path, ASKED)
     (tmp_path / "report.html").write_text("", encoding="utf-8")
@@ -67,7 +67,7 @@ def test_the_same_study_replaces_its_own(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "text"),
     [
         ({"seed": 1}, "seed"),
         ({"durations": (0.003,)}, "durations"),
@@ -76,12 +76,12 @@ def test_the_same_study_replaces_its_own(tmp_path: Path) -> None:
         ({"more": 1}, "more"),
     ],
 )
-def test_another_study_is_refused(tmp_path: Path, change: dict[str, object], said: str) -> None:
+def test_another_study_is_refused(tmp_path: Path, change: dict[str, object], text: str) -> None:
     write(tmp_path, ASKED)
-    before = (tmp_path / "results.json").read_bytes()
-    with pytest.raises(InputError, match=rf"holds another study's results \(other {said}\)"):
+    original = (tmp_path / "results.json").read_bytes()
+    with pytest.raises(InputError, match=rf"holds another study's results \(other {text}\)"):
         claim(tmp_path, {**ASKED, **change})
-    assert (tmp_path / "results.json").read_bytes() == before
+    assert (tmp_path / "results.json").read_bytes() == original
 
 
 @pytest.mark.parametrize("text", ["", "{}", "[]", '{"study": {}}', '{"study": {"asked": 3}}'])

@@ -38,8 +38,8 @@ def test_a_verdict_compares_with_the_interval(
 
 def test_both_models_stand_among_the_claims_and_nothing_that_is_missing() -> None:
     errors = {"svm": {"rmse": 9.0}, "cnn": {"rmse": 2.0}, "train_mean": {"rmse": 12.0}}
-    found = verdicts(A=results(objects=errors))
-    assert found == {"Unseen objects, SVM: RMSE": "worse", "Unseen objects, CNN: RMSE": "better"}
+    result = verdicts(A=results(objects=errors))
+    assert result == {"Unseen objects, SVM: RMSE": "worse", "Unseen objects, CNN: RMSE": "better"}
     assert verdicts(A=results()) == {}
 
 
@@ -50,10 +50,10 @@ def test_subjects_that_differ_are_named() -> None:
 
 
 def test_headlines_beyond_the_paper_follow_the_claims() -> None:
-    found = results(
+    result = results(
         objects={"svm": {"rmse": 9.0}}, anytime={"before_second": 0.9, "rmse": {"5": 6.0}}
     )
-    assert list(verdicts(A=found).values()) == ["worse", "not in the paper", "not in the paper"]
+    assert list(verdicts(A=result).values()) == ["worse", "not in the paper", "not in the paper"]
 
 
 @pytest.mark.parametrize("busy", [{"preempted": 5181, "calls": 100_000}, {"load": 8.2}])

@@ -44,11 +44,11 @@ def page(subjects: int) -> str:
     both = offset_figure(np.array([5.0, 12.0, 20.0]))
     findings = []
     for number in range(subjects):
-        its = Findings(f"subject {number}", results(data={}))
+        entry = Findings(f"subject {number}", results(data={}))
         figures = [both] if number else [both, alone]
-        its.add("window_length", PartResult((), figures))
-        its.figures["data"] = {"timing": both}
-        findings.append(its)
+        entry.add("window_length", PartResult((), figures))
+        entry.figures["data"] = {"timing": both}
+        findings.append(entry)
     state = State("firstcontact study", asdict(StudySettings()), False, findings, [])
     return render(state)
 
@@ -60,7 +60,7 @@ def test_text_in_figures_has_one_size(subjects: int, width: int, tmp_path: Path)
     path = tmp_path / "page.html"
     path.write_text(page(subjects).replace("</body>", MEASURE), encoding="utf-8")
     assert CHROMIUM is not None
-    done = subprocess.run(
+    process = subprocess.run(
         [
             CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--dump-dom",
             "--disable-dev-shm-usage", f"--user-data-dir={tmp_path / 'profile'}",
@@ -68,9 +68,9 @@ def test_text_in_figures_has_one_size(subjects: int, width: int, tmp_path: Path)
         ],
         capture_output=True, text=True, check=True,
     )  # fmt: skip
-    found = re.search(r"<title>scales ([\d. ]+)</title>", done.stdout)
-    assert found is not None
-    scales = [float(scale) for scale in found[1].split()]
+    match = re.search(r"<title>scales ([\d. ]+)</title>", process.stdout)
+    assert match is not None
+    scales = [float(scale) for scale in match[1].split()]
     assert len(scales) == 2 * subjects + 1
     assert min(scales) > 0
     assert max(scales) <= 1.03 * min(scales)
@@ -113,8 +113,10 @@ def test_what_pages_share_is_in_each_of_them() -> None:
 
 def test_no_page_holds_a_control_character() -> None:
     hostile = "\x1b[31m\x1b]0;owned\x07\x9b2J\u202ec\x7f"
-    its = SetResults(n=1, sensor=hostile, rate_hz=5000.0, front_end=hostile, pinches=1, materials=1)
-    findings = [Findings(f"set {hostile}", NOTHING.replace([SET(its)]))]
-    shown = sets_page(State(hostile, {"seed": 0}, False, findings, []))
-    assert all(c in "\n\t" or c.isprintable() for c in shown)
-    assert shown.count(r"\u001b[31m") == 4
+    entry = SetResults(
+        n=1, sensor=hostile, rate_hz=5000.0, front_end=hostile, pinches=1, materials=1
+    )
+    findings = [Findings(f"set {hostile}", NOTHING.replace([SET(entry)]))]
+    displayed = sets_page(State(hostile, {"seed": 0}, False, findings, []))
+    assert all(c in "\n\t" or c.isprintable() for c in displayed)
+    assert displayed.count(r"\u001b[31m") == 4

@@ -27,13 +27,13 @@ DATA = {
 }  # fmt: skip
 
 
-def text(part: str, found: SubjectResults) -> str:
+def text(part: str, results: SubjectResults) -> str:
     """The text of a section for one subject."""
-    return PARTS[part].text({"A": found})
+    return PARTS[part].text({"A": results})
 
 
-def starting(way: str, **more: Any) -> SubjectResults:
-    return results(contact={"windows_start_at": way, **more})
+def starting(route: str, **more: Any) -> SubjectResults:
+    return results(contact={"windows_start_at": route, **more})
 
 
 @pytest.mark.parametrize(
@@ -47,9 +47,9 @@ def starting(way: str, **more: Any) -> SubjectResults:
 def test_only_recordings_with_a_real_source_are_called_real(
     source: str, badge: str, row: str
 ) -> None:
-    found = results(data={**DATA, "source": source})
-    assert kind({"A": found}) == badge
-    table = data_table(found)
+    result = results(data={**DATA, "source": source})
+    assert kind({"A": result}) == badge
+    table = data_table(result)
     assert table is not None
     assert table.lines[0].cells[1].text.startswith(row)
 
@@ -65,25 +65,25 @@ def test_unreadable_files_are_left_out_with_the_reason(make_shore: Callable[...,
     assert data.notes == ["assumed"]
 
 
-def test_the_data_have_times_only_where_contacts_are_known() -> None:
+def test_the_data_have_times_only_with_contact_labels() -> None:
     assert "times" in text("data", results(offset_ms={}))
     assert "times" not in text("data", results(data={}))
 
 
 @pytest.mark.parametrize(
-    ("way", "expected", "never"),
+    ("route", "expected", "never"),
     [
         ("svm", "did not learn from", "threshold fires"),
         ("three_sigma", "threshold fires", "did not learn from"),
         ("known", "at the known contacts", "did not learn from"),
     ],
 )
-def test_the_start_of_windows_is_explained(way: str, expected: str, never: str) -> None:
-    section = text("contacts", starting(way))
+def test_the_start_of_windows_is_explained(route: str, expected: str, never: str) -> None:
+    section = text("contacts", starting(route))
     assert expected in section
     assert never not in section
     assert "scored" not in section
-    assert "scored" in text("contacts", starting(way, three_sigma={"n": 3}))
+    assert "scored" in text("contacts", starting(route, three_sigma={"n": 3}))
 
 
 def test_objects_are_counted() -> None:
@@ -111,23 +111,23 @@ def test_the_training_data_of_the_detector_are_named_where_it_learned() -> None:
         "spectral_centroid": {"n": 3},
         "leave_one_material_out": {"classification": classes},
     }
-    for way, learned in (("svm", True), ("known", False), ("three_sigma", False)):
-        found = results(
-            contact={"windows_start_at": way}, blocks={"svm": left_out}, hardness_order=order
+    for route, learned in (("svm", True), ("known", False), ("three_sigma", False)):
+        contacts = results(
+            contact={"windows_start_at": route}, blocks={"svm": left_out}, hardness_order=order
         )
-        levels, classes_table = block_table(found, "leave_one_shore_out"), class_table(found)
+        levels, classes_table = block_table(contacts, "leave_one_shore_out"), class_table(contacts)
         assert levels is not None
         assert classes_table is not None
-        for caption in (levels.caption, classes_table.caption, shared({"A": found})):
+        for caption in (levels.caption, classes_table.caption, shared({"A": contacts})):
             assert ("has learned from" in caption) == learned
 
 
 def test_the_size_of_the_search_is_in_the_caption() -> None:
     scores = {"rmse": 3.0, "mae": 2.0, "mse": 9.0}
-    found = results(
+    result = results(
         window_length_ms={"15": {"svm": {"blocks": scores}}}, window_length_search={"windows": 400}
     )
-    table = length_table(found)
+    table = length_table(result)
     assert table is not None
     assert "400" in table.caption
     assert "400" not in PARTS["window_length"].title

@@ -28,7 +28,7 @@ def pinch(offset: int | None) -> Pinch:
     return Pinch(data, fingertip_layout(), truth=tuple(truth))
 
 
-def found(sample: int, decided: int, finger: Finger = Finger.THUMB) -> Contact:
+def detection(sample: int, decided: int, finger: Finger = Finger.THUMB) -> Contact:
     return Contact(finger, FIRST + sample, FIRST + decided)
 
 
@@ -39,46 +39,52 @@ def answer(*cases: tuple[int | None, Contact | None], rate: float | None = None,
 
 
 def test_a_window_waits_for_its_end_and_the_filter():
-    scores = answer((None, found(3, 12)))
+    scores = answer((None, detection(3, 12)))
     assert scores.median == scores.p95 == pytest.approx(1e3 * (3 + WHOLE) / RATE)
     assert (scores.n, scores.of) == (1, 1)
     assert scores.before_second is None
 
 
 def test_a_short_window_waits_for_the_decision():
-    short = answer((None, found(0, 40)), durations=(0.002,)).window_length_ms["2"]
+    short = answer((None, detection(0, 40)), durations=(0.002,)).window_length_ms["2"]
     assert short.median == pytest.approx(1e3 * 40 / RATE)
 
 
-def test_before_the_second_contact_is_strictly_before():
-    late, in_time = (WHOLE, found(0, 12)), (WHOLE + 1, found(0, 12))
+def test_before_the_second_contact_excludes_equality():
+    late, in_time = (WHOLE, detection(0, 12)), (WHOLE + 1, detection(0, 12))
     assert answer(late, in_time).before_second == 0.5
 
 
 def test_what_is_no_answer_counts_against():
-    cases = [None, found(0, 12, Finger.INDEX), found(-40, -30), found(250, 290), found(0, 12)]
+    cases = [
+        None,
+        detection(0, 12, Finger.INDEX),
+        detection(-40, -30),
+        detection(250, 290),
+        detection(0, 12),
+    ]
     scores = answer(*((200, case) for case in cases))
     # Missed, wrong, early, without a whole window; only the last is an answer.
     assert (scores.n, scores.of, scores.with_second) == (1, 5, 5)
     assert scores.before_second == pytest.approx(1 / 5)
 
 
-def test_resampling_is_waited_for():
+def test_resampling_delay_is_awaited():
     # The second contact comes a sample after the window is complete.
-    late = round(answer((80, found(0, 12))).median * RATE / 1e3) + 1
-    base, waited = answer((late, found(0, 12))), answer((late, found(0, 12)), rate=44_100.0)
+    late = round(answer((80, detection(0, 12))).median * RATE / 1e3) + 1
+    base, waited = answer((late, detection(0, 12))), answer((late, detection(0, 12)), rate=44_100.0)
     assert waited.median - base.median == pytest.approx(1e3 * lookahead(44_100.0, RATE))
     assert (base.before_second, waited.before_second) == (1.0, 0.0)
 
 
 def test_labels_that_may_be_late_allow_an_earlier_trigger():
-    assert answer((80, found(-30, -19))).n == 0
-    assert answer((80, found(-30, -19)), early=0.004).n == 1
+    assert answer((80, detection(-30, -19))).n == 0
+    assert answer((80, detection(-30, -19)), early=0.004).n == 1
 
 
 def test_what_is_decided_before_the_contact_is_no_answer():
-    assert answer((80, found(-5, -1))).n == 0
-    assert answer((80, found(-5, 0))).n == 1
+    assert answer((80, detection(-5, -1))).n == 0
+    assert answer((80, detection(-5, 0))).n == 1
 
 
 def test_without_known_contacts_it_is_left_out():

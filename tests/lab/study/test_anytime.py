@@ -45,43 +45,45 @@ def objects() -> list[Pinch]:
     return twin_pinches(EVERYDAY_OBJECTS[:3], 4, 2)
 
 
-def asked(pinches: list[Pinch], late: int = 2, decided: int = 8) -> AnytimeResults | None:
-    found = tuple(
+def score(pinches: list[Pinch], late: int = 2, decided: int = 8) -> AnytimeResults | None:
+    contacts = tuple(
         p.first and Contact(p.first.finger, p.first.sample + late, p.first.sample + decided)
         for p in pinches
     )
-    outcome = anytime(Subject("any", Dataset(tuple(pinches)), found), BRIEF)
+    outcome = anytime(Subject("any", Dataset(tuple(pinches)), contacts), BRIEF)
     assert (outcome.results[ANYTIME] is None) == bool(outcome.left_out)
     return outcome.results[ANYTIME]
 
 
 def test_unseen_objects_are_asked_about_and_blocks_of_other_sessions(blocks, objects) -> None:
-    scores = asked(blocks + objects)
+    scores = score(blocks + objects)
     assert (scores.asked, scores.fixed) == ("objects", None)
     assert scores.n + scores.too_short == len(objects)
     assert scores.blocks.n <= len(blocks)
-    for its in (scores, scores.blocks):
-        assert list(its.rmse) == ["2", "3", "5", "8", "15"]
-        assert all(0 <= share <= 1 for share in its.coverage.values())
-        assert all(0 < width <= 100 for width in its.width.values())
-        assert all(low <= its.rmse[ms] <= high for ms, (low, high) in its.intervals["rmse"].items())
+    for entry in (scores, scores.blocks):
+        assert list(entry.rmse) == ["2", "3", "5", "8", "15"]
+        assert all(0 <= share <= 1 for share in entry.coverage.values())
+        assert all(0 < width <= 100 for width in entry.width.values())
+        assert all(
+            low <= entry.rmse[ms] <= high for ms, (low, high) in entry.intervals["rmse"].items()
+        )
 
 
 def test_without_unseen_objects_blocks_stand_first(blocks) -> None:
-    scores = asked(blocks)
+    scores = score(blocks)
     assert (scores.asked, scores.blocks) == ("blocks", None)
 
 
-def test_what_cannot_be_known_is_said(blocks, objects) -> None:
-    assert asked(objects) is None
-    assert asked(blocks[:6]) is None
+def test_unknown_quantities_are_stated(blocks, objects) -> None:
+    assert score(objects) is None
+    assert score(blocks[:6]) is None
 
 
 def test_an_answer_waits_for_the_decision_and_for_its_samples(blocks, objects) -> None:
     pinches = blocks + objects
     offsets = np.array([p.offset for p in pinches if p.offset is not None])
     shortest = lengths(RATE)[0]
-    at_once, later = asked(pinches, 0, 0), asked(pinches, 0, 40)
+    at_once, later = score(pinches, 0, 0), score(pinches, 0, 40)
     assert at_once.with_second == later.with_second == len(offsets)
     assert at_once.before_second == np.mean(offsets > (shortest - 1) / RATE)
     assert later.before_second == np.mean(offsets > 40 / RATE)
@@ -90,12 +92,14 @@ def test_an_answer_waits_for_the_decision_and_for_its_samples(blocks, objects) -
 def test_another_finger_is_no_answer(blocks, objects) -> None:
     pinches = blocks + objects
     other = {Finger.THUMB: Finger.INDEX, Finger.INDEX: Finger.THUMB}
-    found = tuple(Contact(other[p.first.finger], p.first.sample, p.first.sample) for p in pinches)
-    scores = anytime(Subject("any", Dataset(tuple(pinches)), found), BRIEF).results[ANYTIME]
+    contacts = tuple(
+        Contact(other[p.first.finger], p.first.sample, p.first.sample) for p in pinches
+    )
+    scores = anytime(Subject("any", Dataset(tuple(pinches)), contacts), BRIEF).results[ANYTIME]
     assert scores is None or scores.before_second == 0.0
 
 
-def test_nothing_after_the_second_contact_is_looked_at(blocks, objects) -> None:
+def test_no_sample_after_the_second_contact_is_used(blocks, objects) -> None:
     def noisy(pinch: Pinch) -> Pinch:
         if pinch.second is None:
             return pinch
@@ -103,7 +107,7 @@ def test_nothing_after_the_second_contact_is_looked_at(blocks, objects) -> None:
         data[pinch.second.sample - pinch.first_sample :] = 30_000
         return Pinch(data, pinch.layout, pinch.label, pinch.first_sample, pinch.truth)
 
-    assert asked(blocks + objects) == asked([noisy(p) for p in blocks + objects])
+    assert score(blocks + objects) == score([noisy(p) for p in blocks + objects])
 
 
 def test_the_table_has_a_column_a_time(blocks, objects) -> None:

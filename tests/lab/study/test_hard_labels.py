@@ -42,20 +42,20 @@ def relabel(dataset: Dataset, new: Callable[[int, Label], Label]) -> Dataset:
     return replace(dataset, pinches=pinches)
 
 
-def cut(dataset: Dataset, first: int, last: int, which: Sequence[int] | None = None) -> Dataset:
-    """Pinches that hold only samples ``first`` to ``last``; all, or those at ``which``."""
+def cut(dataset: Dataset, first: int, last: int, rows: Sequence[int] | None = None) -> Dataset:
+    """Pinches that hold only samples ``first`` to ``last``; all, or those at ``rows``."""
 
     def shorter(pinch: Pinch) -> Pinch:
         truth = tuple(c for c in pinch.truth if first <= c.sample < last)
         return replace(pinch, data=pinch.data[first:last], first_sample=first, truth=truth)
 
-    chosen = range(len(dataset)) if which is None else which
+    chosen = range(len(dataset)) if rows is None else rows
     pinches = tuple(shorter(p) if i in chosen else p for i, p in enumerate(dataset.pinches))
     return replace(dataset, pinches=pinches)
 
 
 def whole_study(dataset: Dataset, out: Path) -> dict[str, Any]:
-    """All steps but those of the CNN, which asks the same of labels and takes longer."""
+    """Run all steps except the CNN, which uses labels in the same way and takes longer."""
     steps = protocol.plan([("recordings", lambda: dataset)], SMALL, Serial())
     steps = [s for s in steps if "slow" not in s.title and s.title != "inference time"]
     state = State("study", asdict(SMALL), True, [Findings("recordings")], [s.title for s in steps])
@@ -68,10 +68,10 @@ def whole_study(dataset: Dataset, out: Path) -> dict[str, Any]:
     return tree
 
 
-def said(outcome: PartResult, word: str) -> str:
-    found = [reason for reason in outcome.left_out if word in reason]
-    assert len(found) == 1, outcome.left_out
-    return found[0]
+def reason_with(outcome: PartResult, word: str) -> str:
+    results = [reason for reason in outcome.left_out if word in reason]
+    assert len(results) == 1, outcome.left_out
+    return results[0]
 
 
 # -- specimens -----------------------------------------------------------------------------
@@ -128,7 +128,7 @@ def test_each_level_in_one_session(make_shore: Callable[..., Dataset]) -> None:
         make_shore(objects=()), lambda i, label: replace(label, session=f"day of {label.shore_a}")
     )
     outcome = blocks(Subject("x", dataset), SMALL, Serial(), MODELS)
-    reason = said(outcome, "Discrimination by session")
+    reason = reason_with(outcome, "Discrimination by session")
     assert "levels 10, 30, 60 lie in one session each" in reason
     scores = to_tree(outcome.results[BLOCKS]["svm"])
     assert "accuracy" not in scores["by_session"]
@@ -150,14 +150,14 @@ def test_two_levels_in_a_session_each(make_shore: Callable[..., Dataset], tmp_pa
 def test_windows_of_one_session_only(make_shore: Callable[..., Dataset], tmp_path: Path) -> None:
     # Sessions s1 and s2 were cut off just after the contact: there is no window.
     dataset = make_shore(objects=())
-    others = [i for i, s in enumerate(dataset.sessions) if s != "s0"]
-    tree = whole_study(cut(dataset, 0, 510, others), tmp_path)
+    remaining = [i for i, s in enumerate(dataset.sessions) if s != "s0"]
+    tree = whole_study(cut(dataset, 0, 510, remaining), tmp_path)
     assert "by_session" not in tree["blocks"]["svm"]
     assert "window_length_ms" not in tree
     assert any("Error against window length" in reason for reason in tree["left_out"])
 
 
-def test_sessions_nobody_named_may_be_shared_and_that_is_said(
+def test_unnamed_sessions_may_be_shared_with_a_note(
     make_shore: Callable[..., Dataset], tmp_path: Path
 ) -> None:
     labels, _ = make_labels("labels.csv", {"shore_a": ["10", "20"]}, 2)
@@ -173,10 +173,12 @@ def test_sessions_nobody_named_may_be_shared_and_that_is_said(
 # -- ranks ---------------------------------------------------------------------------------
 
 
-def test_ranks_of_one_material_have_no_class_to_be_found(ranks: Dataset) -> None:
+def test_ranks_of_one_material_have_no_class(ranks: Dataset) -> None:
     dataset = ranks.take(np.isin(ranks.objects, ["mat", "box", "desk"]))
     outcome = hardness(Subject("x", dataset), SMALL, Serial())
-    assert "ranks 0, 1, 2 have one material each" in said(outcome, "with a material left out")
+    assert "ranks 0, 1, 2 have one material each" in reason_with(
+        outcome, "with a material left out"
+    )
     tree = to_tree(outcome.results[HARDNESS])
     assert set(tree["leave_one_material_out"]) == {"rank_regression"}
     assert tree["spectral_centroid"]["n"] == 3
@@ -193,7 +195,7 @@ def test_a_rank_with_a_single_pinch(ranks: Dataset) -> None:
     chosen = np.flatnonzero(ranks.hardness_rank != 2).tolist()
     dataset = ranks.take([*chosen, int(np.flatnonzero(ranks.objects == "desk")[0])])
     outcome = hardness(Subject("x", dataset), SMALL, Serial())
-    assert "a single pinch" in said(outcome, "random folds")
+    assert "a single pinch" in reason_with(outcome, "random folds")
     assert "random_folds" not in to_tree(outcome.results[HARDNESS])
 
 
@@ -278,7 +280,7 @@ def test_one_pinch_of_every_kind(make_shore: Callable[..., Dataset], ranks: Data
     assert not_found.of == 3
 
 
-def test_the_rate_of_the_recordings_is_told(shore: Dataset) -> None:
+def test_the_rate_of_the_recordings_is_reported(shore: Dataset) -> None:
     data = to_tree(describe(Subject("x", replace(shore, recorded_rate=16000.0))).results[DATA])
     assert data["sample_rate_hz"] == 16000.0
     assert data["model_rate_hz"] == shore.layout.rate

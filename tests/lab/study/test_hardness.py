@@ -29,11 +29,11 @@ def tone(hertz: float, n: int = 74) -> np.ndarray:
 def test_centroid_of_a_tone_is_near_its_frequency_and_blind_to_gain(
     hertz: float, gain: float
 ) -> None:
-    found = spectral_centroid(tone(hertz), RATE)[0]
+    computed = spectral_centroid(tone(hertz), RATE)[0]
     # The window starts at full weight, so a tone leaks: within two lines of the spectrum.
-    assert found == pytest.approx(hertz, abs=2 * RATE / 74)
+    assert computed == pytest.approx(hertz, abs=2 * RATE / 74)
     assert spectral_centroid(np.float32(gain) * tone(hertz), RATE)[0] == pytest.approx(
-        found, rel=1e-4
+        computed, rel=1e-4
     )
 
 

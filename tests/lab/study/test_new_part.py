@@ -29,9 +29,9 @@ def example() -> str:
     """The part that CONTRIBUTING shows."""
     text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
     section = text.split("## A study part")[1]
-    found = re.search(r"```python\n(.*?)```", section, re.DOTALL)
-    assert found is not None
-    return found[1]
+    match = re.search(r"```python\n(.*?)```", section, re.DOTALL)
+    assert match is not None
+    return match[1]
 
 
 @pytest.fixture
@@ -63,14 +63,14 @@ def test_a_new_part_is_in_report_results_and_docs_table(
     state = State("study", asdict(settings), True, [Findings("recordings")], titles)
     protocol.run(jobs, state, tmp_path)
 
-    found = json.loads((tmp_path / "results.json").read_text())["loudness"]
-    assert found["mean"] > 0
-    assert found["n"] > 0
+    result = json.loads((tmp_path / "results.json").read_text())["loudness"]
+    assert result["mean"] > 0
+    assert result["n"] > 0
 
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     section = page.split('<section id="loudness">')[1].split("</section>")[0]
     assert "data:image/svg+xml" in section
-    number = f"{found['mean']:.3f}"
+    number = f"{result['mean']:.3f}"
     assert number in section
     comparison = page.split('<details id="compare">')[1].split("</details>")[0]
     assert number in comparison

@@ -66,18 +66,18 @@ def test_a_modulus_is_a_reading_and_back(shore_a: float) -> None:
 
 def test_who_is_told_the_modulus_errs_by_the_label_alone(small: RigSet) -> None:
     ask = small.indices(Use.BLOCKS)
-    told = Query(Entrant("modulus", "told the modulus"), 0, ask[:0], ask)
-    values = answer(told, [small], 0)
+    predictions = Query(Entrant("modulus", "told the modulus"), 0, ask[:0], ask)
+    values = answer(predictions, [small], 0)
     assert np.abs(values - small.windows.y[ask]).max() < 12.0
     exact = replace(small, moduli=np.array([gent_modulus(s) for s in small.windows.y]))
-    assert answer(told, [exact], 0) == pytest.approx(small.windows.y[ask])
+    assert answer(predictions, [exact], 0) == pytest.approx(small.windows.y[ask])
 
 
 def test_who_is_told_the_stiffness_learns_it_on_these_blocks(small: RigSet) -> None:
     learn, ask = small.indices(Use.BLOCKS), small.indices(Use.HELD)
-    known = np.exp(small.windows.y / 20)
-    told = Query(Entrant("contact_stiffness", "told the stiffness"), 0, learn, ask)
-    values = answer(told, [replace(small, stiffnesses=known)], 0)
+    labelled_contacts = np.exp(small.windows.y / 20)
+    predictions = Query(Entrant("contact_stiffness", "told the stiffness"), 0, learn, ask)
+    values = answer(predictions, [replace(small, stiffnesses=labelled_contacts)], 0)
     assert values == pytest.approx(small.windows.y[ask])
 
 
@@ -87,11 +87,11 @@ def answered(errors: dict[Use, float], place: int = 0, question: str = "any") ->
     wrong = np.repeat(list(errors.values()), 6)
     y = np.tile([30.0, 60.0], len(uses) // 2)
     names = np.array([f"thing {v:g}" for v in y])
-    asked = LabelledWindows(
+    queries = LabelledWindows(
         np.zeros((len(y), 4, 1), np.float32), y, names, names, names,
         np.ones(len(y), bool), np.arange(len(y)), 4936.0,
     )  # fmt: skip
-    return Answered(question, place, asked, uses, y + wrong)
+    return Answered(question, place, queries, uses, y + wrong)
 
 
 def test_scores_are_those_of_constant_errors() -> None:
@@ -101,44 +101,44 @@ def test_scores_are_those_of_constant_errors() -> None:
         answered({Use.BLOCKS: 1.0}, question="30"),
         answered({Use.BLOCKS: 5.0}, question="60"),
     ]
-    found = off_blocks(parts, {}, 0)
-    assert (found.sets, found.options, found.intervals) == (1, None, {})
-    assert (found.objects, found.three_pinches, found.blocks) == pytest.approx((4, 4, 2))
-    assert (found.other_hand, found.accuracy) == pytest.approx((3, 1))
-    assert (found.bias_softest, found.bias_hardest) == pytest.approx((4, 4))
-    assert found.level_left_out == pytest.approx(3.0)  # the mean over levels
+    computed = off_blocks(parts, {}, 0)
+    assert (computed.sets, computed.options, computed.intervals) == (1, None, {})
+    assert (computed.objects, computed.three_pinches, computed.blocks) == pytest.approx((4, 4, 2))
+    assert (computed.other_hand, computed.accuracy) == pytest.approx((3, 1))
+    assert (computed.bias_softest, computed.bias_hardest) == pytest.approx((4, 4))
+    assert computed.level_left_out == pytest.approx(3.0)  # the mean over levels
 
 
 def test_three_pinches_average_what_cancels_out() -> None:
-    its = answered({Use.OBJECTS: 0.0})
-    signs = its.values + np.tile([3.0, -3.0, 0.0], 2)
-    found = off_blocks([replace(its, values=signs)], {}, 0)
-    assert found.three_pinches < found.objects
+    entry = answered({Use.OBJECTS: 0.0})
+    signs = entry.values + np.tile([3.0, -3.0, 0.0], 2)
+    computed = off_blocks([replace(entry, values=signs)], {}, 0)
+    assert computed.three_pinches < computed.objects
 
 
 def test_intervals_are_over_sets() -> None:
     parts = [answered({Use.OBJECTS: float(error)}, place) for place, error in enumerate((1, 7))]
-    found = off_blocks(parts, {"epochs": 1}, 0)
-    assert found.sets == 2
-    assert found.objects == pytest.approx(5.0)
-    assert found.intervals["objects"] == pytest.approx((1.0, 7.0))
-    assert found.other_hand is None
+    computed = off_blocks(parts, {"epochs": 1}, 0)
+    assert computed.sets == 2
+    assert computed.objects == pytest.approx(5.0)
+    assert computed.intervals["objects"] == pytest.approx((1.0, 7.0))
+    assert computed.other_hand is None
 
 
-def test_everybody_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_competitor_is_scored(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(part, "BRIEF", SIZES)
     subject = Subject(PAPER_RIG.name, Dataset(()))
     outcome = part.generalise(subject, StudySettings().quick(), Serial())
-    found = outcome.results[GENERALISE]
-    assert (found.sets, found.floor.sets) == (1, 1)
+    results = outcome.results[GENERALISE]
+    assert (results.sets, results.floor.sets) == (1, 1)
     rows = window_estimators().items()
     fast = {n for n, e in rows if not e.baseline and not e.slow}
-    assert fast | {its.name for its in (MASKED, *NETWORK)} == set(found.estimators)
-    assert set(found.ceiling) == {"modulus", "contact_stiffness"}
-    assert all(its.other_hand is not None for its in found.estimators.values())
-    objects, others = (make(outcome.results) for make in (objects_off_blocks, others_off_blocks))
-    assert len(objects.lines) == len(others.lines) + 1  # the floor knows objects alone
-    for table in (objects, others):
+    assert fast | {entry.name for entry in (MASKED, *NETWORK)} == set(results.estimators)
+    assert set(results.ceiling) == {"modulus", "contact_stiffness"}
+    assert all(entry.other_hand is not None for entry in results.estimators.values())
+    objects, remaining = (make(outcome.results) for make in (objects_off_blocks, others_off_blocks))
+    assert len(objects.lines) == len(remaining.lines) + 1  # the floor knows objects alone
+    for table in (objects, remaining):
         assert all(len(row.cells) == len(table.head) for row in table.lines)
     assert [figure.key for figure in outcome.figures] == ["generalise"]
 

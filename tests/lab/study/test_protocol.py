@@ -31,7 +31,7 @@ def results(out: Path) -> dict:
 
 
 @pytest.fixture(scope="module")
-def done(shore: Dataset, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def study_folder(shore: Dataset, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of a finished study, which was whole after every part."""
     out = tmp_path_factory.mktemp("study")
     state, steps = study(shore, out)
@@ -49,8 +49,8 @@ def done(shore: Dataset, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
-def test_results_have_the_promised_keys(done: Path) -> None:
-    tree = results(done)
+def test_results_have_the_promised_keys(study_folder: Path) -> None:
+    tree = results(study_folder)
     assert set(tree["data"]) >= {"source", "pinches", "specimens", "sample_rate_hz"}
     assert set(tree["offset_ms"]) >= {"mean", "sd", "share_below_15"}
     for detector in ("three_sigma", "svm"):
@@ -73,34 +73,34 @@ def test_results_have_the_promised_keys(done: Path) -> None:
     assert tree["seconds"] > 0
     assert tree["study"]["complete"]
     assert "pending" not in tree
-    assert "null" not in (done / "results.json").read_text(encoding="utf-8")
+    assert "null" not in (study_folder / "results.json").read_text(encoding="utf-8")
 
 
-def test_floors_are_what_they_say(done: Path, shore: Dataset) -> None:
-    tree = results(done)
+def test_floors_are_what_they_say(study_folder: Path, shore: Dataset) -> None:
+    tree = results(study_folder)
     floor = tree["blocks"]["train_mean"]["leave_one_shore_out"]
     levels = np.array([10.0, 30.0, 60.0])
-    others = np.array([45.0, 35.0, 20.0])
-    assert floor["rmse"] == pytest.approx(np.sqrt(((levels - others) ** 2).mean()))
+    remaining = np.array([45.0, 35.0, 20.0])
+    assert floor["rmse"] == pytest.approx(np.sqrt(((levels - remaining) ** 2).mean()))
     assert tree["blocks"]["svm"]["by_session"]["rmse"] < floor["rmse"]
 
 
-def test_offsets_are_those_of_the_pinches(done: Path, shore: Dataset) -> None:
+def test_offsets_are_those_of_the_pinches(study_folder: Path, shore: Dataset) -> None:
     offsets = np.array([1e3 * p.offset for p in shore.pinches if p.offset is not None])
-    tree = results(done)["offset_ms"]
+    tree = results(study_folder)["offset_ms"]
     assert tree["mean"] == pytest.approx(offsets.mean())
     assert tree["sd"] == pytest.approx(offsets.std(ddof=1))
     assert tree["share_below_15"] == pytest.approx((offsets < 15).mean())
 
 
-def test_with_and_without_the_second_contact_are_all_pinches(done: Path) -> None:
-    tree = results(done)
+def test_with_and_without_the_second_contact_are_all_pinches(study_folder: Path) -> None:
+    tree = results(study_folder)
     sides = tree["second_contact_in_window"]["svm"]["blocks"]
     assert sum(side["n"] for side in sides.values()) == tree["blocks"]["svm"]["by_session"]["n"]
 
 
-def test_the_page_needs_nothing_else(done: Path) -> None:
-    page = (done / "report.html").read_text(encoding="utf-8")
+def test_the_page_needs_nothing_else(study_folder: Path) -> None:
+    page = (study_folder / "report.html").read_text(encoding="utf-8")
     for tag in ("<script", "<link", 'src="http', "url(http", "@import"):
         assert tag not in page
     assert page.count('src="data:image/svg+xml;base64,') >= 8
@@ -123,7 +123,7 @@ def test_ranks_only_leave_shore_out_and_say_so(ranks: Dataset, tmp_path: Path) -
 def test_without_known_contacts_the_threshold_finds_them(
     make_shore: Callable[..., Dataset], tmp_path: Path
 ) -> None:
-    dataset = make_shore(each=10, objects=(), known=False)
+    dataset = make_shore(each=10, objects=(), has_contacts=False)
     state, steps = study(dataset, tmp_path)
     wanted = ("data", "contact detection", "waveforms")
     protocol.run([s for s in steps if s.title in wanted], state, tmp_path)
@@ -141,7 +141,7 @@ def test_every_condition_is_timed_by_its_own_models() -> None:
     assert timed == ["paper-rig", "everyday"]
 
 
-def test_an_interrupt_leaves_what_was_found(shore: Dataset, tmp_path: Path) -> None:
+def test_an_interrupt_keeps_earlier_results(shore: Dataset, tmp_path: Path) -> None:
     state, steps = study(shore, tmp_path)
 
     def interrupt() -> PartResult:
@@ -159,8 +159,8 @@ def test_an_interrupt_leaves_what_was_found(shore: Dataset, tmp_path: Path) -> N
 
 def test_detectors_are_judged_in_sessions_they_never_saw(shore: Dataset) -> None:
     splits = detection_splits(shore, 0)
-    asked = np.concatenate([s.test for s in splits])
-    assert sorted(asked) == list(range(len(shore)))
+    held_out = np.concatenate([s.test for s in splits])
+    assert sorted(held_out) == list(range(len(shore)))
     for split in splits:
         split.check(shore.sessions, shore.specimens)
         assert not shore.test[split.train].any()

@@ -32,29 +32,29 @@ def moved(contact: Contact, ms: float) -> Contact:
     return replace(contact, sample=contact.sample + round(ms * MS))
 
 
-def test_windows_of_false_triggers_have_a_row_of_their_own(
+def test_windows_of_false_triggers_have_a_separate_row(
     make_shore: Callable[..., Dataset],
 ) -> None:
     dataset = make_shore(each=10, objects=(20.0, 50.0))
-    asked = np.flatnonzero(dataset.test)
-    first = {int(i): dataset.pinches[i].first for i in asked}
-    early, late, other, fair = asked[:4]
+    held_out = np.flatnonzero(dataset.test)
+    first = {int(i): dataset.pinches[i].first for i in held_out}
+    early, late, other, fair = held_out[:4]
     astray = {
         int(early): moved(first[early], -40.0),
         int(late): moved(first[late], 4.0),
         int(other): replace(first[other], finger=first[other].finger.other),
         int(fair): moved(first[fair], -2.0),
     }
-    its = subject(dataset, astray)
-    assert np.flatnonzero(misplaced(its, 0.0)).tolist() == sorted([early, late, other])
-    data = its.windows(0.015)
-    predicted = np.where(misplaced(its, 0.0)[data.which], data.y + 50.0, data.y + 1.0)
+    study_subject = subject(dataset, astray)
+    assert np.flatnonzero(misplaced(study_subject, 0.0)).tolist() == sorted([early, late, other])
+    data = study_subject.windows(0.015)
+    predicted = np.where(misplaced(study_subject, 0.0)[data.rows], data.y + 50.0, data.y + 1.0)
     predicted[~data.test] = np.nan
-    its.predictions["svm", UNSEEN] = (data, predicted)
-    outcome = second_contact(its, StudySettings())
-    found = outcome.results[SECOND_CONTACT]
-    assert found is not None
-    sides = found["svm"].objects
+    study_subject.predictions["svm", UNSEEN] = (data, predicted)
+    outcome = second_contact(study_subject, StudySettings())
+    results = outcome.results[SECOND_CONTACT]
+    assert results is not None
+    sides = results["svm"].objects
     assert sides is not None
     assert sides["misplaced"].n == 3
     assert sides["misplaced"].rmse == 50.0
@@ -67,6 +67,6 @@ def test_windows_of_false_triggers_have_a_row_of_their_own(
 
 def test_late_labels_let_windows_begin_earlier(make_shore: Callable[..., Dataset]) -> None:
     dataset = make_shore(each=4, objects=())
-    its = subject(dataset, {0: moved(dataset.pinches[0].first, -6.0)})
-    assert misplaced(its, 0.0)[0]
-    assert not misplaced(its, 0.004)[0]
+    study_subject = subject(dataset, {0: moved(dataset.pinches[0].first, -6.0)})
+    assert misplaced(study_subject, 0.0)[0]
+    assert not misplaced(study_subject, 0.004)[0]

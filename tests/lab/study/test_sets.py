@@ -45,7 +45,7 @@ def test_every_detector_is_scored_and_the_page_written(folder: Path) -> None:
     assert results.placed_2_ms > 0.9
     assert results.noise_seconds > 1
     assert results.noise_false_alarms_per_minute is not None
-    ways = {name: set(found) for name, found in (results.detectors or {}).items()}
+    ways = {name: set(computed) for name, computed in (results.detectors or {}).items()}
     learned = {"twin", "others"}
     assert ways == {n: learned if d.learns else {"nothing"} for n, d in DETECTORS.items()}
     tree = json.loads((folder / "results.json").read_text())["set"]
@@ -62,13 +62,13 @@ def test_the_twin_over_another_noise_has_a_row(folder: Path) -> None:
         (other / file.name).write_bytes(file.read_bytes())
     words = ["sets", str(folder), "--twin", str(twin), "--noises", str(other)]
     assert main(words) == 0
-    found = read_study(folder / "results.json")["other_noise"][NOISE]
-    assert found is not None
-    assert set(found.detectors) == set(DETECTORS)
-    assert found.noise == "as modelled"
-    assert found.estimated > 0
-    assert found.rmse is not None
-    assert found.rmse < 20  # the very pinches that it learned from, here
+    results = read_study(folder / "results.json")["other_noise"][NOISE]
+    assert results is not None
+    assert set(results.detectors) == set(DETECTORS)
+    assert results.noise == "as modelled"
+    assert results.estimated > 0
+    assert results.rmse is not None
+    assert results.rmse < 20  # the very pinches that it learned from, here
     assert "other noise" in (folder / "report.html").read_text()
     assert main([*words, str(other)]) == 2
 

@@ -21,8 +21,8 @@ BRIEF = StudySettings().quick()
 
 
 @pytest.fixture(scope="module")
-def found(ranks: Dataset) -> RealSet:
-    """Of the softest and the hardest materials, contacts found a sample late."""
+def real_set(ranks: Dataset) -> RealSet:
+    """Return the softest and the hardest materials with contacts one sample late."""
     dataset = ranks.take(ranks.hardness_rank != 1)
     late = tuple(
         p.first and Contact(p.first.finger, p.first.sample + 1, p.first.decided + 1)
@@ -39,28 +39,28 @@ def found(ranks: Dataset) -> RealSet:
     return outcome.results[REAL]["rings"]
 
 
-def test_every_reading_leaves_whole_materials_out(found: RealSet) -> None:
-    first, known, smooth, published = found.readings
+def test_every_reading_leaves_whole_materials_out(real_set: RealSet) -> None:
+    first, labelled_contacts, smooth, published = real_set.readings
     assert ESTIMATORS[first.estimator].moves
     assert not first.conditioned
-    assert (first.known_contacts, known.known_contacts) == (False, True)
+    assert (first.known_contacts, labelled_contacts.known_contacts) == (False, True)
     assert (smooth.conditioned, published.conditioned) == (True, True)
     assert published.estimator == ESTIMATORS.default
-    assert found.material_held_out == first.material_held_out
-    assert list(found.material_held_out) == ["3", "15"]
-    assert (found.chance, found.materials) == (0.5, 4)
-    assert found.n == sum(its.n for its in found.by_material.values())
+    assert real_set.material_held_out == first.material_held_out
+    assert list(real_set.material_held_out) == ["3", "15"]
+    assert (real_set.chance, real_set.materials) == (0.5, 4)
+    assert real_set.n == sum(entry.n for entry in real_set.by_material.values())
     # Balanced: what its materials say, each once.
-    for ms, share in found.material_held_out.items():
-        materials = [its.accuracy[ms] for its in found.by_material.values()]
+    for ms, share in real_set.material_held_out.items():
+        materials = [entry.accuracy[ms] for entry in real_set.by_material.values()]
         assert share == pytest.approx(sum(materials) / 4)  # two materials of each rank
 
 
-def test_the_order_needs_no_training_and_smoothing_lowers_the_centroid(found: RealSet) -> None:
-    assert found.rho == pytest.approx(found.most_rho)
-    assert found.most_rho < 1.0  # two materials of each rank are ties
-    for its in found.by_material.values():
-        assert its.conditioned_centroid_hz < its.centroid_hz
+def test_the_order_needs_no_training_and_smoothing_lowers_the_centroid(real_set: RealSet) -> None:
+    assert real_set.rho == pytest.approx(real_set.most_rho)
+    assert real_set.most_rho < 1.0  # two materials of each rank are ties
+    for entry in real_set.by_material.values():
+        assert entry.conditioned_centroid_hz < entry.centroid_hz
 
 
 def test_ranks_of_one_material_are_left_out_with_the_reason(ranks: Dataset) -> None:

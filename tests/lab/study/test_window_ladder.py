@@ -1,4 +1,4 @@
-"""What learns from windows of one length answers at several times, never of what comes later."""
+"""Window ladders predict at several times and never use later samples."""
 
 from __future__ import annotations
 
@@ -45,13 +45,13 @@ def test_every_estimator_answers_at_every_length(name: str) -> None:
 
 
 @pytest.mark.parametrize("conditioned", [False, True])
-def test_what_comes_after_the_valid_samples_is_not_looked_at(conditioned: bool) -> None:
+def test_samples_after_the_valid_ones_do_not_matter(conditioned: bool) -> None:
     rng = np.random.default_rng(3)
     ends = rng.integers(SHORTEST, LONGEST + 1, len(TOUCHES))
     short = replace(TOUCHES, valid=ends)
     spoilt = short.signals.copy()
     for row, end in enumerate(ends):
-        spoilt[row, short.before + end :] = np.nan
+        spoilt[row, short.lead + end :] = np.nan
     models = [
         fit_window_ladder(registered("svm"), given, SHORE_A, SESSIONS, conditioned=conditioned)
         for given in (short, replace(short, signals=spoilt))
@@ -64,14 +64,14 @@ def test_what_comes_after_the_valid_samples_is_not_looked_at(conditioned: bool) 
 def test_a_contact_is_answered_for_by_the_longest_window_that_it_fills() -> None:
     model = fitted()
     for samples, shorter in ((24, 15), (25, 25), (73, 39)):
-        some = model.predict(TOUCHES.until(samples))
-        assert np.array_equal(some.value, model.predict(TOUCHES.until(shorter)).value)
+        sample = model.predict(TOUCHES.until(samples))
+        assert np.array_equal(sample.value, model.predict(TOUCHES.until(shorter)).value)
 
 
 def test_what_is_too_short_or_constant_is_strange_with_the_whole_scale() -> None:
     dead = replace(TOUCHES, signals=np.zeros_like(TOUCHES.signals))
-    for asked in (TOUCHES.until(SHORTEST - 1), dead):
-        answers = fitted().predict(asked)
+    for queries in (TOUCHES.until(SHORTEST - 1), dead):
+        answers = fitted().predict(queries)
         assert answers.out_of_range.all()
         assert (answers.low == 0).all()
         assert (answers.high == 100).all()
@@ -79,9 +79,9 @@ def test_what_is_too_short_or_constant_is_strange_with_the_whole_scale() -> None
 
 
 def test_intervals_hold_what_was_promised_of_alike_contacts() -> None:
-    others, truth, _ = ringing(400, seed=9)
+    remaining, truth, _ = ringing(400, seed=9)
     for level in (0.5, 0.9):
-        answers = fitted(level=level).predict(others)
+        answers = fitted(level=level).predict(remaining)
         share = np.mean((answers.low <= truth) & (truth <= answers.high))
         # 120 calibrate, 400 are asked: three standard deviations of both.
         assert abs(share - level) < 3 * np.sqrt(level * (1 - level) * (1 / 120 + 1 / 400)) + 0.03
@@ -108,10 +108,10 @@ def test_a_class_of_anybody_gets_copies_of_two_dimensions() -> None:
         def predict(self, X: Any) -> Any:
             return np.full((len(X), 1), self.mean)
 
-    before, truth = TOUCHES.signals.copy(), SHORE_A.copy()
+    head, truth = TOUCHES.signals.copy(), SHORE_A.copy()
     answers = fit_window_ladder(registered(Mine), TOUCHES, SHORE_A, SESSIONS).predict(TOUCHES)
     assert np.allclose(answers.value, SHORE_A.mean())
-    assert np.array_equal(TOUCHES.signals, before)
+    assert np.array_equal(TOUCHES.signals, head)
     assert np.array_equal(SHORE_A, truth)
     assert {s[1] for s in seen} == {10, 15, 25, 39, 74}
 
@@ -132,7 +132,7 @@ def test_a_pipeline_is_copied_for_every_training_and_given_the_seed() -> None:
     made = make_pipeline(StandardScaler(), Ridge(random_state=None), memory=None)
     fixed = make_pipeline(StandardScaler(), Ridge(random_state=3))
     learn = registered(made)
-    X = TOUCHES.after[:, :25, None].astype(np.float32)
+    X = TOUCHES.waves[:, :25, None].astype(np.float32)
     asks = [learn(X, SHORE_A, None, TOUCHES.rate, seed) for seed in (5, 6)]
     first, second = (ask.__self__._fitted for ask in asks)  # type: ignore[attr-defined]
     assert first is not second
@@ -140,7 +140,7 @@ def test_a_pipeline_is_copied_for_every_training_and_given_the_seed() -> None:
     assert np.allclose(
         asks[0](X), clone(made).fit(X[:, :, 0].astype(float), SHORE_A).predict(X[:, :, 0])
     )
-    states = [fresh(its, 5).get_params()["ridge__random_state"] for its in (made, fixed)]
+    states = [fresh(entry, 5).get_params()["ridge__random_state"] for entry in (made, fixed)]
     assert states == [5, 3]
 
 
@@ -173,14 +173,14 @@ def test_answers_that_are_no_numbers_are_refused(answer: float) -> None:
 
 
 def test_windows_are_the_signal_itself_unless_they_are_filtered() -> None:
-    plain, filtered = (windows(TOUCHES, 25, way)[:, :, 0] for way in (False, True))
-    assert np.array_equal(plain, TOUCHES.after[:, :25])
+    plain, filtered = (windows(TOUCHES, 25, route)[:, :, 0] for route in (False, True))
+    assert np.array_equal(plain, TOUCHES.waves[:, :25])
     straight = replace(
         TOUCHES,
         signals=np.tile(np.arange(TOUCHES.signals.shape[1], dtype=np.float32), (len(TOUCHES), 1)),
     )
     # A parabola through a line is that line, but where the end of the window stands in.
-    assert np.allclose(windows(straight, 25, True)[:, :-2, 0], straight.after[:, :23], atol=1e-3)
+    assert np.allclose(windows(straight, 25, True)[:, :-2, 0], straight.waves[:, :23], atol=1e-3)
     assert filtered.shape == plain.shape
 
 

@@ -29,8 +29,8 @@ def test_a_small_one_from_nothing_and_the_same_again(
     )
     words = ("--rigs", "12", "--epochs", "2", "--workers", "1", "--work", tmp_path / "work")
     assert run("pretrain", "--out", tmp_path / "a", *words) == 0
-    said = capsys.readouterr().out
-    assert "epoch 2 of 2" in said
+    output = capsys.readouterr().out
+    assert "epoch 2 of 2" in output
     record = read_card(tmp_path / "a").predictors[0].record
     assert "12 random simulated rigs" in record.training["trained"]
     assert len(record.scores) == 2 + len(FAMILIES)

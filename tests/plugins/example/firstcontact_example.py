@@ -1,4 +1,4 @@
-"""What another package may add: one of everything that is registered."""
+"""Example plug-in package with one entry of each registry."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ class LoudnessModel(WindowModel):
 
     @property
     def notes(self) -> dict[str, float]:
-        """Its slope."""
+        """Slope of the line."""
         return {"slope": float(self.line[0])}
 
     def outputs(self, X: NDArray[np.float32]) -> NDArray[np.float64]:
@@ -142,7 +142,7 @@ class LoudnessModel(WindowModel):
 
 @dataclass(frozen=True)
 class Loudness(Estimator):
-    """What is hard is loud."""
+    """Linear model of the loudness."""
 
     name = "loudness"
     title = "Loudness alone"

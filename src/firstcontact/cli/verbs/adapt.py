@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar
 
-from firstcontact.cli.options import Option, one_of
+from firstcontact.cli.options import Option, choice
 from firstcontact.contact import DETECTORS
 
 
@@ -18,7 +18,7 @@ class Adapt:
     """Recordings of known Shore A; without them intervals are wide."""
     out: Path = Path("model")
     """Folder for the model; an existing model is replaced."""
-    detector_type: Annotated[str | None, one_of(DETECTORS, "model")] = None
+    detector_type: Annotated[str | None, choice(DETECTORS, "model")] = None
     """Contact detector to fit; by default the best that these pinches permit."""
     seed: int = 0
     """Random seed of the folds."""

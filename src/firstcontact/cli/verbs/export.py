@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from firstcontact.cli.options import Option, one_of
+from firstcontact.cli.options import Option, choice
 from firstcontact.core import counted
 from firstcontact.recording import EXPORTERS
 
@@ -17,7 +17,7 @@ class Export:
 
     path: Annotated[Path, Option(positional=True)]
     """A recording, or a folder of them."""
-    to: Annotated[str, one_of(EXPORTERS)]
+    to: Annotated[str, choice(EXPORTERS)]
     """Format of the file; tables have one row per sample."""
     out: Path
     """New file."""

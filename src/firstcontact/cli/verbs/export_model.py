@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from firstcontact.cli.options import Option, one_of
+from firstcontact.cli.options import Option, choice
 from firstcontact.export import MODEL_EXPORTERS
 
 
@@ -16,7 +16,7 @@ class ExportModel:
 
     model: Annotated[Path, Option(positional=True)]
     """Folder that ``train`` or ``adapt`` wrote."""
-    to: Annotated[str, one_of(MODEL_EXPORTERS)]
+    to: Annotated[str, choice(MODEL_EXPORTERS)]
     """Form of the model."""
     out: Path
     """Folder for the files; it must be empty or new."""

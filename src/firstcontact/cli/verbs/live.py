@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from firstcontact.cli.options import Condition, Option, devices, one_of
+from firstcontact.cli.options import Condition, Option, choice, devices
 from firstcontact.contact import SLIP_DETECTORS
 from firstcontact.core import InputError, is_same_rate, require_modules
 from firstcontact.device import SOURCES, open_source, source_kind
@@ -50,17 +50,17 @@ class Live:
     """Write JSON lines to standard output instead of text."""
     lsl: Annotated[bool, Option(group="output", advanced=True)] = False
     """Send samples and events by LSL."""
-    hand: Annotated[str | None, one_of(HANDS, "hand")] = None
+    hand: Annotated[str | None, choice(HANDS, "hand")] = None
     """Hand to drive."""
     hand_port: Annotated[str | None, Option(group="hand", advanced=True)] = None
     """Serial port of the hand, or the name of its simulation."""
-    policy: Annotated[str, one_of(live_policies(), "hand")] = POLICIES.default
+    policy: Annotated[str, choice(live_policies(), "hand")] = POLICIES.default
     """Grasp policy."""
     shape: Annotated[str, Option(group="model", advanced=True)] = ""
     """Shape of the objects for the network: flat, or a radius in mm."""
     one_object: Annotated[bool, Option(group="model", advanced=True)] = False
     """Pool all pinches as one object until you press N."""
-    slip: Annotated[str | None, one_of(SLIP_DETECTORS, "hand", advanced=True)] = None
+    slip: Annotated[str | None, choice(SLIP_DETECTORS, "hand", advanced=True)] = None
     """Slip detector for a policy with a reflex; untried on real slips."""
     record: Annotated[bool, Option(group="output")] = False
     """Record from the start."""
@@ -101,7 +101,7 @@ class Live:
         from firstcontact.contact import load_detector, untrained_detector
         from firstcontact.core import read_calibration
         from firstcontact.device import skipped_model
-        from firstcontact.streaming import live_session, predictor_of
+        from firstcontact.streaming import live_predictor, live_session
 
         source: Source = open_source(
             self.device,
@@ -114,13 +114,13 @@ class Live:
         given = None if self.calibration is None else read_calibration(self.calibration)
         with stopping() as stop, source:
             device = source.descriptor.predictor
-            detector, predictor, known = None, None, {}
+            detector, predictor, labels_by_shore_a = None, None, {}
             if folder is not None or device is None:
                 if folder is None:
                     _say(SHIPPED)
                 model = live_model(folder, self.detector)
-                detector, predictor = model.own_detector, predictor_of(model, self.estimator)
-                known = landmarks(model)
+                detector, predictor = model.own_detector, live_predictor(model, self.estimator)
+                labels_by_shore_a = landmarks(model)
                 if note := left_out(model, predictor, self.estimator):
                     _say(note)
             elif self.detector is not None:
@@ -144,7 +144,7 @@ class Live:
                 recordings=self.recordings,
                 shape=self.shape,
             ) as (session, grasping):
-                sinks = [to_stdout, *self._sinks(session, known)]
+                sinks = [to_stdout, *self._sinks(session, labels_by_shore_a)]
                 self._follow(session, stop, sinks)
             self._end(session, grasping)
 
@@ -179,7 +179,7 @@ class Live:
             raise InputError(f"these outputs failed: {', '.join(failed)}")
 
     def _check(self) -> None:
-        from firstcontact.models import radius_of
+        from firstcontact.models import parse_radius
         from firstcontact.streaming import check_hand
 
         if self.seconds is not None and not self.seconds > 0:
@@ -188,7 +188,7 @@ class Live:
             raise InputError(f"--pinches is {self.pinches}: give 1 or more, or leave it out")
         if not self.speed > 0:
             raise InputError(f"--speed is {self.speed:g}: give a number above 0")
-        radius_of(self.shape)
+        parse_radius(self.shape)
         if not 0 <= self.port <= 65535:
             raise InputError(f"--port is {self.port}: give one from 0 to 65535")
         kind = source_kind(self.device)
@@ -306,14 +306,16 @@ def _at_rate(source: Source, detector: Detector | None, predictor: Predictor | N
 def _shore_a(source: Source, device: str) -> Callable[[str], float | None]:
     """Return a function for the Shore A of an object of a simulated hand by its name."""
     origin = source.descriptor.source
-    kinds = [source_kind(device), *(SOURCES[name] for name in SOURCES.own)]
-    its = next((k.shore_a for k in kinds if k.shore_a is not None and k.origin == origin), None)
+    kinds = [source_kind(device), *(SOURCES[name] for name in SOURCES.builtin_names)]
+    object_shore_a = next(
+        (k.shore_a for k in kinds if k.shore_a is not None and k.origin == origin), None
+    )
 
     def shore_a(name: str) -> float | None:
-        if its is None:
+        if object_shore_a is None:
             return None
         try:
-            return its(name)
+            return object_shore_a(name)
         except InputError:  # an object of another version, or the twin's extra is missing
             return None
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from firstcontact.cli.cluster import where
+from firstcontact.cli.cluster import on_cluster
 from firstcontact.cli.options import Condition, Option
 from firstcontact.core import counted, require_modules
 
@@ -40,7 +40,7 @@ class Simulate:
 
         noise = None if self.noise is None else read_noise(self.noise)
         sizes = self.pinches_per_block, self.pinches_per_object
-        with where(self.cluster):
+        with on_cluster(self.cluster):
             paths = simulate(
                 self.out, self.condition, *sizes, self.seed, self.workers or None, True, noise
             )

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
-from firstcontact.cli.cluster import where
-from firstcontact.cli.options import Option, one_of
+from firstcontact.cli.cluster import on_cluster
+from firstcontact.cli.options import Option, choice
 from firstcontact.contact import DETECTORS
 from firstcontact.models import ESTIMATORS
 
@@ -27,9 +27,9 @@ class Train:
     """A recording, or a folder of recordings."""
     out: Path
     """Folder for the model; an existing model is replaced."""
-    estimator: Annotated[str, one_of(ESTIMATORS, "model")] = ESTIMATORS.default
+    estimator: Annotated[str, choice(ESTIMATORS, "model")] = ESTIMATORS.default
     """Estimator to train."""
-    detector_type: Annotated[str | None, one_of(DETECTORS, "model")] = None
+    detector_type: Annotated[str | None, choice(DETECTORS, "model")] = None
     """Contact detector to fit; by default the best that these pinches permit."""
     detector_only: Annotated[bool, Option(advanced=True, group="model")] = False
     """Train the detector only, which needs contacts and no hardness."""
@@ -71,7 +71,7 @@ class Train:
             check_rate("--rate", self.rate)
         dataset = load_dataset(self.data)
         print_losses(dataset)
-        with where(self.cluster), replacing_folder(self.out) as making:
+        with on_cluster(self.cluster), replacing_folder(self.out) as making:
             model = self._train(dataset)
             # The training decides whether there is an any-time model again.
             check_replaceable(self.out, windows, network=model.network is not None)

@@ -55,7 +55,7 @@ def live_policies() -> list[str]:
 
     All plug-ins are among them, because a plug-in is imported only when it is chosen.
     """
-    built_in = POLICIES.own
+    built_in = POLICIES.builtin_names
     return [
         name for name in POLICIES.names if name not in built_in or not POLICIES[name].needs_truth
     ]

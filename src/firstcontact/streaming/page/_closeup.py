@@ -64,9 +64,9 @@ class Closeup:
     def mark(self, contact: Contact) -> None:
         """Add the contact of a finger."""
         if self._contact is not None:
-            after = (contact.sample - self._contact.sample) / self._layout.rate
+            elapsed = (contact.sample - self._contact.sample) / self._layout.rate
             self._marks.append(
-                {"finger": finger_place(contact.finger), "ms": round(1e3 * after, 2)}
+                {"finger": finger_place(contact.finger), "ms": round(1e3 * elapsed, 2)}
             )
 
     def _fill(self, block: Block) -> bool:

@@ -33,8 +33,8 @@ class Columns:
         #: Samples in a column.
         self.samples = max(1, round(layout.rate * SECONDS / COLUMNS))
         # A quarter more than is shown, so that a viewer that hiccups misses nothing.
-        shown = int(np.ceil(layout.rate * SECONDS / self.samples))
-        self._size = shown + shown // 4
+        visible = int(np.ceil(layout.rate * SECONDS / self.samples))
+        self._size = visible + visible // 4
         self._ring = np.full((self._size, len(self._vibration), 2), np.nan, np.float32)
         self._top = -1
         self._epoch: int | None = None
@@ -76,10 +76,10 @@ class Columns:
         starts = np.flatnonzero(np.diff(place, prepend=place[0] - 1))
         low = np.fmin.reduceat(values, starts, axis=0)
         high = np.fmax.reduceat(values, starts, axis=0)
-        held = place[starts] >= self.first
-        slots = place[starts][held] % self._size
-        self._ring[slots, :, 0] = np.fmin(self._ring[slots, :, 0], low[held])
-        self._ring[slots, :, 1] = np.fmax(self._ring[slots, :, 1], high[held])
+        is_visible = place[starts] >= self.first
+        slots = place[starts][is_visible] % self._size
+        self._ring[slots, :, 0] = np.fmin(self._ring[slots, :, 0], low[is_visible])
+        self._ring[slots, :, 1] = np.fmax(self._ring[slots, :, 1], high[is_visible])
 
     def _make_room(self, top: int) -> None:
         fresh = np.arange(max(self._top + 1, top - self._size + 1), top + 1)

@@ -82,7 +82,7 @@ class Commands:
         self._all = Allowance(*ALL)
 
     async def obey(
-        self, message: str | bytes, own: Allowance, by: str
+        self, message: str | bytes, allowance: Allowance, by: str
     ) -> tuple[dict[str, Any], float]:
         """Carry out a message. There is always an answer, and no error.
 
@@ -90,7 +90,7 @@ class Commands:
         ----------
         message
             JSON of a :class:`Request`.
-        own
+        allowance
             Allowance of this viewer.
         by
             Name of this viewer to the hand.
@@ -105,7 +105,7 @@ class Commands:
         data = message.encode(errors="surrogatepass") if isinstance(message, str) else message
         wait = 0.0
         if data != OPEN:  # opening a hand has no limit
-            wait = own.take() or self._all.take()
+            wait = allowance.take() or self._all.take()
         if wait:
             text = (
                 f"That was not done: the page takes {EACH[1]:g} requests a second from a viewer "
@@ -118,12 +118,12 @@ class Commands:
             return {"ok": False, "do": "", "text": f"That was not understood. {error}."}, 0.0
         try:
             # A recorder opens files: that may take a while, and only this viewer waits.
-            done = await asyncio.to_thread(self._do, request, by)
+            outcome = await asyncio.to_thread(self._do, request, by)
         except InputError as error:
             return {"ok": False, "do": request.do, "text": str(error)}, 0.0
         except Exception as error:  # a fault of the session is reported and stays there
             return {"ok": False, "do": request.do, "text": f"That did not work ({error!r})."}, 0.0
-        return {"ok": True, "do": request.do, "text": done}, 0.0
+        return {"ok": True, "do": request.do, "text": outcome}, 0.0
 
     def gone(self, by: str) -> None:
         """Open the hand if the viewer that is gone had closed it."""

@@ -9,7 +9,7 @@ import msgspec
 from firstcontact.device import concerns_hand, lost_object
 from firstcontact.recording import Marker, PinchMark
 from firstcontact.streaming._events import HandPinch, PinchDone
-from firstcontact.streaming._objects import marker_for
+from firstcontact.streaming._objects import last_marker
 from firstcontact.streaming._text import hand_line
 
 #: Number of rows.
@@ -69,10 +69,10 @@ class PinchRows:
         if mark.label.object:
             self._update([row.pinch.overlaps(mark) for row in self._rows], name=mark.label.object)
 
-    def done(self, pinch: PinchDone) -> None:
+    def add_pinch(self, pinch: PinchDone) -> None:
         """Add a row."""
-        before = self._rows[-1].pinch if self._rows else None
-        self._rows.append(Row(brief(pinch), marker_for(self._markers, pinch, before)))
+        previous = self._rows[-1].pinch if self._rows else None
+        self._rows.append(Row(brief(pinch), last_marker(self._markers, pinch, previous)))
 
     def hand(self, event: HandPinch) -> None:
         """Take the predictions of a device for a pinch."""
@@ -81,8 +81,8 @@ class PinchRows:
             words = hand_line(event).strip()
             self._update([row.pinch.holds(*place) for row in self._rows], hand=words)
 
-    def _update(self, which: list[bool], **fields: str) -> None:
-        for i, is_meant in enumerate(which):
+    def _update(self, selected: list[bool], **fields: str) -> None:
+        for i, is_meant in enumerate(selected):
             if is_meant:
                 self._rows[i] = msgspec.structs.replace(self._rows[i], **fields)
 
@@ -92,14 +92,14 @@ class PinchRows:
         rows = []
         following: PinchDone | None = None  # a loss after its start belongs to that one
         for row in reversed(self._rows):
-            losses = (m for m in self._losses if _is_of(m, row.pinch, following))
+            losses = (m for m in self._losses if _is_during(m, row.pinch, following))
             lost = next((lost_object(m.text) for m in losses), None)
             rows.append(msgspec.structs.replace(row, lost=lost))
             following = row.pinch
         return tuple(rows[::-1])
 
 
-def _is_of(marker: Marker, pinch: PinchDone, following: PinchDone | None) -> bool:
+def _is_during(marker: Marker, pinch: PinchDone, following: PinchDone | None) -> bool:
     """Return True if a marker came after the start of a pinch and before that of the next."""
     place = (marker.epoch, marker.sample)
     if place < (pinch.epoch, pinch.start) or marker.epoch != pinch.epoch:

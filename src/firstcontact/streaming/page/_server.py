@@ -124,9 +124,9 @@ class PageServer:
         viewer = _Viewer(f"viewer {self._number} of the page")
         try:
             async with asyncio.TaskGroup() as tasks:
-                others = [tasks.create_task(c) for c in (self._tell(connection), viewer.watch())]
+                watchers = [tasks.create_task(c) for c in (self._tell(connection), viewer.watch())]
                 await self._listen(connection, viewer)
-                for task in others:
+                for task in watchers:
                     task.cancel()
         except* (ConnectionClosed, TimeoutError):
             pass
@@ -136,13 +136,13 @@ class PageServer:
 
     async def _listen(self, connection: ServerConnection, viewer: _Viewer) -> None:
         """Carry out the requests of a viewer until it closes the socket."""
-        own = Allowance(*EACH)
+        allowance = Allowance(*EACH)
         async for message in connection:
             viewer.heard = time.monotonic()
             if message == HERE:
                 await asyncio.sleep(TICK)
                 continue
-            answer, wait = await self._commands.obey(message, own, viewer.name)
+            answer, wait = await self._commands.obey(message, allowance, viewer.name)
             if answer["ok"] and answer["do"] in ("close", "open"):
                 viewer.closes = answer["do"] == "close"
             await self._send(connection, json.dumps({"answer": answer}))
@@ -168,8 +168,8 @@ class PageServer:
                 head = _HEAD.pack(values.shape[0], values.shape[1], first)
                 await self._send(connection, head + values.astype("<f4").tobytes())
             if parts:
-                said = ",".join(f'"{name}":{text}' for name, text in parts.items())
-                await self._send(connection, f"{{{said}}}")
+                fields = ",".join(f'"{name}":{text}' for name, text in parts.items())
+                await self._send(connection, f"{{{fields}}}")
             await asyncio.sleep(TICK)
 
     async def _send(self, connection: ServerConnection, message: str | bytes) -> None:

@@ -211,7 +211,7 @@ class State:
                 self._show(missing=event, estimates=())
             case PinchDone():
                 self._show(pinch=brief(event))
-                self._rows.done(event)
+                self._rows.add_pinch(event)
                 self._put("pinches", self._rows.rows)
             case ObjectEstimate():
                 self._show(object=event)

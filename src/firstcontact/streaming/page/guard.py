@@ -64,11 +64,11 @@ class Guard:
     @property
     def url(self) -> str:
         """Address to open in a browser, with the token, quoted, where there is one."""
-        shown = f"[{self.host}]" if ":" in self.host else self.host
+        host = f"[{self.host}]" if ":" in self.host else self.host
         if self.host in {"0.0.0.0", "::"}:  # noqa: S104  # what a viewer elsewhere can open
-            shown = socket.gethostname()
+            host = socket.gethostname()
         query = "" if self.token is None else f"?token={self.quoted}"
-        return f"http://{shown}:{self.port}/{query}"
+        return f"http://{host}:{self.port}/{query}"
 
     def check(self, path: str, headers: Headers, websocket: bool) -> bool:
         """Check a request.
@@ -119,11 +119,11 @@ class Guard:
         if self.token is None:
             return False
         # Numbers cannot be made to point elsewhere; names only where they are this machine's.
-        here = socket.gethostname().lower()
+        host_name = socket.gethostname().lower()
         try:
             ipaddress.ip_address(name)
         except ValueError:
-            return name in {self.host.lower(), here, f"{here}.local"}
+            return name in {self.host.lower(), host_name, f"{host_name}.local"}
         return True
 
     def _from_cookie(self, headers: Headers) -> str:

@@ -83,8 +83,8 @@ def listen(host: str, port: int) -> socket.socket:
             f"port {port} is none: name one from 1 to {LAST_PORT}, or 0 for a free port"
         )
     try:
-        found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
-        family, _, _, _, address = found[0]
+        addresses = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)
+        family, _, _, _, address = addresses[0]
         listening = socket.create_server(address[:2], family=family, backlog=64)
     except (OSError, OverflowError) as error:
         raise InputError(

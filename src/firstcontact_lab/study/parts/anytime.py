@@ -95,12 +95,12 @@ def anytime(subject: Subject, settings: StudySettings) -> PartResult:
         return _none(f"the network takes {model.rate:g} Hz and these have {rate:g} Hz")
     if len(subject.levels) < 2:
         return _none("fewer than two Shore A levels to know the rig by")
-    labelled = LabelledTouches.of(subject.dataset, subject.starts)
+    labelled = LabelledTouches.cut(subject.dataset, subject.starts)
     home = conditioning_contacts(labelled, subject)
     if home is None:
         return _none("too few contacts were found to know the rig by")
     long_enough = labelled.touches.answerable
-    learn = ~subject.dataset.test[labelled.which]
+    learn = ~subject.dataset.test[labelled.rows]
     objects = labelled.take(long_enough & ~learn)
     adapted = conditioned_model(model, home, settings.seed)
     blocks = _blocks(model, home, settings)
@@ -133,7 +133,7 @@ def _none(why: str) -> PartResult:
 
 def conditioning_contacts(labelled: LabelledTouches, subject: Subject) -> LabelledTouches | None:
     """Return the contacts that the network is conditioned on; None where they are too few."""
-    home = labelled.take(labelled.touches.answerable & ~subject.dataset.test[labelled.which])
+    home = labelled.take(labelled.touches.answerable & ~subject.dataset.test[labelled.rows])
     return None if len(home) < 4 or len(np.unique(home.shore_a)) < 2 else home
 
 
@@ -166,7 +166,7 @@ def _fixed(subject: Subject, queries: LabelledTouches, seed: int) -> FixedWindow
     if (name, UNSEEN) not in subject.predictions:
         return None
     data, predicted = subject.predictions[name, UNSEEN]
-    same = np.isfinite(predicted) & np.isin(data.which, queries.which)
+    same = np.isfinite(predicted) & np.isin(data.rows, queries.rows)
     if not same.any():
         return None
     selected = data.take(same)

@@ -193,7 +193,7 @@ def _anytime(subject: Subject, settings: StudySettings) -> InferenceTime | None:
     model = pretrained()
     if not subject.detections or not is_same_rate(subject.dataset.layout.rate, model.rate):
         return None
-    labelled = LabelledTouches.of(subject.dataset, subject.starts)
+    labelled = LabelledTouches.cut(subject.dataset, subject.starts)
     home = conditioning_contacts(labelled, subject)
     if home is None:
         return None

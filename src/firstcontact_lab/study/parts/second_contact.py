@@ -64,10 +64,10 @@ def second_contact(subject: Subject, settings: StudySettings) -> PartResult:
         side = {SESSION: "blocks", UNSEEN: "objects"}.get(split)
         if side is None or names.is_baseline(model):
             continue
-        samples_left = room[data.which]
+        samples_left = room[data.rows]
         is_scored = np.isfinite(predicted) & np.isfinite(samples_left)
         clusters = data.clusters if side == "blocks" else data.specimens
-        wrong = astray[data.which]
+        wrong = astray[data.rows]
         for name, chosen in (
             ("with", is_scored & ~wrong & (samples_left < 0)),
             ("without", is_scored & ~wrong & (samples_left >= 0)),

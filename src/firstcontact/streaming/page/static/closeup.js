@@ -30,7 +30,7 @@ export class Closeup {
     const estimate = shown(now);
     if (estimate && 1000 * estimate.elapsed !== this.window) {
       this.window = 1000 * estimate.elapsed;
-      setText(byId("window-note"), `shaded: the ${Math.round(10 * this.window) / 10} ms that the estimate is from`);
+      setText(byId("window-note"), `shaded: the ${Math.round(10 * this.window) / 10} ms used for the estimate`);
       this.paint();
     }
   }

@@ -11,11 +11,11 @@ const BELOW = 28;
 
 // Verdict of a finished pinch: look and words.
 function judgement(pinch, estimate) {
-  const second = pinch.offset === null ? "no second finger heard" : `second finger after ${number(1000 * pinch.offset, 1)} ms`;
+  const second = pinch.offset === null ? "second finger not detected" : `second finger after ${number(1000 * pinch.offset, 1)} ms`;
   const after = `${number(1000 * estimate.available, 1)} ms`;
-  if (pinch.verdict === "in_time") return ["good", `✓ in time: available after ${after}, ${second}`];
-  if (pinch.verdict === "too_late") return ["late", `✕ none in time: this one after ${after}, ${second}`];
-  return ["none", "In time? Not known: samples do not come in real time"];
+  if (pinch.verdict === "in_time") return ["good", `✓ in time: estimate after ${after}, ${second}`];
+  if (pinch.verdict === "too_late") return ["late", `✕ too late: estimate after ${after}, ${second}`];
+  return ["none", "In time? Unknown: this is not real time"];
 }
 
 export class Estimate {
@@ -54,7 +54,7 @@ export class Estimate {
     const verdict = byId("verdict");
     if (now.missing) {
       this.clear();
-      setText(byId("felt"), `${FINGER_NAMES[now.missing.contact.finger ?? 2]} first`);
+      setText(byId("felt"), `${FINGER_NAMES[now.missing.contact.finger ?? 2]} touched first`);
       verdict.className = "verdict none";
       setText(verdict, `No estimate: ${now.missing.reason}`);
       verdict.hidden = false;
@@ -66,11 +66,11 @@ export class Estimate {
     const { value, low, high, level } = estimate;
     this.estimate = estimate;
     setText(byId("value"), number(value, 0));
-    setText(byId("interval"), high > low ? `${number(low)} to ${number(high)}` : "no interval");
+    setText(byId("interval"), high > low ? `between ${number(low)} and ${number(high)}` : "no interval");
     // Its promise holds for objects like those of the training: others lie outside far more often.
-    setText(byId("sure"), level > 0 ? `${number(100 * level)} % on objects like those of the training` : "");
+    setText(byId("sure"), level > 0 ? `correct for ${number(100 * level)} % of objects like the training data` : "");
     const shape = estimate.shape ? ` · shape: ${estimate.shape}` : "";
-    setText(byId("felt"), `${FINGER_NAMES[estimate.contact.finger ?? 2]} first · ${number(1000 * estimate.elapsed)} ms heard${shape}`);
+    setText(byId("felt"), `${FINGER_NAMES[estimate.contact.finger ?? 2]} touched first · from ${number(1000 * estimate.elapsed)} ms of signal${shape}`);
     byId("strange").hidden = !estimate.out_of_range;
     // Until the pinch is over there is no verdict.
     const [look, words] = now.pinch ? judgement(now.pinch, estimate) : ["none", ""];
@@ -79,7 +79,7 @@ export class Estimate {
     verdict.hidden = !now.pinch || this.alone;
     const late = now.pinch?.verdict === "in_time" ? later(now.pinch) : null;
     byId("later").hidden = !late;
-    if (late) setText(byId("later"), `Later, after ${number(1000 * late.available, 1)} ms: ${number(late.value)} (${number(late.low)} to ${number(late.high)})`);
+    if (late) setText(byId("later"), `With more signal, after ${number(1000 * late.available, 1)} ms: ${number(late.value)} (${number(late.low)} to ${number(late.high)})`);
     const fan = now.estimates.length > 1;
     this.svg.parentElement.classList.toggle("fan", fan);
     if (fan) this.narrowing.now(now);
@@ -91,11 +91,11 @@ export class Estimate {
   object(object) {
     const { pinches, value, low, high, is_named: named } = object ?? {};
     if (object) byId("same").hidden = false;
-    const which = pinches > 1 ? `Same object, ${pinches} pinches` : "New object, 1 pinch";
-    const alone = "This pinch alone (New object combines the next ones)";
-    setText(byId("same-word"), object ? (named ? which : alone) : "Several pinches of one object:");
-    setText(byId("same-value"), object ? `${number(value)} Shore A` : "–");
-    setText(byId("same-interval"), object ? `${number(low)} to ${number(high)}` : "");
+    const combined = pinches > 1;
+    const single = named ? "One pinch of this object so far" : "Press New object to combine the next pinches";
+    setText(byId("same-word"), combined ? `Same object, ${pinches} pinches` : single);
+    setText(byId("same-value"), combined ? `${number(value)} Shore A` : "");
+    setText(byId("same-interval"), combined ? `${number(low)} to ${number(high)}` : "");
   }
 
   // Labels stand at their values, pushed apart where they would touch.

@@ -32,7 +32,7 @@ export class Force {
   // Volts fill up to the supply; newtons to the most that was seen.
   note() {
     if (!this.unit) return;
-    setText(byId("force-note"), `${this.unit}, full colour at ${number(this.full, 1)}`);
+    setText(byId("force-note"), `${this.unit}, darkest at ${number(this.full, 1)}`);
   }
 
   force(force) {

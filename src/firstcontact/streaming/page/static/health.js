@@ -5,14 +5,14 @@ import { byId, make, number, setText } from "./dom.js";
 const FACTS = [
   ["samples", "Samples received", false],
   ["lost_samples", "Samples lost", true],
-  ["overflow_samples", "– by the device", true],
+  ["overflow_samples", "– of these, lost in the device", true],
   ["lost_frames", "Frames lost", true],
   ["bad_frames", "Frames damaged", true],
-  ["doubled_frames", "Frames doubled", true],
+  ["doubled_frames", "Frames received twice", true],
   ["reconnects", "Reconnects", true],
 ];
-const STAGES = { decide: "decision", first: "first estimate", total: "final estimate", signal: "(its signal)", wait: "(its wait)", transport: "(transport)", compute: "(computation)" };
-const COUNTS = { pinches: "Pinches", in_time: "– in time", too_late: "– too late", none: "– without estimate", unjudged: "– time not known", overruns: "Blocks that took too long" };
+const STAGES = { decide: "detection", first: "first estimate", total: "final estimate", signal: "– of it, signal used", wait: "– of it, waiting", transport: "– of it, transfer", compute: "– of it, computation" };
+const COUNTS = { pinches: "Pinches", in_time: "– in time", too_late: "– too late", none: "– without estimate", unjudged: "– time not known", overruns: "Blocks processed too slowly" };
 const STATISTICS = ["p50", "p99", "max"];
 
 function facts(root, list) {
@@ -60,7 +60,7 @@ export class Health {
     const off = 1e6 * (h.host_rate / this.rate - 1);
     const known = h.host_rate > 0;
     list.push(["Sampling rate", known ? `${number(h.host_rate, 1)} Hz` : "–", false]);
-    list.push([`– against ${number(this.rate)} Hz`, known ? `${off > 0 ? "+" : ""}${number(off)} ppm` : "–", false]);
+    list.push([`– deviation from ${number(this.rate)} Hz`, known ? `${off > 0 ? "+" : ""}${number(off)} ppm` : "–", false]);
     const skipped = this.viewing.skipped * (this.perColumn ?? 0);
     list.push(["Skipped by this page", `${number(skipped, 1)} s`, skipped > 0]);
     list.push(["Viewers", number(this.viewing.viewers), false]);

@@ -21,17 +21,17 @@ function row({ pinch, name, lost }) {
   cell(tr, "left object", name.replace(/^twin: /, "") || "–");
   tr.lastChild.title = name;
   if (lost) tr.lastChild.append(make("b", "lost", `✕ ${lost}`));
-  if (!first) cell(tr, "left", "–");
-  else cell(tr, `left ${FINGERS[first.finger ?? 2]}`, make("span", "swatch"), SHORT[first.finger ?? 2]);
+  if (!first) cell(tr, "left wide", "–");
+  else cell(tr, `left wide ${FINGERS[first.finger ?? 2]}`, make("span", "swatch"), SHORT[first.finger ?? 2]);
   if (!estimate) {
     cell(tr, "", "–");
-    cell(tr, "", "–");
+    cell(tr, "wide", "–");
   } else {
     const { value, low, high } = estimate;
     cell(tr, "", make("b", "", number(value)), make("small", "", high > low ? `${number(low)}–${number(high)}` : ""));
-    cell(tr, "", pinch.real_time ? number(1000 * estimate.available, 1) : "–");
+    cell(tr, "wide", pinch.real_time ? number(1000 * estimate.available, 1) : "–");
   }
-  cell(tr, "", pinch.offset === null ? "–" : number(1000 * pinch.offset, 1));
+  cell(tr, "wide", pinch.offset === null ? "–" : number(1000 * pinch.offset, 1));
   cell(tr, ...outcome(pinch, estimate));
   return tr;
 }
@@ -39,11 +39,12 @@ function row({ pinch, name, lost }) {
 // Look and words of the last column.
 function outcome(pinch, estimate) {
   const late = later(pinch);
-  const detail = late ? [make("small", "later", `later ${number(late.value)}, after ${number(1000 * late.available, 1)} ms`)] : [];
-  if (pinch.verdict === "none") return ["left refused", `none: ${pinch.reason || "no model"}`];
-  if (pinch.verdict === "too_late") return ["left late", "✕ none in time", ...detail];
+  const before = pinch.verdict === "in_time" ? "later " : "";
+  const detail = late ? [make("small", "later", `${before}${number(late.value)} after ${number(1000 * late.available, 1)} ms`)] : [];
+  if (pinch.verdict === "none") return ["left refused", `no estimate: ${pinch.reason || "no model"}`];
+  if (pinch.verdict === "too_late") return ["left late", "✕ too late", ...detail];
   if (estimate.out_of_range) return ["left strange", pinch.verdict ? "✓ but out of range" : "! out of range", ...detail];
-  if (pinch.verdict === "in_time") return ["left good", pinch.offset === null ? "✓ no 2nd heard" : "✓ in time", ...detail];
+  if (pinch.verdict === "in_time") return ["left good", pinch.offset === null ? "✓ no 2nd contact" : "✓ in time", ...detail];
   return ["left refused", "not in real time"];
 }
 

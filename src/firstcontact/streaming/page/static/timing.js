@@ -4,7 +4,7 @@ import { byId, draw, make, number, setText, size, textWidth, watch } from "./dom
 import { parts, shown } from "./events.js";
 import { upTo } from "./ticks.js";
 
-const PARTS = [["window", "Signal"], ["wait", "Waiting"], ["transport", "Transport"], ["compute", "Computation"]];
+const PARTS = [["window", "Signal used"], ["wait", "Waiting"], ["transport", "Transfer"], ["compute", "Computation"]];
 
 export class Timing {
   constructor() {
@@ -88,7 +88,7 @@ export class Timing {
       draw(this.svg, "line", { x1: there, x2: there, y1: top, y2: bottom, stroke: "var(--ink)", "stroke-width": 3 });
       this.label(there, height - 3, "this time", `${number(second, 1)} ms`, width);
     } else if (timing) {
-      draw(this.svg, "text", { x: right, y: height - 3, "text-anchor": "end", class: "soft" }, "second finger: not seen");
+      draw(this.svg, "text", { x: right, y: height - 3, "text-anchor": "end", class: "soft" }, "second finger: not detected");
     }
     for (let ms = 0; ms <= most; ms += step) {
       const anchor = ms === 0 ? "start" : ms === most ? "end" : "middle";

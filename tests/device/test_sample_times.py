@@ -99,4 +99,4 @@ def test_transport_delay_is_relative_to_the_shortest(delays: list[float], n: int
         host = max(host, sampled + delay)
         transport.add(Block(np.zeros((n, 16), np.int16), n * k), host)
         least = min(least, host - sampled)
-        assert abs(transport.of(n * (k + 1) - 1, host) - (host - sampled - least)) < 1e-9
+        assert abs(transport.delay(n * (k + 1) - 1, host) - (host - sampled - least)) < 1e-9

@@ -76,6 +76,6 @@ class Estimate(msgspec.Struct, frozen=True, kw_only=True, tag="estimate"):
     half_width: float | None = None
 
     @property
-    def known(self) -> int:
+    def known_sample(self) -> int:
         """Sample with which the event was known."""
         return self.complete

@@ -204,8 +204,8 @@ class Grasping:
         now = estimate.contact.sample / self._rate + estimate.available
         if estimate.final:
             # It comes with the block that made it final, not with its own.
-            known = estimate.complete if self._second is None else self._second
-            now += (known - estimate.complete) / self._rate + self._late - estimate.transport
+            complete = estimate.complete if self._second is None else self._second
+            now += (complete - estimate.complete) / self._rate + self._late - estimate.transport
         if self.loop.estimated(estimate, now):
             self._acted_on = estimate.elapsed
 

@@ -55,7 +55,7 @@ def test_every_policy_closes_on_the_same_pinch() -> None:
     assert len(eggs) == 1
 
 
-def test_scenes_differ_in_chance_and_none_was_learned_from() -> None:
+def test_scenes_differ_randomly_and_none_is_in_the_training() -> None:
     setups = [PinchSetup("block 20", s, g) for s in range(4) for g in ("grasp", "search")]
     plants = [trial_plant(setup, VARIANTS[0], 0.02) for setup in setups]
     assert len({plant.advance(500).tobytes() for plant in plants}) == len(setups)
@@ -70,16 +70,16 @@ def test_at_the_first_contact_they_still_share_their_past(model: Model) -> None:
 def test_the_estimate_comes_and_the_hand_is_told_after_the_contact(model: Model) -> None:
     setup = PinchSetup("block 60", 1)
     plant = trial_plant(setup, BY_KEY["early_exit"], 0.020)
-    told = played(plant, setup, BY_KEY["early_exit"], TUNED, model)
+    predictions = played(plant, setup, BY_KEY["early_exit"], TUNED, model)
     first = plant.outcome.first_contact
     assert first is not None
-    assert len(told.estimates) == len(SMALL.windows)
-    approach, *others = told.orders
+    assert len(predictions.estimates) == len(SMALL.windows)
+    approach, *remaining = predictions.orders
     assert approach.at < first
-    assert others
-    assert all(order.at > first for order in others)
-    assert told.counts.contacts == 1
-    assert told.counts.misses + told.counts.estimates >= 1
+    assert remaining
+    assert all(order.at > first for order in remaining)
+    assert predictions.counts.contacts == 1
+    assert predictions.counts.misses + predictions.counts.estimates >= 1
 
 
 def test_gentle_at_touch_presses_less_than_no_modulation(model: Model) -> None:
@@ -101,9 +101,9 @@ def test_same_seed_same_rows_on_one_worker_and_two(model: Model) -> None:
 
 
 def test_the_search_finds_what_holds_and_asks_other_pinches_than_the_report() -> None:
-    found = search(SMALL, Serial())
-    assert set(found) == {"feedback", "feedback_fast"}
-    for one in found.values():
+    computed = search(SMALL, Serial())
+    assert set(computed) == {"feedback", "feedback_fast"}
+    for one in computed.values():
         assert one.tried == 4
         assert one.unsteady == 0
     reported, searched = (
@@ -113,10 +113,10 @@ def test_the_search_finds_what_holds_and_asks_other_pinches_than_the_report() ->
     assert (reported != searched).any()
 
 
-def test_quick_is_part_of_the_whole() -> None:
+def test_quick_settings_are_a_subset() -> None:
     quick = GraspStudySettings().quick()
     assert set(quick.kinds) < set(KINDS)
-    whole = GraspStudySettings().household
-    assert set(quick.household.kinds) < set(whole.kinds)
-    assert set(quick.household.forces) < set(whole.forces)
+    complete = GraspStudySettings().household
+    assert set(quick.household.kinds) < set(complete.kinds)
+    assert set(quick.household.forces) < set(complete.forces)
     assert all(round(d * FINGERTIP_RATE) > 0 for d in quick.windows)

@@ -1,4 +1,4 @@
-"""What is another program's is no part of a time: preempted calls are told apart."""
+"""Times exclude calls that another program interrupted."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from firstcontact_lab.study.timing import Timed, load, preemptions, timed
 
 def test_preempted_calls_are_apart() -> None:
     spent = np.array([10.0] * 97 + [4000.0] * 3)
-    found = Timed(spent, spent > 1000)
-    assert np.percentile(found.uninterrupted, 99) == 10.0
-    assert np.percentile(found.microseconds, 99) > 1000
+    timing = Timed(spent, spent > 1000)
+    assert np.percentile(timing.uninterrupted, 99) == 10.0
+    assert np.percentile(timing.microseconds, 99) > 1000
     everything = Timed(spent, np.ones(100, dtype=bool))
     assert len(everything.uninterrupted) == 100
 
 
 def test_every_call_is_made_and_timed() -> None:
     seen: list[int] = []
-    found = timed(seen.append, [1, 2, 3], 7)
-    assert len(found.microseconds) == len(found.preempted) == 7
+    timing = timed(seen.append, [1, 2, 3], 7)
+    assert len(timing.microseconds) == len(timing.preempted) == 7
     assert seen[-7:] == [1, 2, 3, 1, 2, 3, 1]
-    assert (found.microseconds > 0).all()
+    assert (timing.microseconds > 0).all()
 
 
 @pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="needs to share a core")
-def test_on_a_shared_core_the_calls_that_were_interrupted_are_found() -> None:
+def test_interrupted_calls_on_a_shared_core_are_detected() -> None:
     """Another process spins on the same core: the system takes it away, in some call."""
     core = min(os.sched_getaffinity(0))
-    before = os.sched_getaffinity(0)
+    previous = os.sched_getaffinity(0)
     spin = (
         f"import os\nos.sched_setaffinity(0, {{{core}}})\nprint('on', flush=True)\nwhile True: pass"
     )
@@ -44,14 +44,16 @@ def test_on_a_shared_core_the_calls_that_were_interrupted_are_found() -> None:
             os.sched_setaffinity(0, {core})
             began = preemptions()
             work = np.random.default_rng(0).random((60, 60))
-            found = timed(lambda _: work @ work, [0], 200)
-            while not found.preempted.any():
-                found = timed(lambda _: work @ work, [0], 5000)
+            results = timed(lambda _: work @ work, [0], 200)
+            while not results.preempted.any():
+                results = timed(lambda _: work @ work, [0], 5000)
             assert preemptions() > began
             # A time slice of the other process is in each of these.
-            assert np.median(found.microseconds[found.preempted]) > np.median(found.uninterrupted)
+            assert np.median(results.microseconds[results.preempted]) > np.median(
+                results.uninterrupted
+            )
         finally:
-            os.sched_setaffinity(0, before)
+            os.sched_setaffinity(0, previous)
             other.kill()
 
 

@@ -73,7 +73,7 @@ class EmulatedAbility:
         self._terminal.unplug()
 
     def wait(self, reached: Callable[[EmulatedAbility], bool]) -> None:
-        """Until something is so with the hand."""
+        """Wait until the hand meets a condition."""
         with self._change:
             assert self._change.wait_for(lambda: reached(self), PATIENCE), self.position
 

@@ -48,7 +48,7 @@ def browsing(folder: Path) -> Iterator[Any]:
 
 
 def until(driver: Any, kind: Callable[[Any], Any]) -> Any:
-    """Wait until it is so."""
+    """Wait until a condition holds."""
     from selenium.webdriver.support.ui import WebDriverWait
 
     return WebDriverWait(driver, PATIENCE, poll_frequency=0.1).until(kind)

@@ -1,4 +1,4 @@
-"""``firstcontact adapt``: a model of one's own rig from its recordings, or of none."""
+"""``firstcontact adapt``: a model of your rig from its recordings, or one without a rig."""
 
 from __future__ import annotations
 

@@ -115,7 +115,7 @@ def test_samples_marks_and_counts_have_the_new_rate(
 
 
 def test_read_returns_at_least_one_sample(tmp_path: Path) -> None:
-    """One sample of the source may be none of the new rate: reading goes on until there is one."""
+    """One source sample may give no output sample. Reading continues until there is one."""
     path = write_recording(48_000.0, tmp_path, [Block(samples(600, 0), 0, 0)])
     with ReplaySource(path, speed=np.inf, block=1) as inner:
         source = ResampledSource(inner, NEW)

@@ -51,7 +51,7 @@ def test_every_file_of_arithmetic_says_so_first() -> None:
 def test_compiled_without_the_flag_nothing_is_fused(
     request: pytest.FixtureRequest, tmp_path: Path
 ) -> None:
-    """The very instructions of the flag; those that are left are the fmaf that is written."""
+    """Without the flag the compiler fuses nothing: only explicit fmaf calls remain."""
     if not shutil.which(f"{building.ARM}gcc"):
         pytest.skip(f"{request.node.name}: gcc-arm-none-eabi is not installed")
     plain = code(tmp_path / "plain")

@@ -159,7 +159,7 @@ def _changed(rng: Random, root: Any) -> Any:
 
 
 def _near(rng: Random, old: Any) -> Any:
-    """Something of the kind that was there."""
+    """Return a random value of the same kind."""
     if isinstance(old, bool):
         return not old
     if isinstance(old, int) and abs(old) < 2**64:

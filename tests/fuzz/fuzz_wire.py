@@ -251,7 +251,7 @@ class _FlashedDevice(Responder):
 
 
 def flashing(rng: Random, _: Path) -> None:
-    """A model onto a device that says anything: it ends, and soon."""
+    """Send a model to a device with random replies. The transfer must end soon."""
     device = _FlashedDevice(rng)
     data = rng.randbytes(rng.choice((1, 200, 9000)))
     with (

@@ -1,4 +1,4 @@
-"""The file's own writer gives the library's bytes and keeps none of them."""
+"""The chunk writer writes the same bytes as the library, with flat memory."""
 
 import io
 import resource

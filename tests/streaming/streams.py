@@ -56,7 +56,7 @@ def as_blocks(dataset: Dataset) -> list[Block]:
 
 
 def cut_frames(dataset: Dataset, size: int = 5) -> list[Block]:
-    """The same in pieces of this many samples."""
+    """Return the blocks of a dataset, cut to this many samples."""
     return [p for b in as_blocks(dataset) for p in cut(b, [*range(size, len(b.data), size)])]
 
 

@@ -289,7 +289,7 @@ def test_closing_does_not_wait_for_the_deaf(page: PageSink) -> None:
 
 
 def update_with(feed: Feed, kind: type) -> tuple[Update, Any]:
-    """The next update with an event of a kind, and that event; those before are left out."""
+    """Return the next update with an event of a kind, and that event."""
     while True:
         update = feed.update()
         stream_events = [e for e in update.events if isinstance(e, kind)]

@@ -38,7 +38,7 @@ def finished(events: list[Event]) -> list[PinchDone]:
 
 
 def running(events: list[Event]) -> list[Estimate]:
-    """Estimates as they come, without the final ones again."""
+    """Return the running estimates without the repeated final ones."""
     return [e for e in events if isinstance(e, Estimate) and not e.final]
 
 
@@ -279,7 +279,7 @@ def test_the_ledger_adds_up(
 def test_a_stream_without_noise_floors_is_warned_of_once(
     detector: Detector, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """Each epoch is one closing then: of a stream all closings but the first are missed."""
+    """Each epoch counts as one closing, so later closings of a stream are missed."""
     rng = np.random.default_rng(0)
     noise = rng.normal(0, 60, (8 * 4936, LAYOUT.width)).astype(np.int16)
     floors = Calibration(tuple(VibrationCalibration(f, 0.01) for f in Finger))

@@ -40,7 +40,7 @@ SECONDS = 12
 
 
 class Keeper:
-    """A sink that keeps what it gets."""
+    """Sink that stores all updates."""
 
     name = "keeper"
     every = 0.02

@@ -1,4 +1,4 @@
-"""MiniRocket with a ridge: fixed kernels, what share of a window each exceeds, a linear model.
+"""MiniRocket with ridge regression: the share of a window above each fixed kernel's threshold.
 
 A. Dempster, D. F. Schmidt, G. I. Webb: MiniRocket: A Very Fast (Almost) Deterministic
 Transform for Time Series Classification, KDD 2021. Written in NumPy: the packages that

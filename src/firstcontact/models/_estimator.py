@@ -131,7 +131,7 @@ def target_scale(task: Task, y: Values) -> NDArray[np.float64]:
 def training_spec(
     task: Task, rate: float, X: Windows, y: Values, groups: NDArray[Any] | None
 ) -> Spec:
-    """Check what an estimator is to learn from.
+    """Check the training data of an estimator. Return the model's specification.
 
     Returns
     -------

@@ -112,7 +112,7 @@ class WindowPredictor:
         return out
 
     def card(self) -> WindowCard:
-        """Return the part of a card."""
+        """Return the predictor's part of a model card."""
         spec = self.model.spec
         return WindowCard(
             kind=self.model.kind,
@@ -194,7 +194,7 @@ class NetworkPredictor:
         return out
 
     def card(self) -> NetworkCard:
-        """Return the part of a card."""
+        """Return the predictor's part of a model card."""
         model = self.model
         return NetworkCard(
             kind=model.kind, rate_hz=model.rate, record=self.record, level=model.level

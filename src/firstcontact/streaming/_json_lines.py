@@ -176,7 +176,7 @@ def marker_line(marker: Marker) -> str:
 
 
 class JsonLinesSink:
-    """Writes events as lines of JSON, each as soon as it is known.
+    """Sink that writes each event as a line of JSON at once.
 
     ``docs/reference/live-output.md`` lists the fields.
 

@@ -31,7 +31,7 @@ LONGEST = 2.0
 
 @dataclass(frozen=True, slots=True, order=True)
 class Pick:
-    """Something picked up by chance.
+    """Random pick of an object.
 
     Parameters
     ----------

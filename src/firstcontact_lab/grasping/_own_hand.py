@@ -29,7 +29,7 @@ AFTER = 0.060
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OwnHand:
-    """A detector and a model that were made of a hand's own block pinches.
+    """Detector and model from the block pinches of one hand.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ class OwnHand:
 
 @dataclass(frozen=True, slots=True)
 class HandSeed:
-    """A hand by chance, and the speed that it approaches with, m/s."""
+    """Random hand and its approach speed, m/s."""
 
     seed: int
     speed: float

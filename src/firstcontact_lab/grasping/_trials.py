@@ -20,7 +20,7 @@ Tuned = Mapping[str, Mapping[str, float]]
 
 @dataclass(frozen=True, slots=True)
 class PinchSetup:
-    """One pinch by chance: what is pinched, in which session.
+    """Random pinch: object and session.
 
     Parameters
     ----------

@@ -143,7 +143,7 @@ def _payload(settings: GraspStudySettings, out: Path, runner: Runner) -> Payload
 def close_all(
     settings: GraspStudySettings, work: dict[str, Tuning], model: Model, runner: Runner
 ) -> list[Row]:
-    """Every policy on every pinch at every latency: same pinch, same chance."""
+    """Simulate each policy on each pinch at each latency, with the same random draws."""
     tuned = {key: f.settings for key, f in work.items()}
     compared = tuple(variants().values())
     trials = [

@@ -1,4 +1,4 @@
-"""The folder of a study: one study in it at a time, and none over the work of another."""
+"""Folder of a study: locked while it runs, and never overwritten by another study."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _REMEDY = "choose another --out, or move it away"
 
 @contextmanager
 def sole_use(out: Path, options: Mapping[str, Any]) -> Iterator[None]:
-    """Make the folder of a study and hold it; what a dead process held is free.
+    """Make and lock the folder of a study. The lock of a dead process does not count.
 
     Parameters
     ----------

@@ -89,7 +89,7 @@ def is_baseline(name: str) -> bool:
 
 
 def detectors(scored: Container[str]) -> list[str]:
-    """Names of those in some results, in the order of reports."""
+    """Return the names of the detectors in some results, in the order of reports."""
     return [name for name in DETECTORS.names if name in scored]
 
 

@@ -1,4 +1,4 @@
-"""Results of a grasp study that never was."""
+"""Made-up results of a grasp study."""
 
 from __future__ import annotations
 

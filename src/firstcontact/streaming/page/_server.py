@@ -1,4 +1,4 @@
-"""Serves the page's files and its socket, in one event loop."""
+"""Server of the page's files and its socket, in one event loop."""
 
 from __future__ import annotations
 

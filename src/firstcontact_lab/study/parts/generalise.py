@@ -34,7 +34,7 @@ SLOW_SETS = 1
 
 
 def generalise(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Ask everybody the same on sets of the twin that no choice was made on.
+    """Score every competitor on twin sets that were not used for tuning.
 
     Contacts are as late as the detector placed this subject's own, where it was right; pinches
     whose second contact leaves no answer are asked of nobody.

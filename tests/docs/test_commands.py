@@ -140,12 +140,12 @@ def run(page: Path, folder: Path, marks: set[str], cache: Path) -> str:
     """Run a page's commands that have one of these marks; return what they printed."""
     shutil.copytree(ROOT / "examples", folder / "examples", dirs_exist_ok=True)
     script = "".join(f.body for f in fences(page) if f.language == "sh" and f.mark in marks)
-    said = ""
+    text = ""
     for command in in_parts(script.replace("\\\n", " ")):
-        done = run_part(command, folder, cache)
-        said += done.stdout + done.stderr
-        assert done.returncode == 0, f"{name(page)}\n{command}\n{said}"
-    return said
+        process = run_part(command, folder, cache)
+        text += process.stdout + process.stderr
+        assert process.returncode == 0, f"{name(page)}\n{command}\n{text}"
+    return text
 
 
 def in_parts(script: str) -> list[str]:
@@ -191,9 +191,9 @@ TUTORIALS = [page for page in pages_with("") if page.parent.name == "tutorial"]
 def test_tutorials_run_in_a_row_in_one_folder(tmp_path: Path, user_cache: Path) -> None:
     assert len(TUTORIALS) == 3
     for page in TUTORIALS:
-        said = run(page, tmp_path, {""}, user_cache)
+        text = run(page, tmp_path, {""}, user_cache)
         # None ends in advice to record more, or finds the files of another.
-        assert not re.search("too few|did not make|replaced", said), f"{name(page)}\n{said}"
+        assert not re.search("too few|did not make|replaced", text), f"{name(page)}\n{text}"
 
 
 def test_no_two_tutorials_write_to_the_same_place() -> None:
@@ -233,15 +233,15 @@ def test_long_commands_run(page: Path, tmp_path: Path, user_cache: Path) -> None
     ids=lambda f: f"{name(f.page)}:{f.line}",
 )
 def test_python_runs(fence: Fence, tmp_path: Path) -> None:
-    done = forked.run("code", fence.body, cwd=tmp_path, strict=True)
-    assert done.returncode == 0, done.stderr
+    process = forked.run("code", fence.body, cwd=tmp_path, strict=True)
+    assert process.returncode == 0, process.stderr
 
 
 def test_every_fence_says_what_it_is() -> None:
     for fence in ALL:
-        where = f"{name(fence.page)}:{fence.line}"
-        assert fence.mark in MARKS, where
-        assert fence.language in LANGUAGES, f"{where}: commands stand in sh fences"
+        location = f"{name(fence.page)}:{fence.line}"
+        assert fence.mark in MARKS, location
+        assert fence.language in LANGUAGES, f"{location}: commands stand in sh fences"
 
 
 def test_no_command_hides_in_another_fence() -> None:
@@ -254,15 +254,17 @@ def test_no_command_hides_in_another_fence() -> None:
 
 
 def test_what_runs_elsewhere_is_listed_and_the_list_has_no_more() -> None:
-    shown = {c for f in ALL if f.mark == "elsewhere" for c in f.commands}
-    assert shown - set(ELSEWHERE) == set()
-    assert {c for c, place in ELSEWHERE.items() if c not in shown} == set()
+    displayed = {c for f in ALL if f.mark == "elsewhere" for c in f.commands}
+    assert displayed - set(ELSEWHERE) == set()
+    assert {c for c, place in ELSEWHERE.items() if c not in displayed} == set()
 
 
 @pytest.mark.parametrize("command", [c for c in ELSEWHERE if c.startswith("make ")])
 def test_make_targets_exist(command: str) -> None:
-    done = subprocess.run([*command.split(), "--dry-run"], cwd=ROOT, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
+    process = subprocess.run(
+        [*command.split(), "--dry-run"], cwd=ROOT, capture_output=True, text=True
+    )
+    assert process.returncode == 0, process.stderr
 
 
 @pytest.mark.parametrize("command", [c for c, place in ELSEWHERE.items() if place == ".ci/run"])

@@ -103,10 +103,10 @@ def _filtered(sections: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[
     for i in range(x.size):
         y = x[i]
         for k in range(len(sections)):
-            before = y
-            y = sections[k, 0] * before + state[k, 0]
-            state[k, 0] = sections[k, 1] * before - sections[k, 4] * y + state[k, 1]
-            state[k, 1] = sections[k, 2] * before - sections[k, 5] * y
+            section_input = y
+            y = sections[k, 0] * section_input + state[k, 0]
+            state[k, 0] = sections[k, 1] * section_input - sections[k, 4] * y + state[k, 1]
+            state[k, 1] = sections[k, 2] * section_input - sections[k, 5] * y
         out[i] = y
     return out
 

@@ -220,7 +220,7 @@ def test_weights_that_are_no_integers_are_refused() -> None:
 
 
 def test_weights_of_half_precision_are_checked_without_an_overflow() -> None:
-    arrays = compacted(told(), plain(touches(60, 1)), 8).to_arrays()
+    arrays = compacted(conditioned(), plain(touches(60, 1)), 8).to_arrays()
     name = "thin.body1.into.weight"
     arrays[name] = np.full(arrays[name].shape, 32_000.0, np.float16)
     with pytest.raises(InputError, match=r"thin\.body1\.into\.weight"):

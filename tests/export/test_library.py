@@ -8,7 +8,7 @@ from pathlib import Path
 
 import building
 import pytest
-from test_anytime_parity import plain, told, touches
+from test_anytime_parity import conditioned, plain, touches
 from test_detector_parity import trained
 from test_model_parity import learned
 
@@ -24,7 +24,7 @@ STUB = Path(__file__).parents[2] / "firmware" / "teensy" / "stub"
 def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("library")
     model = learned(ESTIMATORS.default, Task.REGRESSION)
-    anytime = compacted(told(), plain(touches(60, 1)), 8)
+    anytime = compacted(conditioned(), plain(touches(60, 1)), 8)
     c_library.write(Trained((model,), trained(DETECTORS.default), anytime), folder)
     return folder
 

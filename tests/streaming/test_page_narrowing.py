@@ -143,6 +143,6 @@ def test_card_and_row_show_the_estimate_in_force_and_a_later_one_as_a_detail(
         cells = [cell.text for cell in row.find_elements("tag name", "td")]
         assert cells[3].startswith("20")
         assert cells[4] == "5.2"
-        assert "later 44, after 34.1 ms" in cells[6]
+        assert "later 44 after 34.1 ms" in cells[6]
     finally:
         page.close()

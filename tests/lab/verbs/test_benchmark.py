@@ -93,12 +93,12 @@ def test_a_pipeline_lands_in_the_table_beside_ours(
     monkeypatch.setattr(benchmark, "QUICK", replace(benchmark.QUICK, sizes=sizes))
     name = "their_regressors:pipeline"
     assert asked(name) == 0
-    said = capsys.readouterr().out
-    assert name in said
-    assert "In-context network" in said
-    found = read_results(here / "b" / "results.json", BenchmarkResults)
-    both = found.conditions["paper-rig"]
-    assert next(iter(both.generalise.estimators)) == found.contender == name
+    output = capsys.readouterr().out
+    assert name in output
+    assert "In-context network" in output
+    results = read_results(here / "b" / "results.json", BenchmarkResults)
+    both = results.conditions["paper-rig"]
+    assert next(iter(both.generalise.estimators)) == results.contender == name
     times = both.anytime[name]
     for scores in (times.rmse, times.coverage, times.width):
         assert list(scores) == ["2", "3", "5", "8", "15"]
@@ -130,9 +130,9 @@ def test_a_pipeline_lands_in_the_table_beside_ours(
 )
 def test_who_cannot_be_asked_is_refused(here: Path, capsys: Any, name: str, why: str) -> None:
     assert asked(name) == 2
-    said = capsys.readouterr().err
-    assert why in said
-    assert said.count("\n") == 1
+    errors = capsys.readouterr().err
+    assert why in errors
+    assert errors.count("\n") == 1
     assert not (here / "b").exists()
 
 
@@ -164,9 +164,9 @@ def scored(folder: Path, name: str = LOUD, *more: str) -> int:
     return run("benchmark", name, "--recordings", folder, "--workers", "1", "--out", "b", *more)
 
 
-def recorded(folder: Path, labels: list[Label], known: bool = True) -> Path:
+def recorded(folder: Path, labels: list[Label], has_contacts: bool = True) -> Path:
     rng = np.random.default_rng(1)
-    pinches = tuple(touch(label.shore_a or 20.0, label, rng, known) for label in labels)
+    pinches = tuple(touch(label.shore_a or 20.0, label, rng, has_contacts) for label in labels)
     folder.mkdir()
     write_dataset(Dataset(pinches, "synthetic"), folder, Header(LAYOUT, "synthetic"))
     return folder
@@ -183,26 +183,26 @@ def test_recordings_are_scored_on_the_same_held_out_sessions(here: Path, capsys:
     text = capsys.readouterr().out
     results = read_results(here / "b" / "results.json", BenchmarkResults)
     assert results.conditions == {}
-    found = results.recordings
-    assert (found.path, found.source, found.pinches) == (str(data), "synthetic", 34)
-    assert (found.held_out.cluster, found.held_out.clusters, found.held_out.folds) == (
+    computed = results.recordings
+    assert (computed.path, computed.source, computed.pinches) == (str(data), "synthetic", 34)
+    assert (computed.held_out.cluster, computed.held_out.clusters, computed.held_out.folds) == (
         "session", 2, 2,
     )  # fmt: skip
-    for group, pinches in ((found.held_out, 30), (found.objects, 4)):
+    for group, pinches in ((computed.held_out, 30), (computed.objects, 4)):
         assert list(group.scores) == ["their_regressors:Sealed", "peak", "in_context"]
         for scores in group.scores.values():
             assert scores.n == pinches
             assert list(scores.rmse) == ["2", "3", "5", "8", "15"]
-    assert all(its.intervals["rmse"] for its in found.held_out.scores.values())
-    assert found.objects.clusters == 1
-    assert not any(its.intervals for its in found.objects.scores.values())
+    assert all(entry.intervals["rmse"] for entry in computed.held_out.scores.values())
+    assert computed.objects.clusters == 1
+    assert not any(entry.intervals for entry in computed.objects.scores.values())
     page = (here / "b" / "report.html").read_text(encoding="utf-8")
-    for shown in (text, page):
-        assert "synthetic recordings" in shown
-        assert str(data) in shown
-        assert "bootstrap interval over 2 sessions" in shown
-        assert "In-context network" in shown
-        assert "Twin" not in shown
+    for displayed in (text, page):
+        assert "synthetic recordings" in displayed
+        assert str(data) in displayed
+        assert "bootstrap interval over 2 sessions" in displayed
+        assert "In-context network" in displayed
+        assert "Twin" not in displayed
     assert page.count("data:image/svg") == 2
 
 
@@ -215,9 +215,9 @@ def test_specimens_are_held_out_where_no_session_is_named(here: Path) -> None:
         for _ in range(6)
     ]
     assert scored(recorded(here / "pinches", labels)) == 0
-    found = read_results(here / "b" / "results.json", BenchmarkResults).recordings
-    assert (found.held_out.cluster, found.held_out.clusters) == ("specimen", 4)
-    assert found.objects is None
+    results = read_results(here / "b" / "results.json", BenchmarkResults).recordings
+    assert (results.held_out.cluster, results.held_out.clusters) == ("specimen", 4)
+    assert results.objects is None
 
 
 @pytest.mark.usefixtures("quick_default")
@@ -225,10 +225,10 @@ def test_objects_of_a_session_to_learn_from_are_not_called_unseen(here: Path, ca
     labels = [block(s, i, f"{s:g}") for s in (10.0, 60.0) for i in "ab" for _ in range(6)]
     labels += [Label("apple", 30.0, None, "apple", "a", Role.TEST)] * 2
     assert scored(recorded(here / "pinches", labels)) == 0
-    found = read_results(here / "b" / "results.json", BenchmarkResults).recordings
-    assert found.objects is None
-    assert "'a'" in found.left_out
-    assert found.left_out in capsys.readouterr().out
+    results = read_results(here / "b" / "results.json", BenchmarkResults).recordings
+    assert results.objects is None
+    assert "'a'" in results.left_out
+    assert results.left_out in capsys.readouterr().out
 
 
 @pytest.mark.usefixtures("quick_default")

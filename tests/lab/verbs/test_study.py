@@ -102,7 +102,7 @@ def test_the_same_study_may_run_again_and_no_other_meanwhile_or_over_it(
         part = os.read(first.stderr.fileno(), 4096).decode("utf-8", "replace")
         assert part, seen
         seen += part
-    before = (out / "results.json").read_bytes()
+    original = (out / "results.json").read_bytes()
     with pytest.raises(InputError, match="another study is at work in it"):
         Study(recordings=arrays, out=out, quick=True).run()
     os.killpg(first.pid, signal.SIGKILL)
@@ -110,7 +110,7 @@ def test_the_same_study_may_run_again_and_no_other_meanwhile_or_over_it(
     for other in (Study(recordings=arrays, out=out), Study(out=out, quick=True)):
         with pytest.raises(InputError, match="holds another study's results"):
             other.run()
-    assert (out / "results.json").read_bytes() == before
+    assert (out / "results.json").read_bytes() == original
     again = start(arrays, out, *words)
     assert again.communicate()[0].strip() == str(out / "report.html")
     assert json.loads((out / "results.json").read_text(encoding="utf-8"))["study"]["complete"]
@@ -119,7 +119,7 @@ def test_the_same_study_may_run_again_and_no_other_meanwhile_or_over_it(
 def living_in_group(group: int) -> list[str]:
     """Processes of a group that are not ending already."""
     exiting = 0x4  # PF_EXITING of the Linux kernel
-    found = []
+    collected = []
     for stat in Path("/proc").glob("[0-9]*/stat"):
         try:
             text = stat.read_text(encoding="utf-8", errors="replace")
@@ -127,8 +127,8 @@ def living_in_group(group: int) -> list[str]:
             continue
         fields = text.rsplit(")", 1)[1].split()
         if int(fields[2]) == group and not int(fields[6]) & exiting:
-            found.append(text)
-    return found
+            collected.append(text)
+    return collected
 
 
 def test_settings_that_make_no_sense_are_refused(tmp_path: Path) -> None:

@@ -70,7 +70,7 @@ number = 5
 
 
 @pytest.fixture
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "their_regressors.py").write_text(MINE, encoding="utf-8")
     (tmp_path / "their_slip.py").write_text("def fit(:\n", encoding="utf-8")
     (tmp_path / "their_driver.py").write_text("raise RuntimeError('no board')\n", encoding="utf-8")
@@ -87,7 +87,7 @@ def asked(name: str, *more: str) -> int:
 
 
 def test_a_pipeline_lands_in_the_table_beside_ours(
-    here: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch
+    folder: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     sizes = Sizes(blocks=6, held_out=3, objects=5, other_blocks=3, kinds=6)
     monkeypatch.setattr(benchmark, "QUICK", replace(benchmark.QUICK, sizes=sizes))
@@ -96,13 +96,13 @@ def test_a_pipeline_lands_in_the_table_beside_ours(
     output = capsys.readouterr().out
     assert name in output
     assert "In-context network" in output
-    results = read_results(here / "b" / "results.json", BenchmarkResults)
+    results = read_results(folder / "b" / "results.json", BenchmarkResults)
     both = results.conditions["paper-rig"]
     assert next(iter(both.generalise.estimators)) == results.contender == name
     times = both.anytime[name]
     for scores in (times.rmse, times.coverage, times.width):
         assert list(scores) == ["2", "3", "5", "8", "15"]
-    page = (here / "b" / "report.html").read_text(encoding="utf-8")
+    page = (folder / "b" / "report.html").read_text(encoding="utf-8")
     assert name in page
     assert page.count("data:image/svg") == 2
 
@@ -128,26 +128,26 @@ def test_a_pipeline_lands_in_the_table_beside_ours(
         ("their_regressors", "their_regressors"),
     ],
 )
-def test_who_cannot_be_asked_is_refused(here: Path, capsys: Any, name: str, why: str) -> None:
+def test_who_cannot_be_asked_is_refused(folder: Path, capsys: Any, name: str, why: str) -> None:
     assert asked(name) == 2
     errors = capsys.readouterr().err
     assert why in errors
     assert errors.count("\n") == 1
-    assert not (here / "b").exists()
+    assert not (folder / "b").exists()
 
 
-def test_results_of_something_else_are_not_written_over(here: Path, capsys: Any) -> None:
-    (here / "b").mkdir()
-    (here / "b" / "results.json").write_text(json.dumps({"study": {"asked": {}}}))
+def test_results_of_something_else_are_not_written_over(folder: Path, capsys: Any) -> None:
+    (folder / "b").mkdir()
+    (folder / "b" / "results.json").write_text(json.dumps({"study": {"asked": {}}}))
     assert asked("svm") == 2
-    (here / "b" / "results.json").unlink()
-    (here / "b" / "report.html").write_text("mine")
+    (folder / "b" / "results.json").unlink()
+    (folder / "b" / "report.html").write_text("mine")
     assert asked("svm") == 2
     assert "choose another --out" in capsys.readouterr().err
-    assert (here / "b" / "report.html").read_text() == "mine"
+    assert (folder / "b" / "report.html").read_text() == "mine"
 
 
-def test_other_words_are_refused(here: Path) -> None:
+def test_other_words_are_refused(folder: Path) -> None:
     assert asked("svm", "--seed", "-1") == 2
     assert run("benchmark", "svm", "--condition", "tropical") == 2
 
@@ -177,11 +177,11 @@ def block(shore: float | None, session: str, specimen: str = "") -> Label:
 
 
 @pytest.mark.usefixtures("quick_default")
-def test_recordings_are_scored_on_the_same_held_out_sessions(here: Path, capsys: Any) -> None:
-    data = recordings(here / "pinches", ("a", "b"))
+def test_recordings_are_scored_on_the_same_held_out_sessions(folder: Path, capsys: Any) -> None:
+    data = recordings(folder / "pinches", ("a", "b"))
     assert scored(data, "their_regressors:Sealed") == 0
     text = capsys.readouterr().out
-    results = read_results(here / "b" / "results.json", BenchmarkResults)
+    results = read_results(folder / "b" / "results.json", BenchmarkResults)
     assert results.conditions == {}
     computed = results.recordings
     assert (computed.path, computed.source, computed.pinches) == (str(data), "synthetic", 34)
@@ -196,7 +196,7 @@ def test_recordings_are_scored_on_the_same_held_out_sessions(here: Path, capsys:
     assert all(entry.intervals["rmse"] for entry in computed.held_out.scores.values())
     assert computed.objects.clusters == 1
     assert not any(entry.intervals for entry in computed.objects.scores.values())
-    page = (here / "b" / "report.html").read_text(encoding="utf-8")
+    page = (folder / "b" / "report.html").read_text(encoding="utf-8")
     for displayed in (text, page):
         assert "synthetic recordings" in displayed
         assert str(data) in displayed
@@ -207,25 +207,27 @@ def test_recordings_are_scored_on_the_same_held_out_sessions(here: Path, capsys:
 
 
 @pytest.mark.usefixtures("quick_default")
-def test_specimens_are_held_out_where_no_session_is_named(here: Path) -> None:
+def test_specimens_are_held_out_where_no_session_is_named(folder: Path) -> None:
     labels = [
         block(shore, "", f"{shore:g} {copy}")
         for shore in (10.0, 60.0)
         for copy in range(2)
         for _ in range(6)
     ]
-    assert scored(recorded(here / "pinches", labels)) == 0
-    results = read_results(here / "b" / "results.json", BenchmarkResults).recordings
+    assert scored(recorded(folder / "pinches", labels)) == 0
+    results = read_results(folder / "b" / "results.json", BenchmarkResults).recordings
     assert (results.held_out.cluster, results.held_out.clusters) == ("specimen", 4)
     assert results.objects is None
 
 
 @pytest.mark.usefixtures("quick_default")
-def test_objects_of_a_session_to_learn_from_are_not_called_unseen(here: Path, capsys: Any) -> None:
+def test_objects_of_a_session_to_learn_from_are_not_called_unseen(
+    folder: Path, capsys: Any
+) -> None:
     labels = [block(s, i, f"{s:g}") for s in (10.0, 60.0) for i in "ab" for _ in range(6)]
     labels += [Label("apple", 30.0, None, "apple", "a", Role.TEST)] * 2
-    assert scored(recorded(here / "pinches", labels)) == 0
-    results = read_results(here / "b" / "results.json", BenchmarkResults).recordings
+    assert scored(recorded(folder / "pinches", labels)) == 0
+    results = read_results(folder / "b" / "results.json", BenchmarkResults).recordings
     assert results.objects is None
     assert "'a'" in results.left_out
     assert results.left_out in capsys.readouterr().out
@@ -244,28 +246,28 @@ def test_objects_of_a_session_to_learn_from_are_not_called_unseen(here: Path, ca
     ],
 )
 def test_recordings_without_labels_or_sessions_are_refused(
-    here: Path, capsys: Any, labels: list[Label], why: str
+    folder: Path, capsys: Any, labels: list[Label], why: str
 ) -> None:
-    data = recorded(here / "pinches", labels * 6)
+    data = recorded(folder / "pinches", labels * 6)
     assert scored(data) == 2
     message = capsys.readouterr().err
     assert str(data) in message
     assert why in message
     assert message.count("\n") == 1
-    assert not (here / "b").exists()
+    assert not (folder / "b").exists()
 
 
 @pytest.mark.usefixtures("quick_default")
-def test_too_few_recorded_pinches_are_refused(here: Path, capsys: Any) -> None:
+def test_too_few_recorded_pinches_are_refused(folder: Path, capsys: Any) -> None:
     labels = [block(s, i) for s in (10.0, 60.0) for i in "ab"] * 2
-    assert scored(recorded(here / "pinches", labels)) == 2
-    assert str(here / "pinches") in capsys.readouterr().err
-    assert not (here / "b").exists()
+    assert scored(recorded(folder / "pinches", labels)) == 2
+    assert str(folder / "pinches") in capsys.readouterr().err
+    assert not (folder / "b").exists()
 
 
-def test_settings_of_the_twin_are_refused_with_recordings(here: Path, capsys: Any) -> None:
-    assert scored(here, LOUD, "--quick") == 2
-    assert scored(here, LOUD, "--condition", "paper-rig") == 2
+def test_settings_of_the_twin_are_refused_with_recordings(folder: Path, capsys: Any) -> None:
+    assert scored(folder, LOUD, "--quick") == 2
+    assert scored(folder, LOUD, "--condition", "paper-rig") == 2
     assert "--recordings" in capsys.readouterr().err
-    assert scored(here / "absent") == 2
-    assert not (here / "b").exists()
+    assert scored(folder / "absent") == 2
+    assert not (folder / "b").exists()

@@ -95,7 +95,7 @@ def of_detector(
         fingers = pinch.layout.vibration_fingers
         expected.append(
             [(fingers.index(c.finger), c.sample - start, c.decided - start)
-             for c in detect(detector, pinch)]
+             for c in detect(detector, pinch, confirm=False)]
         )  # fmt: skip
     data = building.closings(signals)
     native, m7, flash, ram = _run(building.Program("closings.c", folder / "src", {}), data)

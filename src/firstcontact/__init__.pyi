@@ -29,6 +29,7 @@ from .models import load_model as load_model
 from .models import train as train
 from .streaming import ClosingStart as ClosingStart
 from .streaming import ContactEvent as ContactEvent
+from .streaming import ContactWithdrawn as ContactWithdrawn
 from .streaming import Event as Event
 from .streaming import HandCommand as HandCommand
 from .streaming import HandPinch as HandPinch

@@ -163,3 +163,23 @@ def test_deadline_applies_to_the_arrival_at_the_hand() -> None:
     loop.estimated(NARROW, 0.120)
     assert (loop.counts.misses, loop.counts.unused, loop.counts.estimates) == (1, 1, 0)
     assert sent[-1] == Grip().gentle
+
+
+@pytest.mark.parametrize("name", ["first_contact", "early_exit", "stiffness"])
+def test_withdrawn_contact_leaves_no_trace(name: str) -> None:
+    loop, sent = make_loop(name, deadline=0.025)
+    first = sent[-1]
+    touch(loop)
+    loop.estimated(NARROW, 0.118)
+    loop.withdrawn()
+    assert sent[-1] == first
+    counts = loop.counts
+    assert (counts.contacts, counts.estimates, counts.withdrawn) == (0, 0, 1)
+    loop.felt(0.0, 0.2)
+    assert counts.misses == 0
+    touch(loop, 300)
+    loop.estimated(NARROW, 0.318)
+    assert (counts.contacts, counts.estimates) == (1, 1)
+    loop.done()
+    loop.withdrawn()
+    assert counts.withdrawn == 1

@@ -9,9 +9,13 @@ from ._closing_start import closing_starts as closing_starts
 from ._closing_start import count_starts as count_starts
 from ._closing_start import cut_closings as cut_closings
 from ._closing_start import describe_starts as describe_starts
+from ._confirmation import ConfirmingLatch as ConfirmingLatch
+from ._confirmation import ContactListener as ContactListener
+from ._confirmation import Withdrawal as Withdrawal
+from ._confirmation import confirmed_contacts as confirmed_contacts
+from ._confirmation import detect as detect
 from ._detector import Detector as Detector
 from ._detector import WindowDecisions as WindowDecisions
-from ._detector import detect as detect
 from ._detector import latch as latch
 from ._detector_file import CARD as CARD
 from ._detector_file import DETECTOR_FORMAT as DETECTOR_FORMAT

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from firstcontact.contact._confirmation import ContactListener, Withdrawal
 from firstcontact.contact._detector import Detector
 from firstcontact.contact._gate import REARM, ClosingGate, Turn
-from firstcontact.contact._stream import WindowDetector
 from firstcontact.core import Block, Calibration, Contact, Layout
 from firstcontact.signal import samples_in
 
@@ -23,10 +23,22 @@ class ClosingBegan:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ClosingSamples:
-    """Samples of a closing, with the contacts detected in them."""
+    """Samples of a closing, with the contacts detected in them.
+
+    Parameters
+    ----------
+    block
+        Samples.
+    contacts
+        Contacts that these samples revealed.
+    withdrawn
+        First contact that the last of these samples showed to be none, with all contacts after it;
+        None otherwise. The closing goes on without contacts.
+    """
 
     block: Block
     contacts: tuple[Contact, ...]
+    withdrawn: Contact | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,17 +81,15 @@ class Closings:
     def __init__(
         self, layout: Layout, detector: Detector, calibration: Calibration | None = None
     ) -> None:
-        detector.start(layout)
         self._layout = layout
-        self._fingers = len(layout.vibration_fingers)
         self._detector = detector
+        self._listener = ContactListener(detector, layout)
         self._gate = ClosingGate(layout, calibration)
         by_hand = None in layout.vibration_fingers
         self._piece = samples_in(REARM / 2, layout.rate) if by_hand else sys.maxsize
         self._open = False
         self._end = 0
         self._epoch = self._epoch_before = 0
-        self._latched = 0
 
     @property
     def has_floors(self) -> bool:
@@ -99,10 +109,7 @@ class Closings:
     @property
     def due(self) -> int | None:
         """Number of samples until the next contact can be known; None without one."""
-        if not self._open or self._latched == self._fingers:
-            return None
-        # Other detectors do not announce their next decision: it may come with any sample.
-        return self._detector.due if isinstance(self._detector, WindowDetector) else 1
+        return None if not self._open or self._listener.ended else self._listener.due
 
     def update(self, block: Block) -> Iterator[Stage]:
         """Process the next block and yield its events in order, each as soon as it is known.
@@ -132,8 +139,7 @@ class Closings:
                 self._open = False
             else:
                 position = event.sample
-                self._detector.start(self._layout)
-                self._latched = 0
+                self._listener = ContactListener(self._detector, self._layout)
                 self._open = True
                 yield ClosingBegan(event.sample, block.epoch)
         yield from self._extend(block, position, block.end)
@@ -144,11 +150,27 @@ class Closings:
             return
         first = start - block.first_sample
         piece = Block(block.data[first : stop - block.first_sample], start, block.epoch)
-        contacts: list[Contact] = []
         # After both contacts nothing is left to detect.
-        if self._latched < self._fingers:
-            contacts = self._detector.update(piece)
-            self._latched += len(contacts)
-            for contact in contacts:
-                self._gate.touched(contact.sample)
-        yield ClosingSamples(piece, tuple(contacts))
+        events = [] if self._listener.ended else self._listener.update(piece)
+        for event in events:
+            if isinstance(event, Contact):
+                self._gate.touched(event.sample)
+        yield from _stages(piece, events)
+
+
+def _stages(block: Block, events: Sequence[Contact | Withdrawal]) -> Iterator[ClosingSamples]:
+    """Cut a block behind each withdrawal, so that later samples belong to the next contact."""
+    contacts: list[Contact] = []
+    for event in events:
+        if isinstance(event, Contact):
+            contacts.append(event)
+            continue
+        count = event.decided + 1 - block.first_sample
+        yield ClosingSamples(
+            Block(block.data[:count], block.first_sample, block.epoch),
+            tuple(contacts),
+            event.contact,
+        )
+        block = Block(block.data[count:], event.decided + 1, block.epoch)
+        contacts = []
+    yield ClosingSamples(block, tuple(contacts))

@@ -1,4 +1,4 @@
-"""Interface of contact detectors, and detection in a pinch."""
+"""Interface of contact detectors, and their latch."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ from typing import Any, ClassVar, Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.contact._closing_start import closing_start
-from firstcontact.core import Block, Contact, Dataset, Finger, Layout, Pinch
+from firstcontact.core import Block, Contact, Dataset, Finger, Layout
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -122,15 +121,3 @@ class Detector(Protocol):
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
         """Restore a detector from :meth:`to_arrays`. Raise InputError if the arrays are invalid."""
-
-
-def detect(detector: Detector, pinch: Pinch) -> list[Contact]:
-    """Return all contacts in a pinch from the start of its closing, as a stream would.
-
-    Only this pinch decides where its closing starts. To use the other pinches of the rig as well,
-    see
-    :func:`firstcontact.contact._closing_start.cut_closings`.
-    """
-    start = closing_start(pinch).sample
-    detector.start(pinch.layout)
-    return detector.update(Block(pinch.data[start - pinch.first_sample :], start))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
 
@@ -219,6 +219,10 @@ class WindowDetector(ABC):
     def due(self) -> int:
         """Number of samples until the next decision."""
         return self._window_end - self._next
+
+    def skip(self, fingers: Iterable[Finger | None]) -> None:
+        """Judge these fingers no more in this closing, because their contacts are known."""
+        self._latched = set(fingers)
 
     def judge(self, block: Block) -> WindowDecisions:
         """Return the decisions for the windows that this block completes."""

@@ -29,6 +29,8 @@ class LoopCounts:
     overtaken
         Estimates that met the deadline but reached the hand after the second contact. This is
         known only when the closing is over.
+    withdrawn
+        Contacts that were none. Neither they nor their estimates count above.
     """
 
     closings: int = 0
@@ -38,6 +40,7 @@ class LoopCounts:
     misses: int = 0
     unused: int = 0
     overtaken: int = 0
+    withdrawn: int = 0
 
 
 class GraspLoop:
@@ -87,7 +90,11 @@ class GraspLoop:
         """Start a closing."""
         self.counts.closings += 1
         self._closing = True
-        self._first = self._due = self._last = None
+        self._last = None
+        self._restart()
+
+    def _restart(self) -> None:
+        self._first = self._due = None
         self._missed = False
         self._reached = []
         self._forward(self.policy.begin())
@@ -103,6 +110,15 @@ class GraspLoop:
                 self._due = self._first + self._deadline
         self._forward(self.policy.touched(contact, first))
         self._check_deadline(now)
+
+    def withdrawn(self) -> None:
+        """Close on as from the beginning, because the contact was none."""
+        if not self._closing:
+            return
+        self.counts.withdrawn += 1
+        self.counts.contacts -= self._first is not None
+        self.counts.estimates -= len(self._reached)
+        self._restart()
 
     def estimated(self, estimate: Estimate, now: float) -> bool:
         """Pass an estimate of time ``now`` to the policy. Return True if the policy acted on it."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.contact import Detector, WindowDecisions, cut_closings, latch
+from firstcontact.contact import Detector, WindowDecisions, confirmed_contacts, cut_closings
 from firstcontact.core import Block, Contact, Dataset, InputError, Record
 from firstcontact.signal import lookahead, samples_in
 
@@ -238,7 +238,7 @@ def score_decisions(
                 looks * look,
             )
             counts.seconds += steps * looks * look / rate
-        contacts = latch(firsts, fingers, set())
+        contacts = confirmed_contacts(firsts, pinch)
         became = outcome(next(iter(contacts), None), truth, rate, early, tolerance)
         outcomes[became] += 1
         if contacts and right_and_not_early(contacts[0], truth, rate, early, tolerance):

@@ -79,6 +79,11 @@ class TouchStream:
             return None
         return self._contact.sample + self._left[0] - self._end
 
+    def withdraw(self) -> None:
+        """Forget the contact, and wait for another one."""
+        self._contact = self._signal = None
+        self._left, self._cut, self.refused = moments(self._layout.rate), 0, ""
+
     def update(self, block: Block, contact: Contact | None = None) -> Touches | None:
         """Take the next block, and the contact where it was found in it.
 

@@ -214,6 +214,10 @@ class WindowStream:
         ends = [self._complete(contact, n) + 1 - self._end for contact, n in self._pending]
         return min(ends, default=None)
 
+    def withdraw(self) -> None:
+        """Drop all incomplete windows, because their contacts were none."""
+        self._pending = []
+
     def update(self, block: Block, contacts: Sequence[Contact] = ()) -> list[ContactWindow]:
         """Process the next block and the contacts found in it.
 

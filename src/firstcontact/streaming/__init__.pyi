@@ -2,6 +2,7 @@
 
 from ._events import ClosingStart as ClosingStart
 from ._events import ContactEvent as ContactEvent
+from ._events import ContactWithdrawn as ContactWithdrawn
 from ._events import Estimate as Estimate
 from ._events import Event as Event
 from ._events import HandCheck as HandCheck

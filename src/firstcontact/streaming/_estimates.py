@@ -59,6 +59,7 @@ class ClosingEstimates:
         self._is_settled = False
         self._made: list[tuple[int, Estimate]] = []  # with the last sample that each depends on
         self._failure = ""
+        self._unheard: list[Block] = []  # samples of the contact that the stream did not take
         self.reason = ""
 
     @property
@@ -75,6 +76,17 @@ class ClosingEstimates:
         """Work ahead for the next estimate, when the events of a block are out."""
         if self.due is not None:
             self._stream.prepare()
+
+    def withdraw(self) -> None:
+        """Forget the first contact, which was none, with its estimates; another one may follow."""
+        self._first = self._second = None
+        self._is_settled = False
+        self._made = []
+        self._failure = self.reason = ""
+        self._stream.withdraw()
+        unheard, self._unheard = self._unheard, []
+        for block in unheard:
+            list(self._stream.update(block, None))
 
     def update(
         self, block: Block, contacts: Sequence[Contact], host: float, transport: float
@@ -110,6 +122,8 @@ class ClosingEstimates:
                 self._failure = str(error)
             if self._first is not None:
                 events += self._make(predictions, self._first, second, block, host, transport)
+        else:
+            self._unheard.append(block)
         if second is not None and self._first is not None:
             self._second = second
             events += self._stop(self._first, second, block.epoch)

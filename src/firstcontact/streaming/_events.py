@@ -75,6 +75,32 @@ class ContactEvent(msgspec.Struct, frozen=True, tag="contact"):
         return self.contact.decided
 
 
+class ContactWithdrawn(msgspec.Struct, frozen=True, tag="contact_withdrawn"):
+    """First contact that was none: the signal after it faded, as after a click of the gears.
+
+    It takes back the contact, all later contacts and all estimates of the closing so far. The
+    closing goes on, and its true contact may follow.
+
+    Parameters
+    ----------
+    contact
+        Withdrawn contact.
+    complete
+        Sample with which this was known.
+    epoch
+        Epoch of the samples.
+    """
+
+    contact: Contact
+    complete: int
+    epoch: int
+
+    @property
+    def known(self) -> int:
+        """Sample with which the event was known."""
+        return self.complete
+
+
 class NoEstimate(msgspec.Struct, frozen=True, tag="no_estimate"):
     """Closing without an estimate that counts, and the reason.
 
@@ -366,6 +392,7 @@ class HandPinch(msgspec.Struct, frozen=True, kw_only=True, tag="hand_pinch"):
 Event = (
     ClosingStart
     | ContactEvent
+    | ContactWithdrawn
     | Estimate
     | NoEstimate
     | PinchDone

@@ -11,6 +11,7 @@ from firstcontact.grasp import Begins, GraspLoop, Hand, Policy, SafeHand, Taxels
 from firstcontact.streaming._events import (
     ClosingStart,
     ContactEvent,
+    ContactWithdrawn,
     Event,
     HandCommand,
     PinchDone,
@@ -100,6 +101,9 @@ class Grasping:
                 if not event.first:
                     self._second = event.contact.decided
                 self.loop.touched(event.contact, event.first, event.contact.decided / self._rate)
+            case ContactWithdrawn():
+                self._is_final, self._acted_on, self._second = False, -1.0, None
+                self.loop.withdrawn()
             case Estimate():
                 self._estimated(event)
             case PinchDone():

@@ -16,12 +16,18 @@ from firstcontact.contact import (
     ClosingSamples,
     Detector,
 )
-from firstcontact.core import Block, Calibration, Estimate, Layout, merge_blocks
+from firstcontact.core import Block, Calibration, Contact, Estimate, Layout, merge_blocks
 from firstcontact.device import TransportDelay
 from firstcontact.signal import samples_in
 from firstcontact.streaming._closing import OpenClosing, Strips
 from firstcontact.streaming._estimates import ClosingEstimates
-from firstcontact.streaming._events import ClosingStart, ContactEvent, Event, PinchDone
+from firstcontact.streaming._events import (
+    ClosingStart,
+    ContactEvent,
+    ContactWithdrawn,
+    Event,
+    PinchDone,
+)
 from firstcontact.streaming._ledger import Ledger
 from firstcontact.streaming._predictors import Predictor
 
@@ -205,6 +211,8 @@ class Pipeline:
                     yield ClosingStart(stage.sample, stage.epoch)
                 case ClosingSamples():
                     yield from self._go_on(stage, host)
+                    if stage.withdrawn is not None:
+                        yield from self._withdraw(stage.withdrawn, stage.block)
                 case ClosingEnded():
                     yield from self._end(stage.sample, "" if stage.whole else "samples were lost")
         pinch = self._pinch
@@ -281,6 +289,16 @@ class Pipeline:
         if pinch.contacts and block.end >= pinch.end:
             ordered += self._end(pinch.end, "")
         return ordered
+
+    def _withdraw(self, contact: Contact, block: Block) -> list[Event]:
+        """Take back the contacts and estimates of the closing, which goes on."""
+        pinch = self._pinch
+        if pinch is None:
+            return []
+        pinch.contacts, pinch.end = [], 0
+        if pinch.estimates is not None:
+            pinch.estimates.withdraw()
+        return [ContactWithdrawn(contact, block.end - 1, block.epoch)]
 
     def _end(self, sample: int, reason: str) -> list[Event]:
         pinch, self._pinch = self._pinch, None

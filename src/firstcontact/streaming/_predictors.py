@@ -73,6 +73,9 @@ class PredictionStream(Protocol):
     def prepare(self) -> None:
         """Work ahead for the next prediction; called when the events of a block are out."""
 
+    def withdraw(self) -> None:
+        """Forget the contact, which was none, and wait for another one."""
+
 
 class Predictor(Protocol):
     """Model that predicts at one or several moments after a contact."""
@@ -234,6 +237,10 @@ class _NetworkStream:
         if self._answers is None and (touches := self._stream.approach()) is not None:
             self._answers = self._model.follow(touches)
 
+    def withdraw(self) -> None:
+        self._contact = self._answers = None
+        self._stream.withdraw()
+
 
 class WindowLadder:
     """Window models: one prediction as each window is complete, the shortest first.
@@ -319,6 +326,10 @@ class _WindowsStream:
 
     def prepare(self) -> None:
         pass  # a window is predicted from as a whole
+
+    def withdraw(self) -> None:
+        self._left, self.reason = len(self._windows), ""
+        self._stream.withdraw()
 
     def _predict(self, window: ContactWindow) -> Prediction:
         entry = self._windows[window.duration]

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from firstcontact.contact import (
     DETECTORS,
     Detector,
+    confirmed_contacts,
     cut_closings,
     find_onsets,
-    latch,
     make_detector,
 )
 from firstcontact.core import Block, Contact, Dataset, InputError, Record
@@ -202,10 +202,10 @@ def _judged(
     name: str, training: str, labelled: Dataset, twin: Dataset, early: float
 ) -> tuple[Firsts, list[Detector]]:
     """First trigger of each pinch, by one that never heard its specimen; and all that did so."""
-    fingers = labelled.layout.vibration_fingers
 
     def firsts(detector: Detector, pinches: Dataset) -> Firsts:
-        return [next(iter(latch(v, fingers, set())), None) for v in judged(detector, pinches)]
+        pairs = zip(judged(detector, pinches), pinches.pinches, strict=True)
+        return [next(iter(confirmed_contacts(v, p)), None) for v, p in pairs]
 
     if training != OTHERS:
         detector = make_detector(name)

@@ -16,6 +16,7 @@ from firstcontact.core import ChannelKind, Estimate, Finger, merge_blocks
 from firstcontact.device import Arrival, Descriptor, RecorderStatus
 from firstcontact.streaming._events import (
     ContactEvent,
+    ContactWithdrawn,
     Event,
     HandCommand,
     HandPinch,
@@ -205,6 +206,9 @@ class State:
         match event:
             case ContactEvent():
                 self._on_contact(event)
+            case ContactWithdrawn():
+                self._now = Now()
+                self._show()
             case Estimate():
                 self._show(missing=None, estimates=_with(self._now.estimates, event))
             case NoEstimate():

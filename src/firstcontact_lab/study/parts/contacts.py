@@ -14,10 +14,10 @@ from firstcontact.contact import (
     WindowDecisions,
     WindowDetector,
     closing_starts,
+    confirmed_contacts,
     count_starts,
     cut_closings,
     describe_starts,
-    latch,
     make_detector,
     untrained_name,
 )
@@ -176,9 +176,9 @@ def contacts(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
         everyone = np.arange(len(dataset))
         splits = [Split("all", everyone[:0], everyone)]
         verdicts, _ = _judge(dataset, splits, settings.early, runner)
-    fingers = dataset.layout.vibration_fingers
     start = settings.detector if settings.detector in verdicts else untrained_name()
-    detections = tuple(next(iter(latch(v, fingers, set())), None) for v in verdicts[start])
+    pairs = zip(verdicts[start], dataset.pinches, strict=True)
+    detections = tuple(next(iter(confirmed_contacts(v, p)), None) for v, p in pairs)
     missing = sum(contact is None for contact in detections)
     not_found = MissingContacts(by=start, pinches=missing, of=len(dataset))
     left_out = []
@@ -322,7 +322,7 @@ def _firsts(
     for name, given in verdicts.items():
         delays = np.full(len(dataset), np.nan)
         for i, (pinch, verdict) in enumerate(zip(dataset.pinches, given, strict=True)):
-            detections = latch(verdict, pinch.layout.vibration_fingers, set())
+            detections = confirmed_contacts(verdict, pinch)
             if detections and pinch.first is not None:
                 delays[i] = 1e3 * (detections[0].decided - pinch.first.sample) / pinch.layout.rate
         out[name] = delays

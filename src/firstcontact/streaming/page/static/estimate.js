@@ -51,6 +51,10 @@ export class Estimate {
 
   now(now) {
     this.object(now.object);
+    if (!now.contact) {
+      this.clear();  // the contact was withdrawn
+      return;
+    }
     const verdict = byId("verdict");
     if (now.missing) {
       this.clear();

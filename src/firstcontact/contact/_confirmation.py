@@ -1,0 +1,235 @@
+"""Confirmation of first contacts: what soon fades was no contact, and the detector re-arms."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.contact._closing_start import closing_start
+from firstcontact.contact._detector import Detector, WindowDecisions, latch
+from firstcontact.contact._stream import WindowDetector
+from firstcontact.core import Block, ChannelKind, Contact, Finger, Layout, Physical, Pinch
+from firstcontact.signal import DeviceSmoothing, samples_in
+
+#: Time after a first contact at which it is confirmed or withdrawn, s.
+CONFIRMED = 0.003
+#: Newest part of that time, s.
+LASTING = 0.002
+#: Least RMS of that part relative to the peak since the contact. A finger that pushes gives 0.75 to
+#: 0.95, a steady tone 0.71, noise 0.4, and a click less.
+PUSHING = 0.65
+#: A part this much louder than the signal before the contact is no click, whatever its shape.
+CLEAR = 12.0
+#: Part of the signal before the contact that it is compared with, s, and the end of this part.
+BEFORE, GUARD = 0.017, 0.001
+#: Part of a closing that is kept, s: longer than all these and the delay of a decision.
+KEPT = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class Withdrawal:
+    """First contact that the signal after it did not confirm.
+
+    Parameters
+    ----------
+    contact
+        Withdrawn contact.
+    decided
+        Last sample that the decision depends on.
+    """
+
+    contact: Contact
+    decided: int
+
+
+class ConfirmingLatch:
+    """Latch of the fingers in one closing, whose first contact has to last.
+
+    A finger that meets an object pushes for milliseconds. A click of the gears or a burst of
+    interference rings and fades. So a first contact is withdrawn after 3 ms, with all later ones,
+    if it does not push and is not clear of the motor either. The fingers are then free again.
+    Without a motor, as for a sensor that a person moves, all contacts count.
+
+    The result does not depend on the sizes of the blocks.
+
+    Parameters
+    ----------
+    layout
+        Columns of the blocks.
+
+    Attributes
+    ----------
+    latched
+        Fingers with a contact.
+    is_confirmed
+        True once no contact can be withdrawn.
+    """
+
+    def __init__(self, layout: Layout) -> None:
+        self._layout, self._rate = layout, layout.rate
+        self._fingers = layout.vibration_fingers
+        self._volts = Physical(layout, layout.columns(ChannelKind.VIBRATION))
+        self._smoothing = DeviceSmoothing(layout)
+        self._past: list[NDArray[np.float64]] = []
+        self._past_first = self._end = self._epoch = 0
+        self._first: Contact | None = None  # waiting for its confirmation
+        self._not_before = 0  # contacts up to the withdrawn one are the same again
+        self.latched: set[Finger | None] = set()
+        self.is_confirmed = None in layout.vibration_fingers
+
+    @property
+    def due(self) -> int | None:
+        """Number of samples until a contact is confirmed or withdrawn; None if none waits."""
+        return None if self._first is None else self._check_at(self._first) + 1 - self._end
+
+    def update(self, block: Block, decisions: WindowDecisions) -> list[Contact | Withdrawal]:
+        """Return contacts and withdrawals in order.
+
+        Parameters
+        ----------
+        block
+            Samples of the closing.
+        decisions
+            Decisions for the windows that the block completes.
+        """
+        if not self.is_confirmed:
+            self._remember(block)
+        events: list[Contact | Withdrawal] = []
+        for row in np.flatnonzero(decisions.fired.any(axis=1)):
+            events += self._confirm(int(decisions.ends[row]) + 1)
+            ends, onsets = decisions.ends[row : row + 1], decisions.onsets[row : row + 1]
+            fired = decisions.fired[row : row + 1] & (onsets >= self._not_before)
+            contacts = latch(WindowDecisions(ends, fired, onsets), self._fingers, self.latched)
+            if contacts and not self.is_confirmed and self._first is None:
+                self._first = contacts[0]
+            events += contacts
+        return events + self._confirm(block.end)
+
+    def _check_at(self, contact: Contact) -> int:
+        """Return the last sample that the confirmation of a contact depends on."""
+        return max(contact.sample + samples_in(CONFIRMED, self._rate) - 1, contact.decided)
+
+    def _confirm(self, end: int) -> list[Withdrawal]:
+        """Confirm or withdraw the first contact if the samples before ``end`` suffice."""
+        first = self._first
+        if first is None or self._check_at(first) >= end:
+            return []
+        self._first = None
+        if self._lasts(first):
+            self.is_confirmed = True
+            self._past = []
+            return []
+        self.latched.clear()
+        self._not_before = first.sample + 1
+        return [Withdrawal(first, self._check_at(first))]
+
+    def _lasts(self, contact: Contact) -> bool:
+        """Return True if the signal after a contact is a push, or clear of the motor."""
+        x = np.concatenate(self._past)[:, self._fingers.index(contact.finger)]
+        place = contact.sample - self._past_first
+        start = max(place - samples_in(BEFORE, self._rate), 0)
+        before = x[start : place - samples_in(GUARD, self._rate)]
+        if not len(before):
+            return True
+        after = x[place : place + samples_in(CONFIRMED, self._rate)] - before.mean()
+        newest = float(np.sqrt(np.mean(after[-samples_in(LASTING, self._rate) :] ** 2)))
+        return newest > min(PUSHING * float(np.abs(after).max()), CLEAR * float(before.std()))
+
+    def _remember(self, block: Block) -> None:
+        if block.first_sample != self._end or block.epoch != self._epoch:
+            self._smoothing = DeviceSmoothing(self._layout)
+            self._past, self._past_first, self._first = [], block.first_sample, None
+        self._past.append(self._smoothing.update(self._volts(block.data)))
+        self._end, self._epoch = block.end, block.epoch
+        oldest = block.first_sample - samples_in(KEPT, self._rate)
+        while self._past_first + len(self._past[0]) < oldest:
+            self._past_first += len(self._past.pop(0))
+
+
+class ContactListener:
+    """Contacts of one closing: a detector with a :class:`ConfirmingLatch`.
+
+    Parameters
+    ----------
+    detector
+        Fitted or loaded detector.
+    layout
+        Columns of the blocks.
+
+    Raises
+    ------
+    InputError
+        If the detector does not support this layout.
+    """
+
+    def __init__(self, detector: Detector, layout: Layout) -> None:
+        detector.start(layout)
+        self._detector = detector
+        self._fingers = len(layout.vibration_fingers)
+        self._latch = ConfirmingLatch(layout)
+
+    @property
+    def ended(self) -> bool:
+        """True if no event can follow in this closing."""
+        return self._latch.is_confirmed and len(self._latch.latched) == self._fingers
+
+    @property
+    def due(self) -> int:
+        """Number of samples until the next event is possible."""
+        # Other detectors do not announce their next decision: it may come with any sample.
+        due = self._detector.due if isinstance(self._detector, WindowDetector) else 1
+        return due if self._latch.due is None else min(due, self._latch.due)
+
+    def update(self, block: Block) -> list[Contact | Withdrawal]:
+        """Return the contacts and withdrawals that this block reveals, in order."""
+        events = self._latch.update(block, self._detector.judge(block))
+        if self._latch.is_confirmed and isinstance(self._detector, WindowDetector):
+            self._detector.skip(self._latch.latched)
+        return events
+
+
+def confirmed_contacts(decisions: WindowDecisions, pinch: Pinch) -> list[Contact]:
+    """Return the contacts of a pinch from a detector's decisions, without the withdrawn ones."""
+    return _standing(ConfirmingLatch(pinch.layout).update(_block(pinch), decisions))
+
+
+def _standing(events: Sequence[Contact | Withdrawal]) -> list[Contact]:
+    """Return the contacts that no later event withdraws."""
+    contacts: list[Contact] = []
+    for event in events:
+        if isinstance(event, Contact):
+            contacts.append(event)
+        else:
+            contacts.clear()
+    return contacts
+
+
+def _block(pinch: Pinch, start: int | None = None) -> Block:
+    first = pinch.first_sample if start is None else start
+    return Block(pinch.data[first - pinch.first_sample :], first)
+
+
+def detect(detector: Detector, pinch: Pinch, *, confirm: bool = True) -> list[Contact]:
+    """Return all contacts in a pinch from the start of its closing, as a stream would.
+
+    Only this pinch decides where its closing starts. To use the other pinches of the rig as well,
+    see :func:`firstcontact.contact._closing_start.cut_closings`.
+
+    Parameters
+    ----------
+    detector
+        Fitted or loaded detector.
+    pinch
+        Pinch.
+    confirm
+        False for the contacts of the detector alone, of which none is withdrawn, as a device that
+        predicts by itself has them.
+    """
+    block = _block(pinch, closing_start(pinch).sample)
+    if not confirm:
+        detector.start(pinch.layout)
+        return detector.update(block)
+    return _standing(ContactListener(detector, pinch.layout).update(block))

@@ -1,0 +1,131 @@
+"""Confirmation of first contacts: clicks are withdrawn, and the true contact follows."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firstcontact.contact import (
+    ClosingBegan,
+    ClosingEnded,
+    Closings,
+    ClosingSamples,
+    ContactListener,
+    ThresholdDetector,
+    Withdrawal,
+    confirmed_contacts,
+    detect,
+)
+from firstcontact.contact._confirmation import CONFIRMED, KEPT
+from firstcontact.core import Block, Contact, Finger, Layout, Pinch, fingertip_layout
+from firstcontact.signal import samples_in
+from firstcontact.twin import BLOCKS, PAPER_RIG, draw_pinch, draw_specimen, simulate_pinch
+
+LAYOUT = fingertip_layout()
+#: Where the click begins, and its counts.
+CLICK, PEAK = 320, (30, -22, 12, -6, 3)
+AGE = samples_in(CONFIRMED, LAYOUT.rate)
+
+
+def pinch_of(seed: int, *, click: bool, finger: Finger = Finger.INDEX) -> Pinch:
+    """Return a pinch of the twin, in which a gear clicks before the contact."""
+    draw = draw_pinch(seed, PAPER_RIG, "s", draw_specimen(seed, PAPER_RIG, BLOCKS[4], 0), 0)
+    pinch = simulate_pinch(draw, replace(Pinch(np.zeros((1, 16)), LAYOUT).label), 5_000)
+    data = pinch.data.copy()
+    if click:
+        column = LAYOUT.vibration_fingers.index(finger)
+        data[CLICK : CLICK + len(PEAK), column] += 32 * np.array(PEAK, np.int16)
+    return replace(pinch, data=data)
+
+
+@pytest.fixture(scope="module")
+def clicked() -> Pinch:
+    return pinch_of(3, click=True)
+
+
+def events_of(pinch: Pinch, edges: list[int]) -> list[Contact | Withdrawal]:
+    listener = ContactListener(ThresholdDetector(8.0), pinch.layout)
+    return [
+        event
+        for a, b in pairwise([0, *sorted(edges), len(pinch.data)])
+        for event in listener.update(Block(pinch.data[a:b], pinch.first_sample + a))
+    ]
+
+
+def test_click_is_withdrawn_and_the_true_contact_follows(clicked: Pinch) -> None:
+    false, withdrawal, true, *_ = events_of(clicked, [])
+    assert isinstance(false, Contact)
+    assert isinstance(withdrawal, Withdrawal)
+    assert isinstance(true, Contact)
+    assert clicked.first is not None
+    assert abs(false.sample - clicked.first_sample - CLICK) <= 15
+    assert withdrawal.contact == false
+    assert withdrawal.decided - false.sample == max(AGE - 1, false.decided - false.sample)
+    assert abs(true.sample - clicked.first.sample) <= samples_in(0.003, LAYOUT.rate)
+
+
+@given(st.lists(st.integers(0, 1480), max_size=40))
+def test_events_do_not_depend_on_the_sizes_of_blocks(edges: list[int]) -> None:
+    pinch = pinch_of(3, click=True)
+    assert events_of(pinch, edges) == events_of(pinch, [])
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_contact_of_the_twin_stands(seed: int) -> None:
+    pinch = pinch_of(seed, click=False)
+    detector = ThresholdDetector(8.0)
+    assert detect(detector, pinch) == detect(detector, pinch, confirm=False) != []
+
+
+def test_contacts_that_stand_are_those_of_decisions(clicked: Pinch) -> None:
+    detector = ThresholdDetector(8.0)
+    detector.start(LAYOUT)
+    decisions = detector.judge(Block(clicked.data, clicked.first_sample))
+    assert confirmed_contacts(decisions, clicked) == detect(detector, clicked)
+
+
+def test_listener_ends_with_both_contacts_and_is_due_before(clicked: Pinch) -> None:
+    listener = ContactListener(ThresholdDetector(8.0), LAYOUT)
+    start, due = 0, listener.due
+    while not listener.ended and start + due <= len(clicked.data):
+        quiet = clicked.data[start : start + due - 1]
+        assert listener.update(Block(quiet, clicked.first_sample + start)) == []
+        start += due
+        listener.update(Block(clicked.data[start - 1 : start], clicked.first_sample + start - 1))
+        due = listener.due
+    assert listener.ended
+
+
+def test_sensor_of_no_finger_withdraws_nothing(clicked: Pinch) -> None:
+    channel = replace(LAYOUT.channels[0], finger=None)
+    layout = Layout((channel,), LAYOUT.rate, LAYOUT.smoothing)
+    pinch = Pinch(clicked.data[:, :1], layout)
+    detector = ThresholdDetector(8.0)
+    assert detect(detector, pinch) == detect(detector, pinch, confirm=False) != []
+
+
+def test_memory_of_a_long_closing_is_bounded() -> None:
+    listener = ContactListener(ThresholdDetector(1e5), LAYOUT)
+    rng = np.random.default_rng(1)
+    for start in range(0, 40_000, 50):
+        noise = rng.integers(-99, 99, (50, 16)).astype(np.int16)
+        listener.update(Block(noise, start))
+    assert sum(map(len, listener._latch._past)) <= samples_in(KEPT, LAYOUT.rate) + 100
+
+
+def test_samples_after_a_withdrawal_belong_to_a_stage_of_their_own(clicked: Pinch) -> None:
+    closings = Closings(LAYOUT, ThresholdDetector(8.0))
+    stages = list(closings.update(Block(clicked.data, clicked.first_sample)))
+    began, false, true, *_ = stages
+    assert isinstance(began, ClosingBegan)
+    assert isinstance(false, ClosingSamples)
+    assert isinstance(true, ClosingSamples)
+    assert not any(isinstance(stage, ClosingEnded) for stage in stages)
+    assert false.withdrawn == false.contacts[0]
+    assert (true.block.first_sample, true.withdrawn) == (false.block.end, None)
+    assert len(true.contacts) == 2

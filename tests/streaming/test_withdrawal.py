@@ -1,0 +1,103 @@
+"""Live withdrawal of a contact that was none: estimates, events and the hand."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from firstcontact.contact import ThresholdDetector, detect
+from firstcontact.core import Block, Dataset, Pinch, fingertip_layout
+from firstcontact.grasp import Grip, live_policy
+from firstcontact.grasp._printing import PrintHand
+from firstcontact.models import InContextModel, WindowPredictor
+from firstcontact.streaming import (
+    ContactEvent,
+    ContactWithdrawn,
+    Estimate,
+    Event,
+    Grasping,
+    NetworkPredictor,
+    PinchDone,
+    Pipeline,
+    WindowLadder,
+)
+from firstcontact.streaming._predictors import Predictor
+
+LAYOUT = fingertip_layout()
+CLICK = 400
+
+
+@pytest.fixture(scope="module", params=[(0,), (0, 1)], ids=["one finger", "both fingers"])
+def clicked(request: pytest.FixtureRequest, fresh: Dataset) -> Pinch:
+    """Return a pinch in which a gear clicks 50 ms or more before the contact."""
+    pinch = fresh.pinches[4]
+    assert pinch.first is not None
+    assert pinch.first.sample - pinch.first_sample > CLICK + 100
+    data = pinch.data.copy()
+    data[CLICK : CLICK + 4, list(request.param)] += 32 * np.array([[30], [-22], [12], [-6]], "i2")
+    return replace(pinch, data=data)
+
+
+def predictors(models: list[WindowPredictor], anytime: InContextModel) -> list[Predictor]:
+    return [WindowLadder(models), NetworkPredictor(anytime)]
+
+
+def live(pinch: Pinch, predictor: Predictor, size: int) -> list[Event]:
+    pipeline = Pipeline(LAYOUT, ThresholdDetector(8.0), predictor, clock=lambda: 0.0)
+    events: list[Event] = []
+    for i in range(0, len(pinch.data), size):
+        block = Block(pinch.data[i : i + size], pinch.first_sample + i)
+        events += pipeline.update(block, 0.0)
+    return events + pipeline.finish()
+
+
+@pytest.mark.parametrize("which", [0, 1])
+def test_true_contact_gets_the_estimates_that_it_gets_offline(
+    which: int, clicked: Pinch, models: list[WindowPredictor], anytime: InContextModel
+) -> None:
+    told = {}
+    contacts = detect(ThresholdDetector(8.0), clicked)
+    for size in (1, 7, 60, len(clicked.data)):
+        events = live(clicked, predictors(models, anytime)[which], size)
+        (done,) = (e for e in events if isinstance(e, PinchDone))
+        withdrawn = [e for e in events if isinstance(e, ContactWithdrawn)]
+        firsts = [e.contact for e in events if isinstance(e, ContactEvent) and e.first]
+        assert done.contacts == tuple(contacts)
+        assert firsts == [*(w.contact for w in withdrawn), contacts[0]]
+        assert len(withdrawn) == 1
+        place = events.index(withdrawn[0])
+        later = [e for e in events[place:] if isinstance(e, Estimate)]
+        assert all(e.contact == contacts[0] for e in (*later, *done.estimates))
+        assert done.estimates
+        told[size] = [(e.value, e.low, e.high, e.elapsed) for e in done.estimates]
+    alone = [e for e in live(_without_click(clicked), predictors(models, anytime)[which], 60)
+             if isinstance(e, PinchDone)]  # fmt: skip
+    assert len({tuple(rows) for rows in told.values()}) <= 2  # all at once, or one by one
+    assert len(alone[0].estimates) == len(told[60])
+
+
+def _without_click(pinch: Pinch) -> Pinch:
+    data = pinch.data.copy()
+    data[CLICK - 20 : CLICK + 60, :2] = data[CLICK - 100 : CLICK - 20, :2]
+    return replace(pinch, data=data)
+
+
+@pytest.mark.parametrize("name", ["first_contact", "stiffness", "early_exit"])
+def test_hand_closes_on_as_before_the_withdrawn_contact(
+    name: str, clicked: Pinch, models: list[WindowPredictor]
+) -> None:
+    with PrintHand(out=io.StringIO()) as hand:
+        grasping = Grasping(live_policy(name, Grip()), hand, LAYOUT)
+        at_withdrawal = []
+        for event in live(clicked, WindowLadder(models), 5):
+            before = grasping.last
+            grasping.on_event(event)
+            if isinstance(event, ContactWithdrawn):
+                at_withdrawal.append((before, grasping.loop.counts.contacts))
+    counts = grasping.loop.counts
+    assert len(at_withdrawal) == counts.withdrawn == 1
+    assert at_withdrawal[0][1] == 0
+    assert (counts.closings, counts.contacts) == (1, 1)

@@ -28,6 +28,7 @@ PARTS: Registry[Part] = Registry(
         "answer_time": f"{_HERE}.answer_time:PART",
         "anytime": f"{_HERE}.anytime:PART",
         "generalise": f"{_HERE}.generalise:PART",
+        "structure": f"{_HERE}.structure:PART",
         "inference": f"{_HERE}.inference:PART",
     },
     base="firstcontact_lab.study.part:Part",

@@ -1,0 +1,415 @@
+"""Closings of rigs whose structure is none of the twin's: motor, noise floor, start-up and contact.
+
+Only the mechanics of the contact come from the twin, with a silent motor and parameters outside the
+training range. All other signals are made here, and nothing is trained on them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import (
+    FINGERTIP_RATE,
+    PIEZO_OFFSET_VOLTS,
+    Calibration,
+    Contact,
+    Dataset,
+    Finger,
+    Label,
+    Pinch,
+    Role,
+    VibrationCalibration,
+    fingertip_layout,
+)
+from firstcontact.twin import (
+    BLOCKS,
+    BUFFER,
+    EVERYDAY,
+    RandomObject,
+    RandomRig,
+    Rng,
+    draw_block,
+    draw_object,
+    draw_pinch,
+    draw_rig,
+    excerpt,
+    generator,
+    integrate_pinch,
+)
+
+Values = NDArray[np.float64]
+#: Times of a closing, s: rest before the motor starts, free closing (range), and after the contact.
+REST = 0.2
+FREE = (0.15, 0.6)
+AFTER = 0.15
+#: Time before a contact from which the mechanics are simulated, s.
+LEAD = 0.012
+#: Standard deviation of the labels of objects, Shore A.
+LABEL = 2.0
+#: Hard block's peak over the RMS of the motor (range).
+CLEAR = (80.0, 400.0)
+#: Clicks and swells of any motor: their numbers in a second (largest), the median peak of a click
+#: and the largest growth of a swell, both in RMS of the motor.
+CLICKS, CLICK = 2.0, 10.0
+SWELLS, SWELL = 0.5, 3.0
+
+
+def _white(rng: Rng, n: int) -> Values:
+    return rng.standard_normal(n)
+
+
+def _pink(rng: Rng, n: int) -> Values:
+    spectrum = np.fft.rfft(rng.standard_normal(n))
+    spectrum /= np.sqrt(np.maximum(np.arange(len(spectrum)), 1.0))
+    return _unit(np.fft.irfft(spectrum, n))
+
+
+def _unit(x: Values) -> Values:
+    return x / max(float(x.std()), 1e-12)
+
+
+def _slow(rng: Rng, n: int, seconds: float) -> Values:
+    """Return a random walk around 0 with unit spread that forgets within some seconds."""
+    knots = max(2, math.ceil(n / FINGERTIP_RATE / seconds) + 2)
+    at = np.linspace(0, knots - 1, n)
+    out: Values = np.interp(at, np.arange(knots), rng.standard_normal(knots))
+    return out
+
+
+def _phase(rng: Rng, rate: Values | float, n: int, jitter: float) -> Values:
+    """Return the turns of a shaft at a rate in Hz that varies by a share."""
+    speed = rate * (1.0 + jitter * _slow(rng, n, 0.05))
+    return rng.random() + np.cumsum(np.broadcast_to(speed, n)) / FINGERTIP_RATE
+
+
+def _pulses(turns: Values, heights: Values) -> Values:
+    """Return a pulse wherever the turns pass a whole number."""
+    out = np.zeros(len(turns))
+    hits = np.flatnonzero(np.diff(np.floor(turns)) > 0) + 1
+    out[hits] = np.resize(heights, len(hits))
+    return out
+
+
+def _ring(x: Values, frequency: float, damping: float) -> Values:
+    from scipy.signal import lfilter
+
+    turn = 2 * math.pi * frequency / FINGERTIP_RATE
+    radius = math.exp(-damping * turn)
+    out: Values = lfilter([1.0], [1.0, -2 * radius * math.cos(turn), radius * radius], x)
+    return out
+
+
+def _brushes(rng: Rng, n: int, pace: Values, size: Mapping[str, float]) -> Values:
+    """Commutator of a brushed motor: pulses of uneven height."""
+    turns = _phase(rng, 3 * size["rate"] * pace, n, 0.01)
+    heights = np.exp(0.5 * rng.standard_normal(997)) * rng.choice((-1.0, 1.0), 997)
+    return _unit(_ring(_pulses(turns, heights), size["ring"], 0.08) + 0.02 * _white(rng, n))
+
+
+def _gearbox(rng: Rng, n: int, pace: Values, size: Mapping[str, float]) -> Values:
+    """Gears: mesh lines with side bands, and a bad tooth that knocks once a turn."""
+    shaft = _phase(rng, size["rate"] / 9.0 * pace, n, 0.01)
+    mesh = (1.0 + 0.5 * np.sin(2 * np.pi * shaft)) * np.sin(2 * np.pi * 17 * shaft)
+    mesh += 0.5 * np.sin(2 * np.pi * 34 * shaft + 1.0)
+    knocks = _pulses(shaft, size["knock"] * np.exp(0.2 * rng.standard_normal(97)))
+    rung = _ring(knocks, size["ring"], 0.12)
+    rung *= size["knock"] / max(float(np.abs(rung).max()), 1e-9)
+    return _unit(mesh + 0.4 * _pink(rng, n)) + rung
+
+
+def _stick_slip(rng: Rng, n: int, pace: Values, size: Mapping[str, float]) -> Values:
+    """Dry guide: pink rubbing in bursts."""
+    return _unit(_pink(rng, n) * np.exp(0.5 * _slow(rng, n, 0.02)))
+
+
+def _stepper(rng: Rng, n: int, pace: Values, size: Mapping[str, float]) -> Values:
+    """Stepper: a rough square wave of the steps that beats with its chopper."""
+    turns = _phase(rng, 2.5 * size["rate"] * pace, n, 0.002)
+    beat = 1.0 + 0.4 * np.sin(2 * np.pi * _phase(rng, 0.13 * size["rate"], n, 0.02))
+    square = np.sign(np.sin(2 * np.pi * turns)) * beat
+    return _unit(_ring(np.diff(square, prepend=0.0), size["ring"], 0.1) + 0.05 * _white(rng, n))
+
+
+def _servo(rng: Rng, n: int, pace: Values, size: Mapping[str, float]) -> Values:
+    """Hunting servo: whine whose loudness and pitch swing several times a second."""
+    hunt = np.sin(2 * np.pi * _phase(rng, size["hunt"], n, 0.1))
+    turns = _phase(rng, 4 * size["rate"] * pace * (1.0 + 0.1 * hunt), n, 0.01)
+    whine = (1.0 + 0.6 * hunt) * (np.sin(2 * np.pi * turns) + 0.4 * np.sin(6 * np.pi * turns))
+    return _unit(whine + 0.3 * _white(rng, n))
+
+
+def _belt(rng: Rng, n: int, pace: Values, size: Mapping[str, float]) -> Values:
+    """Belt: a narrow band of noise over a slow rumble."""
+    band = _unit(_ring(_white(rng, n), 0.4 * size["ring"], 0.06))
+    return _unit(band * np.exp(0.3 * _slow(rng, n, 0.03)) + _slow(rng, n, 0.02))
+
+
+Motor = Callable[[Rng, int, Values, Mapping[str, float]], Values]
+#: Motors by name, each with another law of its sound.
+MOTORS: Mapping[str, Motor] = {
+    "brushes": _brushes,
+    "gearbox": _gearbox,
+    "stick_slip": _stick_slip,
+    "stepper": _stepper,
+    "servo": _servo,
+    "belt": _belt,
+}
+
+
+def _disturbances(rng: Rng, n: int, size: Mapping[str, float]) -> tuple[Values, Values]:
+    """Return clicks of a gear, in RMS of its motor, and the loudness with its swells."""
+    clicks, swells = np.zeros(n), np.ones(n)
+    for start in rng.integers(0, n, rng.poisson(size["clicks"] * n / FINGERTIP_RATE)):
+        length = int(rng.integers(1, 16))
+        peak = CLICK * math.exp(0.5 * rng.standard_normal())
+        rung = _ring(np.r_[rng.standard_normal(length), np.zeros(200)], size["ring"], 0.1)
+        rung = peak * rung / np.abs(rung).max()
+        clicks[start : start + len(rung)] += rung[: n - start]
+    for start in rng.integers(0, n, rng.poisson(size["swells"] * n / FINGERTIP_RATE)):
+        length = int(rng.uniform(0.02, 0.15) * FINGERTIP_RATE)
+        shape = rng.uniform(0.5, SWELL) * np.hanning(length)
+        swells[start : start + length] += shape[: n - start]
+    return clicks, swells
+
+
+def _hum(rng: Rng, n: int) -> Values:
+    turns = 2 * np.pi * (rng.choice([50.0, 60.0]) * np.arange(n) / FINGERTIP_RATE + rng.random())
+    out: Values = np.sin(turns) + 0.5 * np.sin(3 * turns) + 0.3 * np.sin(5 * turns)
+    return out + _white(rng, n) / 3
+
+
+def _bursts(rng: Rng, n: int) -> Values:
+    """Interference: white, with single bursts of 0.2 to 3 ms, one in two seconds."""
+    out = _white(rng, n)
+    for start in rng.integers(0, n, rng.poisson(0.5 * n / FINGERTIP_RATE)):
+        length = int(rng.integers(1, 16))
+        out[start : start + length] += 10.0 * _white(rng, len(out[start : start + length]))
+    return out
+
+
+def _popcorn(rng: Rng, n: int) -> Values:
+    """Popcorn noise: pink, with a level that jumps."""
+    jumps = np.cumsum(rng.random(n) < 8.0 / FINGERTIP_RATE) % 2
+    return _pink(rng, n) + 1.5 * jumps
+
+
+FLOORS: Mapping[str, Callable[[Rng, int], Values]] = {
+    "pink": _pink,
+    "hum": _hum,
+    "bursts": _bursts,
+    "popcorn": _popcorn,
+}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StructuredRig:
+    """Rig whose structure is none of the twin's.
+
+    Parameters
+    ----------
+    seed
+        Random seed of all that it makes.
+    motor, floor
+        Names in :data:`MOTORS` and :data:`FLOORS`.
+    rig
+        Mechanics of a finger.
+    size
+        Numbers of the motor: rates and resonances in Hz, and the height of a knock.
+    loud, quiet
+        RMS of motor and noise floor, V.
+    thump, overshoot, settle
+        Start of the motor: peak of the jolt in RMS of the motor, loudness over the steady one, and
+        the time in which both fade, s.
+    coarse
+        Steps of the converter that are one.
+    holder
+        Frequency in Hz and damping of another resonance of the sensor.
+    """
+
+    seed: int
+    motor: str
+    floor: str
+    rig: RandomRig
+    size: Mapping[str, float]
+    loud: float
+    quiet: float
+    thump: float
+    overshoot: float
+    settle: float
+    coarse: int
+    holder: tuple[float, float]
+
+    def closing(self, key: str, target: RandomObject | None, label: Label, free: float) -> Pinch:
+        """Return a closing from rest, on an object or (None) on nothing."""
+        rng = generator(self.seed, "closing", key)
+        begin = round(REST * FINGERTIP_RATE)
+        first = begin + round(free * FINGERTIP_RATE)
+        n = first + round(AFTER * FINGERTIP_RATE)
+        speed = math.exp(0.15 * rng.standard_normal())
+        loud = self.loud * speed * math.exp(0.2 * rng.standard_normal())
+        since = np.maximum(np.arange(n) - begin, 0) / FINGERTIP_RATE
+        runs = np.arange(n) >= begin
+        fade = np.exp(-since / self.settle)
+        envelope = runs * (1.0 - np.exp(-since / 0.01)) * (1.0 + self.overshoot * fade)
+        pace = speed * np.maximum(1.0 - fade, 0.05)
+        contacts, touch = self._contact(rng, key, target, speed, first)
+        volts = np.empty((n, 2))
+        for finger in range(2):
+            clicks, swells = _disturbances(rng, n, self.size)
+            sound = MOTORS[self.motor](rng, n, pace, self.size) * swells + clicks
+            sound *= envelope
+            jolt = np.sin(2 * np.pi * self.size["jolt"] * since) * fade**2 * runs
+            sound += self.thump * math.exp(0.3 * rng.standard_normal()) * jolt
+            # A drive that is held slows down and becomes quieter.
+            held = np.exp(-np.maximum(np.arange(n) - first, 0) / FINGERTIP_RATE / 0.1)
+            sound *= held if contacts else 1.0
+            volts[:, finger] = loud * sound + self.quiet * _unit(FLOORS[self.floor](rng, n))
+        stop = min(n, first - round(LEAD * FINGERTIP_RATE) + len(touch))
+        place = first - round(LEAD * FINGERTIP_RATE)
+        volts[place:stop] += touch[: stop - place]
+        data = self._sampled(volts)
+        rest = data[: begin - 20, :2] * fingertip_layout().channels[0].scale
+        floors = tuple(
+            VibrationCalibration(f, float(max(rest[:, i].std(), 1e-5)))
+            for i, f in enumerate(Finger)
+        )
+        return Pinch(data, fingertip_layout(), label, 0, contacts, calibration=Calibration(floors))
+
+    def _contact(
+        self, rng: Rng, key: str, target: RandomObject | None, speed: float, first: int
+    ) -> tuple[tuple[Contact, ...], Values]:
+        """Return the contacts, and what they alone do to both piezos, from ``LEAD`` before."""
+        if target is None:
+            return (), np.zeros((0, 2))
+        draw = draw_pinch(self.seed, EVERYDAY, "any", BLOCKS[0], key)
+        place = np.exp(0.15 * rng.standard_normal(2))
+        finger = self.rig.finger._replace(speed=self.rig.finger.speed * speed)
+        fingers = [finger._replace(tip_radius=finger.tip_radius * p) for p in place]
+        silent = replace(
+            draw.noise[0], rotor=0.0, mesh=0.0, friction=0.0, click_rate=0.0, mains=0.0
+        )
+        draw = replace(
+            draw,
+            fingers=(fingers[0], fingers[1]),
+            held=target.parameters,
+            noise=(silent, silent),
+            jitter=0.0,
+        )
+        draw = excerpt(draw, LEAD + rng.random() / FINGERTIP_RATE)
+        _, out = integrate_pinch(draw, duration=LEAD + AFTER)
+        touch = out[:, :, BUFFER] - out[:20, :, BUFFER].mean(axis=0)
+        frequency, damping = self.holder
+        touch += 0.3 * np.stack([_ring(np.gradient(x), frequency, damping) for x in touch.T], 1)
+        fingers_in_order = [Finger.INDEX, Finger.THUMB]
+        if not draw.timing.first_is_index:
+            fingers_in_order.reverse()
+        offset = round((draw.timing.second - draw.timing.first) * FINGERTIP_RATE)
+        samples = (first, first + offset)
+        return tuple(
+            Contact(f, s, s) for f, s in zip(fingers_in_order, samples, strict=True)
+        ), touch
+
+    def _sampled(self, volts: Values) -> NDArray[np.int16]:
+        """Return the samples as the device sends them, from a coarse converter."""
+        layout = fingertip_layout()
+        step = 32 * layout.channels[0].scale
+        counts = np.floor((volts + PIEZO_OFFSET_VOLTS) / (step * self.coarse)) * self.coarse
+        counts = np.clip(counts, 0, 1023) * 32.0
+        data = np.zeros((len(volts), layout.width), np.int16)
+        state = counts[0]
+        for i, row in enumerate(counts):
+            state = np.floor((state + row) / 2)
+            data[i, :2] = state
+        return data
+
+
+def draw_structured(seed: int, motor: str) -> StructuredRig:
+    """Draw a rig with this motor."""
+    rng = generator(seed, "structured", motor)
+    rig = draw_rig(rng)
+    finger = rig.finger._replace(
+        pad_stiffening=0.0 if rng.random() < 0.5 else 3 * rig.finger.pad_stiffening,
+        pad_arm_stiffness=rig.finger.pad_arm_stiffness * float(rng.uniform(0.0, 2.0)),
+        buffer_cutoff=float(rng.uniform(500, 900)),
+    )
+    peak = _hard_peak(seed, replace(rig, finger=finger))
+    coarse = int(rng.choice([1, 1, 2]))
+    # A motor below the steps of its converter is not heard, and no closing would begin.
+    step = 32 * fingertip_layout().channels[0].scale
+    loud = max(peak / math.exp(rng.uniform(*np.log(CLEAR))), 1.2 * coarse * step)
+    return StructuredRig(
+        seed=seed,
+        motor=motor,
+        floor=str(rng.choice(list(FLOORS))),
+        rig=replace(rig, finger=finger),
+        size={
+            "rate": float(rng.uniform(60, 300)),
+            "ring": float(rng.uniform(250, 1800)),
+            "knock": float(rng.uniform(3, 7)),
+            "hunt": float(rng.uniform(4, 15)),
+            "jolt": float(rng.uniform(15, 60)),
+            "clicks": float(rng.uniform(0, CLICKS)),
+            "swells": float(rng.uniform(0, SWELLS)),
+        },
+        loud=loud,
+        quiet=loud / float(rng.uniform(2.5, 6.0)),
+        thump=float(rng.uniform(0, 8)),
+        overshoot=float(rng.uniform(0, 1.5)),
+        settle=float(rng.uniform(0.02, 0.12)),
+        coarse=coarse,
+        holder=(float(rng.uniform(300, 2000)), float(rng.uniform(0.03, 0.2))),
+    )
+
+
+def _hard_peak(seed: int, rig: RandomRig) -> float:
+    """Return the largest voltage of a hard block's contact."""
+    size = {"ring": 400.0, "jolt": 20.0, "clicks": 0.0, "swells": 0.0}
+    plain = StructuredRig(
+        seed, "belt", "pink", rig, size, 0.0, 0.0, 0.0, 0.0, 0.1, 1, (500.0, 0.2)
+    )  # fmt: skip
+    rng = generator(seed, "hard")
+    _, touch = plain._contact(rng, "hard", draw_block(rng, 60.0, 0.0), 1.0, 0)
+    return float(np.abs(touch).max())
+
+
+def blocks_of(rig: StructuredRig, levels: tuple[float, ...], each: int, sessions: int) -> Dataset:
+    """Return closings on blocks of known Shore A, in sessions."""
+    pinches = []
+    for level in levels:
+        for number in range(each):
+            session = f"blocks-{number % sessions + 1}"
+            key = f"block {level:g} {number}"
+            rng = generator(rig.seed, "block", key)
+            target = draw_block(rng, level, rig.rig.block_scatter)
+            label = Label(f"{level:g}", level, None, f"{level:g}", session, Role.TRAIN)
+            pinches.append(rig.closing(key, target, label, float(rng.uniform(*FREE))))
+    return Dataset(tuple(pinches), "synthetic")
+
+
+def objects_of(rig: StructuredRig, count: int) -> Dataset:
+    """Return closings on random objects, more lossy than those of the training."""
+    pinches = []
+    for number in range(count):
+        rng = generator(rig.seed, "object", number)
+        target = draw_object(rng)
+        more = float(rng.uniform(1.0, 2.0))
+        parameters = target.parameters._replace(
+            arm_share=target.parameters.arm_share * more,
+            contact_loss=min(target.parameters.contact_loss * more, 1.2),
+        )
+        target = replace(target, parameters=parameters)
+        shore_a = float(np.clip(target.shore_a + LABEL * rng.standard_normal(), 0.0, 100.0))
+        label = Label(f"object {number}", shore_a, None, f"object {number}", "objects", Role.TEST)
+        pinches.append(rig.closing(f"object {number}", target, label, float(rng.uniform(*FREE))))
+    return Dataset(tuple(pinches), "synthetic")
+
+
+def empty_of(rig: StructuredRig, count: int, free: float) -> Dataset:
+    """Return closings on nothing."""
+    pinches = [rig.closing(f"empty {i}", None, Label(), free) for i in range(count)]
+    return Dataset(tuple(pinches), "synthetic")

@@ -1,0 +1,285 @@
+"""Contacts, and the estimates from them, on rigs of another structure than the twin's."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.contact import (
+    ContactListener,
+    Detector,
+    Withdrawal,
+    cut_closings,
+    detect,
+    pretrained_detector,
+)
+from firstcontact.core import FINGERTIP_RATE, Block, Contact, Dataset, Record, Runner
+from firstcontact.models import Bounded, Ends, adapt, cluster_intervals, fit_detector, outcome
+from firstcontact_lab.report.findings import PartResult
+from firstcontact_lab.report.results import Field, SubjectResults
+from firstcontact_lab.report.tables import Cell, Row, Table, matrix
+from firstcontact_lab.study._structures import (
+    MOTORS,
+    blocks_of,
+    draw_structured,
+    empty_of,
+    objects_of,
+)
+from firstcontact_lab.study._subject import Subject
+from firstcontact_lab.study.part import Part, Step, Subjects
+from firstcontact_lab.study.settings import StudySettings
+
+Values = NDArray[np.float64]
+#: Rigs of each motor, and pinches of each rig.
+SEEDS, BLOCKS_EACH, OBJECTS, EMPTY = 3, 6, 40, 4
+LEVELS = (20.0, 29.0, 43.0, 52.0, 60.0)
+#: Length of the closings on nothing, s, and of the parts in which they are heard: as long as usual
+#: closings.
+LASTS, HEARD = 3.0, 0.25
+#: Time after the contact of the scored estimates, s.
+AT = 0.005
+#: Times of the estimates of the model that knows no rig, s.
+TIMES = (0.002, 0.003, 0.005, 0.008, 0.015)
+OUTCOMES = ("success", "false_alarms", "late", "misses", "wrong_finger")
+
+
+class StructureScores(Record, frozen=True, kw_only=True):
+    """A detector on rigs of another structure. Shares are of pinches of unseen objects.
+
+    Parameters
+    ----------
+    placed, early, late, missed
+        Shares whose first contact is placed within 3 ms, before or after that, or not at all. A
+        contact of the wrong finger counts as missed.
+    false_alarms_per_minute
+        Contacts on nothing per minute of the motor, heard in closings of 0.25 s.
+    rmse
+        RMSE in Shore A at 5 ms of the network that is conditioned on the rig, from these contacts.
+    predicted
+        Share of pinches with such an estimate.
+    intervals
+        95 % bootstrap intervals over rigs.
+    """
+
+    placed: float
+    early: float
+    late: float
+    missed: float
+    false_alarms_per_minute: float
+    rmse: float
+    predicted: float
+    intervals: dict[str, Ends]
+
+    def bounded(self, name: str) -> Bounded:
+        """Return a score with its interval."""
+        return Bounded(getattr(self, name), self.intervals.get(name))
+
+
+class Structures(Record, frozen=True, kw_only=True):
+    """Detectors by name, and the RMSE of the model that knows no rig by time (ms).
+
+    ``rigs`` rigs of ``seeds`` for each motor, and ``pinches`` of unseen objects on each.
+    """
+
+    rigs: int
+    seeds: list[int]
+    pinches: int
+    detectors: dict[str, StructureScores]
+    unknown_rig: dict[str, float]
+
+
+@dataclass(slots=True, eq=False)
+class _Counts:
+    """Sums of one detector on one rig."""
+
+    outcomes: dict[str, int] = field(default_factory=lambda: dict.fromkeys(OUTCOMES, 0))
+    alarms: int = 0
+    minutes: float = 0.0
+    squares: float = 0.0
+    estimates: int = 0
+
+    def row(self) -> list[float]:
+        counts = [self.outcomes[name] for name in OUTCOMES]
+        counts[3] += counts.pop()
+        return [sum(counts), *counts, self.alarms, self.minutes, self.squares, self.estimates]
+
+
+#: Columns of :meth:`_Counts.row` as a score: numerator, denominator.
+_RATIOS: Mapping[str, tuple[int, int]] = {
+    "placed": (1, 0),
+    "early": (2, 0),
+    "late": (3, 0),
+    "missed": (4, 0),
+    "false_alarms_per_minute": (5, 6),
+    "rmse": (7, 8),
+    "predicted": (8, 0),
+}
+
+
+def structure(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
+    """Judge detectors on rigs of another structure, once for all subjects."""
+    if subject.name != "paper-rig":
+        return PartResult()
+    seeds = list(range(1, 2 if settings.brief else 1 + SEEDS))
+    places = [(motor, seed) for motor in MOTORS for seed in seeds]
+    count = OBJECTS // 4 if settings.brief else OBJECTS
+    judged = runner.map(_judge_rig, places, count)
+    scores = {
+        name: _scores(np.array([counts[name].row() for counts, _ in judged]), settings.seed)
+        for name in judged[0][0]
+    }
+    unknown = np.array([errors for _, errors in judged]).sum(axis=0)
+    results = Structures(
+        rigs=len(places),
+        seeds=seeds,
+        pinches=count,
+        detectors=scores,
+        unknown_rig={
+            f"{1e3 * at:g}": float(np.sqrt(total / n))
+            for at, (total, n) in zip(TIMES, unknown, strict=True)
+            if n
+        },
+    )
+    return PartResult([STRUCTURE(results)])
+
+
+def _judge_rig(
+    place: tuple[str, int], count: int
+) -> tuple[dict[str, _Counts], list[tuple[float, float]]]:
+    """Return the sums of each detector on a rig, and the errors of the model that knows no rig."""
+    motor, seed = place
+    rig = draw_structured(seed, motor)
+    blocks = blocks_of(rig, LEVELS, BLOCKS_EACH, 3)
+    objects, empty = objects_of(rig, count), empty_of(rig, EMPTY, LASTS)
+    model = adapt(blocks)
+    detectors = {"shipped": pretrained_detector(), "own": fit_detector(blocks)}
+    out = {}
+    for name, detector in detectors.items():
+        for confirm in (False, True):
+            counts = _Counts()
+            contacts = _firsts(detector, objects, confirm=confirm)
+            for pinch, contact in zip(objects, contacts, strict=True):
+                assert pinch.first is not None
+                counts.outcomes[outcome(contact, pinch.first, FINGERTIP_RATE, 0.0)] += 1
+            squares = _squares(model.predict(objects, AT, contacts).value, objects)
+            counts.squares, counts.estimates = float(squares.sum()), len(squares)
+            counts.alarms, counts.minutes = _alarms(detector, empty, confirm=confirm)
+            out[name if confirm else f"{name}, all count"] = counts
+    unknown = adapt()
+    contacts = _firsts(detectors["shipped"], objects, confirm=True)
+    errors = [_squares(unknown.predict(objects, at, contacts).value, objects) for at in TIMES]
+    return out, [(float(e.sum()), float(len(e))) for e in errors]
+
+
+def _firsts(detector: Detector, dataset: Dataset, *, confirm: bool) -> list[Contact | None]:
+    heard = cut_closings(dataset)
+    return [next(iter(detect(detector, pinch, confirm=confirm)), None) for pinch in heard]
+
+
+def _squares(values: Values, dataset: Dataset) -> Values:
+    errors = values - dataset.shore_a
+    return np.asarray(errors[np.isfinite(errors)] ** 2)
+
+
+def _alarms(detector: Detector, empty: Dataset, *, confirm: bool) -> tuple[int, float]:
+    """Return the contacts on nothing, and the minutes in which they could come."""
+    part = round(HEARD * FINGERTIP_RATE)
+    alarms, seconds = 0, 0.0
+    for pinch in cut_closings(empty):
+        for start in range(0, len(pinch.data) - part, part):
+            block = Block(pinch.data[start : start + part], start)
+            detector.start(pinch.layout)
+            if confirm:
+                events = ContactListener(detector, pinch.layout).update(block)
+                alarms += bool(events) and not isinstance(events[-1], Withdrawal)
+            else:
+                alarms += bool(detector.update(block))
+            seconds += HEARD - 0.04  # the steady state, in which nothing is detected
+    return alarms, seconds / 60.0
+
+
+def _scores(rows: Values, seed: int) -> StructureScores:
+    """Return the scores of a detector from its sums on each rig."""
+
+    def ratio(sums: Values, name: str) -> Values:
+        above, below = _RATIOS[name]
+        value = np.asarray(sums[..., above] / np.maximum(sums[..., below], 1e-9))
+        return np.sqrt(value) if name == "rmse" else value
+
+    statistics: dict[str, Callable[[Values], Values]] = {
+        name: partial(ratio, name=name) for name in _RATIOS
+    }
+    intervals = cluster_intervals(rows, statistics, np.arange(len(rows)), seed)
+    total = rows.sum(axis=0)
+    return StructureScores(
+        **{name: float(statistic(total)) for name, statistic in statistics.items()},
+        intervals=intervals,
+    )
+
+
+STRUCTURE = Field.optional("structure", Structures)
+_ROWS: Sequence[Row[StructureScores]] = (
+    Row("placed within 3 ms", lambda s: s.bounded("placed"), "share"),
+    Row("too early", lambda s: s.bounded("early"), "share"),
+    Row("too late", lambda s: s.bounded("late"), "share"),
+    Row("missed", lambda s: s.bounded("missed"), "share"),
+    Row("false alarms a minute", lambda s: s.bounded("false_alarms_per_minute"), "rate"),
+    Row("5 ms: RMSE, Shore A", lambda s: s.bounded("rmse"), "shore"),
+    Row("pinches with an estimate", lambda s: s.bounded("predicted"), "share"),
+)
+_NAMES = {"shipped": "Shipped detector", "own": "Detector from its own blocks"}
+
+
+def structure_table(results: SubjectResults) -> Table | None:
+    """Return the scores of each detector, with and without withdrawals."""
+    found = results[STRUCTURE]
+    if found is None:
+        return None
+    caption = (
+        f"{found.rigs} rigs with other motors, noise floors, start-ups, pads and sensors than the "
+        f"twin, {found.pinches} pinches of unseen objects each. Small: 95 % bootstrap interval "
+        "over rigs."
+    )
+    columns = []
+    for name, scores in found.detectors.items():
+        kind, comma, which = name.partition(",")
+        columns.append((Cell(_NAMES[kind] + comma + which), scores, False))
+    return matrix(caption, _ROWS, columns)
+
+
+def unknown_table(results: SubjectResults) -> Table | None:
+    """Return the error of the model that knows no rig by the time after the contact."""
+    found = results[STRUCTURE]
+    if found is None:
+        return None
+
+    def at(ms: str) -> Row[Structures]:
+        return Row(f"{ms} ms", lambda s: s.unknown_rig[ms], "shore")
+
+    rows = [at(ms) for ms in found.unknown_rig]
+    caption = "RMSE in Shore A of the model that knows no rig, by the time after the contact."
+    return matrix(caption, rows, [(Cell("rig not known"), found, False)])
+
+
+def _text(subjects: Subjects) -> str:
+    return (
+        "The motor, the noise floor, the start of the motor, the law of the pad and the sensor are "
+        "of another structure than the twin's, and nothing was trained on them. Objects are more "
+        "lossy, and labels scatter by 2 Shore A. A first contact that does not push is withdrawn "
+        "after 3 ms; in the columns “all count” it stands."
+    )
+
+
+PART = Part(
+    "structure",
+    "Rigs of another structure",
+    [Step("rigs of another structure", structure, late=True, cost=60)],
+    _text,
+    [structure_table, unknown_table],
+    needs=(),
+    by_default=False,
+)

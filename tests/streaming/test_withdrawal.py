@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import io
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from told_events import ANSWER, DESCRIPTOR, FIRST, FIRST_EVENT
 
 from firstcontact.contact import ThresholdDetector, detect
 from firstcontact.core import Block, Dataset, Pinch, fingertip_layout
@@ -24,7 +26,10 @@ from firstcontact.streaming import (
     Pipeline,
     WindowLadder,
 )
+from firstcontact.streaming._json_lines import line_of
 from firstcontact.streaming._predictors import Predictor
+from firstcontact.streaming._sink import Update
+from firstcontact.streaming.page._state import State
 
 LAYOUT = fingertip_layout()
 CLICK = 400
@@ -101,3 +106,18 @@ def test_hand_closes_on_as_before_the_withdrawn_contact(
     assert len(at_withdrawal) == counts.withdrawn == 1
     assert at_withdrawal[0][1] == 0
     assert (counts.closings, counts.contacts) == (1, 1)
+
+
+def test_json_line_names_the_contact_and_when_it_was_withdrawn() -> None:
+    line = json.loads(line_of(ContactWithdrawn(FIRST, 525, 0)))
+    contact = {"finger": 1, "sample": 510, "decided": 522}
+    assert line == {"type": "contact_withdrawn", "contact": contact, "complete": 525, "epoch": 0}
+
+
+def test_page_forgets_a_withdrawn_contact_and_its_estimates() -> None:
+    state = State(DESCRIPTOR, {}, None)
+    state.take(Update((), (FIRST_EVENT, ANSWER)))
+    assert json.loads(state.changed({})["now"])["estimates"]
+    state.take(Update((), (ContactWithdrawn(FIRST, 525, 0),)))
+    now = json.loads(state.changed({})["now"])
+    assert (now["contact"], now["estimates"]) == (None, [])

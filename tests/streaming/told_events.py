@@ -14,7 +14,6 @@ from firstcontact.streaming import (
     Ask,
     ClosingStart,
     ContactEvent,
-    ContactWithdrawn,
     Estimate,
     Event,
     HandCommand,
@@ -101,8 +100,6 @@ OF_HAND = timed(
 DONE = pinch(ANSWER, strips=(Contact(Finger.THUMB, 509, 509), Contact(Finger.INDEX, 578, 578)))
 EVENTS: tuple[Event, ...] = (
     START,
-    FIRST_EVENT,
-    ContactWithdrawn(FIRST, 530, 0),
     FIRST_EVENT,
     ANSWER,
     FINAL,

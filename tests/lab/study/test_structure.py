@@ -1,0 +1,113 @@
+"""Rigs of another structure: closings, false alarms and scores."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from firstcontact.contact import ThresholdDetector, closing_starts
+from firstcontact.contact._closing_start import How
+from firstcontact.core import FINGERTIP_RATE, Label
+from firstcontact_lab.report.results import NOTHING
+from firstcontact_lab.study._structures import (
+    FREE,
+    LEAD,
+    MOTORS,
+    REST,
+    StructuredRig,
+    blocks_of,
+    draw_structured,
+    empty_of,
+    objects_of,
+)
+from firstcontact_lab.study.parts.structure import (
+    PART,
+    STRUCTURE,
+    Structures,
+    _alarms,
+    _Counts,
+    _scores,
+    structure_table,
+    unknown_table,
+)
+
+
+@pytest.fixture(scope="module", params=["gearbox", "stepper"])
+def rig(request: pytest.FixtureRequest) -> StructuredRig:
+    return draw_structured(1, request.param)
+
+
+def test_motors_have_unlike_spectra() -> None:
+    n, pace = 4000, np.ones(4000)
+    size = draw_structured(2, "belt").size
+    spectra = []
+    for motor in MOTORS.values():
+        sound = motor(np.random.default_rng(3), n, pace, size)
+        spectrum = np.abs(np.fft.rfft(sound)) ** 2
+        spectra.append(spectrum[:2000].reshape(50, 40).sum(axis=1) / spectrum.sum())
+    alike = np.corrcoef(spectra) - np.eye(len(MOTORS))
+    assert alike.max() < 0.95
+
+
+def test_same_seed_gives_the_same_closings(rig: StructuredRig) -> None:
+    again = draw_structured(1, rig.motor)
+    one, other = objects_of(rig, 2), objects_of(again, 2)
+    for a, b in zip(one, other, strict=True):
+        assert np.array_equal(a.data, b.data)
+        assert (a.truth, a.label) == (b.truth, b.label)
+    assert not np.array_equal(one[0].data, one[1].data[: len(one[0].data)])
+
+
+def test_closing_is_quiet_until_the_contact_and_loud_after_it(rig: StructuredRig) -> None:
+    for pinch in blocks_of(rig, (60.0,), 2, 1):
+        assert pinch.first is not None
+        assert pinch.second is not None
+        free = pinch.first.sample / FINGERTIP_RATE - REST
+        assert FREE[0] - 1e-3 <= free <= FREE[1] + 1e-3
+        x = pinch.vibration()[:, pinch.layout.vibration_fingers.index(pinch.first.finger)]
+        start = round(LEAD * FINGERTIP_RATE)
+        before = x[pinch.first.sample - 4 * start : pinch.first.sample]
+        after = x[pinch.first.sample : pinch.first.sample + start]
+        assert np.abs(after - before.mean()).max() > 3 * before.std()
+
+
+def test_motor_is_heard_above_the_rest(rig: StructuredRig) -> None:
+    starts = closing_starts(empty_of(rig, 3, 0.5))
+    assert {start.how for start in starts} == {How.CALIBRATION}
+    assert all(start.sample >= REST * FINGERTIP_RATE for start in starts)
+
+
+def test_objects_scatter_around_their_labels_and_blocks_do_not(rig: StructuredRig) -> None:
+    assert set(blocks_of(rig, (20.0, 60.0), 1, 1).shore_a) == {20.0, 60.0}
+    assert objects_of(rig, 3).test.all()
+
+
+def test_alarms_count_on_nothing_only(rig: StructuredRig) -> None:
+    empty = empty_of(rig, 1, 1.0)
+    assert empty[0].label == Label()
+    deaf, minutes = _alarms(ThresholdDetector(1e5), empty, confirm=True)
+    sharp, same = _alarms(ThresholdDetector(0.5), empty, confirm=False)
+    assert (deaf, minutes) == (0, same)
+    assert sharp > 0
+
+
+def test_scores_are_ratios_over_all_rigs() -> None:
+    one, other = _Counts(), _Counts()
+    one.outcomes |= {"success": 8, "late": 1, "wrong_finger": 1}
+    other.outcomes |= {"success": 10}
+    one.alarms, one.minutes, other.minutes = 3, 1.0, 1.0
+    one.squares, one.estimates, other.estimates = 160.0, 6, 10
+    scores = _scores(np.array([one.row(), other.row()]), 0)
+    assert (scores.placed, scores.late, scores.missed, scores.early) == (0.9, 0.05, 0.05, 0.0)
+    assert (scores.false_alarms_per_minute, scores.rmse) == (1.5, pytest.approx(10**0.5))
+    assert scores.predicted == 0.8
+    low, high = scores.intervals["placed"]
+    assert low <= 0.9 <= high
+    found = Structures(
+        rigs=2, seeds=[1], pinches=10, detectors={"shipped": scores}, unknown_rig={"5": 9.0}
+    )
+    results = NOTHING.replace([STRUCTURE(found)])
+    for table in (structure_table(results), unknown_table(results)):
+        assert table is not None
+        assert len(table.lines) == 1
+    assert not PART.by_default

@@ -33,7 +33,8 @@ PUBLIC = {
     ),
     "contact": (
         "DETECTORS Detector SvmDetector ThresholdDetector WindowDecisions WindowDetector detect "
-        "load_detector make_detector save_detector untrained_detector untrained_name"
+        "general_detector load_detector make_detector save_detector untrained_detector "
+        "untrained_name"
     ),
     "models": (
         "DetectionScores ESTIMATORS Estimator FinalModel Interval LabelledWindows ModelCard "

@@ -70,7 +70,7 @@ def test_unknown_contacts_are_detected(tmp_path: Path, capsys: pytest.CaptureFix
     assert not (tmp_path / "m").exists()
     assert run("train", data, "--out", tmp_path / "m") == 0
     assert load_card(tmp_path / "m")["trained_on"]["contacts"] == (
-        "detected (three_sigma; steady states begin with the first sample)"
+        "detected (logistic; steady states begin with the first sample)"
     )
     assert run("evaluate", tmp_path / "m", data) == 0
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import pickle
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -22,12 +23,14 @@ from firstcontact.contact import (
     ThresholdDetector,
     WindowDetector,
     detect,
+    general_detector,
+    is_pretrained,
     load_detector,
     pretrained_detector,
     save_detector,
 )
 from firstcontact.contact._detector_file import DETECTOR_WEIGHTS
-from firstcontact.core import InputError
+from firstcontact.core import InputError, fingertip_layout
 from firstcontact.testing import closings
 from saved import edit, vouch
 
@@ -217,3 +220,21 @@ def test_shipped_detector_is_reproducible(tmp_path: Path) -> None:
     assert trained.keys() == shipped.keys()
     for name, array in trained.items():
         np.testing.assert_allclose(array, shipped[name], rtol=1e-6)
+
+
+def test_general_detector_is_the_shipped_one_for_a_hand_at_its_rate() -> None:
+    layout = fingertip_layout()
+    assert is_pretrained(general_detector(layout))
+    by_person = replace(layout, channels=(replace(layout.channels[0], finger=None),))
+    for other in (by_person, replace(layout, rate=8000.0)):
+        detector = general_detector(other)
+        assert not detector.learns
+        assert not is_pretrained(detector)
+
+
+def test_detector_fitted_to_other_pinches_is_not_the_shipped_one(svm: SvmDetector) -> None:
+    shipped = pretrained_detector()
+    fitted = type(shipped)().fit(closings(40, seed=1))
+    assert fitted.rate == shipped.rate
+    assert not is_pretrained(fitted)
+    assert not is_pretrained(svm)

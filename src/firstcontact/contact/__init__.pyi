@@ -21,6 +21,8 @@ from ._detector_file import CARD as CARD
 from ._detector_file import DETECTOR_FORMAT as DETECTOR_FORMAT
 from ._detector_file import DETECTOR_WEIGHTS as DETECTOR_WEIGHTS
 from ._detector_file import card_digest as card_digest
+from ._detector_file import general_detector as general_detector
+from ._detector_file import is_pretrained as is_pretrained
 from ._detector_file import load_detector as load_detector
 from ._detector_file import pretrained_detector as pretrained_detector
 from ._detector_file import save_detector as save_detector

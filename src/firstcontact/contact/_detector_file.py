@@ -12,15 +12,17 @@ import msgspec
 import numpy as np
 
 from firstcontact.contact._detector import Detector
-from firstcontact.contact._registry import DETECTORS
+from firstcontact.contact._registry import DETECTORS, untrained_detector
 from firstcontact.core import (
     DETECTOR_CARD,
     AnyPath,
     InputError,
+    Layout,
     Name,
     Rate,
     Sha256,
     digest,
+    is_same_rate,
     read_card,
     read_weights,
     write_weights,
@@ -106,6 +108,28 @@ def pretrained_detector() -> Detector:
         The package is damaged.
     """
     return load_detector(Path(str(files("firstcontact.contact"))) / "pretrained")
+
+
+def general_detector(layout: Layout) -> Detector:
+    """Return the detector for a rig of which no contact is known.
+
+    It is the one of this package for a hand at its rate. Other rates, and sensors that a person
+    moves, get a detector that needs no training.
+    """
+    shipped = pretrained_detector()
+    fits = shipped.rate is not None and is_same_rate(layout.rate, shipped.rate)
+    if fits and None not in layout.vibration_fingers:
+        return shipped
+    return untrained_detector(layout)
+
+
+def is_pretrained(detector: Detector) -> bool:
+    """Return True for the detector of this package, which no later pinch has trained."""
+    shipped = pretrained_detector()
+    if (detector.name, detector.rate) != (shipped.name, shipped.rate):
+        return False
+    own, arrays = detector.to_arrays(), shipped.to_arrays()
+    return own.keys() == arrays.keys() and all(np.array_equal(own[k], arrays[k]) for k in arrays)
 
 
 def load_detector(path: AnyPath) -> Detector:

@@ -16,8 +16,9 @@ from firstcontact.contact import (
     cut_closings,
     describe_starts,
     detect,
+    general_detector,
+    is_pretrained,
     make_detector,
-    untrained_detector,
 )
 from firstcontact.core import Contact, Dataset, InputError, Runner
 from firstcontact.models._splits import inner_folds
@@ -68,7 +69,7 @@ def fit_detector(dataset: Dataset, name: str | None = None) -> Detector:
         The pinches.
     name
         In the registry; None for the default one where it can learn from these pinches,
-        and else one that learns nothing.
+        and else the one of the package, or one that learns nothing.
 
     Raises
     ------
@@ -82,7 +83,7 @@ def fit_detector(dataset: Dataset, name: str | None = None) -> Detector:
             return make_detector(DETECTORS.default).fit(dataset)
         except InputError:
             pass  # too little quiet before the contacts: nothing to learn a steady state from
-    return untrained_detector(dataset.layout).fit(dataset)
+    return general_detector(dataset.layout)
 
 
 def found_as_live(dataset: Dataset, detector: Detector, seed: int, runner: Runner) -> Alignment:
@@ -102,7 +103,7 @@ def found_as_live(dataset: Dataset, detector: Detector, seed: int, runner: Runne
     runner
         Does the folds.
     """
-    if not detector.learns:
+    if not detector.learns or is_pretrained(detector):
         return detect_alignment(dataset, detector)
     starts = closing_starts(dataset)
     dataset = cut_closings(dataset, starts)

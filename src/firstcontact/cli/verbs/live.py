@@ -98,7 +98,7 @@ class Live:
             live_model,
         )
         from firstcontact.cli.stopping import stopping
-        from firstcontact.contact import load_detector, untrained_detector
+        from firstcontact.contact import general_detector, load_detector
         from firstcontact.core import read_calibration
         from firstcontact.device import skipped_model
         from firstcontact.streaming import live_predictor, live_session
@@ -133,7 +133,7 @@ class Live:
             to_stdout = self._to_stdout(source)
             with live_session(
                 source,
-                detector or untrained_detector(source.descriptor.layout),
+                detector or general_detector(source.descriptor.layout),
                 predictor,
                 lambda: given or device_noise(device) or self._measured(source),
                 real_time=self.speed == 1.0,

@@ -22,7 +22,7 @@ from firstcontact.contact import (
     detect,
 )
 from firstcontact.contact._confirmation import CONFIRMED, KEPT
-from firstcontact.core import Block, Contact, Finger, Layout, Pinch, fingertip_layout
+from firstcontact.core import Block, Contact, Finger, Pinch, fingertip_layout
 from firstcontact.signal import samples_in
 from firstcontact.twin import BLOCKS, PAPER_RIG, draw_pinch, draw_specimen, simulate_pinch
 
@@ -103,7 +103,7 @@ def test_listener_ends_with_both_contacts_and_is_due_before(clicked: Pinch) -> N
 
 def test_sensor_of_no_finger_withdraws_nothing(clicked: Pinch) -> None:
     channel = replace(LAYOUT.channels[0], finger=None)
-    layout = Layout((channel,), LAYOUT.rate, LAYOUT.smoothing)
+    layout = replace(LAYOUT, channels=(channel,))
     pinch = Pinch(clicked.data[:, :1], layout)
     detector = ThresholdDetector(8.0)
     assert detect(detector, pinch) == detect(detector, pinch, confirm=False) != []

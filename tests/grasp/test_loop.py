@@ -180,6 +180,6 @@ def test_withdrawn_contact_leaves_no_trace(name: str) -> None:
     touch(loop, 300)
     loop.estimated(NARROW, 0.318)
     assert (counts.contacts, counts.estimates) == (1, 1)
-    loop.done()
+    loop.finish()
     loop.withdrawn()
     assert counts.withdrawn == 1

@@ -26,7 +26,7 @@ from firstcontact.streaming import (
     Pipeline,
     WindowLadder,
 )
-from firstcontact.streaming._json_lines import line_of
+from firstcontact.streaming._json_lines import json_line
 from firstcontact.streaming._predictors import Predictor
 from firstcontact.streaming._sink import Update
 from firstcontact.streaming.page._state import State
@@ -109,7 +109,7 @@ def test_hand_closes_on_as_before_the_withdrawn_contact(
 
 
 def test_json_line_names_the_contact_and_when_it_was_withdrawn() -> None:
-    line = json.loads(line_of(ContactWithdrawn(FIRST, 525, 0)))
+    line = json.loads(json_line(ContactWithdrawn(FIRST, 525, 0)))
     contact = {"finger": 1, "sample": 510, "decided": 522}
     assert line == {"type": "contact_withdrawn", "contact": contact, "complete": 525, "epoch": 0}
 

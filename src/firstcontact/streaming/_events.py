@@ -96,7 +96,7 @@ class ContactWithdrawn(msgspec.Struct, frozen=True, tag="contact_withdrawn"):
     epoch: int
 
     @property
-    def known(self) -> int:
+    def known_sample(self) -> int:
         """Sample with which the event was known."""
         return self.complete
 

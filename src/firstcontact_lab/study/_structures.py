@@ -296,7 +296,7 @@ class StructuredRig:
         draw = replace(
             draw,
             fingers=(fingers[0], fingers[1]),
-            held=target.parameters,
+            object=target.parameters,
             noise=(silent, silent),
             jitter=0.0,
         )

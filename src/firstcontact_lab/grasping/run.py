@@ -81,12 +81,14 @@ def _run(
             bar.total, bar.n = total, count
             bar.update(0)
 
+        stage("models")
+        model = learn(settings, out)  # it starts and ends workers of its own
         with parallel(settings.workers, within) as runner:
             work = household(settings.household, settings.seed, runner, stage)
             stage("film")
             filmed = _filmed(out / "film.gif", work, settings, PICTURES // 3 if quick else PICTURES)
             stage("payload")
-            payload = _payload(settings, out, runner)
+            payload = _payload(settings, model, runner)
     results = GraspResults(
         study=GraspRun(
             command=command,
@@ -119,9 +121,8 @@ def _filmed(path: Path, work: HouseholdWork, settings: GraspStudySettings, pictu
     return film(path, kinds, hand, specimen, filmed, work.hands, pictures)
 
 
-def _payload(settings: GraspStudySettings, out: Path, runner: Runner) -> Payload:
+def _payload(settings: GraspStudySettings, model: Model, runner: Runner) -> Payload:
     """Run the older task, with a payload, in small."""
-    model = learn(settings, out)
     tuned = search(settings, runner)
     rows = close_all(settings, tuned, model, runner)
     return Payload(

@@ -56,11 +56,14 @@ def captioned(*tables: Table | None, title: str = "") -> str:
 def part_tables(name: str, subjects: Mapping[str, SubjectResults]) -> str:
     """Return the tables of a study part for each subject as Markdown."""
     made = [
-        captioned(make(results), title=title if len(subjects) > 1 else "")
+        (title, table)
         for make in PARTS[name].tables
         for title, results in subjects.items()
+        if (table := make(results)) is not None
     ]
-    return "\n".join(filter(None, made))
+    several = len({title for title, _ in made}) > 1
+    texts = (captioned(table, title=title if several else "") for title, table in made)
+    return "\n".join(filter(None, texts))
 
 
 def read_subjects(path: Path) -> dict[str, SubjectResults]:
@@ -91,8 +94,9 @@ def tables(results: Path) -> dict[str, str]:
     made = dict.fromkeys((*names, *GRASP, *PARTS), "*Not run yet.*\n")
     if (results / "study.json").is_file():
         made |= study_tables(results / "study.json")
-    if (results / "generalise.json").is_file():
-        made["generalise"] = part_tables("generalise", read_subjects(results / "generalise.json"))
+    for name in ("generalise", "random_rigs"):
+        if (results / f"{name}.json").is_file():
+            made[name] = part_tables(name, read_subjects(results / f"{name}.json"))
     if (results / "real.json").is_file():
         subjects = {"here": read_study(results / "real.json").about}
         chosen = [row for name in PARTS if name != TIMED for row in rows(subjects, [name])]
@@ -148,6 +152,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--study", type=Path, help="results.json of `make study`")
     parser.add_argument("--generalise", type=Path, help="results.json of `make generalise`")
+    parser.add_argument("--random-rigs", type=Path, help="results.json of that study part")
     parser.add_argument("--real", type=Path, help="results.json of the impacts of `make real`")
     parser.add_argument("--strikes", type=Path, help="results.json of its strikes")
     parser.add_argument("--sets", type=Path, help="results.json of `make real`")
@@ -157,6 +162,7 @@ def main() -> None:
     for name, source in (
         ("study", options.study),
         ("generalise", options.generalise),
+        ("random_rigs", options.random_rigs),
         ("real", options.real),
         ("strikes", options.strikes),
         ("grasp", options.grasp),

@@ -23,7 +23,9 @@ def write(path: Path, tree: dict[str, Any]) -> None:
     path.write_text(json.dumps(filled(ByName[kind, kind], {"study": {}, **tree})))
 
 
-@pytest.mark.parametrize("result", ["study", "generalise", "real", "strikes", "grasp", "sets"])
+@pytest.mark.parametrize(
+    "result", ["study", "generalise", "random_rigs", "real", "strikes", "grasp", "sets"]
+)
 def test_committed_results_are_read_whole_and_written_as_they_are(result: str) -> None:
     path = numbers.RESULTS / f"{result}.json"
     results = read_results(path, GraspResults) if result == "grasp" else read_study(path)
@@ -35,6 +37,7 @@ def test_there_are_no_other_results() -> None:
     assert {p.name for p in numbers.RESULTS.iterdir()} == {
         "study.json",
         "generalise.json",
+        "random_rigs.json",
         "real.json",
         "strikes.json",
         "grasp.json",

@@ -8,7 +8,7 @@ from firstcontact.core import AnyPath, Dataset, InputError, replacing_folder, re
 from firstcontact.export._budget import small_enough
 from firstcontact.export._exporters import MODEL_EXPORTERS
 from firstcontact.export._trained import exported_parts
-from firstcontact.models import Model, load_model
+from firstcontact.models import CombinedModel, Model, load_model
 
 
 def export_model(
@@ -58,7 +58,14 @@ def export_model(
     if budget_us is not None and not 0.0 < budget_us <= 1e6:
         raise InputError("it must lie between 0 and 1000000", parameter="budget_us")
     learned = None if data is None else data.take(~data.test)
-    parts = exported_parts(model if isinstance(model, Model) else load_model(model))
+    loaded = model if isinstance(model, Model) else load_model(model)
+    parts = exported_parts(loaded)
     trained = small_enough(parts, learned, budget_us, exporter.parts)
     with replacing_folder(place) as making, MODEL_EXPORTERS.calling(to):
-        return list(exporter.write(trained, making))
+        lines = list(exporter.write(trained, making))
+    if loaded.network is not None and isinstance(loaded.network.model, CombinedModel):
+        lines.append(
+            "the network predicts alone there: its average with the regression on the rig's "
+            "pinches has no such form"
+        )
+    return lines

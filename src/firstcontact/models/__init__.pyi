@@ -11,6 +11,9 @@ from ._card import PredictorCard as PredictorCard
 from ._card import TrainingData as TrainingData
 from ._card import TrainingRecord as TrainingRecord
 from ._card import WindowCard as WindowCard
+from ._combined import CombinedEstimator as CombinedEstimator
+from ._combined import CombinedModel as CombinedModel
+from ._combined import adapt_combined as adapt_combined
 from ._compact import THIN as THIN
 from ._compact import CompactModel as CompactModel
 from ._compact import CompactNetwork as CompactNetwork

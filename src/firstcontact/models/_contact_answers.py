@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -64,6 +65,7 @@ class ContactAnswers:
         #: Inputs besides the signal, of one row.
         self.features = features
         finger = model.by_rig(touches)[0][0]
+        self._refine = partial(model.refine, finger) if model.refines else None
         self._rig, self._network = model.rigs[finger], model.network
         self._context, self._familiar = model.context(finger), model.familiar
         self._factors, self._rate = model.factors.tolist(), touches.rate
@@ -98,7 +100,10 @@ class ContactAnswers:
         weight, mean, sd = mixture
         value = float((weight * mean).sum())
         square = float((weight * (sd * sd + mean * mean)).sum())
-        half = math.sqrt(max(square - value * value, 1e-4)) * self._factors[stage]
+        spread = math.sqrt(max(square - value * value, 1e-4))
+        if self._refine is not None:
+            value, spread = self._refined(stage, value, spread)
+        half = spread * self._factors[stage]
         if not math.isfinite(value + half):
             return None
         lowest, highest = SHORE_A
@@ -110,6 +115,12 @@ class ContactAnswers:
             half,
             self._familiar.is_out_of_range(traits, stage, self._has_level),
         )
+
+    def _refined(self, stage: int, value: float, spread: float) -> tuple[float, float]:
+        assert self._refine is not None
+        network = np.full(1, value), np.full(1, spread)
+        values, spreads = self._refine(self._x[None], np.full(1, stage), *network)
+        return float(values[0]), float(spreads[0])
 
     def _take(self, signal: NDArray[np.floating], valid: int) -> None:
         """Add the samples since the last moment."""

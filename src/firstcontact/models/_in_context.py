@@ -53,6 +53,8 @@ class InContextModel:
 
     #: Name of the runtime in model files.
     kind: ClassVar[str] = "network"
+    #: True if :meth:`refine` changes predictions.
+    refines: ClassVar[bool] = False
 
     def __init__(
         self,
@@ -155,7 +157,9 @@ class InContextModel:
             shape = Shape.measure(part.waves, part.valid, level, sign)
             x = network_inputs(shape, beside_signal[rows])
             mixture = self._network.outputs(x, self._contexts[finger], stages[rows])
-            values[rows], spreads[rows] = mean_and_spread(mixture)
+            values[rows], spreads[rows] = self.refine(
+                finger, x, stages[rows], *mean_and_spread(mixture)
+            )
             trait_values = shape_traits(shape, part.signals[:, : part.lead])
             has_level = rig.tokens.shape[1] > 0
             out_of_range[rows] = self._familiar.out_of_range(trait_values, stages[rows], has_level)
@@ -170,6 +174,29 @@ class InContextModel:
         low, high = (np.clip(values + side * half, *SHORE_A) for side in (-1, 1))
         elapsed = touches.valid / touches.rate
         return Predictions(values, spreads, low, high, out_of_range, elapsed)
+
+    def refine(
+        self,
+        finger: int,
+        x: NDArray[np.float64],
+        stages: NDArray[np.intp],
+        values: Values,
+        spreads: Values,
+    ) -> tuple[Values, Values]:
+        """Return values and spreads of the network after another model has seen its inputs.
+
+        Parameters
+        ----------
+        finger
+            Number of the rig.
+        x
+            Inputs of the network, shape (n, inputs).
+        stages
+            Position in ``STAGES`` of each contact, shape (n,).
+        values, spreads
+            Of the network, shape (n,).
+        """
+        return values, spreads
 
     def _check(self, touches: Touches) -> None:
         if not is_same_rate(touches.rate, self.rate):

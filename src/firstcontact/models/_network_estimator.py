@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import ceil
 from typing import Any, ClassVar
@@ -41,10 +41,10 @@ class Adapted:
     ----------
     model
         The model; its intervals are widened where they held too few of the held-out pinches.
-    way
+    scheme
         How the rig is known: what scored best on pinches that were held out.
     scores
-        RMSE in Shore A of each way on those, 15 ms or what the second contact leaves of it.
+        RMSE in Shore A of each scheme on those, 15 ms or what the second contact leaves of it.
     mean_rmse
         RMSE of always answering the mean of the other pinches, NaN where none were held out.
     check
@@ -52,7 +52,7 @@ class Adapted:
     """
 
     model: InContextModel
-    way: str
+    scheme: str
     scores: Mapping[str, float]
     mean_rmse: float = float("nan")
     check: IntervalCheck | None = None
@@ -60,10 +60,10 @@ class Adapted:
     @property
     def refusal(self) -> str:
         """Return why the model is of no use for this rig, "" if it is of use."""
-        if not self.scores or self.scores[self.way] < self.mean_rmse:
+        if not self.scores or self.scores[self.scheme] < self.mean_rmse:
             return ""
         return (
-            f"on held-out pinches the RMSE is {self.scores[self.way]:.1f} Shore A, and always "
+            f"on held-out pinches the RMSE is {self.scores[self.scheme]:.1f} Shore A, and always "
             f"answering their mean scores {self.mean_rmse:.1f}: the model cannot read this rig. "
             "Check the Shore A labels, the contacts and that the sensor touches as a fingertip "
             "does, or use `firstcontact train`"
@@ -125,28 +125,53 @@ def adapt_network(
             f"a rig is known by pinches of two Shore A levels at least, and {len(longest)} of "
             f"{len(np.unique(shore_a))} are here: record more blocks"
         )
+
+    def conditioner(scheme: str) -> Condition:
+        return lambda touches, shore_a: base.conditioned_on(
+            {f: rig for f, (rig, _) in known_rigs(touches, shore_a, scheme, seed).items()}
+        )
+
     tested = {
         scheme: held_out
         for scheme in WAYS
-        if (held_out := _held_out(base, longest, shore_a, sessions, scheme, seed)) is not None
+        if (held_out := score_held_out(conditioner(scheme), longest, shore_a, sessions, seed))
+        is not None
     }
     if not tested:
-        return Adapted(base.conditioned_on(_rigs(longest, shore_a, WAYS[0], seed)), WAYS[0], {})
-    scores = {scheme: _rms(held_out.errors) for scheme, held_out in tested.items()}
+        return Adapted(conditioner(WAYS[0])(longest, shore_a), WAYS[0], {})
+    scores = {scheme: root_mean_square(held_out.errors) for scheme, held_out in tested.items()}
     best = min(scores, key=lambda scheme: scores[scheme])
     check = tested[best].check(base.level, touches.rate)
-    model = base.conditioned_on(_rigs(longest, shore_a, best, seed)).widened(check.scales)
-    return Adapted(model, best, scores, _rms(tested[best].from_mean), check)
+    model = conditioner(best)(longest, shore_a).widened(check.scales)
+    return Adapted(model, best, scores, root_mean_square(tested[best].from_mean), check)
 
 
 #: Ways to know a rig: all fingers as one, or each by itself.
 WAYS = ("one", "each finger")
 
 
-def _rigs(touches: Touches, shore_a: Values, scheme: str, seed: int) -> dict[int, Rig]:
-    def rig(members: NDArray[np.intp]) -> Rig:
-        chosen = members[_some(shore_a[members], seed)]
-        return Rig.fit(touches.take(chosen), shore_a[chosen])
+#: From contacts and their Shore A to a model of the rig.
+Condition = Callable[[Touches, Values], InContextModel]
+
+
+def known_rigs(
+    touches: Touches, shore_a: Values, scheme: str, seed: int
+) -> dict[int, tuple[Rig, NDArray[np.intp]]]:
+    """Return the rigs of labelled contacts, and the contacts that each is known by.
+
+    Parameters
+    ----------
+    touches, shore_a
+        Labelled contacts, shape (n,).
+    scheme
+        One of ``WAYS``.
+    seed
+        Of the choice among more pinches of a level than are used.
+    """
+
+    def rig(members: NDArray[np.intp]) -> tuple[Rig, NDArray[np.intp]]:
+        chosen = members[_choose_pinches(shore_a[members], seed)]
+        return Rig.fit(touches.take(chosen), shore_a[chosen]), chosen
 
     rigs = {ANY: rig(np.arange(len(touches)))}
     if scheme == WAYS[1]:
@@ -157,7 +182,7 @@ def _rigs(touches: Touches, shore_a: Values, scheme: str, seed: int) -> dict[int
     return rigs
 
 
-def _some(shore_a: Values, seed: int) -> NDArray[np.intp]:
+def _choose_pinches(shore_a: Values, seed: int) -> NDArray[np.intp]:
     """Positions of no more than ``MOST_OF_LEVEL`` of each level, ascending."""
     rng = np.random.default_rng(seed)
     chosen = []
@@ -168,7 +193,7 @@ def _some(shore_a: Values, seed: int) -> NDArray[np.intp]:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _HeldOut:
+class HeldOut:
     """Predictions for pinches that the rig is not known by.
 
     Parameters
@@ -195,20 +220,27 @@ class _HeldOut:
         return IntervalCheck(n, float((self.ratios <= 1).mean(axis=1).min()), scales)
 
 
-def _held_out(
-    base: InContextModel,
+def score_held_out(
+    condition: Condition,
     touches: Touches,
     shore_a: Values,
     sessions: NDArray[np.str_] | None,
-    scheme: str,
     seed: int,
-) -> _HeldOut | None:
-    """Predict for pinches that the rig is not known by; None where none can be held out."""
+) -> HeldOut | None:
+    """Predict pinches that the rig is not known by; return None where none can be held out.
+
+    Parameters
+    ----------
+    condition
+        Makes the model from the other pinches.
+    touches, shore_a, sessions, seed
+        As of :func:`adapt_network`.
+    """
     parts = []
     for learn, ask in inner_folds(shore_a, sessions, seed, FOLDS):
         if len(np.unique(shore_a[learn])) < 2 or not len(ask):
             continue
-        model = base.conditioned_on(_rigs(touches.take(learn), shore_a[learn], scheme, seed))
+        model = condition(touches.take(learn), shore_a[learn])
         test_touches, truth = touches.take(ask), shore_a[ask]
         errors = model.predict(test_touches).value - truth
         ratios = []
@@ -220,10 +252,11 @@ def _held_out(
         parts.append((errors, shore_a[learn].mean() - truth, np.array(ratios)))
     if not parts:
         return None
-    return _HeldOut(*(np.concatenate(arrays, axis=-1) for arrays in zip(*parts, strict=True)))
+    return HeldOut(*(np.concatenate(arrays, axis=-1) for arrays in zip(*parts, strict=True)))
 
 
-def _rms(errors: Values) -> float:
+def root_mean_square(errors: Values) -> float:
+    """Return the root mean square of errors."""
     return float(np.sqrt(np.mean(errors**2)))
 
 
@@ -288,9 +321,20 @@ def check_network(task: str, windows: Sequence[float], level: float, rate: float
 
 
 def condition(
-    dataset: Dataset, seed: int, contacts: Alignment
+    dataset: Dataset, seed: int, contacts: Alignment, kind: type[NetworkEstimator]
 ) -> tuple[NetworkPredictor, list[str]]:
     """Return the network conditioned on the rig of these pinches, and sentences about it.
+
+    Parameters
+    ----------
+    dataset
+        Pinches of the rig.
+    seed
+        Of the folds that hold pinches out.
+    contacts
+        Where they begin.
+    kind
+        Estimator: the network alone, or one that is built on it.
 
     Raises
     ------
@@ -311,7 +355,7 @@ def condition(
         )
     labelled = LabelledTouches.cut(dataset, contacts.contacts)
     try:
-        made = NetworkEstimator(Task.REGRESSION, base.rate).fit_contacts(labelled, seed)
+        made = kind(Task.REGRESSION, base.rate).fit_contacts(labelled, seed)
     except InputError as error:
         raise UnknownRigError(error.message, parameter="data") from None
     if made.refusal:
@@ -343,7 +387,7 @@ def _checked_in_words(base: InContextModel, made: Adapted) -> list[str]:
     widened = f"now up to {widest:.2f} times as wide" if widest > 1 else "kept"
     return [
         f"fingers as one or each by itself, on pinches held out: {compared} Shore A (always "
-        f"answering the mean: {made.mean_rmse:.2f}); kept: {made.way}",
+        f"answering the mean: {made.mean_rmse:.2f}); kept: {made.scheme}",
         f"{100 * base.level:.0f} % intervals held at least {percent(made.check.coverage)} of "
         f"{counted(made.check.n, 'pinch')} held out, at each time: {widened}",
     ]

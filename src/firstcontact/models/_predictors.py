@@ -203,7 +203,9 @@ class NetworkPredictor:
     @classmethod
     def from_card(cls, card: NetworkCard, arrays: Arrays) -> Self:
         """Return the predictor of a card and its arrays; InputError if they do not fit."""
-        kinds = {kind.kind: kind for kind in (InContextModel, CompactModel)}
+        from firstcontact.models._combined import CombinedModel  # it reads the shipped network
+
+        kinds = {kind.kind: kind for kind in (InContextModel, CompactModel, CombinedModel)}
         if card.kind not in kinds:
             raise InputError(f"no network is of kind {card.kind!r}")
         return cls(kinds[card.kind].from_arrays(arrays, card.level), card.record)

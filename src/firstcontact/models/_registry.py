@@ -21,6 +21,7 @@ ESTIMATORS: Registry[type[Estimator]] = Registry(
         "cnn": "firstcontact.models._cnn:Cnn",
         "log_spectrum": "firstcontact.models._log_spectrum:LogSpectrum",
         "network": "firstcontact.models._network_estimator:NetworkEstimator",
+        "combined": "firstcontact.models._combined:CombinedEstimator",
     },
     default="svm",
     base="firstcontact.models._estimator:Estimator",

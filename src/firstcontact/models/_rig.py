@@ -81,7 +81,7 @@ class Rig:
         extreme = np.where(-longest.min(axis=1) > longest.max(axis=1), -1.0, 1.0)
         sign = 1.0 if np.median(extreme) >= 0 else -1.0
         peaks = np.log(np.maximum((sign * longest).max(axis=1), 1e-5))
-        loudness_level = _levels(shore_a)
+        loudness_level = level_groups(shore_a)
         groups = [np.flatnonzero(loudness_level == g) for g in np.unique(loudness_level)]
         level = float(np.exp(np.mean([np.median(peaks[g]) for g in groups])))
         speeds = touches.speeds[np.isfinite(touches.speeds)]
@@ -109,8 +109,8 @@ def stage_index(valid: NDArray[np.intp] | int, rate: float) -> NDArray[np.intp]:
     return np.minimum(place, len(STAGES) - 1).astype(np.intp)
 
 
-def _levels(shore_a: Values) -> NDArray[np.intp]:
-    """Group of each pinch: its level of Shore A; neighbours are joined where there are many."""
+def level_groups(shore_a: Values) -> NDArray[np.intp]:
+    """Return the group of each pinch: its level of Shore A. Many levels are joined."""
     values, group = np.unique(shore_a, return_inverse=True)
     if len(values) <= LEVELS:
         return group.astype(np.intp)

@@ -31,7 +31,12 @@ from firstcontact.models._final_model import (
 )
 from firstcontact.models._model import Model, require_dataset
 from firstcontact.models._model_file import pretrained
-from firstcontact.models._network_estimator import UnknownRigError, check_network, condition
+from firstcontact.models._network_estimator import (
+    NetworkEstimator,
+    UnknownRigError,
+    check_network,
+    condition,
+)
 from firstcontact.models._predictors import NetworkPredictor, Predictor, WindowPredictor
 from firstcontact.models._registry import ESTIMATORS, find_estimator
 from firstcontact.models._regressor import RegressorEstimator
@@ -123,6 +128,7 @@ def train(
     if task not in tuple(Task):
         raise InputError(f"{task!r} is none of {', '.join(Task)}", parameter="task")
     takes_windows = kind.takes_windows
+    network_kind = kind if issubclass(kind, NetworkEstimator) else NetworkEstimator
     if not takes_windows:
         check_network(task, windows, level, rate)
     dataset = _training_pinches(data)
@@ -166,7 +172,7 @@ def train(
             step(1)
         if has_shore or not takes_windows:
             try:
-                network, sentences = condition(dataset, seed, aligned)
+                network, sentences = condition(dataset, seed, aligned, network_kind)
                 predictors.append(network)
                 notes += [f"network: {line}" if takes_windows else line for line in sentences]
             except UnknownRigError as error:

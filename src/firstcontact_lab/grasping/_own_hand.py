@@ -71,7 +71,7 @@ def own_hand(hand: HandSeed, pinches: int) -> OwnHand:
         pretrained(), touches, dataset.shore_a[indices], dataset.sessions[indices], hand.seed
     )
     return OwnHand(
-        detector, adapted.model, len(indices), adapted.scores.get(adapted.way, float("nan"))
+        detector, adapted.model, len(indices), adapted.scores.get(adapted.scheme, float("nan"))
     )
 
 

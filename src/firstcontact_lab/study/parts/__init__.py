@@ -29,6 +29,7 @@ PARTS: Registry[Part] = Registry(
         "anytime": f"{_HERE}.anytime:PART",
         "generalise": f"{_HERE}.generalise:PART",
         "structure": f"{_HERE}.structure:PART",
+        "random_rigs": f"{_HERE}.random_rigs:PART",
         "inference": f"{_HERE}.inference:PART",
     },
     base="firstcontact_lab.study.part:Part",

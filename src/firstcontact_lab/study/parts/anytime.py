@@ -117,7 +117,7 @@ def anytime(subject: Subject, settings: StudySettings) -> PartResult:
         **asdict(scores),
         asked="objects" if len(objects) else "blocks",
         level=model.level,
-        way=adapted.way,
+        way=adapted.scheme,
         too_short=int((queries & ~long_enough).sum()),
         before_second=share,
         with_second=of,

@@ -1,0 +1,288 @@
+"""Network and a regression on the rig's own pinches, averaged by how sure each is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.models._contact_features import Shape
+from firstcontact.models._context_network import Network
+from firstcontact.models._in_context import InContextModel
+from firstcontact.models._model_file import pretrained
+from firstcontact.models._network_estimator import (
+    Adapted,
+    NetworkEstimator,
+    adapt_network,
+    known_rigs,
+    root_mean_square,
+    score_held_out,
+)
+from firstcontact.models._network_inputs import beside, network_inputs
+from firstcontact.models._out_of_range import Familiar
+from firstcontact.models._rig import STAGES, Rig, level_groups, stage_index
+from firstcontact.models._rig_regression import INPUTS, MOST, RigRegression
+from firstcontact.models._spec import Arrays, Values
+from firstcontact.models._touches import TIMES, Touches, lengths
+from firstcontact.models._training import LabelledTouches
+from firstcontact.signal import samples_in
+
+#: Fewer pinches or levels of Shore A than this: the network predicts alone.
+LEAST_PINCHES, LEAST_LEVELS = 20, 3
+#: Range of the factor of the regression's spread.
+_SCALES = 0.1, 10.0
+
+
+class CombinedModel(InContextModel):
+    """Network that is averaged with a regression on the pinches of the rig.
+
+    Each prediction is the mixture of both, weighted by the inverse of their variances, and its
+    spread is that of the mixture: it grows where they differ. Near the rig's blocks the
+    regression counts, far from them the network.
+
+    Parameters
+    ----------
+    network, familiar, factors, level, rigs
+        As of :class:`InContextModel`.
+    regressions
+        By number of the finger, for each of ``rigs`` that has one.
+    """
+
+    kind: ClassVar[str] = "combined"
+    refines: ClassVar[bool] = True
+
+    def __init__(
+        self,
+        network: Network,
+        familiar: Familiar,
+        factors: NDArray[np.float64],
+        level: float,
+        rigs: Mapping[int, Rig],
+        regressions: Mapping[int, RigRegression],
+    ) -> None:
+        super().__init__(network, familiar, factors, level, rigs)
+        self._regressions = dict(regressions)
+
+    @classmethod
+    def of(
+        cls,
+        base: InContextModel,
+        touches: Touches,
+        shore_a: Values,
+        scheme: str,
+        seed: int,
+        scale: NDArray[np.float64],
+    ) -> Self:
+        """Return the model of a rig.
+
+        Parameters
+        ----------
+        base
+            Pre-trained network.
+        touches, shore_a
+            Labelled contacts of the rig, shape (n,).
+        scheme
+            One of ``WAYS`` to know a rig.
+        seed
+            Of the choice among more pinches than a rig takes.
+        scale
+            Factor of the regression's spread at each stage, shape (stages,).
+        """
+        rigs = known_rigs(touches, shore_a, scheme, seed)
+        regressions = {}
+        for finger, (rig, members) in rigs.items():
+            members = np.random.default_rng(seed).permutation(members)[:MOST]
+            inputs = _stage_inputs(touches.take(members), rig)
+            regressions[finger] = RigRegression(inputs, shore_a[members], scale)
+        known = {finger: rig for finger, (rig, _) in rigs.items()}
+        return cls(base.network, base.familiar, base.factors, base.level, known, regressions)
+
+    def network_alone(self) -> InContextModel:
+        """Return the network without the regression, with the same widths of intervals."""
+        return InContextModel(self.network, self.familiar, self.factors, self.level, self.rigs)
+
+    def widened(self, scales: NDArray[np.float64]) -> CombinedModel:
+        """Return the model with intervals wider by a factor at each stage, shape (stages,)."""
+        factors = self.factors * scales
+        return CombinedModel(
+            self.network, self.familiar, factors, self.level, self.rigs, self._regressions
+        )
+
+    def refine(
+        self,
+        finger: int,
+        x: NDArray[np.float64],
+        stages: NDArray[np.intp],
+        values: Values,
+        spreads: Values,
+    ) -> tuple[Values, Values]:
+        """Return the mixture of the network's predictions and the regression's."""
+        own, own_spreads = self._regress(finger, x, stages)
+        share = own_spreads**2 / (own_spreads**2 + spreads**2)
+        mixed = share * values + (1 - share) * own
+        variance = share * spreads**2 + (1 - share) * own_spreads**2
+        apart = share * (1 - share) * (values - own) ** 2
+        return mixed, np.sqrt(variance + apart)
+
+    def regress(self, touches: Touches) -> tuple[Values, Values]:
+        """Return the regression's predictions and their spreads, shape (n,) each."""
+        values, spreads = np.empty(len(touches)), np.empty(len(touches))
+        for finger, rows in self.by_rig(touches):
+            part, rig = touches.take(rows), self.rigs[finger]
+            x, stages = _inputs(part, rig), stage_index(part.valid, part.rate)
+            values[rows], spreads[rows] = self._regress(finger, x, stages)
+        return values, spreads
+
+    def _regress(
+        self, finger: int, x: NDArray[np.float64], stages: NDArray[np.intp]
+    ) -> tuple[Values, Values]:
+        values, spreads = np.empty(len(x)), np.empty(len(x))
+        for stage in np.unique(stages).tolist():
+            rows = np.flatnonzero(stages == stage)
+            regression = self._regressions[finger]
+            values[rows], spreads[rows] = regression.predict(x[rows, INPUTS], stage)
+        return values, spreads
+
+    def to_arrays(self) -> Arrays:
+        """Return the arrays of the network and each regression as ``own.FINGER.NAME``."""
+        arrays = super().to_arrays()
+        for finger, regression in self._regressions.items():
+            for name, array in regression.to_arrays().items():
+                arrays[f"own.{finger}.{name}"] = array
+        return arrays
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]], level: float) -> Self:
+        """Return the inverse of :meth:`to_arrays`.
+
+        Raises
+        ------
+        InputError
+            Arrays that are missing or do not fit together.
+        """
+        base = InContextModel.from_arrays(arrays, level)
+        own = {f: RigRegression.from_arrays(arrays, f"own.{f}.") for f in base.rigs}
+        return cls(base.network, base.familiar, base.factors, level, base.rigs, own)
+
+
+@dataclass(frozen=True)
+class CombinedEstimator(NetworkEstimator):
+    """Network and a regression on the rig's own pinches, averaged by how sure each is.
+
+    With too few pinches or levels the network predicts alone.
+    """
+
+    name: ClassVar[str] = CombinedModel.kind
+    title: ClassVar[str] = "Network and own pinches"
+
+    def fit_contacts(self, labelled: LabelledTouches, seed: int = 0) -> Adapted:
+        """Condition the network on labelled contacts of a rig, and fit the regression to them.
+
+        Parameters
+        ----------
+        labelled
+            Contacts with a Shore A.
+        seed
+            Of the folds that hold contacts out.
+
+        Raises
+        ------
+        InputError
+            The contacts do not describe a rig.
+        """
+        return adapt_combined(
+            pretrained(), labelled.touches, labelled.shore_a, labelled.named_sessions, seed
+        )
+
+
+def adapt_combined(
+    base: InContextModel,
+    touches: Touches,
+    shore_a: Values,
+    sessions: NDArray[np.str_] | None = None,
+    seed: int = 0,
+) -> Adapted:
+    """Condition a network on a rig and average it with a regression on the rig's pinches.
+
+    Weights come from levels of Shore A that were held out. Intervals that hold too few of the
+    pinches of held-out sessions are widened.
+
+    Parameters
+    ----------
+    base, touches, shore_a, sessions, seed
+        As of :func:`adapt_network`.
+
+    Raises
+    ------
+    InputError
+        As of :func:`adapt_network`.
+    """
+    adapted = adapt_network(base, touches, shore_a, sessions, seed)
+    lasting = touches.answerable
+    touches, shore_a = touches.take(lasting), shore_a[lasting]
+    sessions = None if sessions is None else sessions[lasting]
+    if len(touches) < LEAST_PINCHES or len(np.unique(shore_a)) < LEAST_LEVELS:
+        return adapted
+    scale = _spread_scale(base, touches, shore_a, adapted.scheme, seed)
+
+    def condition(touches: Touches, shore_a: Values) -> CombinedModel:
+        return CombinedModel.of(base, touches, shore_a, adapted.scheme, seed, scale)
+
+    held_out = score_held_out(condition, touches, shore_a, sessions, seed)
+    if held_out is None:
+        return adapted
+    check = held_out.check(base.level, touches.rate)
+    model = condition(touches, shore_a).widened(check.scales)
+    scores = {adapted.scheme: root_mean_square(held_out.errors)}
+    return Adapted(model, adapted.scheme, scores, root_mean_square(held_out.from_mean), check)
+
+
+def _spread_scale(
+    base: InContextModel, touches: Touches, shore_a: Values, scheme: str, seed: int
+) -> NDArray[np.float64]:
+    """Return the factor of the regression's spread at each stage, shape (stages,).
+
+    With it, spreads of network and regression are in the same proportion to their errors on
+    levels of Shore A that were held out. Between ``TIMES`` it is interpolated.
+    """
+    ones = np.ones(len(STAGES))
+    squares = np.zeros((2, len(TIMES)))
+    groups = level_groups(shore_a)
+    for group in np.unique(groups):
+        is_asked = groups == group
+        if len(np.unique(shore_a[~is_asked])) < 2:
+            continue
+        model = CombinedModel.of(
+            base, touches.take(~is_asked), shore_a[~is_asked], scheme, seed, ones
+        )
+        alone, truth = model.network_alone(), shore_a[is_asked]
+        for place, ms in enumerate(TIMES):
+            early = touches.take(is_asked).until(samples_in(1e-3 * ms, touches.rate))
+            network = alone.predict(early)
+            for row, (values, spreads) in enumerate(
+                ((network.value, network.spread), model.regress(early))
+            ):
+                squares[row, place] += np.sum(((values - truth) / spreads) ** 2)
+    if not squares.all():
+        return ones
+    at = [STAGES[stage_index(samples_in(1e-3 * ms, touches.rate), touches.rate)] for ms in TIMES]
+    scale = np.clip(np.sqrt(squares[1] / squares[0]), *_SCALES)
+    out: NDArray[np.float64] = np.exp(np.interp(STAGES, at, np.log(scale)))
+    return out
+
+
+def _inputs(touches: Touches, rig: Rig) -> NDArray[np.float64]:
+    """Return the network's inputs for contacts of a rig, shape (n, inputs)."""
+    level, sign = np.full(len(touches), rig.level), np.full(len(touches), rig.sign)
+    shape = Shape.measure(touches.waves, touches.valid, level, sign)
+    return network_inputs(shape, beside(touches, rig))
+
+
+def _stage_inputs(touches: Touches, rig: Rig) -> NDArray[np.float64]:
+    """Return the regression's inputs at each stage, shape (stages, n, inputs)."""
+    longest = lengths(touches.rate)[1]
+    cuts = [touches.until(round(stage * longest / STAGES[-1])) for stage in STAGES]
+    return np.stack([_inputs(cut, rig)[:, INPUTS] for cut in cuts])

@@ -1,0 +1,220 @@
+"""Pinches of random rigs whose structure no network was trained on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import FINGERTIP_RATE
+from firstcontact.models import BEFORE, LONGEST, Touches, cut_touch, lengths
+from firstcontact.signal import samples_in
+from firstcontact.twin import (
+    BLOCKS,
+    EVERYDAY_OBJECTS,
+    FAMILIES,
+    PAPER_RIG,
+    Day,
+    Family,
+    RandomObject,
+    RandomRig,
+    Rng,
+    draw_block,
+    draw_day,
+    draw_object,
+    draw_offset,
+    draw_rig,
+    draw_specimen,
+    touch,
+)
+from firstcontact_lab.pretraining._examples import volts
+
+Values = NDArray[np.float64]
+#: Delay of placed contacts in samples, mean and standard deviation: twice as variable as in the
+#: training of the network. No contact is further off than ``MARGIN``.
+DELAY, MARGIN = (3.0, 2.5), 12
+#: Standard deviation of a label, Shore A.
+LABEL = 2.0
+#: Pinches of each block, and their sessions: one pair for each rig in turn.
+CONTEXTS = (6, 3), (12, 4), (20, 6)
+#: Pinches and sessions of each block that is asked about; random objects; pinches of each object.
+HELD_OUT, OBJECTS, AGAIN = (4, 2), 24, 3
+#: Uses of a pinch.
+OWN, BLOCK, EVERYDAY, RANDOM = "own", "blocks", "everyday", "random"
+#: Rounder than this nothing is, m.
+_FLAT = 1.0
+_RATE = FINGERTIP_RATE
+
+Change = Callable[[Values, Rng], Values]
+
+
+def _lossy(target: RandomObject, rng: Rng) -> RandomObject:
+    p = target.parameters
+    share = 0.3 + p.arm_share * float(rng.uniform(1.8, 3.0))
+    return replace(
+        target, parameters=p._replace(arm_share=share, contact_loss=min(2 * p.contact_loss, 1.5))
+    )
+
+
+def _several_rig(rig: RandomRig, rng: Rng) -> RandomRig:
+    for name in ("linear_pad", "duller_sensor", "silent_motor"):
+        rig = FAMILIES[name].rig(rig, rng)
+    return rig
+
+
+def _several_object(target: RandomObject, rng: Rng) -> RandomObject:
+    return FAMILIES["slow_material"].change_object(_lossy(target, rng), rng)
+
+
+def _gearbox(rng: Rng) -> Change:
+    """Return a change that adds swelling lines, pink noise and a start-up transient."""
+    line, swell = float(rng.uniform(250, 900)), float(rng.uniform(15, 60))
+    loud, decay = float(rng.uniform(0.005, 0.03)), float(rng.uniform(0.005, 0.02))
+
+    def change(signal: Values, rng: Rng) -> Values:
+        t = np.arange(len(signal)) / _RATE
+        lines = np.zeros(len(signal))
+        for order in (1, 2, 3):
+            pitch = order * line * (1 + 0.05 * rng.standard_normal())
+            lines += np.sin(2 * math.pi * pitch * t + rng.uniform(0, 6)) / order
+        spectrum = np.fft.rfft(rng.standard_normal(len(signal)))
+        pitches = np.maximum(np.fft.rfftfreq(len(signal), 1 / _RATE), 40.0)
+        pink = np.fft.irfft(spectrum / np.sqrt(pitches), len(signal))
+        swelling = 1 + 0.8 * np.sin(2 * math.pi * swell * t + rng.uniform(0, 6))
+        start = 3 * np.exp(-t / decay) * np.sin(2 * math.pi * 180 * t)
+        noise: Values = loud * (swelling * lines + 0.5 * pink / pink.std() + start)
+        return signal + noise
+
+    return change
+
+
+def _compressive(rng: Rng) -> Change:
+    """Return a change to a sensor whose answer grows less than its input."""
+    power, unit = float(rng.uniform(0.65, 0.85)), float(rng.uniform(0.1, 0.5))
+
+    def change(signal: Values, rng: Rng) -> Values:
+        rest = np.median(signal[: len(signal) // 4])
+        moved = signal - rest
+        out: Values = rest + np.sign(moved) * unit * np.abs(moved / unit) ** power
+        return out
+
+    return change
+
+
+#: Families besides those of the twin, and changes of the signal.
+STRUCTURES: Mapping[str, Family] = {
+    **FAMILIES,
+    "lossy": Family("loss outside the training range", change_object=_lossy),
+    "gearbox": Family("a gearbox, pink noise and a start-up transient"),
+    "compressive": Family("a compressive sensor"),
+    "several": Family("several of these", rig=_several_rig, change_object=_several_object),
+}
+_SIGNALS: Mapping[str, Callable[[Rng], Change]] = {
+    "gearbox": _gearbox, "several": _gearbox, "compressive": _compressive,
+}  # fmt: skip
+#: Families whose objects are materials, so that everyday objects can be made of them.
+_MATERIALS = ("lossy", "slow_material", "several")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class JudgedRig:
+    """Labelled contacts of one rig; all arrays share their first axis.
+
+    Parameters
+    ----------
+    touches
+        The contacts.
+    shore_a
+        Labels with their error, shape (n,).
+    uses, sessions, objects
+        Use, session and object of each, shape (n,).
+    radii
+        Radius of the object, infinite for a flat one, m, shape (n,).
+    """
+
+    touches: Touches
+    shore_a: Values
+    uses: NDArray[np.str_]
+    sessions: NDArray[np.str_]
+    objects: NDArray[np.str_]
+    radii: Values
+
+
+def judged_rig(name: str, number: int, seed: int) -> JudgedRig:
+    """Draw one rig of a family and its pinches; they depend on these arguments alone."""
+    rng = np.random.default_rng([seed, number, list(STRUCTURES).index(name)])
+    family = STRUCTURES[name]
+    rig = family.rig(draw_rig(rng), rng)
+    change = _SIGNALS[name](rng) if name in _SIGNALS else None
+    pinches = []
+
+    def add(use: str, label: float, session: int, name: str, day: Day, o: RandomObject) -> None:
+        signal, valid = _pinch(rig, day, o, change, rng)
+        radius = o.parameters.radius
+        pinches.append((use, label, f"{use} {session}", name, signal, valid, radius))
+
+    levels = [kind.shore_a for kind in BLOCKS]
+    labels = {level: _label(level, rng) for level in levels}
+    blocks = {
+        level: [draw_block(rng, level, rig.block_scatter) for _ in range(2)] for level in levels
+    }
+    for use, (each, sessions) in ((OWN, CONTEXTS[number % len(CONTEXTS)]), (BLOCK, HELD_OUT)):
+        days = [draw_day(rng) for _ in range(sessions)]
+        for level in levels:
+            for k in range(each):
+                specimen = blocks[level][rng.integers(2)]
+                day = k % sessions
+                add(use, labels[level], day, f"block {level:g}", days[day], specimen)
+    days = [draw_day(rng) for _ in range(2)]
+    for k in range(OBJECTS):
+        target = family.change_object(draw_object(rng), rng)
+        label = _label(target.shore_a, rng)
+        for _ in range(AGAIN):
+            add(RANDOM, label, k % 2, f"object {k}", days[k % 2], target)
+    for kind in EVERYDAY_OBJECTS:
+        drawn = draw_specimen(int(rng.integers(1 << 30)), PAPER_RIG, kind, 0)
+        target = RandomObject(kind.shore_a, drawn.nominal)
+        if name in _MATERIALS:
+            target = family.change_object(target, rng)
+        label = _label(kind.shore_a, rng)
+        for _ in range(AGAIN):
+            add(EVERYDAY, label, 0, kind.name, days[0], target)
+    uses, shore_a, session_names, objects, signals, valid, radii = map(
+        np.array, zip(*pinches, strict=True)
+    )
+    touches = Touches.untold(
+        signals, np.minimum(valid, lengths(_RATE)[1]), np.full(len(valid), -1), _RATE
+    )
+    lasting = touches.answerable
+    return JudgedRig(
+        touches.take(lasting),
+        shore_a[lasting],
+        uses[lasting],
+        session_names[lasting],
+        objects[lasting],
+        np.where(radii > _FLAT, np.inf, radii)[lasting],
+    )
+
+
+def _label(shore_a: float, rng: Rng) -> float:
+    return shore_a + LABEL * float(np.clip(rng.standard_normal(), -2.5, 2.5))
+
+
+def _pinch(
+    rig: RandomRig, day: Day, target: RandomObject, change: Change | None, rng: Rng
+) -> tuple[NDArray[np.float32], int]:
+    """Return the signal of a contact as a detector cuts it, and its number of valid samples."""
+    more = MARGIN / _RATE
+    counts, _ = touch(rig, day, target, rng, BEFORE + more, LONGEST + more)
+    signal = volts(counts).astype(np.float64)
+    if change is not None:
+        signal = change(signal, rng)
+    late = int(np.clip(round(rng.normal(*DELAY)), -MARGIN, MARGIN))
+    start = samples_in(BEFORE, _RATE)
+    touched = cut_touch(signal, start + MARGIN + late, _RATE)
+    if touched is None:
+        touched = np.zeros(start + samples_in(LONGEST, _RATE), np.float32)
+    return touched, max(round(draw_offset(rng) * _RATE) - late, 0)

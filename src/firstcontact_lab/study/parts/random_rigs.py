@@ -1,0 +1,280 @@
+"""Network, own pinches and their average on rigs of other structure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import Record, Runner
+from firstcontact.models import (
+    Bounded,
+    CombinedModel,
+    Ends,
+    Predictions,
+    Touches,
+    adapt_combined,
+    adapt_network,
+    pretrained,
+)
+from firstcontact.signal import samples_in
+from firstcontact.twin import PAPER_RIG
+from firstcontact_lab.report.findings import PartResult
+from firstcontact_lab.report.results import Field, SubjectResults
+from firstcontact_lab.report.tables import Cell, Line, Table, format_cell
+from firstcontact_lab.study._random_rigs import (
+    BLOCK,
+    EVERYDAY,
+    OWN,
+    RANDOM,
+    STRUCTURES,
+    JudgedRig,
+    judged_rig,
+)
+from firstcontact_lab.study._subject import Subject
+from firstcontact_lab.study.part import Part, Step
+from firstcontact_lab.study.settings import StudySettings
+from firstcontact_lab.study.window_ladder import fit_window_ladder, registered
+
+Values = NDArray[np.float64]
+#: Seed of the rigs, and rigs of each family. No choice was made on rigs of this seed.
+SEED, RIGS = 9107, 3
+#: Times after the contact that are scored, ms.
+TIMES = (2, 5, 15)
+#: Time of the pooled pinches, of coverage and of width, ms.
+MIDDLE = 5
+#: Resamples of the rigs.
+RESAMPLES = 2000
+_USES = (BLOCK, EVERYDAY, RANDOM)
+#: Scores of a method, in this order: by use the RMSE at each time, of three pinches, coverage and
+#: width. All but the latter two are kept as mean squares of a rig.
+KEYS = tuple(
+    f"{use} {what}"
+    for use in _USES
+    for what in (*(f"{ms} ms" for ms in TIMES), "three", "coverage", "width")
+)
+#: Titles of the methods.
+METHODS = {
+    "network": "Network",
+    "network_radius": "Network, radius known",
+    "svm": "SVM of the rig",
+    "log_spectrum": "Log spectrum of the rig",
+    "svm_average": "Network and SVM, mean",
+    "log_average": "Network and log spectrum, mean",
+    "regression": "Regression on the rig's features",
+    "regression_average": "Network and regression, mean",
+    "combined": "Network and regression, by variance",
+    "combined_radius": "The same, radius known",
+}
+
+
+class RandomRigScores(Record, frozen=True, kw_only=True):
+    """Scores of one method: RMSE in Shore A, coverage and width by ``KEYS``.
+
+    ``intervals``: 95 % bootstrap intervals over rigs. ``gains``: intervals of the difference from
+    the network, below 0 where the method is better.
+    """
+
+    scores: dict[str, float]
+    intervals: dict[str, Ends]
+    gains: dict[str, Ends]
+
+
+class RandomRigs(Record, frozen=True, kw_only=True):
+    """Methods on ``rigs`` rigs of each of ``families``, drawn from ``seed``."""
+
+    seed: int
+    rigs: int
+    families: list[str]
+    methods: dict[str, RandomRigScores]
+
+
+def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
+    """Score all methods on the same contacts. The rigs do not depend on the subject."""
+    if subject.name != PAPER_RIG.name:
+        return PartResult()
+    names = ["linear_pad", "several"] if settings.brief else list(STRUCTURES)
+    rigs = 1 if settings.brief else RIGS
+    jobs = [(name, number) for number in range(rigs) for name in names]
+    rows = np.array(runner.map(_scores_of_rig, jobs, SEED))
+    rng = np.random.default_rng(settings.seed)
+    samples = rng.integers(len(rows), size=(RESAMPLES, len(rows)))
+    resampled = _shown(rows[samples].mean(axis=1))
+    shown = _shown(rows.mean(axis=0))
+    methods = {}
+    for place, name in enumerate(METHODS):
+        ends = np.quantile(resampled[:, place], (0.025, 0.975), axis=0)
+        gain = np.quantile(resampled[:, place] - resampled[:, 0], (0.025, 0.975), axis=0)
+        methods[name] = RandomRigScores(
+            scores=dict(zip(KEYS, shown[place].tolist(), strict=True)),
+            intervals=dict(zip(KEYS, zip(*ends.tolist(), strict=True), strict=True)),
+            gains=dict(zip(KEYS, zip(*gain.tolist(), strict=True), strict=True)),
+        )
+    return PartResult(
+        [RANDOM_RIGS(RandomRigs(seed=SEED, rigs=rigs, families=names, methods=methods))]
+    )
+
+
+def _shown(means: Values) -> Values:
+    """Return scores from means over rigs, shape (..., keys)."""
+    is_error = np.array([key.split()[-1] not in ("coverage", "width") for key in KEYS])
+    return np.where(is_error, np.sqrt(means), means)
+
+
+def _scores_of_rig(job: tuple[str, int], seed: int) -> list[list[float]]:
+    """Return mean squares, coverage and width of each method, shape (methods, keys)."""
+    rig = judged_rig(*job, seed)
+    predicted = _predictions(rig)
+    return [_scores(rig, [predicted[name](rig.touches, ms) for ms in TIMES]) for name in METHODS]
+
+
+Predict = Callable[[Touches, int], tuple[Values, Values, Values]]
+
+
+def _predictions(rig: JudgedRig) -> dict[str, Predict]:
+    """Return value and ends of each method for contacts cut at a time."""
+    own = rig.uses == OWN
+    learn, shore_a, sessions = rig.touches.take(own), rig.shore_a[own], rig.sessions[own]
+    network = adapt_network(pretrained(), learn, shore_a, sessions).model
+    combined = adapt_combined(pretrained(), learn, shore_a, sessions).model
+    assert isinstance(combined, CombinedModel)
+    ladders = {
+        name: fit_window_ladder(registered(name), learn, shore_a, sessions)
+        for name in ("svm", "log_spectrum")
+    }
+
+    def of(predict: Callable[[Touches], Predictions], radius: bool = False) -> Predict:
+        def at(touches: Touches, ms: int) -> tuple[Values, Values, Values]:
+            early = touches.until(samples_in(1e-3 * ms, touches.rate))
+            out = predict(replace(early, radii=rig.radii) if radius else early)
+            return out.value, out.low, out.high
+
+        return at
+
+    def regression(touches: Touches, ms: int) -> tuple[Values, Values, Values]:
+        value, _ = combined.regress(touches.until(samples_in(1e-3 * ms, touches.rate)))
+        return value, value, value
+
+    def mean(other: Predict) -> Predict:
+        def at(touches: Touches, ms: int) -> tuple[Values, Values, Values]:
+            value = (of(network.predict)(touches, ms)[0] + other(touches, ms)[0]) / 2
+            return value, value, value
+
+        return at
+
+    alone = {name: of(ladder.predict) for name, ladder in ladders.items()}
+    return {
+        **alone,
+        "network": of(network.predict),
+        "network_radius": of(network.predict, radius=True),
+        "svm_average": mean(alone["svm"]),
+        "log_average": mean(alone["log_spectrum"]),
+        "regression": regression,
+        "regression_average": mean(regression),
+        "combined": of(combined.predict),
+        "combined_radius": of(combined.predict, radius=True),
+    }
+
+
+def _scores(rig: JudgedRig, answers: list[tuple[Values, Values, Values]]) -> list[float]:
+    out = []
+    middle = TIMES.index(MIDDLE)
+    for use in _USES:
+        rows = rig.uses == use
+        truth = rig.shore_a[rows]
+        errors = [value[rows] - truth for value, _, _ in answers]
+        out += [float(np.mean(error**2)) for error in errors]
+        objects = rig.objects[rows]
+        pooled = [errors[middle][objects == name].mean() for name in np.unique(objects)]
+        low, high = (ends[rows] for ends in answers[middle][1:])
+        inside = (low <= truth) & (truth <= high)
+        out += [
+            float(np.mean(np.square(pooled))),
+            float(inside.mean()),
+            float((high - low).mean()),
+        ]
+    return out
+
+
+RANDOM_RIGS = Field.optional("random_rigs", RandomRigs)
+#: Columns of the tables: title, key and unit.
+_COLUMNS = [
+    ("Everyday objects, 2 ms", f"{EVERYDAY} 2 ms", "shore"),
+    ("5 ms", f"{EVERYDAY} 5 ms", "shore"),
+    ("15 ms", f"{EVERYDAY} 15 ms", "shore"),
+    ("Random objects, 5 ms", f"{RANDOM} 5 ms", "shore"),
+    ("Blocks of other sessions, 5 ms", f"{BLOCK} 5 ms", "shore"),
+]
+_MORE = [
+    ("Three pinches, everyday", f"{EVERYDAY} three", "shore"),
+    ("Three pinches, random", f"{RANDOM} three", "shore"),
+    ("Coverage, everyday", f"{EVERYDAY} coverage", "share"),
+    ("Coverage, random", f"{RANDOM} coverage", "share"),
+    ("Width, everyday", f"{EVERYDAY} width", "shore"),
+]
+#: Methods that have intervals of their own.
+_WITH_INTERVALS = (
+    "network",
+    "network_radius",
+    "svm",
+    "log_spectrum",
+    "combined",
+    "combined_radius",
+)
+
+
+def errors_table(results: SubjectResults) -> Table | None:
+    """Return the errors of one pinch by time and use."""
+    return _table(results[RANDOM_RIGS], _COLUMNS, "RMSE of one pinch")
+
+
+def intervals_table(results: SubjectResults) -> Table | None:
+    """Return the errors of three pinches, and coverage and width of the intervals at 5 ms."""
+    return _table(results[RANDOM_RIGS], _MORE, "Three pinches pooled and 90 % intervals, 5 ms")
+
+
+def _table(
+    judged: RandomRigs | None, columns: list[tuple[str, str, str]], title: str
+) -> Table | None:
+    if judged is None:
+        return None
+    caption = (
+        f"{title}, {judged.rigs} rigs of each of {len(judged.families)} families "
+        f"(seed {judged.seed}). Small: 95 % bootstrap interval over rigs; in brackets that of "
+        "the difference from the network."
+    )
+    lines = []
+    for name, scores in judged.methods.items():
+        cells = [
+            _cell(scores, key, unit)
+            if (unit == "shore" and not key.endswith("width")) or name in _WITH_INTERVALS
+            else Cell("–")
+            for _, key, unit in columns
+        ]
+        lines.append(Line([Cell(METHODS[name]), *cells]))
+    return Table(caption, ["", *(title for title, _, _ in columns)], lines)
+
+
+def _cell(scores: RandomRigScores, key: str, unit: str) -> Cell:
+    cell = format_cell(Bounded(scores.scores[key], scores.intervals[key]), unit)
+    low, high = scores.gains[key]
+    if unit != "shore" or low == high == 0.0:
+        return cell
+    return Cell(cell.text, f"{cell.small} [{low:+.2f} to {high:+.2f}]")
+
+
+PART = Part(
+    "random_rigs",
+    "Random rigs of other structure",
+    [Step("random rigs", measure, late=True, cost=60)],
+    lambda subjects: (
+        "Random rigs, objects and signals that differ from the training of the network in "
+        "structure. Each method learns from the same 30, 60 or 100 block pinches of a rig. "
+        "Contacts are placed 3 samples late (SD 2.5), and labels have an SD of 2 Shore A."
+    ),
+    [errors_table, intervals_table],
+    needs=(),
+    by_default=False,
+)

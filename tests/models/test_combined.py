@@ -1,0 +1,135 @@
+"""Network averaged with a regression on the rig's own pinches."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import firstcontact as fc
+from firstcontact.core import Dataset, InputError
+from firstcontact.models import (
+    ESTIMATORS,
+    CombinedEstimator,
+    CombinedModel,
+    InContextModel,
+    LabelledTouches,
+    adapt_combined,
+    pretrained,
+)
+from firstcontact.recording import load_dataset
+from trainings import recordings
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
+    return load_dataset(recordings(tmp_path_factory.mktemp("rig") / "p"))
+
+
+@pytest.fixture(scope="module")
+def labelled(data: Dataset) -> LabelledTouches:
+    contacts = [pinch.first for pinch in data.pinches]
+    found = LabelledTouches.cut(data, contacts)
+    return found.take(found.touches.answerable)
+
+
+@pytest.fixture(scope="module")
+def model(labelled: LabelledTouches) -> CombinedModel:
+    made = adapt_combined(
+        pretrained(), labelled.touches, labelled.shore_a, labelled.named_sessions
+    ).model
+    assert isinstance(made, CombinedModel)
+    return made
+
+
+def test_it_is_registered() -> None:
+    assert ESTIMATORS.find("combined") is CombinedEstimator
+
+
+def test_a_prediction_lies_between_those_of_both(
+    model: CombinedModel, labelled: LabelledTouches
+) -> None:
+    network = model.network_alone().predict(labelled.touches)
+    own, _ = model.regress(labelled.touches)
+    combined = model.predict(labelled.touches)
+    least, most = np.minimum(network.value, own), np.maximum(network.value, own)
+    assert (least - 1e-6 <= combined.value).all()
+    assert (combined.value <= most + 1e-6).all()
+
+
+def test_the_spread_is_that_of_the_mixture(model: CombinedModel, labelled: LabelledTouches) -> None:
+    network = model.network_alone().predict(labelled.touches)
+    own, own_spread = model.regress(labelled.touches)
+    share = own_spread**2 / (own_spread**2 + network.spread**2)
+    mean = share * network.value + (1 - share) * own
+    square = share * (network.spread**2 + network.value**2) + (1 - share) * (own_spread**2 + own**2)
+    expected = np.sqrt(square - mean**2)
+    np.testing.assert_allclose(model.predict(labelled.touches).spread, expected, rtol=1e-3)
+
+
+def test_it_knows_the_pinches_that_it_learned_from_better_than_the_network(
+    model: CombinedModel, labelled: LabelledTouches
+) -> None:
+    def error(chosen: InContextModel) -> float:
+        return float(np.abs(chosen.predict(labelled.touches).value - labelled.shore_a).mean())
+
+    assert error(model) < error(model.network_alone())
+
+
+def test_far_from_the_rigs_pinches_the_network_counts_more(
+    model: CombinedModel, labelled: LabelledTouches
+) -> None:
+    _, near = model.regress(labelled.touches)
+    strange = replace(labelled.touches, signals=-30 * labelled.touches.signals[:, ::-1])
+    _, far = model.regress(strange)
+    assert far.min() > np.median(near)
+
+
+def test_live_gives_the_prediction_of_predict(
+    model: CombinedModel, labelled: LabelledTouches
+) -> None:
+    for row in range(12):
+        one = labelled.touches.take(np.array([row]))
+        expected = model.predict(one)
+        answer = model.follow(one).predict(one.waves[0], int(one.valid[0]))
+        assert answer is not None
+        assert (answer.value, answer.low) == (expected.value[0], expected.low[0])
+
+
+def test_a_folder_holds_both(data: Dataset, tmp_path: Path) -> None:
+    trained = fc.train(data, "combined")
+    assert trained.network is not None
+    assert trained.network.model.kind == "combined"
+    read = fc.load_model(trained.save(tmp_path / "m"))
+    np.testing.assert_allclose(read.predict(data).value, trained.predict(data).value, atol=1e-3)
+
+
+def test_a_scale_of_zero_is_refused(model: CombinedModel) -> None:
+    arrays = dict(model.to_arrays())
+    arrays["own.-1.scale"] = np.zeros_like(arrays["own.-1.scale"])
+    with pytest.raises(InputError):
+        CombinedModel.from_arrays(arrays, model.level)
+
+
+def test_a_pinch_without_a_first_swing_changes_other_predictions_little(
+    labelled: LabelledTouches, model: CombinedModel
+) -> None:
+    touches = labelled.touches
+    signals = touches.signals.copy()
+    signals[0, touches.lead :] = -np.abs(signals[0, touches.lead :])
+    made = adapt_combined(
+        pretrained(), replace(touches, signals=signals), labelled.shore_a, labelled.named_sessions
+    ).model
+    moved = made.predict(touches).value - model.predict(touches).value
+    assert np.abs(moved[1:]).mean() < 1.0
+
+
+def test_few_pinches_leave_the_network_alone(labelled: LabelledTouches) -> None:
+    few = np.concatenate(
+        [np.flatnonzero(labelled.shore_a == level)[:3] for level in np.unique(labelled.shore_a)]
+    )
+    part = labelled.take(few)
+    made = adapt_combined(pretrained(), part.touches, part.shore_a)
+    assert not isinstance(made.model, CombinedModel)

@@ -179,7 +179,7 @@ class CompactNetwork(Network):
 def _rounded(
     arrays: Mapping[str, NDArray[Any]], at: str, outputs: int | None, inputs: int
 ) -> Rounded:
-    weight = take_array(arrays, f"{at}.weight", outputs, inputs)
+    weight = take_array(arrays, f"{at}.weight", outputs, inputs).astype(np.float64)
     scale, bias = (take_array(arrays, f"{at}.{part}", len(weight)) for part in ("scale", "bias"))
     if (
         (weight != np.rint(weight)).any()

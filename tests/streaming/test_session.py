@@ -153,7 +153,7 @@ def test_a_recording_of_a_session_is_a_dataset_that_replays_the_same(
         [c.sample for c in d.strips] for d in keeper.pinches
     ]
     _, repeated = run(path, detector, models)
-    assert [[e.value for e in d.estimates] for d in repeated.done] == [
+    assert [[e.value for e in d.estimates] for d in repeated.pinches] == [
         [e.value for e in d.estimates] for d in keeper.pinches
     ]
 

@@ -184,7 +184,7 @@ def _rounded(
     if (
         (weight != np.rint(weight)).any()
         or (np.abs(weight) > 32_767).any()
-        or (np.abs(weight).sum(axis=1, dtype=np.float64) > 65_535).any()
+        or (np.abs(weight).sum(axis=1) > 65_535).any()
     ):
         raise InputError(f"the array {at}.weight holds what is no integer of 16 bits")
     return Rounded(weight.astype(np.int16), scale.astype(np.float32), bias.astype(np.float32))

@@ -57,10 +57,10 @@ def test_sizes_and_seeds() -> None:
         f"judged on {WORDS[len(judged.hands)]} other hands and "
         f"{WORDS[len(judged.specimens)]} other specimens",
         f"are dealt into {WORDS[on.folds]} folds",
-        f"{on.budget} settings of each policy by chance",
+        f"tries {on.budget} random settings of each policy",
         f"are of `--seed {results().study.seed}`, whose hands are {on.hands[0]} to "
         f"{on.hands[-1]} and {judged.hands[0]} to {judged.hands[-1]}",
-        f"as {WORDS[len(candidate().tunables)]} settings fitted to chance do worse on other hands "
+        f"as {WORDS[len(candidate().tunables)]} settings fitted to random differences do worse on other hands "
         f"than {WORDS[len(baseline().tunables)]}",
     )
     assert household().objects == 34, "which the page writes in words, too"

@@ -139,7 +139,10 @@ class ScriptedDevice:
                 terminal = self._terminal.fileno()
             reading = [self._wake] + ([terminal] if terminal >= 0 else [])
             writing = [terminal] if terminal >= 0 and self._wire else []
-            ready, _, _ = select.select(reading, writing, [], DEAD)
+            try:
+                ready, _, _ = select.select(reading, writing, [], DEAD)
+            except OSError:  # unplugged meanwhile
+                continue
             if self._wake in ready and not os.read(self._wake, 4096):
                 return
             with self._changed:

@@ -60,8 +60,8 @@ def test_sizes_and_seeds() -> None:
         f"tries {on.budget} random settings of each policy",
         f"are of `--seed {results().study.seed}`, whose hands are {on.hands[0]} to "
         f"{on.hands[-1]} and {judged.hands[0]} to {judged.hands[-1]}",
-        f"as {WORDS[len(candidate().tunables)]} settings fitted to random differences do worse on other hands "
-        f"than {WORDS[len(baseline().tunables)]}",
+        f"as {WORDS[len(candidate().tunables)]} settings fitted to random differences do worse on "
+        f"other hands than {WORDS[len(baseline().tunables)]}",
     )
     assert household().objects == 34, "which the page writes in words, too"
     assert not set(on.hands) & set(judged.hands)

@@ -28,14 +28,14 @@ def test_the_way_is_the_one_with_the_lower_error_held_out() -> None:
     for gain in (1.0, 25.0, -1.0):
         made = adapt_network(BASE, *two_fingers(gain))
         assert set(made.scores) == set(WAYS)
-        assert made.scores[made.way] == min(made.scores.values())
-        assert set(made.model.rigs) == ({ANY} if made.way == WAYS[0] else {ANY, 0, 1})
+        assert made.scores[made.scheme] == min(made.scores.values())
+        assert set(made.model.rigs) == ({ANY} if made.scheme == WAYS[0] else {ANY, 0, 1})
 
 
 def test_fingers_of_very_different_gain_are_known_each_by_itself() -> None:
     touches, shore_a, sessions = two_fingers(25.0)
     made = adapt_network(BASE, touches, shore_a, sessions)
-    assert made.way == WAYS[1]
+    assert made.scheme == WAYS[1]
     assert made.model.rigs[1].level == pytest.approx(25 * made.model.rigs[0].level, rel=0.3)
 
 
@@ -87,7 +87,7 @@ def test_scores_no_better_than_the_mean_are_a_reason_to_refuse() -> None:
     assert not adapt_network(BASE, touches, shore_a, sessions).refusal
     shuffled = np.random.default_rng(0).permutation(shore_a)
     made = adapt_network(BASE, touches, shuffled, sessions)
-    assert made.scores[made.way] > made.mean_rmse
+    assert made.scores[made.scheme] > made.mean_rmse
     assert f"{made.mean_rmse:.1f}" in made.refusal
 
 

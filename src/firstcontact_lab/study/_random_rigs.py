@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import FINGERTIP_RATE
+from firstcontact.core import ADC_COUNTS, ADC_VOLTS, FINGERTIP_RATE, SUBCOUNTS
 from firstcontact.models import BEFORE, LONGEST, Touches, cut_touch, lengths
 from firstcontact.signal import samples_in
 from firstcontact.twin import (
@@ -30,7 +30,6 @@ from firstcontact.twin import (
     draw_specimen,
     touch,
 )
-from firstcontact_lab.pretraining._examples import volts
 
 Values = NDArray[np.float64]
 #: Delay of placed contacts in samples, mean and standard deviation: twice as variable as in the
@@ -209,7 +208,7 @@ def _pinch(
     """Return the signal of a contact as a detector cuts it, and its number of valid samples."""
     more = MARGIN / _RATE
     counts, _ = touch(rig, day, target, rng, BEFORE + more, LONGEST + more)
-    signal = volts(counts).astype(np.float64)
+    signal = counts.astype(np.float64) * (ADC_VOLTS / (ADC_COUNTS * SUBCOUNTS))
     if change is not None:
         signal = change(signal, rng)
     late = int(np.clip(round(rng.normal(*DELAY)), -MARGIN, MARGIN))

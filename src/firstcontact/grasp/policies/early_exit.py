@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
-from firstcontact.core import GREEN, Command, Estimate
+from typing import TYPE_CHECKING
+
+from firstcontact.core import GREEN, Command
 from firstcontact.grasp._grip import Grip
 from firstcontact.grasp.policies.first_contact import LONGEST, FirstContact
+
+if TYPE_CHECKING:
+    from firstcontact.core import Estimate
 
 
 class EarlyExit(FirstContact):

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from math import exp
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
-from firstcontact.core import BLUE, Command, Estimate
+from firstcontact.core import BLUE, Command
 from firstcontact.grasp._grip import Grip
 from firstcontact.grasp._policy import Tunable
 from firstcontact.grasp.policies.final_force import FinalForce
 from firstcontact.grasp.policies.first_contact import GRANTED, LONGEST
+
+if TYPE_CHECKING:
+    from firstcontact.core import Estimate
 
 
 class ByStiffness(FinalForce):

@@ -21,7 +21,8 @@ from firstcontact.contact import (
     confirmed_contacts,
     detect,
 )
-from firstcontact.contact._confirmation import CONFIRMED, KEPT
+from firstcontact.contact._confirmation import CONFIRMED, KEPT, ConfirmingLatch
+from firstcontact.contact._detector import WindowDecisions
 from firstcontact.core import Block, Contact, Finger, Pinch, fingertip_layout
 from firstcontact.signal import samples_in
 from firstcontact.twin import BLOCKS, PAPER_RIG, draw_pinch, draw_specimen, simulate_pinch
@@ -107,6 +108,34 @@ def test_sensor_of_no_finger_withdraws_nothing(clicked: Pinch) -> None:
     pinch = Pinch(clicked.data[:, :1], layout)
     detector = ThresholdDetector(8.0)
     assert detect(detector, pinch) == detect(detector, pinch, confirm=False) != []
+
+
+@pytest.mark.parametrize("edges", [[], [250], [251], [100, 251, 400]])
+def test_sample_that_is_not_finite_withdraws_no_later_contact(edges: list[int]) -> None:
+    layout = replace(LAYOUT, smoothing_alpha=1.0)
+    pinch = pinch_of(3, click=False)
+    lossy = pinch.data.astype(np.float32)
+    lossy[250] = np.nan
+    events = events_of(replace(pinch, data=lossy, layout=layout), edges)
+    whole = events_of(replace(pinch, layout=layout), [])
+    assert [e.sample for e in events if isinstance(e, Contact)] == pytest.approx(
+        [e.sample for e in whole if isinstance(e, Contact)], abs=10
+    )
+    assert not any(isinstance(event, Withdrawal) for event in events)
+
+
+def test_contact_that_waits_at_a_gap_stands(clicked: Pinch) -> None:
+    latch, start = ConfirmingLatch(LAYOUT), clicked.first_sample
+    one, two = np.array([[True, False]]), np.full((1, 2), start + CLICK)
+    fires = WindowDecisions(np.array([start + CLICK + 2]), one, two)
+    (contact,) = latch.update(Block(clicked.data[: CLICK + 4], start), fires)
+    assert latch.due is not None
+    quiet = WindowDecisions(np.empty(0, np.int64), one[:0], two[:0])
+    after = CLICK + 40
+    assert latch.update(Block(clicked.data[after:], start + after), quiet) == []
+    assert latch.is_confirmed
+    assert latch.due is None
+    assert latch.latched == {contact.finger}
 
 
 def test_memory_of_a_long_closing_is_bounded() -> None:

@@ -226,8 +226,9 @@ def test_general_detector_is_the_shipped_one_for_a_hand_at_its_rate() -> None:
     layout = fingertip_layout()
     assert is_pretrained(general_detector(layout))
     by_person = replace(layout, channels=(replace(layout.channels[0], finger=None),))
-    for other in (by_person, replace(layout, rate=8000.0)):
+    for other in (by_person, replace(layout, rate=8000.0), replace(layout, rate=4935.9)):
         detector = general_detector(other)
+        detector.start(other)
         assert not detector.learns
         assert not is_pretrained(detector)
 

@@ -183,3 +183,23 @@ def test_withdrawn_contact_leaves_no_trace(name: str) -> None:
     loop.finish()
     loop.withdrawn()
     assert counts.withdrawn == 1
+
+
+@pytest.mark.parametrize("name", ["first_contact", "early_exit", "stiffness"])
+def test_missed_deadline_of_a_withdrawn_contact_does_not_count(name: str) -> None:
+    loop, _ = make_loop(name, deadline=0.002)
+    touch(loop)
+    loop.felt(0.0, 0.2)
+    assert not loop.estimated(NARROW, 0.21)
+    assert (loop.counts.misses, loop.counts.unused) == (1, 1)
+    loop.withdrawn()
+    assert (loop.counts.contacts, loop.counts.misses, loop.counts.unused) == (0, 0, 0)
+
+
+def test_withdrawn_contact_leaves_a_policy_alone_that_uses_no_contact() -> None:
+    loop, sent = make_loop("force_feedback", deadline=None)
+    touch(loop)
+    loop.felt(0.3, 0.2)
+    pressing = sent[-1]
+    loop.withdrawn()
+    assert sent[-1] == pressing

@@ -136,17 +136,35 @@ class ConfirmingLatch:
             return True
         after = x[place : place + samples_in(CONFIRMED, self._rate)] - before.mean()
         newest = float(np.sqrt(np.mean(after[-samples_in(LASTING, self._rate) :] ** 2)))
-        return newest > min(PUSHING * float(np.abs(after).max()), CLEAR * float(before.std()))
+        least = min(PUSHING * float(np.abs(after).max()), CLEAR * float(before.std()))
+        return not newest <= least  # samples that are not finite withdraw nothing
 
     def _remember(self, block: Block) -> None:
         if block.first_sample != self._end or block.epoch != self._epoch:
             self._smoothing = DeviceSmoothing(self._layout)
-            self._past, self._past_first, self._first = [], block.first_sample, None
-        self._past.append(self._smoothing.update(self._volts(block.data)))
+            self._past, self._past_first = [], block.first_sample
+            if self._first is not None:  # what would confirm or withdraw it is lost: it stands
+                self.is_confirmed, self._first = True, None
+        self._past.append(self._smoothed(self._volts(block.data)))
         self._end, self._epoch = block.end, block.epoch
         oldest = block.first_sample - samples_in(KEPT, self._rate)
         while self._past_first + len(self._past[0]) < oldest:
             self._past_first += len(self._past.pop(0))
+
+    def _smoothed(self, volts: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return smoothed samples. Smoothing starts anew after samples that are not finite."""
+        finite: NDArray[np.bool_] = np.isfinite(volts).all(axis=1)
+        if finite.all():
+            return self._smoothing.update(volts)
+        out = np.full(volts.shape, np.nan)
+        edges = np.flatnonzero(np.diff(finite, prepend=False, append=False))
+        for begin, end in edges.reshape(-1, 2).tolist():
+            if begin:
+                self._smoothing = DeviceSmoothing(self._layout)
+            out[begin:end] = self._smoothing.update(volts[begin:end])
+        if not finite[-1]:
+            self._smoothing = DeviceSmoothing(self._layout)
+        return out
 
 
 class ContactListener:

@@ -82,6 +82,7 @@ class GraspLoop:
         self._deadline = deadline if deadline is not None and default is not None else default
         self._closing = self._holding = False
         self._first: float | None = None
+        self._before = 0, 0  # misses and unused estimates before the first contact
         self._due: float | None = None
         self._missed = False
         self._last: Command | None = None
@@ -91,13 +92,13 @@ class GraspLoop:
         self.counts.closings += 1
         self._closing = True
         self._last = None
-        self._restart()
+        self._forget_contact()
+        self._forward(self.policy.begin())
 
-    def _restart(self) -> None:
+    def _forget_contact(self) -> None:
         self._first = self._due = None
         self._missed = False
         self._reached = []
-        self._forward(self.policy.begin())
 
     def touched(self, contact: Contact, first: bool, now: float) -> None:
         """Pass a contact to the policy. The program learned of it at ``now``."""
@@ -105,6 +106,7 @@ class GraspLoop:
             return
         if first:
             self.counts.contacts += 1
+            self._before = self.counts.misses, self.counts.unused
             self._first = contact.sample / self._rate
             if self._deadline is not None:
                 self._due = self._first + self._deadline
@@ -112,13 +114,20 @@ class GraspLoop:
         self._check_deadline(now)
 
     def withdrawn(self) -> None:
-        """Close on as from the beginning, because the contact was none."""
+        """Close on as from the beginning, because the contact was none.
+
+        A policy that acts on no contact goes on undisturbed.
+        """
         if not self._closing:
             return
         self.counts.withdrawn += 1
-        self.counts.contacts -= self._first is not None
-        self.counts.estimates -= len(self._reached)
-        self._restart()
+        if self._first is not None:
+            self.counts.contacts -= 1
+            self.counts.estimates -= len(self._reached)
+            self.counts.misses, self.counts.unused = self._before
+        self._forget_contact()
+        if self.policy.uses_piezos():  # others close on undisturbed
+            self._forward(self.policy.begin())
 
     def estimated(self, estimate: Estimate, now: float) -> bool:
         """Pass an estimate of time ``now`` to the policy. Return True if the policy acted on it."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from firstcontact.contact import SlipDetector
-from firstcontact.core import Block, Command, Estimate, Layout
+from firstcontact.core import Block, Command, Estimate, Layout, counted
 from firstcontact.device import TransportDelay
 from firstcontact.grasp import Begins, GraspLoop, Hand, Policy, SafeHand, Taxels
 from firstcontact.streaming._events import (
@@ -234,6 +234,8 @@ def grasp_lines(grasping: Grasping, *, real_time: bool = True) -> list[str]:
         f"{counts.commands} commands in {counts.closings} closings, "
         f"{counts.contacts} of these with a contact"
     ]
+    if counts.withdrawn:
+        lines.append(f"{counted(counts.withdrawn, 'contact')} withdrawn: the hand closed on")
     if real_time:
         lines.append(
             f"{counts.estimates} estimates reached the hand within the policy's time limit and "

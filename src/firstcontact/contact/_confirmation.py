@@ -153,7 +153,7 @@ class ConfirmingLatch:
 
     def _smoothed(self, volts: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return smoothed samples. Smoothing starts anew after samples that are not finite."""
-        finite: NDArray[np.bool_] = np.isfinite(volts).all(axis=1)
+        finite = np.asarray(np.isfinite(volts).all(axis=1))
         if finite.all():
             return self._smoothing.update(volts)
         out = np.full(volts.shape, np.nan)

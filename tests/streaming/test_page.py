@@ -12,7 +12,7 @@ import pytest
 from page_feed import DESCRIPTOR, LANDMARKS, Feed, Requests
 
 from firstcontact.device import Health
-from firstcontact.streaming import Ask, PageSink
+from firstcontact.streaming import Ask, ContactWithdrawn, PageSink
 from firstcontact.streaming._sink import Update
 from firstcontact.streaming.page._server import SILENCE
 from page_browser import browsing, needs_browser, text, until
@@ -101,6 +101,26 @@ def test_what_happens_is_seen(fed: Fed, chromium: Any) -> None:
     until(chromium, lambda d: d.execute_script(FLAGS_SHOWN) > 20)
     until(chromium, lambda d: "1.98" in text(d, "ledger"))
     assert not faults(chromium)
+
+
+def test_a_withdrawn_contact_takes_its_times_along(chromium: Any) -> None:
+    feed, sink = Feed(), PageSink(port=0, landmarks=LANDMARKS)
+    sink.open(DESCRIPTOR)
+    try:
+        while feed.sample < feed.estimate.complete + 300:
+            sink.take(feed.update())
+        chromium.get(sink.url)
+        until(chromium, lambda d: text(d, "total").endswith(" ms"))
+        until(chromium, lambda d: d.execute_script(FLAGS_SHOWN) > 20)
+        first = feed.contacts[0]
+        sink.take(Update((), (ContactWithdrawn(first, first.decided + 30, 0),)))
+        until(chromium, lambda d: text(d, "total") == "–")
+        assert "ms" not in text(chromium, "times")
+        assert "this time" not in text(chromium, "bar")
+        until(chromium, lambda d: d.execute_script(FLAGS_SHOWN) == 0)
+        assert not faults(chromium)
+    finally:
+        sink.close()
 
 
 ROWS_SHOWN = """return [...document.querySelectorAll("#rows tr")].map(

@@ -8,10 +8,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from told_events import ANSWER, DESCRIPTOR, FIRST, FIRST_EVENT
+from told_events import ANSWER, DESCRIPTOR, FIRST, FIRST_EVENT, SECOND_EVENT
 
 from firstcontact.contact import ThresholdDetector, detect
-from firstcontact.core import Block, Dataset, Pinch, fingertip_layout
+from firstcontact.core import Block, Contact, Dataset, Finger, Pinch, fingertip_layout
+from firstcontact.device import Arrival
 from firstcontact.grasp import Grip, live_policy
 from firstcontact.grasp._printing import PrintHand
 from firstcontact.models import InContextModel, WindowPredictor
@@ -121,3 +122,26 @@ def test_page_forgets_a_withdrawn_contact_and_its_estimates() -> None:
     state.take(Update((), (ContactWithdrawn(FIRST, 525, 0),)))
     now = json.loads(state.changed({})["now"])
     assert (now["contact"], now["estimates"]) == (None, [])
+
+
+def test_page_drops_marks_and_closeup_of_a_withdrawn_contact_only() -> None:
+    state = State(DESCRIPTOR, {}, None)
+    seen: dict[str, int] = {}
+    samples = Arrival(Block(np.zeros((700, len(LAYOUT.channels)), "i2"), 0), 0.0)
+    before = ContactEvent(Contact(Finger.INDEX, 200, 212), True, 0, 1000.0)
+    state.take(Update((samples,), (before,)))
+    marks = json.loads(state.changed(seen)["marks"])
+    early = ContactEvent(Contact(Finger.INDEX, 505, 524), False, 0, 1000.12)
+    for seconds in ((), (SECOND_EVENT,), (early,)):
+        state.take(Update((), (FIRST_EVENT, *seconds)))
+        told = state.changed(seen)
+        assert len(json.loads(told["marks"])) == 2 + len(seconds)
+        assert json.loads(told["closeup"])["marks"]
+        state.take(Update((), (ContactWithdrawn(FIRST, 525, 0),)))
+        told = state.changed(seen)
+        assert json.loads(told["marks"]) == marks
+        assert json.loads(told["closeup"]) is None
+    state.take(Update((), (FIRST_EVENT,)))
+    told = state.changed(seen)
+    assert len(json.loads(told["marks"])) == 2
+    assert len(json.loads(told["closeup"])["marks"]) == 1

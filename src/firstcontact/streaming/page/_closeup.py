@@ -69,6 +69,10 @@ class Closeup:
                 {"finger": finger_place(contact.finger), "ms": round(1e3 * elapsed, 2)}
             )
 
+    def clear(self) -> None:
+        """Show no contact until the next one begins."""
+        self._contact = None
+
     def _fill(self, block: Block) -> bool:
         if self._contact is None or block.epoch != self._epoch:
             return False

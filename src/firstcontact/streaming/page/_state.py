@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 from threading import Lock
 from typing import Any
 
@@ -207,8 +208,7 @@ class State:
             case ContactEvent():
                 self._on_contact(event)
             case ContactWithdrawn():
-                self._now = Now()
-                self._show()
+                self._on_withdrawn(event)
             case Estimate():
                 self._show(missing=None, estimates=_with(self._now.estimates, event))
             case NoEstimate():
@@ -250,6 +250,19 @@ class State:
             first = self._now.contact
             if first is not None and first.epoch == event.epoch:
                 self._show(second=(contact.sample - first.contact.sample) / self._layout.rate)
+        self._put("closeup", self._closeup.tree())
+
+    def _on_withdrawn(self, event: ContactWithdrawn) -> None:
+        place = self._columns.place(event.contact.sample, event.epoch)
+        if place is not None:
+            at = round(place, 2)
+            # The second finger's mark comes after the first one's, even if its sample is earlier.
+            kept = takewhile(lambda mark: mark["at"] < at, self._marks)
+            self._marks = deque(kept, maxlen=MARKS)
+            self._put("marks", list(self._marks))
+        self._now = Now()
+        self._show()
+        self._closeup.clear()
         self._put("closeup", self._closeup.tree())
 
     def changed(self, seen: dict[str, int]) -> dict[str, str]:

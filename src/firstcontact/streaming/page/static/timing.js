@@ -37,13 +37,13 @@ export class Timing {
 
   hello(hello) {
     this.budget = hello.budget_ms;
-    this.now({ estimates: [], missing: true });
+    this.now({ estimates: [] });
   }
 
   now(now) {
-    // A touch alone keeps the last picture until its own estimate is there.
+    // A touch alone keeps the last picture until its own estimate is there; without a contact, it was withdrawn.
     const estimate = shown(now);
-    if (!estimate && !now.missing) return;
+    if (now.contact && !estimate && !now.missing) return;
     const timing = estimate ? parts(estimate) : null;
     this.tree = { timing, second: now.second == null ? null : 1000 * now.second };
     for (const [part] of PARTS) setText(this.values[part], timing ? `${number(timing[part], 2)} ms` : "–");

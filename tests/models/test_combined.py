@@ -10,13 +10,17 @@ import pytest
 
 import firstcontact as fc
 from firstcontact.core import Dataset, InputError
+from firstcontact.export._trained import exported_parts
 from firstcontact.models import (
     ESTIMATORS,
+    STAGES,
+    Adapted,
     CombinedEstimator,
     CombinedModel,
     InContextModel,
     LabelledTouches,
     adapt_combined,
+    adapt_network,
     pretrained,
 )
 from firstcontact.recording import load_dataset
@@ -36,12 +40,14 @@ def labelled(data: Dataset) -> LabelledTouches:
 
 
 @pytest.fixture(scope="module")
-def model(labelled: LabelledTouches) -> CombinedModel:
-    made = adapt_combined(
-        pretrained(), labelled.touches, labelled.shore_a, labelled.named_sessions
-    ).model
-    assert isinstance(made, CombinedModel)
-    return made
+def adapted(labelled: LabelledTouches) -> Adapted:
+    return adapt_combined(pretrained(), labelled.touches, labelled.shore_a, labelled.named_sessions)
+
+
+@pytest.fixture(scope="module")
+def model(adapted: Adapted) -> CombinedModel:
+    assert isinstance(adapted.model, CombinedModel)
+    return adapted.model
 
 
 def test_it_is_registered() -> None:
@@ -104,6 +110,72 @@ def test_a_folder_holds_both(data: Dataset, tmp_path: Path) -> None:
     assert trained.network.model.kind == "combined"
     read = fc.load_model(trained.save(tmp_path / "m"))
     np.testing.assert_allclose(read.predict(data).value, trained.predict(data).value, atol=1e-3)
+    parts = [exported_parts(m).anytime for m in (trained, read)]
+    assert parts[0] is not None
+    assert parts[1] is not None
+    np.testing.assert_allclose(parts[1].factors, parts[0].factors, rtol=1e-6)
+    notes = [note for note in trained.notes if note.startswith("combined, on the same pinches")]
+    scores = trained.network.record.scores
+    assert f"rmse {scores['held out, combined']:.2f}" in notes[0]
+    assert {"held out, one", "held out, each finger"} <= set(scores)
+
+
+def test_the_network_alone_keeps_the_widths_of_its_own_intervals(
+    labelled: LabelledTouches,
+) -> None:
+    narrow = pretrained().widened(np.full(len(STAGES), 0.2))
+    given = labelled.touches, labelled.shore_a, labelled.named_sessions
+    network, combined = adapt_network(narrow, *given).model, adapt_combined(narrow, *given).model
+    assert isinstance(combined, CombinedModel)
+    restored = CombinedModel.from_arrays(combined.to_arrays(), combined.level)
+    assert not np.allclose(network.factors, combined.factors)
+    for made in (combined, restored):
+        np.testing.assert_allclose(made.network_alone().factors, network.factors, rtol=1e-6)
+        np.testing.assert_allclose(made.factors, combined.factors, rtol=1e-6)
+
+
+def test_scores_are_those_of_the_network_and_of_the_mixture(
+    adapted: Adapted, labelled: LabelledTouches
+) -> None:
+    network = adapt_network(
+        pretrained(), labelled.touches, labelled.shore_a, labelled.named_sessions
+    )
+    assert adapted.scores == {**network.scores, "combined": adapted.rmse}
+    assert adapted.rmse != network.rmse
+
+
+def test_the_score_of_the_mixture_decides_whether_it_is_of_use(adapted: Adapted) -> None:
+    worse = {**adapted.scores, "combined": adapted.mean_rmse + 1}
+    assert not adapted.refusal
+    assert replace(adapted, scores=worse).refusal
+
+
+def test_a_network_that_scored_better_is_named(
+    data: Dataset, adapted: Adapted, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scores = {**adapted.scores, "combined": adapted.mean_rmse - 0.01, adapted.scheme: 0.01}
+    made = replace(adapted, scores=scores)
+    monkeypatch.setattr(CombinedEstimator, "fit_contacts", lambda *_: made)
+    assert any(
+        "the network alone scored better" in note for note in fc.train(data, "combined").notes
+    )
+
+
+@pytest.mark.parametrize("name", ["factors", "own.factors"])
+def test_widths_below_nothing_are_refused(model: CombinedModel, name: str) -> None:
+    arrays = dict(model.to_arrays())
+    arrays[name] = -arrays[name]
+    with pytest.raises(InputError, match="widths"):
+        CombinedModel.from_arrays(arrays, model.level)
+
+
+@pytest.mark.parametrize("finger", [-2, 2, 10**6])
+def test_a_rig_of_a_finger_that_no_hand_has_is_refused(model: CombinedModel, finger: int) -> None:
+    arrays = dict(model.to_arrays())
+    rig = {name: array for name, array in arrays.items() if name.startswith("rig.-1.")}
+    arrays |= {name.replace(".-1.", f".{finger}."): array for name, array in rig.items()}
+    with pytest.raises(InputError, match="finger"):
+        InContextModel.from_arrays(arrays, model.level)
 
 
 def test_a_scale_of_zero_is_refused(model: CombinedModel) -> None:
@@ -133,3 +205,12 @@ def test_few_pinches_leave_the_network_alone(labelled: LabelledTouches) -> None:
     part = labelled.take(few)
     made = adapt_combined(pretrained(), part.touches, part.shore_a)
     assert not isinstance(made.model, CombinedModel)
+
+
+def test_too_few_pinches_are_noted(data: Dataset) -> None:
+    few = data[:18]
+    trained = fc.train(few, "combined")
+    assert trained.network is not None
+    assert trained.network.model.kind == "network"
+    assert "fewer than 20 pinches or 3 levels: the network predicts alone" in trained.notes
+    assert not any("predicts alone" in note for note in fc.train(few, "network").notes)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.core import take_array
 from firstcontact.models._contact_features import Shape
-from firstcontact.models._context_network import Network
 from firstcontact.models._in_context import InContextModel
 from firstcontact.models._model_file import pretrained
 from firstcontact.models._network_estimator import (
@@ -22,7 +22,6 @@ from firstcontact.models._network_estimator import (
     score_held_out,
 )
 from firstcontact.models._network_inputs import beside, network_inputs
-from firstcontact.models._out_of_range import Familiar
 from firstcontact.models._rig import STAGES, Rig, level_groups, stage_index
 from firstcontact.models._rig_regression import INPUTS, MOST, RigRegression
 from firstcontact.models._spec import Arrays, Values
@@ -45,10 +44,12 @@ class CombinedModel(InContextModel):
 
     Parameters
     ----------
-    network, familiar, factors, level, rigs
-        As of :class:`InContextModel`.
+    alone
+        Network that knows the rig, with the widths of its own intervals.
+    factors
+        Half width of the mixture's interval in its spreads at each stage, shape (stages,).
     regressions
-        By number of the finger, for each of ``rigs`` that has one.
+        By number of the finger, for each rig of ``alone``.
     """
 
     kind: ClassVar[str] = "combined"
@@ -56,14 +57,12 @@ class CombinedModel(InContextModel):
 
     def __init__(
         self,
-        network: Network,
-        familiar: Familiar,
+        alone: InContextModel,
         factors: NDArray[np.float64],
-        level: float,
-        rigs: Mapping[int, Rig],
         regressions: Mapping[int, RigRegression],
     ) -> None:
-        super().__init__(network, familiar, factors, level, rigs)
+        super().__init__(alone.network, alone.familiar, factors, alone.level, alone.rigs)
+        self._alone = alone
         self._regressions = dict(regressions)
 
     @classmethod
@@ -98,18 +97,22 @@ class CombinedModel(InContextModel):
             inputs = _stage_inputs(touches.take(members), rig)
             regressions[finger] = RigRegression(inputs, shore_a[members], scale)
         known = {finger: rig for finger, (rig, _) in rigs.items()}
-        return cls(base.network, base.familiar, base.factors, base.level, known, regressions)
+        return cls(base.conditioned_on(known), base.factors, regressions)
 
     def network_alone(self) -> InContextModel:
-        """Return the network without the regression, with the same widths of intervals."""
-        return InContextModel(self.network, self.familiar, self.factors, self.level, self.rigs)
+        """Return the network without the regression, with the widths of its own intervals."""
+        return self._alone
+
+    def with_network(self, alone: InContextModel) -> CombinedModel:
+        """Return the model with another :meth:`network_alone` for the same rigs."""
+        return CombinedModel(alone, self.factors, self._regressions)
 
     def widened(self, scales: NDArray[np.float64]) -> CombinedModel:
-        """Return the model with intervals wider by a factor at each stage, shape (stages,)."""
-        factors = self.factors * scales
-        return CombinedModel(
-            self.network, self.familiar, factors, self.level, self.rigs, self._regressions
-        )
+        """Return the model with intervals wider by a factor at each stage, shape (stages,).
+
+        Intervals of :meth:`network_alone` stay.
+        """
+        return CombinedModel(self._alone, self.factors * scales, self._regressions)
 
     def refine(
         self,
@@ -147,8 +150,12 @@ class CombinedModel(InContextModel):
         return values, spreads
 
     def to_arrays(self) -> Arrays:
-        """Return the arrays of the network and each regression as ``own.FINGER.NAME``."""
+        """Return the arrays of the network and each regression as ``own.FINGER.NAME``.
+
+        ``factors`` are those of the mixture, ``own.factors`` those of the network alone.
+        """
         arrays = super().to_arrays()
+        arrays["own.factors"] = self._alone.factors
         for finger, regression in self._regressions.items():
             for name, array in regression.to_arrays().items():
                 arrays[f"own.{finger}.{name}"] = array
@@ -163,9 +170,11 @@ class CombinedModel(InContextModel):
         InputError
             Arrays that are missing or do not fit together.
         """
-        base = InContextModel.from_arrays(arrays, level)
-        own = {f: RigRegression.from_arrays(arrays, f"own.{f}.") for f in base.rigs}
-        return cls(base.network, base.familiar, base.factors, level, base.rigs, own)
+        own_factors = take_array(arrays, "own.factors", len(STAGES))
+        alone = InContextModel.from_arrays({**arrays, "factors": own_factors}, level)
+        own = {f: RigRegression.from_arrays(arrays, f"own.{f}.") for f in alone.rigs}
+        factors = take_array(arrays, "factors", len(STAGES)).astype(np.float64)
+        return cls(alone, factors, own)
 
 
 @dataclass(frozen=True)
@@ -225,7 +234,8 @@ def adapt_combined(
     touches, shore_a = touches.take(lasting), shore_a[lasting]
     sessions = None if sessions is None else sessions[lasting]
     if len(touches) < LEAST_PINCHES or len(np.unique(shore_a)) < LEAST_LEVELS:
-        return adapted
+        few = f"fewer than {LEAST_PINCHES} pinches or {LEAST_LEVELS} levels"
+        return replace(adapted, notes=(f"{few}: the network predicts alone",))
     scale = _spread_scale(base, touches, shore_a, adapted.scheme, seed)
 
     def condition(touches: Touches, shore_a: Values) -> CombinedModel:
@@ -233,10 +243,10 @@ def adapt_combined(
 
     held_out = score_held_out(condition, touches, shore_a, sessions, seed)
     if held_out is None:
-        return adapted
+        return replace(adapted, notes=("no pinch can be held out: the network predicts alone",))
     check = held_out.check(base.level, touches.rate)
-    model = condition(touches, shore_a).widened(check.scales)
-    scores = {adapted.scheme: root_mean_square(held_out.errors)}
+    model = condition(touches, shore_a).widened(check.scales).with_network(adapted.model)
+    scores = {**adapted.scores, model.kind: root_mean_square(held_out.errors)}
     return Adapted(model, adapted.scheme, scores, root_mean_square(held_out.from_mean), check)
 
 

@@ -12,7 +12,14 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import FINGERTIP_RATE, InputError, is_same_rate, parse_int, take_array
+from firstcontact.core import (
+    FINGERTIP_RATE,
+    Finger,
+    InputError,
+    is_same_rate,
+    parse_int,
+    take_array,
+)
 from firstcontact.models._contact_answers import ContactAnswers
 from firstcontact.models._contact_features import Shape
 from firstcontact.models._context_network import Context, Network
@@ -270,9 +277,12 @@ def _rig_arrays(rig: Rig) -> Arrays:
 
 def _finger(name: str) -> int:
     try:
-        return parse_int(name.split(".")[1])
+        finger = parse_int(name.split(".")[1])
     except ValueError:
         raise InputError(f"the array {name} names no finger") from None
+    if finger not in (ANY, *range(len(Finger))):
+        raise InputError(f"the array {name} names a finger that no hand here has")
+    return finger
 
 
 def _rig(arrays: Mapping[str, NDArray[Any]], at: str) -> Rig:

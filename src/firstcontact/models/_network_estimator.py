@@ -42,13 +42,16 @@ class Adapted:
     model
         The model; its intervals are widened where they held too few of the held-out pinches.
     scheme
-        How the rig is known: what scored best on pinches that were held out.
+        How the rig is known: what scored best for the network on pinches that were held out.
     scores
-        RMSE in Shore A of each scheme on those, 15 ms or what the second contact leaves of it.
+        RMSE in Shore A of the network on those with each scheme, and of a model built on it by
+        its kind; 15 ms or what the second contact leaves of it.
     mean_rmse
         RMSE of always answering the mean of the other pinches, NaN where none were held out.
     check
         The intervals on the held-out pinches; None where none were held out.
+    notes
+        What else there is to say about the model.
     """
 
     model: InContextModel
@@ -56,14 +59,21 @@ class Adapted:
     scores: Mapping[str, float]
     mean_rmse: float = float("nan")
     check: IntervalCheck | None = None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def rmse(self) -> float:
+        """Return the RMSE of the model on held-out pinches, NaN where none were held out."""
+        nan = float("nan")
+        return self.scores.get(self.model.kind, self.scores.get(self.scheme, nan))
 
     @property
     def refusal(self) -> str:
         """Return why the model is of no use for this rig, "" if it is of use."""
-        if not self.scores or self.scores[self.scheme] < self.mean_rmse:
+        if not self.scores or self.rmse < self.mean_rmse:
             return ""
         return (
-            f"on held-out pinches the RMSE is {self.scores[self.scheme]:.1f} Shore A, and always "
+            f"on held-out pinches the RMSE is {self.rmse:.1f} Shore A, and always "
             f"answering their mean scores {self.mean_rmse:.1f}: the model cannot read this rig. "
             "Check the Shore A labels, the contacts and that the sensor touches as a fingertip "
             "does, or use `firstcontact train`"
@@ -364,6 +374,7 @@ def condition(
     return NetworkPredictor(made.model, record), [
         f"the rig is known by {counted(len(labelled), 'pinch')} of "
         f"{counted(len(np.unique(labelled.shore_a)), 'Shore A level')}",
+        *made.notes,
         *_checked_in_words(base, made),
     ]
 
@@ -379,15 +390,29 @@ def _held_out_scores(made: Adapted) -> dict[str, float]:
     return scores
 
 
+def _against_network(made: Adapted) -> list[str]:
+    """Return how a model that is built on the network compares with it, [] for the network."""
+    kind = made.model.kind
+    if kind not in made.scores:
+        return []
+    alone = made.scores[made.scheme]
+    is_worse = made.rmse > alone
+    advice = f"; the network alone scored better ({alone:.2f}): try `--estimator network`"
+    return [f"{kind}, on the same pinches: rmse {made.rmse:.2f} Shore A{advice * is_worse}"]
+
+
 def _checked_in_words(base: InContextModel, made: Adapted) -> list[str]:
     if made.check is None:
         return ["errors and intervals are not checked: too few pinches to hold some out"]
-    compared = ", ".join(f"{scheme}: rmse {score:.2f}" for scheme, score in made.scores.items())
+    kind = made.model.kind
+    schemes = {name: score for name, score in made.scores.items() if name != kind}
+    compared = ", ".join(f"{scheme}: rmse {score:.2f}" for scheme, score in schemes.items())
     widest = made.check.scales.max()
     widened = f"now up to {widest:.2f} times as wide" if widest > 1 else "kept"
     return [
         f"fingers as one or each by itself, on pinches held out: {compared} Shore A (always "
         f"answering the mean: {made.mean_rmse:.2f}); kept: {made.scheme}",
+        *_against_network(made),
         f"{100 * base.level:.0f} % intervals held at least {percent(made.check.coverage)} of "
         f"{counted(made.check.n, 'pinch')} held out, at each time: {widened}",
     ]

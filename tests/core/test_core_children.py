@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from firstcontact.core import Child
-from processes import PATIENCE, gone, stop
+from processes import PATIENCE, children, gone, stop
 
 #: Children that do not listen, each in a way of its own.
 DEAF = {
@@ -153,6 +153,27 @@ def test_child_with_an_interrupted_start_is_ended(module: Path) -> None:
         text=True,
     )
     assert result.stdout == "gone\n"
+
+
+def test_interrupt_while_the_thread_of_a_child_starts_leaves_no_child(
+    module: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    module.write_text(DEAF["sleeps"])
+    before = children(os.getpid())
+    start = threading.Thread.start
+
+    def interrupted(thread: threading.Thread) -> None:
+        start(thread)
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(threading.Thread, "start", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            Child("child")
+    for thread in threading.enumerate():
+        if thread.name == "keeper of child":
+            thread.join(PATIENCE)
+    assert children(os.getpid()) == before
 
 
 def test_suspended_child_with_wakes_is_continued(module: Path) -> None:

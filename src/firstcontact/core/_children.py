@@ -9,7 +9,7 @@ import subprocess
 import sys
 import threading
 import time
-from concurrent.futures import Future, InvalidStateError
+from concurrent.futures import Future
 from contextlib import suppress
 from typing import IO
 
@@ -42,14 +42,17 @@ class Child:
         self._keeper = threading.Thread(
             target=_keep, args=(arguments, started), name=f"keeper of {module}", daemon=True
         )
-        self._keeper.start()
         try:
+            self._keeper.start()
             self._process = started.result()
         except BaseException:
-            # Ctrl-C during the start: the process may not exist yet and must not stay behind.
+            # Ctrl-C during the start, of the thread or of the process: neither may stay behind.
             if not started.cancel() and started.exception() is None:
-                started.result().kill()
-            self._keeper.join(KILLED)
+                process = started.result()
+                process.kill()
+                self._keeper.join(KILLED)
+                _open(process.stdin).close()
+                _open(process.stdout).close()
             raise
         self._unread = b""
 
@@ -125,6 +128,8 @@ class Child:
 
 
 def _keep(arguments: list[str], started: Future[subprocess.Popen[bytes]]) -> None:
+    if not started.set_running_or_notify_cancel():  # the constructor was interrupted
+        return
     try:
         process = subprocess.Popen(  # noqa: S603
             [sys.executable, "-m", "firstcontact.core._die_with_parent", *arguments],
@@ -136,10 +141,7 @@ def _keep(arguments: list[str], started: Future[subprocess.Popen[bytes]]) -> Non
     except BaseException as error:
         started.set_exception(error)
         return
-    try:
-        started.set_result(process)
-    except InvalidStateError:  # the constructor was interrupted
-        process.kill()
+    started.set_result(process)
     process.wait()
 
 

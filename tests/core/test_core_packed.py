@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from firstcontact.core._shared_payload import ALIGNMENT, pack_payload, unpack_payload
+from firstcontact.core._jobs import ALIGNMENT, pack_payload, unpack_payload
 
 
 def test_values_round_trip_as_views_of_the_payload() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import pickle
 import signal
 import threading
 import warnings
@@ -11,11 +12,14 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, Literal, TypeVar
+from uuid import uuid4
+
+import numpy as np
+from numpy.typing import NDArray
 
 from firstcontact.core._die_with_parent import follow
 from firstcontact.core._errors import InputError
 from firstcontact.core._foreign import ForeignCode
-from firstcontact.core._shared_payload import pack_payload, unpack_payload
 
 A = TypeVar("A")
 B = TypeVar("B")
@@ -31,7 +35,11 @@ IDLE = 7 * 86_400
 #: Largest number of worker processes on one machine.
 MOST_WORKERS = 512
 
+#: Alignment of packed arrays, bytes.
+ALIGNMENT = 64
+
 _job_lock = threading.Lock()
+_opened: tuple[bytes, tuple[Any, ...]] = (b"", ())
 
 
 class Runner(ABC):
@@ -230,3 +238,47 @@ def worker_count(workers: int) -> int:
 def cores() -> int:
     """Return the number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def pack_payload(values: tuple[Any, ...]) -> NDArray[np.uint8]:
+    """Pack values into one array, which holds their own arrays uncompressed.
+
+    Joblib maps an array into the memory of all processes on a machine. A cluster sends it once to
+    each machine. The array goes only from a program to its own workers and is never a user's file.
+    """
+    buffers: list[pickle.PickleBuffer] = []
+    head = pickle.dumps(values, protocol=5, buffer_callback=buffers.append)
+    parts: list[Any] = [head, *(buffer.raw() for buffer in buffers)]
+    sizes = np.array([len(part) for part in parts], dtype=np.int64)
+    begin = uuid4().bytes + len(sizes).to_bytes(8, "little") + sizes.tobytes()
+    places = _places(len(begin), sizes)
+    out = np.zeros(places[-1] + sizes[-1], dtype=np.uint8)
+    out[: len(begin)] = np.frombuffer(begin, dtype=np.uint8)
+    for place, part in zip(places, parts, strict=True):
+        out[place : place + len(part)] = np.frombuffer(part, dtype=np.uint8)
+    return out
+
+
+def unpack_payload(array: NDArray[np.uint8]) -> tuple[Any, ...]:
+    """Return the packed values with read-only arrays. The last payload is cached."""
+    global _opened
+    key = array[:16].tobytes()
+    if _opened[0] != key:
+        count = int.from_bytes(array[16:24].tobytes(), "little")
+        sizes = np.frombuffer(array[24 : 24 + 8 * count].tobytes(), dtype=np.int64)
+        view = array.data.toreadonly()
+        head, *buffers = (
+            view[place : place + size]
+            for place, size in zip(_places(24 + 8 * count, sizes), sizes, strict=True)
+        )
+        _opened = key, pickle.loads(head, buffers=buffers)  # noqa: S301  # packed by this program
+    return _opened[1]
+
+
+def _places(begin: int, sizes: NDArray[np.int64]) -> list[int]:
+    places = []
+    for size in sizes:
+        begin = -(-begin // ALIGNMENT) * ALIGNMENT
+        places.append(begin)
+        begin += int(size)
+    return places

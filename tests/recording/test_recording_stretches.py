@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.core import Block, counted
-from firstcontact.recording._stretches import join
+from firstcontact.recording._reader import join
 
 
 def block(first, end):

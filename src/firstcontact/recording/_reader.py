@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import groupby, pairwise
 from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
 from mcap.records import Channel, McapRecord, Message
 
-from firstcontact.core import MOST_GROUPS, AnyPath, Block, InputError
+from firstcontact.core import MOST_GROUPS, AnyPath, Block, InputError, counted, merge_blocks
 from firstcontact.recording import _samples as samples
 from firstcontact.recording._chunks import scan
 from firstcontact.recording._header import (
@@ -23,7 +23,6 @@ from firstcontact.recording._header import (
     read_mark,
     read_marker,
 )
-from firstcontact.recording._stretches import join
 
 T = TypeVar("T")
 
@@ -222,3 +221,51 @@ def _lost_marks(pinches: tuple[PinchMark, ...]) -> list[str]:
     ranges = [f"{a}" if a == b else f"{a} to {b}" for a, b in gaps[:_TOLD]]
     more = f" and in {len(gaps) - _TOLD} more gaps" if len(gaps) > _TOLD else ""
     return [f"the marks of pinches {', '.join(ranges)}{more} are lost: their labels are not known"]
+
+
+def join(blocks: Sequence[Block]) -> tuple[tuple[Block, ...], tuple[str, ...]]:
+    """Join consecutive blocks epoch by epoch.
+
+    Blocks are sorted. The first of repeated samples is used. Nothing is interpolated, and epochs
+    are never
+    joined.
+
+    Returns
+    -------
+    stretches
+        Unbroken blocks, sorted by epoch and sample number.
+    losses
+        One sentence for each epoch and kind of loss, with exact counts.
+    """
+    stretches: list[Block] = []
+    losses: list[str] = []
+    by_epoch = sorted(blocks, key=lambda b: b.epoch)  # stable: keeps file order within an epoch
+    for epoch, group in groupby(by_epoch, key=lambda b: b.epoch):
+        joined, trouble = _join_epoch(list(group))
+        stretches += joined
+        losses += [f"epoch {epoch}: {sentence}" for sentence in trouble]
+    return tuple(stretches), tuple(losses)
+
+
+def _join_epoch(blocks: list[Block]) -> tuple[list[Block], list[str]]:
+    trouble: list[str] = []
+    late = sum(b.first_sample < a.first_sample for a, b in pairwise(blocks))
+    if late:
+        trouble.append(f"{late} blocks were out of order and were put back")
+    doubled = 0
+    accepted: list[Block] = []
+    for block in sorted(blocks, key=lambda b: b.first_sample):
+        if accepted and block.first_sample < accepted[-1].end:
+            overlap = min(accepted[-1].end - block.first_sample, len(block.data))
+            doubled += overlap
+            block = Block(block.data[overlap:], block.first_sample + overlap, block.epoch)
+        if len(block.data):
+            accepted.append(block)
+    stretches = merge_blocks(accepted)
+    gaps = [b.first_sample - a.end for a, b in pairwise(stretches)]
+    if doubled:
+        trouble.append(f"{doubled} samples came twice; the first were kept")
+    if gaps:
+        missing = f"{counted(sum(gaps), 'sample')} {'is' if sum(gaps) == 1 else 'are'} missing"
+        trouble.append(f"{missing} in {counted(len(gaps), 'gap')}")
+    return stretches, trouble

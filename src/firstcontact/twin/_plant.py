@@ -19,13 +19,13 @@ from firstcontact.core import (
 )
 from firstcontact.twin._draw import PinchDraw
 from firstcontact.twin._drive import Drive
+from firstcontact.twin._filter import DeviceFilter, settled_filter
 from firstcontact.twin._fingertips import PinchFingertips, mask_contacts
 from firstcontact.twin._lift import Lift
 from firstcontact.twin._mechanics import BUFFER, CONTACT_FORCE, FACE, INDENTATION, OUTPUTS
 from firstcontact.twin._objects import TwinObject
 from firstcontact.twin._outcome import DROPPED, GraspOutcome, slide, stable_since
 from firstcontact.twin._pinch import BURN_IN
-from firstcontact.twin._readings import PinchReadings
 from firstcontact.twin._run import PinchRun
 from firstcontact.twin._sensor import VelostatParameters
 from firstcontact.twin._slip_sound import SlipParameters, SlipSound
@@ -320,3 +320,36 @@ class GraspPlant:
             first_contact=seen[0] / FINGERTIP_RATE if seen else None,
             second_contact=seen[1] / FINGERTIP_RATE if len(seen) > 1 else None,
         )
+
+
+class PinchReadings:
+    """Converters for one pinch, with the microcontroller behind them.
+
+    Parameters
+    ----------
+    tips
+        New converters.
+    """
+
+    def __init__(self, tips: PinchFingertips) -> None:
+        self._tips = tips
+        self._device: DeviceFilter | None = None
+
+    @property
+    def sample(self) -> int:
+        """Number of the next sample."""
+        return self._tips.sample
+
+    def read(self, motion: NDArray[np.float64]) -> NDArray[np.int16]:
+        """Return the next samples, shape (n, 16), of a motion of shape (n, 2, 5)."""
+        scans = self._tips.read(motion)
+        if self._device is None:
+            self._device = settled_filter(scans[0], self._tips.sheets)
+        return self._device.update(scans)
+
+    def fork(self) -> Self:
+        """Return an independent copy in the same state, with the same noise."""
+        other = copy.copy(self)
+        other._tips = self._tips.fork()
+        other._device = None if self._device is None else self._device.fork()
+        return other

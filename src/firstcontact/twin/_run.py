@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import FINGERTIP_RATE, Command
-from firstcontact.twin._approach import Approach
 from firstcontact.twin._draw import PinchDraw
 from firstcontact.twin._drive import Drive, DriveReference
 from firstcontact.twin._mechanics import (
@@ -24,7 +23,7 @@ from firstcontact.twin._mechanics import (
 )
 from firstcontact.twin._noise import PhalanxNoise
 from firstcontact.twin._objects import CRUSHED, stiffened
-from firstcontact.twin._parameters import ObjectParameters
+from firstcontact.twin._parameters import ObjectParameters, Timing
 
 #: Steps per sampling interval after the first contact, half as many before. A step is 20 us;
 #: halving it moves the piezo's waveform by less than 0.1 %.
@@ -43,7 +42,7 @@ class PinchRun:
     """Simulation of one drawn pinch in progress.
 
     It closes as drawn until the first order takes effect. Until then each finger touches as
-    :class:`firstcontact.twin._approach.Approach` describes. The first order fixes the position of
+    :class:`Approach` describes. The first order fixes the position of
     the object: where a closing finger would have met it at the drawn speed.
 
     After that a finger touches when its skin reaches the object, and the motor noise follows the
@@ -308,3 +307,51 @@ class PinchRun:
             self._places[begin] = self._gap.copy()
         self._approach.touch = np.full(2, math.inf)
         self._placed = True
+
+
+class Approach:
+    """Contact times of two fingers, each of which touches after a fixed distance.
+
+    The distance is the one that a finger covers until its drawn contact time at the drawn speed. At
+    that speed it touches at that time.
+
+    Parameters
+    ----------
+    timing
+        Drawn contact times.
+    begin
+        Instant from which these times count, s.
+    nominal
+        Drawn speed, the mean of both fingers, m/s.
+    speed
+        Initial speed, m/s.
+
+    Attributes
+    ----------
+    touch
+        Contact times of index and thumb, s, shape (2,); infinite for a hand that does not close.
+    """
+
+    def __init__(self, timing: Timing, begin: float, nominal: float, speed: float) -> None:
+        first, second, first_is_index = timing
+        drawn = np.array([first, second] if first_is_index else [second, first]) + begin
+        self.touch: NDArray[np.float64] = drawn if speed == nominal else np.full(2, math.inf)
+        self._distance_left = nominal * drawn
+        self._since = 0.0
+
+    def turn(self, old: float, new: float, now: float, touching: NDArray[np.bool_]) -> None:
+        """Continue at another speed.
+
+        Parameters
+        ----------
+        old, new
+            Old and new speed, m/s.
+        now
+            Present instant, s.
+        touching
+            Mask of the fingers that have touched.
+        """
+        self._distance_left -= old * (now - self._since)
+        self._since = now
+        contact_times = now + self._distance_left / new if new > 0 else math.inf
+        self.touch = np.where(touching, self.touch, contact_times)

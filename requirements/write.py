@@ -42,10 +42,10 @@ def resolve(*extras: str) -> dict[str, str]:
         *("--constraint", CONSTRAINTS, "pyproject.toml", "-"),
     ]
     # Beside the extras: what builds the package, which pip must not fetch by itself.
-    done = subprocess.run(
+    process = subprocess.run(
         command, cwd=ROOT, input="setuptools", text=True, stdout=subprocess.PIPE, check=True
     )
-    return entries(done.stdout)
+    return entries(process.stdout)
 
 
 def entries(text: str) -> dict[str, str]:
@@ -69,20 +69,20 @@ def with_hashes(entry: str, hashes: Iterable[str]) -> str:
     return " \\\n    --hash=".join((head, *sorted(set(hashes)))) + "\n"
 
 
-def for_cpus(torch: str, folders: Iterable[Path], before: str) -> str:
+def for_cpus(torch: str, folders: Iterable[Path], pinned: str) -> str:
     """Return the entry of the PyTorch for CPUs, or "" if no wheel of it is known.
 
     Parameters
     ----------
     torch
-        The entry of PyPI's.
+        The entry of PyPI.
     folders
-        Where wheels may be.
-    before
-        The entry as it was: its wheels need not be on this machine again.
+        Folders to search for wheels.
+    pinned
+        The previous entry. Its wheels need not be on this machine again.
     """
     wanted = f"{version(torch)}+cpu"
-    hashes = set(_HASH.findall(before)) if before and version(before) == wanted else set()
+    hashes = set(_HASH.findall(pinned)) if pinned and version(pinned) == wanted else set()
     for wheel in (w for folder in folders for w in folder.glob(f"torch-{wanted}-*.whl")):
         hashes.add("sha256:" + hashlib.sha256(wheel.read_bytes()).hexdigest())
     return with_hashes(f"torch=={wanted}", hashes) if hashes else ""
@@ -117,8 +117,8 @@ def main() -> int:
     for layer, packages in layers.items():
         write(layer, [with_hashes(e, _HASH.findall(e)) for _, e in sorted(packages.items())])
     cpu = ROOT / "requirements" / "cpu.txt"
-    before = entries(cpu.read_text()).get("torch", "") if cpu.exists() else ""
-    entry = for_cpus(everything["torch"], wheels, before)
+    pinned = entries(cpu.read_text()).get("torch", "") if cpu.exists() else ""
+    entry = for_cpus(everything["torch"], wheels, pinned)
     if entry:
         write("cpu", [entry])
     else:  # with an empty one pip would be content

@@ -36,7 +36,7 @@ signal.signal(signal.SIGQUIT, signal.SIG_DFL)
 
 @pytest.fixture(scope="session")
 def impacts() -> Path:
-    """The folder of real impacts: ``FIRSTCONTACT_DATA``, or a copy beside the checkout."""
+    """Folder of real impacts: ``FIRSTCONTACT_DATA``, or a copy next to the checkout."""
     for folder in (_real(), _real() / "impact_hardness"):
         if (folder / "labels.csv").is_file():
             return folder

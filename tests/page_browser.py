@@ -28,7 +28,7 @@ FLAGS = (
 
 @contextmanager
 def browsing(folder: Path) -> Iterator[Any]:
-    """A headless Chromium with a profile of its own."""
+    """Run a headless Chromium with a separate profile."""
     from selenium import webdriver
     from selenium.webdriver.chrome.options import Options
     from selenium.webdriver.chrome.service import Service

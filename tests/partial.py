@@ -14,7 +14,7 @@ from firstcontact_lab.study.parts import PARTS
 
 
 def results(**fields: Any) -> SubjectResults:
-    """A subject's results; what a record needs beside the fields given is zero or empty."""
+    """Return a subject's results. Missing fields of a record are zero or empty."""
     kind = study_subject()
     return msgspec.convert(filled(kind, fields), kind, dec_hook=decode_by_name)
 

@@ -27,7 +27,7 @@ def gone(pid: int) -> bool:
 
 
 def until(reached: Callable[[], object]) -> None:
-    """Wait for a condition that nobody announces."""
+    """Poll until a condition is true."""
     tick = threading.Event()
     for _ in range(int(PATIENCE / 0.01)):
         if reached():

@@ -22,7 +22,7 @@ from firstcontact.models import (
 
 
 def save_window(model: WindowModel, folder: Path, **fields: Any) -> Path:
-    """Save a window model alone; `fields` are those of its predictor."""
+    """Save a window model alone. `fields` are the fields of its predictor."""
     return Model(predictors=(WindowPredictor(model, **fields),)).save(folder)
 
 
@@ -32,7 +32,7 @@ def load_window(folder: Path) -> WindowModel:
 
 
 def save_network(model: InContextModel, folder: Path, **fields: Any) -> Path:
-    """Save a network alone; `fields` are those of its predictor."""
+    """Save a network alone. `fields` are the fields of its predictor."""
     return Model(predictors=(NetworkPredictor(model, **fields),)).save(folder)
 
 
@@ -54,7 +54,7 @@ def edit(folder: Path, card: str = CARD, **changes: Any) -> None:
 
 
 def vouch(folder: Path, arrays: bytes, card: str = CARD, weights: str = WEIGHTS) -> None:
-    """Write other weights, with a card that vouches for them."""
+    """Write other weights, and a card with their checksum."""
     (folder / weights).write_bytes(arrays)
     edit(folder, card, sha256=hashlib.sha256(arrays).hexdigest())
 
@@ -66,5 +66,5 @@ def load_arrays(folder: Path) -> dict[str, Any]:
 
 
 def replace_arrays(folder: Path, arrays: dict[str, Any]) -> None:
-    """Give the first predictor of a folder other arrays, with a card that vouches for them."""
+    """Replace the arrays of a folder's first predictor, and the checksum in the card."""
     vouch(folder, save({f"0.{name}": array for name, array in arrays.items()}))

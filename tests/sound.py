@@ -69,7 +69,7 @@ def playing(folder: Path, samples: NDArray[np.int16], **settings: int) -> dict[s
 
 @contextmanager
 def local_sound(folder: Path, samples: NDArray[np.int16], **settings: int) -> Iterator[Any]:
-    """The same in this process, whose PortAudio looks for inputs anew."""
+    """Provide the same in this process, and let PortAudio search for inputs again."""
     variables = playing(folder, samples, **settings)
     previous = {name: os.environ.get(name) for name in variables}
     os.environ.update(variables)

@@ -14,7 +14,7 @@ ended = threading.Event()
 
 
 def say(words: str) -> None:
-    """A whole line at once: two threads speak."""
+    """Write a whole line in one call, because two threads write."""
     os.write(1, f"{words}\n".encode())
 
 

@@ -1,4 +1,4 @@
-"""A saved model asked about recordings: at any rate, and what it has learned from told apart."""
+"""Evaluation of saved models: recordings at any rate, and overlap with the training data."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ LONG = 240.0
 
 @pytest.fixture(scope="module")
 def environment(user_cache: Path) -> dict[str, str]:
-    """Environment with a cache of its own."""
+    """Environment with a separate cache."""
     return {**os.environ, "XDG_CACHE_HOME": str(user_cache)}
 
 

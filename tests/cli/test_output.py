@@ -145,7 +145,7 @@ def closed(stream: int) -> None:
 
 
 def hung_up(stream: int) -> None:
-    """A terminal that was closed, and nobody told."""
+    """Replace a stream by a closed terminal."""
     device, host = os.openpty()
     os.dup2(host, stream)
     os.close(host)

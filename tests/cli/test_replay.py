@@ -1,4 +1,4 @@
-"""``firstcontact replay`` in a process of its own, and a host at its port."""
+"""``firstcontact replay`` in a separate process, with a host at its port."""
 
 from __future__ import annotations
 

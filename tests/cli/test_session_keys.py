@@ -1,4 +1,4 @@
-"""Keys of a terminal and lines on standard input tell of objects, close and open the hand."""
+"""Terminal keys and input lines that name objects, and close and open the hand."""
 
 from __future__ import annotations
 

@@ -213,7 +213,7 @@ def test_the_detector_is_saved_whatever_aligned_the_windows(data: Path, tmp_path
 def test_contacts_are_found_by_a_detector_that_had_not_learned_from_the_session(
     data: Path,
 ) -> None:
-    """Contacts equal those of a detector that is refitted without the session."""
+    """Contacts equal the output of a detector that is refitted without the session."""
     dataset = load_dataset(data)
     dataset = dataset.take(~dataset.test)
     detector = fit_detector(dataset)

@@ -92,7 +92,7 @@ class Hand:
         self.at += len(out)
         return out
 
-    def rest(self, seconds: float = 0.4) -> None:
+    def pause(self, seconds: float = 0.4) -> None:
         self.phase(seconds, 1.0)
 
     def close(
@@ -124,7 +124,7 @@ class Hand:
         hold[:, [4 + f for f in strips]] = 1
         opening = self.phase(0.25, 3.0)
         opening[:, 2:4] = np.exp(-np.arange(len(opening)) / RATE / 0.03)[:, None]
-        self.rest()
+        self.pause()
         return Touch(motor, {f: contact_sample + start for f, start in starts.items()})
 
     def raw(self) -> NDArray[np.int16]:

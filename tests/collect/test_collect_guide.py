@@ -26,7 +26,7 @@ def guided(hand, items=(BLOCK,), length=50, markers=()):
 
 def closings(n, seed=0):
     hand = Hand(seed)
-    hand.rest()
+    hand.pause()
     return hand, [hand.close() for _ in range(n)]
 
 
@@ -82,7 +82,7 @@ def test_mark_includes_the_detector_warm_up():
 )
 def test_a_pinch_with_a_fault_does_not_count(settings, fault_text):
     hand = Hand()
-    hand.rest()
+    hand.pause()
     hand.close()
     hand.close(**settings)
     hand.close()
@@ -117,9 +117,9 @@ def test_a_new_epoch_ends_a_pinch():
 
 def test_closings_without_contact_are_no_pinches():
     hand = Hand()
-    hand.rest()
+    hand.pause()
     hand.phase(0.5, 3.0)
-    hand.rest()
+    hand.pause()
     hand.close()
     _, judgements = guided(hand)
     assert [j.faults for j in judgements] == [()]
@@ -227,7 +227,7 @@ def test_object_marker_is_sent_after_a_reconnection(tmp_path):
 
 def test_recording_contains_all_samples_of_rejected_pinches(tmp_path):
     hand = Hand()
-    hand.rest()
+    hand.pause()
     hand.close(loud=20.0)
     hand.close()
     path, complete, _, _ = record(tmp_path, hand, (Item("block 10", 3),))

@@ -24,7 +24,7 @@ class Closing:
     motor: int
     first: int
     second: int
-    rest: int
+    release: int
 
 
 def samples(seconds: float) -> int:

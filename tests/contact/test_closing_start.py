@@ -178,8 +178,10 @@ def opening(closing: Closing) -> int:
 @given(st.sampled_from(CLOSINGS), st.integers(32, 90))
 def test_calibrated_start_equals_the_live_gate(closing: Closing, steps: int) -> None:
     opened = opening(closing)
-    first = opened - steps * STEP  # in the rest before the motor, on the gate's own grid
-    pinch = Pinch(DATA[first : closing.rest], LAYOUT, first_sample=first, calibration=CALIBRATION)
+    first = opened - steps * STEP  # before the motor starts, on the gate's grid
+    pinch = Pinch(
+        DATA[first : closing.release], LAYOUT, first_sample=first, calibration=CALIBRATION
+    )
     assert closing_start(pinch) == ClosingStart(opened, How.CALIBRATION)
 
 
@@ -187,7 +189,7 @@ def test_pinch_cut_by_live_starts_at_its_first_sample() -> None:
     """A recording's pinches begin where the gate opened: offline must start there, too."""
     for closing in CLOSINGS:
         opened = opening(closing)
-        data = DATA[opened : closing.rest]
+        data = DATA[opened : closing.release]
         for calibration in (CALIBRATION, None):
             pinch = Pinch(data, LAYOUT, first_sample=opened, calibration=calibration)
             assert closing_start(pinch).sample == opened

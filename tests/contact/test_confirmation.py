@@ -33,7 +33,7 @@ CLICK, PEAK = 320, (30, -22, 12, -6, 3)
 AGE = samples_in(CONFIRMED, LAYOUT.rate)
 
 
-def pinch_of(seed: int, *, click: bool, finger: Finger = Finger.INDEX) -> Pinch:
+def make_pinch(seed: int, *, click: bool, finger: Finger = Finger.INDEX) -> Pinch:
     """Return a pinch of the twin, in which a gear clicks before the contact."""
     draw = draw_pinch(seed, PAPER_RIG, "s", draw_specimen(seed, PAPER_RIG, BLOCKS[4], 0), 0)
     pinch = simulate_pinch(draw, replace(Pinch(np.zeros((1, 16)), LAYOUT).label), 5_000)
@@ -46,10 +46,10 @@ def pinch_of(seed: int, *, click: bool, finger: Finger = Finger.INDEX) -> Pinch:
 
 @pytest.fixture(scope="module")
 def clicked() -> Pinch:
-    return pinch_of(3, click=True)
+    return make_pinch(3, click=True)
 
 
-def events_of(pinch: Pinch, edges: list[int]) -> list[Contact | Withdrawal]:
+def listen(pinch: Pinch, edges: list[int]) -> list[Contact | Withdrawal]:
     listener = ContactListener(ThresholdDetector(8.0), pinch.layout)
     return [
         event
@@ -59,7 +59,7 @@ def events_of(pinch: Pinch, edges: list[int]) -> list[Contact | Withdrawal]:
 
 
 def test_click_is_withdrawn_and_the_true_contact_follows(clicked: Pinch) -> None:
-    false, withdrawal, true, *_ = events_of(clicked, [])
+    false, withdrawal, true, *_ = listen(clicked, [])
     assert isinstance(false, Contact)
     assert isinstance(withdrawal, Withdrawal)
     assert isinstance(true, Contact)
@@ -72,13 +72,13 @@ def test_click_is_withdrawn_and_the_true_contact_follows(clicked: Pinch) -> None
 
 @given(st.lists(st.integers(0, 1480), max_size=40))
 def test_events_do_not_depend_on_the_sizes_of_blocks(edges: list[int]) -> None:
-    pinch = pinch_of(3, click=True)
-    assert events_of(pinch, edges) == events_of(pinch, [])
+    pinch = make_pinch(3, click=True)
+    assert listen(pinch, edges) == listen(pinch, [])
 
 
 @pytest.mark.parametrize("seed", range(6))
 def test_contact_of_the_twin_stands(seed: int) -> None:
-    pinch = pinch_of(seed, click=False)
+    pinch = make_pinch(seed, click=False)
     detector = ThresholdDetector(8.0)
     assert detect(detector, pinch) == detect(detector, pinch, confirm=False) != []
 
@@ -90,7 +90,7 @@ def test_contacts_that_stand_are_those_of_decisions(clicked: Pinch) -> None:
     assert confirmed_contacts(decisions, clicked) == detect(detector, clicked)
 
 
-def test_listener_ends_with_both_contacts_and_is_due_before(clicked: Pinch) -> None:
+def test_listener_ends_with_both_contacts_and_reports_when_it_is_due(clicked: Pinch) -> None:
     listener = ContactListener(ThresholdDetector(8.0), LAYOUT)
     start, due = 0, listener.due
     while not listener.ended and start + due <= len(clicked.data):
@@ -113,13 +113,13 @@ def test_sensor_of_no_finger_withdraws_nothing(clicked: Pinch) -> None:
 @pytest.mark.parametrize("edges", [[], [250], [251], [100, 251, 400]])
 def test_sample_that_is_not_finite_withdraws_no_later_contact(edges: list[int]) -> None:
     layout = replace(LAYOUT, smoothing_alpha=1.0)
-    pinch = pinch_of(3, click=False)
+    pinch = make_pinch(3, click=False)
     lossy = pinch.data.astype(np.float32)
     lossy[250] = np.nan
-    events = events_of(replace(pinch, data=lossy, layout=layout), edges)
-    whole = events_of(replace(pinch, layout=layout), [])
+    events = listen(replace(pinch, data=lossy, layout=layout), edges)
+    expected = listen(replace(pinch, layout=layout), [])
     assert [e.sample for e in events if isinstance(e, Contact)] == pytest.approx(
-        [e.sample for e in whole if isinstance(e, Contact)], abs=10
+        [e.sample for e in expected if isinstance(e, Contact)], abs=10
     )
     assert not any(isinstance(event, Withdrawal) for event in events)
 
@@ -131,8 +131,8 @@ def test_contact_that_waits_at_a_gap_stands(clicked: Pinch) -> None:
     (contact,) = latch.update(Block(clicked.data[: CLICK + 4], start), fires)
     assert latch.due is not None
     quiet = WindowDecisions(np.empty(0, np.int64), one[:0], two[:0])
-    after = CLICK + 40
-    assert latch.update(Block(clicked.data[after:], start + after), quiet) == []
+    later = CLICK + 40
+    assert latch.update(Block(clicked.data[later:], start + later), quiet) == []
     assert latch.is_confirmed
     assert latch.due is None
     assert latch.latched == {contact.finger}
@@ -147,7 +147,7 @@ def test_memory_of_a_long_closing_is_bounded() -> None:
     assert sum(map(len, listener._latch._past)) <= samples_in(KEPT, LAYOUT.rate) + 100
 
 
-def test_samples_after_a_withdrawal_belong_to_a_stage_of_their_own(clicked: Pinch) -> None:
+def test_samples_after_a_withdrawal_belong_to_a_new_stage(clicked: Pinch) -> None:
     closings = Closings(LAYOUT, ThresholdDetector(8.0))
     stages = list(closings.update(Block(clicked.data, clicked.first_sample)))
     began, false, true, *_ = stages

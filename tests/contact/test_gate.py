@@ -36,7 +36,7 @@ def test_opens_once_per_closing_before_the_contact() -> None:
         inside = [s for s in opened if closing.motor < s < closing.first]
         assert len(inside) == 1
         assert inside[0] - closing.motor <= samples(0.065)
-    during_hold = [s for s in opened if any(c.first <= s < c.rest for c in CLOSINGS)]
+    during_hold = [s for s in opened if any(c.first <= s < c.release for c in CLOSINGS)]
     assert during_hold == []
 
 
@@ -49,7 +49,7 @@ def test_opens_and_shuts_in_turn() -> None:
 
 def test_stays_shut_during_the_release() -> None:
     for closing in CLOSINGS:
-        released = closing.rest + samples(0.05)  # the force is still a fifth of what it was
+        released = closing.release + samples(0.05)  # the force is still a fifth of what it was
         assert not [
             e for e in WHOLE if e.turn is Turn.OPENS and closing.second <= e.sample <= released
         ]

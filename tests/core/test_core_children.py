@@ -159,7 +159,7 @@ def test_interrupt_while_the_thread_of_a_child_starts_leaves_no_child(
     module: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     module.write_text(DEAF["sleeps"])
-    before = children(os.getpid())
+    earlier = children(os.getpid())
     start = threading.Thread.start
 
     def interrupted(thread: threading.Thread) -> None:
@@ -173,7 +173,7 @@ def test_interrupt_while_the_thread_of_a_child_starts_leaves_no_child(
     for thread in threading.enumerate():
         if thread.name == "keeper of child":
             thread.join(PATIENCE)
-    assert children(os.getpid()) == before
+    assert children(os.getpid()) == earlier
 
 
 def test_suspended_child_with_wakes_is_continued(module: Path) -> None:

@@ -1,4 +1,4 @@
-"""Path to the measuring scripts, which lie beside the firmware."""
+"""Path to the measuring scripts, which are stored with the firmware."""
 
 from __future__ import annotations
 

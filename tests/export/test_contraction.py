@@ -1,5 +1,6 @@
-"""Products and sums are rounded one by one, whatever the compiler is told: the Arduino IDE and
-PlatformIO build libraries with GCC's own settings, which fuse them."""
+"""Separate rounding of products and sums, under any compiler setting.
+
+The Arduino IDE and PlatformIO build libraries with GCC's defaults, which fuse them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every detector in C: the contacts of Python, on two machines, whatever is lost in between."""
+"""Every detector in C: the same contacts as in Python, on two machines, with losses."""
 
 from __future__ import annotations
 

@@ -53,8 +53,9 @@ def program(named: NamedModel, folder: Path) -> building.Program:
 
 
 def malformed(X: NDArray[np.float32]) -> NDArray[np.float32]:
-    """A value that is no number, infinite ones, a flat window, one at the converter's end, one too
-    loud for float32, one half at the end."""
+    """Return damaged windows.
+
+    NaN, infinite, flat, saturated, too loud for float32, and half saturated."""
     bad = X[:7].copy()
     bad[0, 5], bad[1, 0], bad[2, -1] = np.nan, np.inf, -np.inf
     bad[3] = 0.0

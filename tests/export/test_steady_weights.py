@@ -85,7 +85,7 @@ def test_weights_are_those_of_python(
     rng = np.random.default_rng(5)
     for _ in range(5):
         volts = scale * quiet(kind, rng) + offset
-        state = SteadyState.of(volts)
+        state = SteadyState.measure(volts)
         x = state.normalise(volts)
         got = measure(library, volts)
         np.testing.assert_allclose(got[:, 0], state.mean, rtol=1e-12, atol=1e-12 * scale)
@@ -97,7 +97,7 @@ def test_weights_are_those_of_python(
 def test_a_pure_tone_leaves_little_and_still_its_sigma(library: ctypes.CDLL) -> None:
     """A thousandth remains, where cancellation is largest."""
     tone = np.sin(0.3 * np.arange(197))[:, None] * np.array([1.0, 0.01])
-    x = SteadyState.of(tone).normalise(tone)
+    x = SteadyState.measure(tone).normalise(tone)
     wanted = np.array([prediction(column) for column in x.T])
     np.testing.assert_allclose(measure(library, tone)[:, 2:], wanted, rtol=1e-7)
 

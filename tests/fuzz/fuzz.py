@@ -67,13 +67,13 @@ class Results:
     codes: Counter[tuple[str, int]] = field(default_factory=Counter)
     seconds: Counter[str] = field(default_factory=Counter)
     findings: dict[int, list[str]] = field(default_factory=dict)
-    done: int = 0
+    inputs: int = 0
 
     def take(
         self, number: int, route: str, codes: Iterable[int], wrong: list[str], took: float = 0.0
     ) -> None:
         """Count one input."""
-        self.done += 1
+        self.inputs += 1
         self.seconds[route] += took
         self.codes.update((route, code) for code in codes)
         if wrong:
@@ -239,9 +239,9 @@ def main() -> int:
     for number, wrong in sorted(results.findings.items()):
         for sentence in wrong:
             print(f"--seed {options.seed} --first {number}: {sentence}")
-    rate = results.done / took
+    rate = results.inputs / took
     print(
-        f"{results.done} inputs, {len(results.findings)} findings, {took:.0f} s, "
+        f"{results.inputs} inputs, {len(results.findings)} findings, {took:.0f} s, "
         f"{rate:.0f} a second"
     )
     return 1 if results.findings else 0

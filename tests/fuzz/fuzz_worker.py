@@ -174,7 +174,7 @@ def _raised(error: BaseException) -> str:
 
 
 def _logged(folder: Path) -> str:
-    """The end of the log that the command wrote of what nobody foresaw."""
+    """Return the end of the log of an unforeseen error."""
     logs = sorted((folder.parent / "state").rglob("*.log"))
     if not logs:
         return ""
@@ -200,7 +200,7 @@ def _resident() -> int:
 
 
 def _capture() -> Callable[[], tuple[str, str]]:
-    """Keep standard output and error in memory; gives what came since it was last asked."""
+    """Keep standard output and error in memory. Return a function that reads the new part."""
     files = [os.memfd_create(name) for name in ("out", "err")]
     nothing = os.open(os.devnull, os.O_RDONLY)
     os.dup2(nothing, 0)

@@ -9,7 +9,7 @@ import pytest
 
 @pytest.fixture(scope="module", autouse=True)
 def _quick_searches(small_searches: None) -> None:
-    """Let every estimator of an experiment search few hyperparameters."""
+    """Limit the hyperparameter search of every estimator."""
 
 
 @pytest.fixture

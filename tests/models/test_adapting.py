@@ -1,4 +1,4 @@
-"""A model is told of a rig, in the way that answers best for pinches that were held out."""
+"""Adaptation to a rig, with the scheme that predicts held-out pinches best."""
 
 from __future__ import annotations
 

@@ -168,7 +168,7 @@ def test_a_model_that_knows_no_rig_rarely_calls_a_touch_strange(
 
 
 def foreign(make: Callable[[np.ndarray, np.random.Generator], np.ndarray]) -> Touches:
-    """Signals that begin in quiet and are no touches, from 0.03 to 1.5 V."""
+    """Return signals that begin quietly and contain no touch, from 0.03 to 1.5 V."""
     rng, n = np.random.default_rng(11), 100
     lead, tail = samples_in(BEFORE, RATE), LONGEST
     t = np.arange(tail) / RATE

@@ -35,8 +35,8 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
 @pytest.fixture(scope="module")
 def labelled(data: Dataset) -> LabelledTouches:
     contacts = [pinch.first for pinch in data.pinches]
-    found = LabelledTouches.cut(data, contacts)
-    return found.take(found.touches.answerable)
+    touches = LabelledTouches.cut(data, contacts)
+    return touches.take(touches.touches.answerable)
 
 
 @pytest.fixture(scope="module")
@@ -58,19 +58,21 @@ def test_a_prediction_lies_between_those_of_both(
     model: CombinedModel, labelled: LabelledTouches
 ) -> None:
     network = model.network_alone().predict(labelled.touches)
-    own, _ = model.regress(labelled.touches)
+    regressed, _ = model.regress(labelled.touches)
     combined = model.predict(labelled.touches)
-    least, most = np.minimum(network.value, own), np.maximum(network.value, own)
+    least, most = np.minimum(network.value, regressed), np.maximum(network.value, regressed)
     assert (least - 1e-6 <= combined.value).all()
     assert (combined.value <= most + 1e-6).all()
 
 
 def test_the_spread_is_that_of_the_mixture(model: CombinedModel, labelled: LabelledTouches) -> None:
     network = model.network_alone().predict(labelled.touches)
-    own, own_spread = model.regress(labelled.touches)
+    regressed, own_spread = model.regress(labelled.touches)
     share = own_spread**2 / (own_spread**2 + network.spread**2)
-    mean = share * network.value + (1 - share) * own
-    square = share * (network.spread**2 + network.value**2) + (1 - share) * (own_spread**2 + own**2)
+    mean = share * network.value + (1 - share) * regressed
+    square = share * (network.spread**2 + network.value**2) + (1 - share) * (
+        own_spread**2 + regressed**2
+    )
     expected = np.sqrt(square - mean**2)
     np.testing.assert_allclose(model.predict(labelled.touches).spread, expected, rtol=1e-3)
 

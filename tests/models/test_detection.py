@@ -31,7 +31,7 @@ TRUTH = 300
 
 
 class Scripted:
-    """Says what it was told, at (window end, finger, onset)."""
+    """Detector that fires at the given (window end, finger, onset)."""
 
     name = "scripted"
     duration = 0.020
@@ -198,7 +198,7 @@ def test_scores_are_json_for_a_real_detector():
 
 
 def test_looks_of_a_step_count_as_one_window() -> None:
-    """Published shares can be compared with those of a detector that looks oftener."""
+    """Published shares are comparable with the shares of a detector that steps more often."""
     fine = np.arange(2, 600, 3)
     fired = np.zeros((len(fine), 2), dtype=np.bool_)
     fired[np.searchsorted(fine, 101) : np.searchsorted(fine, 107), Finger.INDEX] = True

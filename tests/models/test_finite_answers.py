@@ -1,4 +1,4 @@
-"""No answer is ever anything but a finite number, whatever the arithmetic behind it gives."""
+"""Predictions are finite numbers, also when the arithmetic overflows."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from saved import load_arrays, load_window, replace_arrays, save_window
 
 
 class Constant(WindowModel):
-    """Puts out what it was told, so that everything else is what all models share."""
+    """Model with a fixed output, to test the code that all models share."""
 
     kind = "told"
 

@@ -28,7 +28,7 @@ def model(data: Dataset) -> Model:
 
 
 def with_second(data: Dataset, second_delay: int) -> Dataset:
-    """The pinches with a second contact so many samples after the first, and noise from there."""
+    """Return the pinches with a second contact after a delay, and noise from there."""
     rng = np.random.default_rng(0)
     pinches = []
     for pinch in data.pinches:
@@ -43,7 +43,7 @@ def with_second(data: Dataset, second_delay: int) -> Dataset:
 
 
 def samples(seconds: float) -> int:
-    """Samples that a window of this length depends on, those of the filter included."""
+    """Return the number of samples that a window depends on, including its filter."""
     return samples_in(seconds, 4936.0) + SavitzkyGolay().lookahead
 
 

@@ -85,7 +85,7 @@ def test_folds_without_sessions_hold_every_level() -> None:
 def test_folds_spread_the_targets_of_sessions(
     seed: int, k: int, sessions: int, values: int
 ) -> None:
-    """Sessions that hold every target alike: so does every fold, and none is empty."""
+    """If each session has the same targets, each fold has them too, and no fold is empty."""
     groups = np.repeat(np.arange(sessions), 40)
     y = np.tile(np.arange(40) % values, sessions).astype(float)
     folds = list(inner_folds(y, groups, seed, k))

@@ -30,7 +30,7 @@ class Entry:
         Place of the example that is its file.
     file
         Path of that file in the package.
-    registry, before, line
+    registry, anchor, line
         File of the registry, text before which the line goes, and the line; "" for none.
     command, words
         Command that must know the entry, and words that it must print.
@@ -40,7 +40,7 @@ class Entry:
     heading: str
     file: str
     registry: str
-    before: str
+    anchor: str
     line: str
     command: str
     words: str
@@ -155,8 +155,8 @@ def test_a_new_entry_is_one_file_and_at_most_one_line(
     if entry.registry:
         registry = package / entry.registry
         text = registry.read_text(encoding="utf-8")
-        assert text.count(entry.before) == 1
-        registry.write_text(text.replace(entry.before, f"{entry.line}\n        {entry.before}"))
+        assert text.count(entry.anchor) == 1
+        registry.write_text(text.replace(entry.anchor, f"{entry.line}\n        {entry.anchor}"))
     recording = next((work / "pinches").glob("*.mcap"))
     words = entry.command.format(
         recording=recording, folder=tmp_path, estimator=_option_of_estimators()

@@ -44,32 +44,32 @@ while True:
     time.sleep(0.005)
     now = pylsl.local_clock()
     if not requests.empty():
-        what, *number = requests.get()
-        if what == "end":
+        request, *number = requests.get()
+        if request == "end":
             break
-        if what == "hold":
+        if request == "hold":
             until = now + float(number[0])
-        elif what == "rest":
+        elif request == "rest":
             resting = True
             print(sent - 1, flush=True)
         else:
-            faults[what] = int(number[0])
+            faults[request] = int(number[0])
     due = int((now - zero) * rate)
     if resting or now < until or due == sent:
         continue
     numbers = np.arange(sent, due)
     sent = due
     values = (numbers % modulus).astype(np.float64)
-    kept = np.ones(len(numbers), bool)
+    is_sent = np.ones(len(numbers), bool)
     # Never the last sample of a chunk: one that can be counted follows.
-    some = max(len(numbers) - 1, 0)
+    free = max(len(numbers) - 1, 0)
     for fault, count in faults.items():
-        n = min(count, some)
+        n = min(count, free)
         faults[fault] -= n
-        some -= n
+        free -= n
         if fault == "lose":
-            kept[some : some + n] = False
+            is_sent[free : free + n] = False
         else:
-            values[some : some + n] = np.nan if fault == "nan" else 1e300
+            values[free : free + n] = np.nan if fault == "nan" else 1e300
     stamps = zero + numbers / rate
-    outlet.push_chunk(values[kept, None].tolist(), stamps[kept].tolist())
+    outlet.push_chunk(values[is_sent, None].tolist(), stamps[is_sent].tolist())

@@ -68,7 +68,7 @@ def models(training: Dataset, detector: Detector) -> list[WindowPredictor]:
 
 @pytest.fixture(scope="session")
 def anytime(training: Dataset, detector: Detector) -> InContextModel:
-    """The model of the package, told of these pinches' rig."""
+    """Network of the package, conditioned on the rig of these pinches."""
     contacts = [next(iter(detect(detector, p)), None) for p in training.pinches]
     touches, rows = cut_touches(training, contacts)
     return pretrained().conditioned_on({ANY: Rig.fit(touches, training.shore_a[rows])})

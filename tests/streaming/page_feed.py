@@ -192,7 +192,7 @@ class Feed:
         return figures
 
     def gap(self, n: int) -> None:
-        """Samples that nobody gets."""
+        """Skip samples, as if they were lost."""
         self.sample += n
         self.lost += n
 

@@ -21,7 +21,7 @@ FIRST = Contact(Finger.THUMB, 100, 110)
 
 
 class Scripted:
-    """Predicts its own moment, in samples after the contact; raises or ends as it is told."""
+    """Predictor that returns its moment in samples after the contact, or raises or ends."""
 
     name, rate, uses_shape = "scripted", RATE, False
     reason = ""

@@ -1,4 +1,4 @@
-"""A slow or raising sink holds up nobody; what it does not get is counted."""
+"""Slow or failing sinks: they delay no other sink, and their lost events are counted."""
 
 from __future__ import annotations
 

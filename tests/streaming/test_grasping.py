@@ -1,4 +1,4 @@
-"""Live events drive a hand: what it is told, when, and what came too late."""
+"""Live events that drive a hand: its commands, their times, and late estimates."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A device's own answers beside the host's: the same, or how they differ."""
+"""Comparison of a device's estimates with the host's."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Lines of JSON: every event, as documented, at once, and a listener may go away."""
+"""JSON lines: each event as documented, without delay, also when the reader closes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Thinning for the page: no peak is lost, whatever the blocks, and a gap stays a gap."""
+"""Thinning for the page: it keeps peaks and gaps for any block size."""
 
 from __future__ import annotations
 

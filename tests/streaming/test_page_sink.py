@@ -1,4 +1,4 @@
-"""The page without a browser: what viewers are told, and what they cannot do to the session."""
+"""Page sink without a browser: its messages to viewers, and limits of its viewers."""
 
 from __future__ import annotations
 
@@ -289,7 +289,7 @@ def test_closing_does_not_wait_for_the_deaf(page: PageSink) -> None:
 
 
 def update_with(feed: Feed, kind: type) -> tuple[Update, Any]:
-    """Return the next update with an event of a kind, and that event."""
+    """Return the next update that contains an event of this type, and the event."""
     while True:
         update = feed.update()
         stream_events = [e for e in update.events if isinstance(e, kind)]

@@ -1,4 +1,4 @@
-"""Live gives what offline gives, bit for bit, whatever the blocks."""
+"""Live results: equal to offline results bit for bit, for any block size."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def test_an_answer_that_is_not_finite_is_refused_aloud(
     models: list[WindowPredictor],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Weights can overflow for one window and not for another: the page must hear of it."""
+    """Weights can overflow for one window and not for another. The page must report it."""
     model = models[1].model
     pipeline = Pipeline(LAYOUT, detector, WindowLadder([models[1]]))  # has made its rehearsal
     monkeypatch.setattr(type(model), "output", lambda self, window: np.full(1, np.nan))
@@ -108,7 +108,7 @@ def test_block_sizes_do_not_matter(
 def test_samples_wait_for_what_is_due_and_for_nothing_else(
     fresh: Dataset, detector: Detector, models: list[WindowPredictor]
 ) -> None:
-    """Each thing is told with the frame that makes it known, though few frames are worked on."""
+    """Each event arrives with the frame that decides it, though few frames are processed."""
     pipeline = Pipeline(LAYOUT, detector, WindowLadder(models))
     frames = cut_frames(fresh)
     labelled_contacts = 0

@@ -1,4 +1,4 @@
-"""A contact on a sensor that belongs to no finger is told as what it is."""
+"""Contacts on a sensor that belongs to no finger."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The twin's hand is a hand as any other, and what it is told is done."""
+"""Hand of the twin: it behaves as other hands, and executes its commands."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def test_what_is_gone_takes_no_command_and_needs_no_release() -> None:
 
 
 class Real(TwinSource):
-    """A source that says it is no twin."""
+    """Source that does not identify itself as a twin."""
 
     @property
     def descriptor(self) -> Descriptor:

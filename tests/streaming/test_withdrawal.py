@@ -60,29 +60,29 @@ def live(pinch: Pinch, predictor: Predictor, size: int) -> list[Event]:
     return events + pipeline.finish()
 
 
-@pytest.mark.parametrize("which", [0, 1])
+@pytest.mark.parametrize("index", [0, 1])
 def test_true_contact_gets_the_estimates_that_it_gets_offline(
-    which: int, clicked: Pinch, models: list[WindowPredictor], anytime: InContextModel
+    index: int, clicked: Pinch, models: list[WindowPredictor], anytime: InContextModel
 ) -> None:
-    told = {}
+    rows_by_size = {}
     contacts = detect(ThresholdDetector(8.0), clicked)
     for size in (1, 7, 60, len(clicked.data)):
-        events = live(clicked, predictors(models, anytime)[which], size)
-        (done,) = (e for e in events if isinstance(e, PinchDone))
+        events = live(clicked, predictors(models, anytime)[index], size)
+        (pinch_done,) = (e for e in events if isinstance(e, PinchDone))
         withdrawn = [e for e in events if isinstance(e, ContactWithdrawn)]
         firsts = [e.contact for e in events if isinstance(e, ContactEvent) and e.first]
-        assert done.contacts == tuple(contacts)
+        assert pinch_done.contacts == tuple(contacts)
         assert firsts == [*(w.contact for w in withdrawn), contacts[0]]
         assert len(withdrawn) == 1
         place = events.index(withdrawn[0])
         later = [e for e in events[place:] if isinstance(e, Estimate)]
-        assert all(e.contact == contacts[0] for e in (*later, *done.estimates))
-        assert done.estimates
-        told[size] = [(e.value, e.low, e.high, e.elapsed) for e in done.estimates]
-    alone = [e for e in live(_without_click(clicked), predictors(models, anytime)[which], 60)
+        assert all(e.contact == contacts[0] for e in (*later, *pinch_done.estimates))
+        assert pinch_done.estimates
+        rows_by_size[size] = [(e.value, e.low, e.high, e.elapsed) for e in pinch_done.estimates]
+    alone = [e for e in live(_without_click(clicked), predictors(models, anytime)[index], 60)
              if isinstance(e, PinchDone)]  # fmt: skip
-    assert len({tuple(rows) for rows in told.values()}) <= 2  # all at once, or one by one
-    assert len(alone[0].estimates) == len(told[60])
+    assert len({tuple(rows) for rows in rows_by_size.values()}) <= 2  # all at once, or one by one
+    assert len(alone[0].estimates) == len(rows_by_size[60])
 
 
 def _without_click(pinch: Pinch) -> Pinch:
@@ -99,10 +99,10 @@ def test_hand_closes_on_as_before_the_withdrawn_contact(
         grasping = Grasping(live_policy(name, Grip()), hand, LAYOUT)
         at_withdrawal = []
         for event in live(clicked, WindowLadder(models), 5):
-            before = grasping.last
+            command = grasping.last
             grasping.on_event(event)
             if isinstance(event, ContactWithdrawn):
-                at_withdrawal.append((before, grasping.loop.counts.contacts))
+                at_withdrawal.append((command, grasping.loop.counts.contacts))
     counts = grasping.loop.counts
     assert len(at_withdrawal) == counts.withdrawn == 1
     assert at_withdrawal[0][1] == 0
@@ -128,20 +128,20 @@ def test_page_drops_marks_and_closeup_of_a_withdrawn_contact_only() -> None:
     state = State(DESCRIPTOR, {}, None)
     seen: dict[str, int] = {}
     samples = Arrival(Block(np.zeros((700, len(LAYOUT.channels)), "i2"), 0), 0.0)
-    before = ContactEvent(Contact(Finger.INDEX, 200, 212), True, 0, 1000.0)
-    state.take(Update((samples,), (before,)))
+    earlier = ContactEvent(Contact(Finger.INDEX, 200, 212), True, 0, 1000.0)
+    state.take(Update((samples,), (earlier,)))
     marks = json.loads(state.changed(seen)["marks"])
     early = ContactEvent(Contact(Finger.INDEX, 505, 524), False, 0, 1000.12)
     for seconds in ((), (SECOND_EVENT,), (early,)):
         state.take(Update((), (FIRST_EVENT, *seconds)))
-        told = state.changed(seen)
-        assert len(json.loads(told["marks"])) == 2 + len(seconds)
-        assert json.loads(told["closeup"])["marks"]
+        parts = state.changed(seen)
+        assert len(json.loads(parts["marks"])) == 2 + len(seconds)
+        assert json.loads(parts["closeup"])["marks"]
         state.take(Update((), (ContactWithdrawn(FIRST, 525, 0),)))
-        told = state.changed(seen)
-        assert json.loads(told["marks"]) == marks
-        assert json.loads(told["closeup"]) is None
+        parts = state.changed(seen)
+        assert json.loads(parts["marks"]) == marks
+        assert json.loads(parts["closeup"]) is None
     state.take(Update((), (FIRST_EVENT,)))
-    told = state.changed(seen)
-    assert len(json.loads(told["marks"])) == 2
-    assert len(json.loads(told["closeup"])["marks"]) == 1
+    parts = state.changed(seen)
+    assert len(json.loads(parts["marks"])) == 2
+    assert len(json.loads(parts["closeup"])["marks"]) == 1

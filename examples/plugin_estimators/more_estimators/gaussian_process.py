@@ -97,7 +97,7 @@ class GaussianProcessModel(ArraysModel):
         }
 
     def _covariance(self, X: Windows) -> NDArray[np.float64]:
-        """Return the covariance of windows with those of the model, shape (n, m)."""
+        """Return the covariance of windows with the training windows, shape (n, m)."""
         x = shape_and_level(X, self._arrays["level"]).astype(np.float64) / self._length
         covariance: NDArray[np.float64] = self._signal * self._shape.rows(x)
         return covariance

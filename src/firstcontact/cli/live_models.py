@@ -1,4 +1,4 @@
-"""Models of ``firstcontact live``: those of the device, of a folder, or of the package."""
+"""Models of ``firstcontact live``: of the device, of a folder, or of the package."""
 
 from __future__ import annotations
 

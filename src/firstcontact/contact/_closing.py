@@ -45,12 +45,12 @@ class ClosingSamples:
 class ClosingEnded:
     """End of a closing before this sample.
 
-    ``whole`` is False if samples are missing after it, so the closing did not end by itself.
+    ``is_complete`` is False if samples are missing after it, so the closing did not end by itself.
     """
 
     sample: int
     epoch: int
-    whole: bool
+    is_complete: bool
 
 
 Stage = ClosingBegan | ClosingSamples | ClosingEnded

@@ -83,7 +83,7 @@ class ConfirmingLatch:
     @property
     def due(self) -> int | None:
         """Number of samples until a contact is confirmed or withdrawn; None if none waits."""
-        return None if self._first is None else self._check_at(self._first) + 1 - self._end
+        return None if self._first is None else self._due_sample(self._first) + 1 - self._end
 
     def update(self, block: Block, decisions: WindowDecisions) -> list[Contact | Withdrawal]:
         """Return contacts and withdrawals in order.
@@ -108,14 +108,14 @@ class ConfirmingLatch:
             events += contacts
         return events + self._confirm(block.end)
 
-    def _check_at(self, contact: Contact) -> int:
+    def _due_sample(self, contact: Contact) -> int:
         """Return the last sample that the confirmation of a contact depends on."""
         return max(contact.sample + samples_in(CONFIRMED, self._rate) - 1, contact.decided)
 
     def _confirm(self, end: int) -> list[Withdrawal]:
         """Confirm or withdraw the first contact if the samples before ``end`` suffice."""
         first = self._first
-        if first is None or self._check_at(first) >= end:
+        if first is None or self._due_sample(first) >= end:
             return []
         self._first = None
         if self._lasts(first):
@@ -124,19 +124,19 @@ class ConfirmingLatch:
             return []
         self.latched.clear()
         self._not_before = first.sample + 1
-        return [Withdrawal(first, self._check_at(first))]
+        return [Withdrawal(first, self._due_sample(first))]
 
     def _lasts(self, contact: Contact) -> bool:
         """Return True if the signal after a contact is a push, or clear of the motor."""
         x = np.concatenate(self._past)[:, self._fingers.index(contact.finger)]
         place = contact.sample - self._past_first
         start = max(place - samples_in(BEFORE, self._rate), 0)
-        before = x[start : place - samples_in(GUARD, self._rate)]
-        if not len(before):
+        earlier = x[start : place - samples_in(GUARD, self._rate)]
+        if not len(earlier):
             return True
-        after = x[place : place + samples_in(CONFIRMED, self._rate)] - before.mean()
-        newest = float(np.sqrt(np.mean(after[-samples_in(LASTING, self._rate) :] ** 2)))
-        least = min(PUSHING * float(np.abs(after).max()), CLEAR * float(before.std()))
+        later = x[place : place + samples_in(CONFIRMED, self._rate)] - earlier.mean()
+        newest = float(np.sqrt(np.mean(later[-samples_in(LASTING, self._rate) :] ** 2)))
+        least = min(PUSHING * float(np.abs(later).max()), CLEAR * float(earlier.std()))
         return not newest <= least  # samples that are not finite withdraw nothing
 
     def _remember(self, block: Block) -> None:
@@ -152,7 +152,7 @@ class ConfirmingLatch:
             self._past_first += len(self._past.pop(0))
 
     def _smoothed(self, volts: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return smoothed samples. Smoothing starts anew after samples that are not finite."""
+        """Return smoothed samples. Smoothing restarts after samples that are not finite."""
         finite = np.asarray(np.isfinite(volts).all(axis=1))
         if finite.all():
             return self._smoothing.update(volts)

@@ -127,8 +127,10 @@ def is_pretrained(detector: Detector) -> bool:
     shipped = pretrained_detector()
     if (detector.name, detector.rate) != (shipped.name, shipped.rate):
         return False
-    own, arrays = detector.to_arrays(), shipped.to_arrays()
-    return own.keys() == arrays.keys() and all(np.array_equal(own[k], arrays[k]) for k in arrays)
+    arrays, expected = detector.to_arrays(), shipped.to_arrays()
+    return arrays.keys() == expected.keys() and all(
+        np.array_equal(arrays[k], expected[k]) for k in expected
+    )
 
 
 def load_detector(path: AnyPath) -> Detector:

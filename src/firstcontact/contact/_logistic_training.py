@@ -122,7 +122,7 @@ def cut_looks(pinch: Pinch, sizes: WindowSizes, early: float, rng: np.random.Gen
     """
     layout, rate = pinch.layout, pinch.layout.rate
     smooth = DeviceSmoothing(layout).update(pinch.vibration())
-    steady = SteadyState.of(smooth[: sizes.steady])
+    steady = SteadyState.measure(smooth[: sizes.steady])
     margin = samples_in(early, rate)
     first = pinch.truth[0].sample - pinch.first_sample
     length = sizes.window - (LOOKS - 1) * sizes.step

@@ -29,7 +29,7 @@ RUNNING_OF_FEW = 2.0
 class _Start:
     """Levels at the start of a pinch, each of shape (fingers,)."""
 
-    rest: NDArray[np.float64]  # RMS of the first 39 ms, V
+    quiet: NDArray[np.float64]  # RMS of the first 39 ms, V
     motor: NDArray[np.float64]  # of the motor, V; 0 without an audible motor
 
 
@@ -58,7 +58,7 @@ def rest_floor(pinches: Sequence[Pinch]) -> Calibration | None:
     if not starts:
         return None
     rest_levels, motor = (
-        np.array([getattr(s, name) for s in starts]) for name in ("rest", "motor")
+        np.array([getattr(s, name) for s in starts]) for name in ("quiet", "motor")
     )
     heard = motor > 0
     hearing = heard.sum(axis=0) >= MOST * len(pinches)

@@ -51,8 +51,8 @@ class SteadyState:
     sigma: NDArray[np.float64]
 
     @classmethod
-    def of(cls, quiet: NDArray[np.float64]) -> SteadyState:
-        """Measure quiet samples, shape (samples, fingers)."""
+    def measure(cls, quiet: NDArray[np.float64]) -> SteadyState:
+        """Return the steady state of quiet samples, shape (samples, fingers)."""
         # A range detects constant channels exactly. The standard deviation rounds.
         sigma = np.where(np.ptp(quiet, axis=0) > 0.0, quiet.std(axis=0), 0.0)
         return cls(quiet.mean(axis=0), sigma)
@@ -255,7 +255,7 @@ class WindowDetector(ABC):
         self._past = np.concatenate([self._past, new])
         self._next += len(volts)
         if self._state is None and len(self._past) >= sizes.steady:
-            self._state = SteadyState.of(self._past[: sizes.steady])
+            self._state = SteadyState.measure(self._past[: sizes.steady])
             self.settled(self._state.normalise(self._past[: sizes.steady]))
         ends = np.arange(self._window_end, self._next + 1, sizes.step)
         if self._state is None or not len(ends):

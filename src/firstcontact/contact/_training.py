@@ -122,7 +122,7 @@ def _finger_windows(
     layout = pinch.layout
     columns = layout.columns(ChannelKind.VIBRATION)[column : column + 1]
     smooth = DeviceSmoothing(layout, columns).update(pinch.vibration()[:, column : column + 1])
-    steady = SteadyState.of(smooth[: sizes.steady])
+    steady = SteadyState.measure(smooth[: sizes.steady])
     x = steady.normalise(smooth)[:, 0]
     margin = samples_in(early, layout.rate)
     youngest = samples_in(YOUNGEST, layout.rate)

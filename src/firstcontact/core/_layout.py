@@ -205,7 +205,7 @@ class Layout:
         return sum(c.axes for c in self.channels)
 
     def columns(self, kind: ChannelKind, *fingers: Finger | None) -> tuple[int, ...]:
-        """Return the columns of a kind of channel, of all fingers or of ``fingers`` only.
+        """Return the columns of channels of one kind, for all fingers or for ``fingers`` only.
 
         None in ``fingers`` means channels of no finger. A vector gives one column, its
         :attr:`~Channel.axis`.

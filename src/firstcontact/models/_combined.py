@@ -66,7 +66,7 @@ class CombinedModel(InContextModel):
         self._regressions = dict(regressions)
 
     @classmethod
-    def of(
+    def fit(
         cls,
         base: InContextModel,
         touches: Touches,
@@ -96,11 +96,11 @@ class CombinedModel(InContextModel):
             members = np.random.default_rng(seed).permutation(members)[:MOST]
             inputs = _stage_inputs(touches.take(members), rig)
             regressions[finger] = RigRegression(inputs, shore_a[members], scale)
-        known = {finger: rig for finger, (rig, _) in rigs.items()}
-        return cls(base.conditioned_on(known), base.factors, regressions)
+        networks = {finger: rig for finger, (rig, _) in rigs.items()}
+        return cls(base.conditioned_on(networks), base.factors, regressions)
 
     def network_alone(self) -> InContextModel:
-        """Return the network without the regression, with the widths of its own intervals."""
+        """Return the network without the regression, with the network's interval widths."""
         return self._alone
 
     def with_network(self, alone: InContextModel) -> CombinedModel:
@@ -123,11 +123,11 @@ class CombinedModel(InContextModel):
         spreads: Values,
     ) -> tuple[Values, Values]:
         """Return the mixture of the network's predictions and the regression's."""
-        own, own_spreads = self._regress(finger, x, stages)
+        regressed, own_spreads = self._regress(finger, x, stages)
         share = own_spreads**2 / (own_spreads**2 + spreads**2)
-        mixed = share * values + (1 - share) * own
+        mixed = share * values + (1 - share) * regressed
         variance = share * spreads**2 + (1 - share) * own_spreads**2
-        apart = share * (1 - share) * (values - own) ** 2
+        apart = share * (1 - share) * (values - regressed) ** 2
         return mixed, np.sqrt(variance + apart)
 
     def regress(self, touches: Touches) -> tuple[Values, Values]:
@@ -172,9 +172,9 @@ class CombinedModel(InContextModel):
         """
         own_factors = take_array(arrays, "own.factors", len(STAGES))
         alone = InContextModel.from_arrays({**arrays, "factors": own_factors}, level)
-        own = {f: RigRegression.from_arrays(arrays, f"own.{f}.") for f in alone.rigs}
+        regressions = {f: RigRegression.from_arrays(arrays, f"own.{f}.") for f in alone.rigs}
         factors = take_array(arrays, "factors", len(STAGES)).astype(np.float64)
-        return cls(alone, factors, own)
+        return cls(alone, factors, regressions)
 
 
 @dataclass(frozen=True)
@@ -239,7 +239,7 @@ def adapt_combined(
     scale = _spread_scale(base, touches, shore_a, adapted.scheme, seed)
 
     def condition(touches: Touches, shore_a: Values) -> CombinedModel:
-        return CombinedModel.of(base, touches, shore_a, adapted.scheme, seed, scale)
+        return CombinedModel.fit(base, touches, shore_a, adapted.scheme, seed, scale)
 
     held_out = score_held_out(condition, touches, shore_a, sessions, seed)
     if held_out is None:
@@ -265,7 +265,7 @@ def _spread_scale(
         is_asked = groups == group
         if len(np.unique(shore_a[~is_asked])) < 2:
             continue
-        model = CombinedModel.of(
+        model = CombinedModel.fit(
             base, touches.take(~is_asked), shore_a[~is_asked], scheme, seed, ones
         )
         alone, truth = model.network_alone(), shore_a[is_asked]

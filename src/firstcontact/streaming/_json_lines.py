@@ -176,7 +176,7 @@ def marker_line(marker: Marker) -> str:
 
 
 class JsonLinesSink:
-    """Sink that writes each event as a line of JSON at once.
+    """Sink that writes each event immediately as a line of JSON.
 
     ``docs/reference/live-output.md`` lists the fields.
 

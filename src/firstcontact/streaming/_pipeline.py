@@ -214,7 +214,9 @@ class Pipeline:
                     if stage.withdrawn is not None:
                         yield from self._withdraw(stage.withdrawn, stage.block)
                 case ClosingEnded():
-                    yield from self._end(stage.sample, "" if stage.whole else "samples were lost")
+                    yield from self._end(
+                        stage.sample, "" if stage.is_complete else "samples were lost"
+                    )
         pinch = self._pinch
         due = None if pinch is None or pinch.estimates is None else pinch.estimates.due
         self._lot = min(n for n in (self._idle, self._closings.due, due) if n is not None)
@@ -279,10 +281,12 @@ class Pipeline:
             event = ContactEvent(contact, is_first, pinch.epoch, self._clock())
             events.append((contact.decided, event))
         if pinch.estimates is not None:
-            for known, made in pinch.estimates.update(block, pinch.contacts, host, transport):
-                events.append((known, made))
-                if isinstance(made, Estimate) and not made.final:
-                    self.ledger.add(made)
+            for sample, prediction in pinch.estimates.update(
+                block, pinch.contacts, host, transport
+            ):
+                events.append((sample, prediction))
+                if isinstance(prediction, Estimate) and not prediction.final:
+                    self.ledger.add(prediction)
         self._strips.watch(block, pinch.end if pinch.contacts else None)
         events.sort(key=lambda pair: pair[0])
         ordered = [event for _, event in events]

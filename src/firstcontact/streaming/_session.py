@@ -329,7 +329,7 @@ class LiveSession:
         return 1 if self._actors and self.pipeline.is_closing else self.pipeline.due
 
     def _take(self, arrival: Arrival) -> bool:
-        """Process samples. Return True if sinks need an update at once."""
+        """Process samples. Return True if sinks need an immediate update."""
         self._arrivals.append(arrival)
         block, host = arrival.block, arrival.host
         self._objects.add_markers(arrival.markers)
@@ -347,7 +347,7 @@ class LiveSession:
         return is_urgent
 
     def _act(self, events: Iterable[Event]) -> None:
-        """Pass each event to the actors at once, and keep it for the outputs."""
+        """Pass each event to the actors immediately, and keep it for the outputs."""
         for event in events:
             for actor in self._actors:
                 actor.on_event(event)

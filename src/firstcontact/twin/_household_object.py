@@ -43,7 +43,7 @@ class Quantity:
 
 @dataclass(frozen=True, slots=True)
 class HouseholdNumbers:
-    """Physical quantities of a kind of object.
+    """Physical quantities of one household object type.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ OPTIONAL = ("limit", "weibull", "radius", "bulk")
 
 @dataclass(frozen=True, slots=True)
 class SpecimenScatter:
-    """Standard deviations between specimens of a kind: of ln E, ln mass and friction."""
+    """Standard deviations of ln E, ln mass and friction between specimens of one object."""
 
     modulus: float
     mass: float

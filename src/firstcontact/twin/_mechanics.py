@@ -50,7 +50,7 @@ def contact_stiffness(p: FingerParameters, o: ObjectParameters) -> float:
 def _contact_force(
     o: ObjectParameters, stiffness: float, depth: float, rate: float, arm: float
 ) -> float:
-    """Return the force of a contact, N. ``depth`` is NaN for a finger that has not touched yet."""
+    """Return the force of a contact, N. ``depth`` is NaN before a finger touches."""
     if not depth >= 0.0:
         return 0.0
     slow = stiffness * depth * math.sqrt(depth) * (1.0 + 1.5 * o.contact_loss * rate)
@@ -107,7 +107,7 @@ def _derivative(
     o: ObjectParameters, stiffness: _Vector, gap: _Vector, push_i: float, push_t: float,
     speeds: _Vector, motor_force: float, back_damping: float,
 ) -> None:  # fmt: skip
-    """Compute all derivatives. ``gap`` is NaN for a finger that has not touched yet."""
+    """Compute all derivatives. ``gap`` is NaN before a finger touches."""
     n = 2 * FINGER_STATES
     f_i = _finger(
         x, dx, 0, index, o, stiffness[0], x[6] - x[n] - gap[0], x[7] - x[n + 1], push_i,

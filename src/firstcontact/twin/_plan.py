@@ -75,7 +75,7 @@ def _sessions(
 def planned_pinch(
     seed: int, condition: Condition, kind: TwinObject, session: str, copy: int, number: int
 ) -> PlannedPinch:
-    """Return one planned pinch of a kind of object. ``copy`` counts through its specimens."""
+    """Return one planned pinch of an object. ``copy`` is the number of the specimen."""
     copies = condition.specimens_per_block if kind.role is Role.TRAIN else 1
     copy %= copies
     one = draw_specimen(seed, condition, kind, copy)

@@ -91,13 +91,13 @@ def _gearbox(rng: Rng) -> Change:
 
 
 def _compressive(rng: Rng) -> Change:
-    """Return a change to a sensor whose answer grows less than its input."""
+    """Return a change to a sensor whose output grows less than its input."""
     power, unit = float(rng.uniform(0.65, 0.85)), float(rng.uniform(0.1, 0.5))
 
     def change(signal: Values, rng: Rng) -> Values:
-        rest = np.median(signal[: len(signal) // 4])
-        moved = signal - rest
-        out: Values = rest + np.sign(moved) * unit * np.abs(moved / unit) ** power
+        baseline = np.median(signal[: len(signal) // 4])
+        moved = signal - baseline
+        out: Values = baseline + np.sign(moved) * unit * np.abs(moved / unit) ** power
         return out
 
     return change

@@ -265,17 +265,17 @@ class StructuredRig:
             sound *= envelope
             jolt = np.sin(2 * np.pi * self.size["jolt"] * since) * fade**2 * runs
             sound += self.thump * math.exp(0.3 * rng.standard_normal()) * jolt
-            # A drive that is held slows down and becomes quieter.
-            held = np.exp(-np.maximum(np.arange(n) - first, 0) / FINGERTIP_RATE / 0.1)
-            sound *= held if contacts else 1.0
+            # A blocked drive slows down and becomes quieter.
+            slowing = np.exp(-np.maximum(np.arange(n) - first, 0) / FINGERTIP_RATE / 0.1)
+            sound *= slowing if contacts else 1.0
             volts[:, finger] = loud * sound + self.quiet * _unit(FLOORS[self.floor](rng, n))
         stop = min(n, first - round(LEAD * FINGERTIP_RATE) + len(touch))
         place = first - round(LEAD * FINGERTIP_RATE)
         volts[place:stop] += touch[: stop - place]
         data = self._sampled(volts)
-        rest = data[: begin - 20, :2] * fingertip_layout().channels[0].scale
+        idle = data[: begin - 20, :2] * fingertip_layout().channels[0].scale
         floors = tuple(
-            VibrationCalibration(f, float(max(rest[:, i].std(), 1e-5)))
+            VibrationCalibration(f, float(max(idle[:, i].std(), 1e-5)))
             for i, f in enumerate(Finger)
         )
         return Pinch(data, fingertip_layout(), label, 0, contacts, calibration=Calibration(floors))
@@ -283,7 +283,7 @@ class StructuredRig:
     def _contact(
         self, rng: Rng, key: str, target: RandomObject | None, speed: float, first: int
     ) -> tuple[tuple[Contact, ...], Values]:
-        """Return the contacts, and what they alone do to both piezos, from ``LEAD`` before."""
+        """Return the contacts and their signals in both piezos, from ``LEAD`` before them."""
         if target is None:
             return (), np.zeros((0, 2))
         draw = draw_pinch(self.seed, EVERYDAY, "any", BLOCKS[0], key)
@@ -377,7 +377,7 @@ def _hard_peak(seed: int, rig: RandomRig) -> float:
     return float(np.abs(touch).max())
 
 
-def blocks_of(rig: StructuredRig, levels: tuple[float, ...], each: int, sessions: int) -> Dataset:
+def draw_blocks(rig: StructuredRig, levels: tuple[float, ...], each: int, sessions: int) -> Dataset:
     """Return closings on blocks of known Shore A, in sessions."""
     pinches = []
     for level in levels:
@@ -391,8 +391,8 @@ def blocks_of(rig: StructuredRig, levels: tuple[float, ...], each: int, sessions
     return Dataset(tuple(pinches), "synthetic")
 
 
-def objects_of(rig: StructuredRig, count: int) -> Dataset:
-    """Return closings on random objects, more lossy than those of the training."""
+def draw_objects(rig: StructuredRig, count: int) -> Dataset:
+    """Return closings on random objects, which are more lossy than the training objects."""
     pinches = []
     for number in range(count):
         rng = generator(rig.seed, "object", number)
@@ -409,7 +409,7 @@ def objects_of(rig: StructuredRig, count: int) -> Dataset:
     return Dataset(tuple(pinches), "synthetic")
 
 
-def empty_of(rig: StructuredRig, count: int, free: float) -> Dataset:
-    """Return closings on nothing."""
+def draw_empty(rig: StructuredRig, count: int, free: float) -> Dataset:
+    """Return empty closings, without an object."""
     pinches = [rig.closing(f"empty {i}", None, Label(), free) for i in range(count)]
     return Dataset(tuple(pinches), "synthetic")

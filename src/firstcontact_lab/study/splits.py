@@ -1,4 +1,4 @@
-"""Splits of the study: those of the paper, and checks of what they can score."""
+"""Splits of the study: the paper's splits, and checks of their scores."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Closings on the household: the table's branches are what a policy in the loop comes to."""
+"""Household closings: the table's branches equal the result of a policy in the loop."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ SHORE = {"raspberry": 5.0, "silken tofu, 4 cm cube": 3.0, "sponge, dry": 3.0}
 
 
 def branch(kind: str, hand: int, specimen: int = 1) -> Branches:
-    """Presses with just what it is told to; a reflex holds everything, and presses with 9 N."""
+    """Return branches of a hand that presses as commanded and whose reflex holds with 9 N."""
     holds, limit = THINGS[kind]
     forces = np.array(HOW.forces)
     slips = forces < holds

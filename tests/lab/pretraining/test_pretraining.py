@@ -1,4 +1,4 @@
-"""Pre-training: the same seed gives the same weights, stopped or not, whatever the workers."""
+"""Pre-training: one seed gives the same weights for any workers, also after a stop."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Off the blocks: what sets hold, who is told what, and closed forms of the scores."""
+"""Part ``generalise``: contents of its sets, inputs of each model, closed forms of scores."""
 
 from __future__ import annotations
 

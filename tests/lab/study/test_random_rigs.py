@@ -40,11 +40,11 @@ def test_a_rig_depends_on_its_arguments_alone(name: str) -> None:
     assert not np.array_equal(first.shore_a[:5], other.shore_a[:5])
 
 
-def test_sessions_and_objects_that_are_asked_about_are_not_learned_from() -> None:
+def test_no_session_or_object_is_both_learned_and_scored() -> None:
     rig = judged_rig("edge", 0, 4)
     assert set(rig.uses) == {OWN, BLOCK, EVERYDAY, RANDOM}
-    learned, asked = (set(rig.sessions[is_use]) for is_use in (rig.uses == OWN, rig.uses != OWN))
-    assert not learned & asked
+    learned, scored = (set(rig.sessions[is_use]) for is_use in (rig.uses == OWN, rig.uses != OWN))
+    assert not learned & scored
     assert len(set(rig.objects[rig.uses == RANDOM])) > 20
     assert np.isinf(rig.radii[rig.uses == OWN]).all()
 

@@ -1,4 +1,4 @@
-"""With and without the second contact: only windows that begin at the first one are told apart."""
+"""Split by second contact: only windows that begin at the first contact are split."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MS = 4.936
 
 
 def subject(dataset: Dataset, shifts: dict[int, Contact]) -> Subject:
-    """Windows start at the truth, but for these."""
+    """Subject whose windows start at the true contacts, except for these shifts."""
     made = Subject("a", dataset)
     made.detections = tuple(shifts.get(i, p.first) for i, p in enumerate(dataset.pinches))
     return made

@@ -15,10 +15,10 @@ from firstcontact_lab.study._structures import (
     MOTORS,
     REST,
     StructuredRig,
-    blocks_of,
+    draw_blocks,
+    draw_empty,
+    draw_objects,
     draw_structured,
-    empty_of,
-    objects_of,
 )
 from firstcontact_lab.study.parts.structure import (
     PART,
@@ -51,7 +51,7 @@ def test_motors_have_unlike_spectra() -> None:
 
 def test_same_seed_gives_the_same_closings(rig: StructuredRig) -> None:
     again = draw_structured(1, rig.motor)
-    one, other = objects_of(rig, 2), objects_of(again, 2)
+    one, other = draw_objects(rig, 2), draw_objects(again, 2)
     for a, b in zip(one, other, strict=True):
         assert np.array_equal(a.data, b.data)
         assert (a.truth, a.label) == (b.truth, b.label)
@@ -59,31 +59,31 @@ def test_same_seed_gives_the_same_closings(rig: StructuredRig) -> None:
 
 
 def test_closing_is_quiet_until_the_contact_and_loud_after_it(rig: StructuredRig) -> None:
-    for pinch in blocks_of(rig, (60.0,), 2, 1):
+    for pinch in draw_blocks(rig, (60.0,), 2, 1):
         assert pinch.first is not None
         assert pinch.second is not None
         free = pinch.first.sample / FINGERTIP_RATE - REST
         assert FREE[0] - 1e-3 <= free <= FREE[1] + 1e-3
         x = pinch.vibration()[:, pinch.layout.vibration_fingers.index(pinch.first.finger)]
         start = round(LEAD * FINGERTIP_RATE)
-        before = x[pinch.first.sample - 4 * start : pinch.first.sample]
-        after = x[pinch.first.sample : pinch.first.sample + start]
-        assert np.abs(after - before.mean()).max() > 3 * before.std()
+        earlier = x[pinch.first.sample - 4 * start : pinch.first.sample]
+        later = x[pinch.first.sample : pinch.first.sample + start]
+        assert np.abs(later - earlier.mean()).max() > 3 * earlier.std()
 
 
-def test_motor_is_heard_above_the_rest(rig: StructuredRig) -> None:
-    starts = closing_starts(empty_of(rig, 3, 0.5))
+def test_motor_is_louder_than_the_idle_hand(rig: StructuredRig) -> None:
+    starts = closing_starts(draw_empty(rig, 3, 0.5))
     assert {start.how for start in starts} == {How.CALIBRATION}
     assert all(start.sample >= REST * FINGERTIP_RATE for start in starts)
 
 
 def test_objects_scatter_around_their_labels_and_blocks_do_not(rig: StructuredRig) -> None:
-    assert set(blocks_of(rig, (20.0, 60.0), 1, 1).shore_a) == {20.0, 60.0}
-    assert objects_of(rig, 3).test.all()
+    assert set(draw_blocks(rig, (20.0, 60.0), 1, 1).shore_a) == {20.0, 60.0}
+    assert draw_objects(rig, 3).test.all()
 
 
 def test_alarms_count_on_nothing_only(rig: StructuredRig) -> None:
-    empty = empty_of(rig, 1, 1.0)
+    empty = draw_empty(rig, 1, 1.0)
     assert empty[0].label == Label()
     deaf, minutes = _alarms(ThresholdDetector(1e5), empty, confirm=True)
     sharp, same = _alarms(ThresholdDetector(0.5), empty, confirm=False)
@@ -104,10 +104,10 @@ def test_scores_are_ratios_over_all_rigs() -> None:
     assert scores.predicted == 0.8
     low, high = scores.intervals["placed"]
     assert low <= 0.9 <= high
-    found = Structures(
+    structures = Structures(
         rigs=2, seeds=[1], pinches=10, detectors={"shipped": scores}, unknown_rig={"5": 9.0}
     )
-    results = NOTHING.replace([STRUCTURE(found)])
+    results = NOTHING.replace([STRUCTURE(structures)])
     for table in (structure_table(results), unknown_table(results)):
         assert table is not None
         assert len(table.lines) == 1

@@ -81,7 +81,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def asked(name: str, *more: str) -> int:
+def run_benchmark(name: str, *more: str) -> int:
     words = ("--quick", "--condition", "paper-rig", "--workers", "1", "--out", "b")
     return run("benchmark", name, *words, *more)
 
@@ -92,7 +92,7 @@ def test_a_pipeline_lands_in_the_table_beside_ours(
     sizes = Sizes(blocks=6, held_out=3, objects=5, other_blocks=3, kinds=6)
     monkeypatch.setattr(benchmark, "QUICK", replace(benchmark.QUICK, sizes=sizes))
     name = "their_regressors:pipeline"
-    assert asked(name) == 0
+    assert run_benchmark(name) == 0
     output = capsys.readouterr().out
     assert name in output
     assert "In-context network" in output
@@ -129,7 +129,7 @@ def test_a_pipeline_lands_in_the_table_beside_ours(
     ],
 )
 def test_who_cannot_be_asked_is_refused(folder: Path, capsys: Any, name: str, why: str) -> None:
-    assert asked(name) == 2
+    assert run_benchmark(name) == 2
     errors = capsys.readouterr().err
     assert why in errors
     assert errors.count("\n") == 1
@@ -139,16 +139,16 @@ def test_who_cannot_be_asked_is_refused(folder: Path, capsys: Any, name: str, wh
 def test_results_of_something_else_are_not_written_over(folder: Path, capsys: Any) -> None:
     (folder / "b").mkdir()
     (folder / "b" / "results.json").write_text(json.dumps({"study": {"asked": {}}}))
-    assert asked("svm") == 2
+    assert run_benchmark("svm") == 2
     (folder / "b" / "results.json").unlink()
     (folder / "b" / "report.html").write_text("mine")
-    assert asked("svm") == 2
+    assert run_benchmark("svm") == 2
     assert "choose another --out" in capsys.readouterr().err
     assert (folder / "b" / "report.html").read_text() == "mine"
 
 
 def test_other_words_are_refused(folder: Path) -> None:
-    assert asked("svm", "--seed", "-1") == 2
+    assert run_benchmark("svm", "--seed", "-1") == 2
     assert run("benchmark", "svm", "--condition", "tropical") == 2
 
 

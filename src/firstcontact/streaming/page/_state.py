@@ -257,8 +257,8 @@ class State:
         if place is not None:
             at = round(place, 2)
             # The second finger's mark comes after the first one's, even if its sample is earlier.
-            kept = takewhile(lambda mark: mark["at"] < at, self._marks)
-            self._marks = deque(kept, maxlen=MARKS)
+            marks = takewhile(lambda mark: mark["at"] < at, self._marks)
+            self._marks = deque(marks, maxlen=MARKS)
             self._put("marks", list(self._marks))
         self._now = Now()
         self._show()

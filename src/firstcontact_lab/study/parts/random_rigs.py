@@ -51,9 +51,9 @@ _USES = (BLOCK, EVERYDAY, RANDOM)
 #: Scores of a method, in this order: by use the RMSE at each time, of three pinches, coverage and
 #: width. All but the latter two are kept as mean squares of a rig.
 KEYS = tuple(
-    f"{use} {what}"
+    f"{use} {score}"
     for use in _USES
-    for what in (*(f"{ms} ms" for ms in TIMES), "three", "coverage", "width")
+    for score in (*(f"{ms} ms" for ms in TIMES), "three", "coverage", "width")
 )
 #: Titles of the methods.
 METHODS = {
@@ -101,14 +101,14 @@ def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
     rows = np.array(runner.map(_scores_of_rig, jobs, SEED))
     rng = np.random.default_rng(settings.seed)
     samples = rng.integers(len(rows), size=(RESAMPLES, len(rows)))
-    resampled = _shown(rows[samples].mean(axis=1))
-    shown = _shown(rows.mean(axis=0))
+    resampled = _scores_from_means(rows[samples].mean(axis=1))
+    scores = _scores_from_means(rows.mean(axis=0))
     methods = {}
     for place, name in enumerate(METHODS):
         ends = np.quantile(resampled[:, place], (0.025, 0.975), axis=0)
         gain = np.quantile(resampled[:, place] - resampled[:, 0], (0.025, 0.975), axis=0)
         methods[name] = RandomRigScores(
-            scores=dict(zip(KEYS, shown[place].tolist(), strict=True)),
+            scores=dict(zip(KEYS, scores[place].tolist(), strict=True)),
             intervals=dict(zip(KEYS, zip(*ends.tolist(), strict=True), strict=True)),
             gains=dict(zip(KEYS, zip(*gain.tolist(), strict=True), strict=True)),
         )
@@ -117,7 +117,7 @@ def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
     )
 
 
-def _shown(means: Values) -> Values:
+def _scores_from_means(means: Values) -> Values:
     """Return scores from means over rigs, shape (..., keys)."""
     is_error = np.array([key.split()[-1] not in ("coverage", "width") for key in KEYS])
     return np.where(is_error, np.sqrt(means), means)
@@ -135,8 +135,8 @@ Predict = Callable[[Touches, int], tuple[Values, Values, Values]]
 
 def _predictions(rig: JudgedRig) -> dict[str, Predict]:
     """Return value and ends of each method for contacts cut at a time."""
-    own = rig.uses == OWN
-    learn, shore_a, sessions = rig.touches.take(own), rig.shore_a[own], rig.sessions[own]
+    is_own = rig.uses == OWN
+    learn, shore_a, sessions = rig.touches.take(is_own), rig.shore_a[is_own], rig.sessions[is_own]
     network = adapt_network(pretrained(), learn, shore_a, sessions).model
     combined = adapt_combined(pretrained(), learn, shore_a, sessions).model
     assert isinstance(combined, CombinedModel)
@@ -145,36 +145,36 @@ def _predictions(rig: JudgedRig) -> dict[str, Predict]:
         for name in ("svm", "log_spectrum")
     }
 
-    def of(predict: Callable[[Touches], Predictions], radius: bool = False) -> Predict:
-        def at(touches: Touches, ms: int) -> tuple[Values, Values, Values]:
+    def timed(predict: Callable[[Touches], Predictions], radius: bool = False) -> Predict:
+        def predict_at_time(touches: Touches, ms: int) -> tuple[Values, Values, Values]:
             early = touches.until(samples_in(1e-3 * ms, touches.rate))
             out = predict(replace(early, radii=rig.radii) if radius else early)
             return out.value, out.low, out.high
 
-        return at
+        return predict_at_time
 
     def regression(touches: Touches, ms: int) -> tuple[Values, Values, Values]:
         value, _ = combined.regress(touches.until(samples_in(1e-3 * ms, touches.rate)))
         return value, value, value
 
     def mean(other: Predict) -> Predict:
-        def at(touches: Touches, ms: int) -> tuple[Values, Values, Values]:
-            value = (of(network.predict)(touches, ms)[0] + other(touches, ms)[0]) / 2
+        def predict_at_time(touches: Touches, ms: int) -> tuple[Values, Values, Values]:
+            value = (timed(network.predict)(touches, ms)[0] + other(touches, ms)[0]) / 2
             return value, value, value
 
-        return at
+        return predict_at_time
 
-    alone = {name: of(ladder.predict) for name, ladder in ladders.items()}
+    alone = {name: timed(ladder.predict) for name, ladder in ladders.items()}
     return {
         **alone,
-        "network": of(network.predict),
-        "network_radius": of(network.predict, radius=True),
+        "network": timed(network.predict),
+        "network_radius": timed(network.predict, radius=True),
         "svm_average": mean(alone["svm"]),
         "log_average": mean(alone["log_spectrum"]),
         "regression": regression,
         "regression_average": mean(regression),
-        "combined": of(combined.predict),
-        "combined_radius": of(combined.predict, radius=True),
+        "combined": timed(combined.predict),
+        "combined_radius": timed(combined.predict, radius=True),
     }
 
 

@@ -24,10 +24,10 @@ from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.tables import Cell, Row, Table, matrix
 from firstcontact_lab.study._structures import (
     MOTORS,
-    blocks_of,
+    draw_blocks,
+    draw_empty,
+    draw_objects,
     draw_structured,
-    empty_of,
-    objects_of,
 )
 from firstcontact_lab.study._subject import Subject
 from firstcontact_lab.study.part import Part, Step, Subjects
@@ -153,8 +153,8 @@ def _judge_rig(
     """Return the sums of each detector on a rig, and the errors of the model that knows no rig."""
     motor, seed = place
     rig = draw_structured(seed, motor)
-    blocks = blocks_of(rig, LEVELS, BLOCKS_EACH, 3)
-    objects, empty = objects_of(rig, count), empty_of(rig, EMPTY, LASTS)
+    blocks = draw_blocks(rig, LEVELS, BLOCKS_EACH, 3)
+    objects, empty = draw_objects(rig, count), draw_empty(rig, EMPTY, LASTS)
     model = adapt(blocks)
     detectors = {"shipped": pretrained_detector(), "own": fit_detector(blocks)}
     out = {}
@@ -236,33 +236,33 @@ _NAMES = {"shipped": "Shipped detector", "own": "Detector from its own blocks"}
 
 def structure_table(results: SubjectResults) -> Table | None:
     """Return the scores of each detector, with and without withdrawals."""
-    found = results[STRUCTURE]
-    if found is None:
+    structures = results[STRUCTURE]
+    if structures is None:
         return None
     caption = (
-        f"{found.rigs} rigs with other motors, noise floors, start-ups, pads and sensors than the "
-        f"twin, {found.pinches} pinches of unseen objects each. Small: 95 % bootstrap interval "
-        "over rigs."
+        f"{structures.rigs} rigs with other motors, noise floors, start-ups, pads and sensors than "
+        f"the twin, {structures.pinches} pinches of unseen objects each. Small: 95 % bootstrap "
+        "interval over rigs."
     )
     columns = []
-    for name, scores in found.detectors.items():
-        kind, comma, which = name.partition(",")
-        columns.append((Cell(_NAMES[kind] + comma + which), scores, False))
+    for name, scores in structures.detectors.items():
+        kind, comma, mode = name.partition(",")
+        columns.append((Cell(_NAMES[kind] + comma + mode), scores, False))
     return matrix(caption, _ROWS, columns)
 
 
 def unknown_table(results: SubjectResults) -> Table | None:
     """Return the error of the model that knows no rig by the time after the contact."""
-    found = results[STRUCTURE]
-    if found is None:
+    structures = results[STRUCTURE]
+    if structures is None:
         return None
 
-    def at(ms: str) -> Row[Structures]:
+    def time_row(ms: str) -> Row[Structures]:
         return Row(f"{ms} ms", lambda s: s.unknown_rig[ms], "shore")
 
-    rows = [at(ms) for ms in found.unknown_rig]
+    rows = [time_row(ms) for ms in structures.unknown_rig]
     caption = "RMSE in Shore A of the model that knows no rig, by the time after the contact."
-    return matrix(caption, rows, [(Cell("rig not known"), found, False)])
+    return matrix(caption, rows, [(Cell("rig not known"), structures, False)])
 
 
 def _text(subjects: Subjects) -> str:

@@ -60,8 +60,7 @@ class Closings:
     """Splitter that cuts a stream into closings and detects the contacts in each.
 
     From the start of a closing, the detector gets the same samples as from a pinch cut out there.
-    So
-    live and offline results agree.
+    So live and offline results agree.
 
     Parameters
     ----------

@@ -43,8 +43,7 @@ def closing_start(pinch: Pinch, floors: Calibration | None = None) -> ClosingSta
     """Return the start of a pinch's closing, where the steady state begins.
 
     As in a live session, this is 39 ms after the start of the motor. If the motor ran already, it
-    is
-    the first sample. Labels of contacts are not used.
+    is the first sample. Labels of contacts are not used.
 
     Parameters
     ----------

@@ -50,11 +50,10 @@ def find_onsets(signals: NDArray[np.float64], rate: float) -> list[Onset]:
     """Find all contacts in whole signals, in time order.
 
     Unlike a detector, the finder knows the quiet level of the whole signal, compares past and
-    future at
-    every sample, and takes the largest leaps first. So it finds more, but cannot run live. A leap
-    must also come with faster changes than before, which excludes slow swings but not rebounds. The
-    onset is located in the unfiltered signal. A causal filter would delay it, and a filter in
-    both directions would start a slow onset too early.
+    future at every sample, and takes the largest leaps first. So it finds more, but cannot run
+    live. A leap must also come with faster changes than before, which excludes slow swings but not
+    rebounds. The onset is located in the unfiltered signal. A causal filter would delay it, and a
+    filter in both directions would start a slow onset too early.
 
     Parameters
     ----------

@@ -61,10 +61,9 @@ class ClosingGate:
     """Gate that opens when the motor has run for 39 ms without a held object, and shuts at rest.
 
     All decisions lie on a grid of 3 ms, which begins with an epoch and continues after a gap. So
-    the result
-    does not depend on block sizes, or on samples lost elsewhere. The gate needs the noise floors of
-    the calibration. Without them it opens at the first sample of each epoch and shuts at its end,
-    as for recordings with one closing per epoch.
+    the result does not depend on block sizes, or on samples lost elsewhere. The gate needs the
+    noise floors of the calibration. Without them it opens at the first sample of each epoch and
+    shuts at its end, as for recordings with one closing per epoch.
 
     A sensor that belongs to no finger is moved by a person, so no motor runs before a contact. With
     such a layout the gate also opens at rest. It opens again at rest, 0.3 s after the last contact

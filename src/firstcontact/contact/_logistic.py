@@ -43,9 +43,8 @@ class LogisticDetector(TrainedDetector):
     """Detector that reports a contact if four consecutive decisions, 0.4 ms apart, agree.
 
     More decisions mean more chances of a false alarm. Two rules compensate: the decisions must
-    agree, and
-    the threshold for the least of the four is chosen on held-out pinches. All features are
-    levels relative to the rig's noise while its motor runs. An unusual loudness can only count
+    agree, and the threshold for the least of the four is chosen on held-out pinches. All features
+    are levels relative to the rig's noise while its motor runs. An unusual loudness can only count
     towards a contact, so the detector transfers to other rigs.
 
     Parameters

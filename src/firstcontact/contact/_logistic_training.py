@@ -78,8 +78,7 @@ def add_clicks(
     """Add clicks to a channel that the rig did not make, but could make.
 
     The clicks are short bursts with the ringing of the rig's own noise. Gears that hardly clicked
-    during
-    the recording may click on another day.
+    during the recording may click on another day.
 
     Parameters
     ----------
@@ -188,8 +187,7 @@ def best_threshold(levels: NDArray[np.float64]) -> float:
     """Return the threshold with the fewest false alarms and late decisions, counted softly.
 
     Each pinch counts by a logistic function of its distance on the wrong side. So the threshold
-    lies
-    in the middle of a gap, not at the edge of a single click.
+    lies in the middle of a gap, not at the edge of a single click.
 
     Parameters
     ----------

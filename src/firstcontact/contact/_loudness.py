@@ -29,8 +29,7 @@ def prediction(quiet: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return a filter that removes the predictable part of the motor's noise.
 
     Linear prediction (Yule-Walker) from the steady state. The spectrum of a motor and the ringing
-    of a
-    sensor differ between rigs. The prediction error is white on all of them.
+    of a sensor differ between rigs. The prediction error is white on all of them.
 
     Parameters
     ----------
@@ -95,8 +94,7 @@ def logarithm_weights(weights: NDArray[np.float64]) -> NDArray[np.float64]:
     """Convert weights of features to weights of logarithms of levels.
 
     The features are differences of logarithms. The order per signal is: newest parts, quiet part,
-    part
-    between, highest peak, peak of the quiet part. Shape (2 * EACH,) to (2, EACH + 1).
+    part between, highest peak, peak of the quiet part. Shape (2 * EACH,) to (2, EACH + 1).
     """
     out = []
     for quiet, *newest, between, peak in weights.reshape(2, EACH):

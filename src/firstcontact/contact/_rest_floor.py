@@ -37,10 +37,9 @@ def rest_floor(pinches: Sequence[Pinch]) -> Calibration | None:
     """Return the noise floors of the fingers if these pinches begin at rest, else None.
 
     A pinch begins at rest if its first 39 ms are quiet, the signal then rises and stays up for 80
-    ms (the
-    motor), and a much louder event follows (the contact). Most pinches must show this. A contact
-    after rest without an audible motor does not: no event three times as loud follows it. Labels
-    are not used.
+    ms (the motor), and a much louder event follows (the contact). Most pinches must show this. A
+    contact after rest without an audible motor does not: no event three times as loud follows it.
+    Labels are not used.
 
     Parameters
     ----------

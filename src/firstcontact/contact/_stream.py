@@ -72,11 +72,9 @@ class WindowDetector(ABC):
     """Detector that judges a window of ``duration`` after every ``step`` of new samples.
 
     The first 40 ms of a stream, or after a gap, are the steady state. Decisions begin after it. So
-    a stream
-    must start where a closing does: the gate ensures this live, and
+    a stream must start where a closing does: the gate ensures this live, and
     :func:`firstcontact.contact._closing_start.cut_closings` for pinches. A contact during the
-    steady
-    state makes its sigma large and is then missed, not guessed. A channel that is constant
+    steady state makes its sigma large and is then missed, not guessed. A channel that is constant
     during the steady state never fires.
     """
 

@@ -30,10 +30,9 @@ class SvmDetector(TrainedDetector):
     """Detector with one RBF-SVM for both fingers, on features of the window.
 
     Training uses windows after contacts at several ages, and windows before them. The negatives
-    closest to
-    the margin are then added, and the machine is trained again. The threshold is chosen on
-    held-out folds of the training pinches, grouped by session: it is the middle of the range that
-    detects the first contact of most pinches correctly.
+    closest to the margin are then added, and the machine is trained again. The threshold is chosen
+    on held-out folds of the training pinches, grouped by session: it is the middle of the range
+    that detects the first contact of most pinches correctly.
 
     Parameters
     ----------

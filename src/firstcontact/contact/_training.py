@@ -76,8 +76,7 @@ def training_windows(
     """Return the training windows of all usable pinches.
 
     Negatives are windows of each finger before its own contact, one per step, at a random phase. If
-    the
-    second contact is unknown, they end before the first one. Positives show each contact at
+    the second contact is unknown, they end before the first one. Positives show each contact at
     several ages, from 1.4 ms to two steps more.
 
     Parameters

@@ -2,8 +2,7 @@
 
 No system call replaces a folder that holds files. So the new folder is written under a temporary
 name and flushed to the disk. Two renames follow: the old folder becomes ``.NAME.XXXXXXXX.old``,
-then
-the new one takes its name.
+then the new one takes its name.
 
 - A failure before the renames changes nothing.
 - Between the renames, for some microseconds, the name does not exist. A reader reports where the

@@ -331,8 +331,7 @@ def fingertip_layout() -> Layout:
     """Return the layout of the published hand: 16 channels of int16, in 1/32 ADC count.
 
     Two piezo channels (V around the 1.65 V offset), two 3 x 2 force arrays (V over the divider),
-    and
-    two strips (0 open, 1 closed).
+    and two strips (0 open, 1 closed).
     """
     volt = ADC_VOLTS / (ADC_COUNTS * SUBCOUNTS)
     zero = PIEZO_OFFSET_VOLTS / volt

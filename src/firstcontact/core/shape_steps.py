@@ -50,8 +50,7 @@ def shares_above(
     """Return MiniRocket's features: shares of a window above biases after each of its 84 kernels.
 
     ``takes`` is the window. The last value is the logarithm of its RMS. ``biases`` has shape
-    (steps,
-    84, biases per kernel).
+    (steps, 84, biases per kernel).
     """
     each = biases.shape[2]
     constants: Constants = {

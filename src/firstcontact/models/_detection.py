@@ -32,13 +32,11 @@ class DetectionScores(Record, frozen=True, kw_only=True):
 
     A share of nothing is None.
 
-    Windows are counted whatever the detector said before, one each 3 ms as published: of a
-    detector that looks oftener, all looks of such a step are one, which fires if any of
-    them does. One counts as quiet
-    when it ends before the contact (each finger's windows count), and as
-    contact when it is the touching finger's first that holds at least 1 ms of
-    it. The touching finger's windows in between may say either and are left
-    out, as is everything after.
+    Windows are counted whatever the detector said before, one each 3 ms as published: of a detector
+    that looks oftener, all looks of such a step are one, which fires if any of them does. One
+    counts as quiet when it ends before the contact (each finger's windows count), and as contact
+    when it is the touching finger's first that holds at least 1 ms of it. The touching finger's
+    windows in between may say either and are left out, as is everything after.
 
     Parameters
     ----------

@@ -1,8 +1,7 @@
 """Table of channels: describes the signals of a file, one per row.
 
 A signal with a ``sensor`` is a vibration. A signal without one becomes a column at the same rate,
-or
-a slower group of its own.
+or a slower group of its own.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """Exporter to an MCAP file that plotting tools read without a plug-in: ROS 2 Float64 topics.
 
 Foxglove and PlotJuggler plot ``/vibration/piezo_index`` and the like over time. Recordings store
-many
-samples per message, because one message per sample would make them three times as large.
+many samples per message, because one message per sample would make them three times as large.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 r"""Label tracks of Audacity: one line ``start<TAB>end<TAB>text`` per label, in seconds.
 
 The text of a label (or of an XDF marker) is the object in plain words, or ``name=value`` of any
-label,
-separated by semicolons: ``eraser; shore_a=40``.
+label, separated by semicolons: ``eraser; shore_a=40``.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """Import of MATLAB files with arrays of pinches, or with signals that a table describes.
 
 Without a table, a file holds the arrays of :mod:`firstcontact.recording._arrays`. With
-``--channels``
-each file is one pinch, with signals of any name and rate.
+``--channels`` each file is one pinch, with signals of any name and rate.
 """
 
 from __future__ import annotations
@@ -131,8 +130,7 @@ def _in_time(file: Path, signal: Signal, values: NDArray[Any]) -> NDArray[Any]:
     """Return a variable as (samples, columns).
 
     A vibration without a column is one signal, MATLAB's ``x(:)``, so that adjacent packets follow
-    each
-    other. For anything else the longer axis is time.
+    each other. For anything else the longer axis is time.
     """
     if values.ndim != 2:
         raise InputError(

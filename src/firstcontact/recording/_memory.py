@@ -15,8 +15,7 @@ def bounded_memory(more: int) -> Iterator[None]:
     """Limit allocations to the current memory of the process plus this many bytes.
 
     A library that trusts the sizes in a damaged file then reports an error. The limit applies to
-    the
-    whole process. There is none on systems that do not report the memory.
+    the whole process. There is none on systems that do not report the memory.
     """
     taken = _taken()
     soft, hard = resource.getrlimit(resource.RLIMIT_DATA)

@@ -55,8 +55,7 @@ def import_wav(
     """Import every WAV file below a folder as one pinch, labelled by ``labels.csv``.
 
     Each file states its rate. A single channel is a microphone unless ``sensor`` differs. Two
-    channels
-    are the sensors of index finger and thumb. ``labels`` names a table elsewhere.
+    channels are the sensors of index finger and thumb. ``labels`` names a table elsewhere.
 
     Raises
     ------

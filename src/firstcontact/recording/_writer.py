@@ -164,8 +164,7 @@ class RecordingWriter:
         """Append the samples of a pinch and its mark.
 
         A pinch that does not continue the last samples begins a new epoch, since nothing was
-        recorded in
-        between. That is not a loss.
+        recorded in between. That is not a loss.
         """
         new = self._end is not None and pinch.first_sample != self._end
         epoch = self._epoch + new

@@ -34,9 +34,8 @@ class SavitzkyGolay:
     """Causal form of a centred Savitzky–Golay filter: it waits for the samples it looks ahead to.
 
     The first output comes with input sample ``lookahead``. After n inputs, ``n - lookahead``
-    outputs
-    exist, and output i belongs to input i. The first sample stands in for the time before the
-    stream. The end of a stream is not padded, so offline results equal live ones.
+    outputs exist, and output i belongs to input i. The first sample stands in for the time before
+    the stream. The end of a stream is not padded, so offline results equal live ones.
 
     Parameters
     ----------

@@ -222,8 +222,7 @@ class WindowStream:
         """Process the next block and the contacts found in it.
 
         A block that does not follow the previous one drops all incomplete windows. No window spans
-        a
-        gap.
+        a gap.
 
         Returns
         -------

@@ -30,7 +30,7 @@ def load(path: AnyPath | Iterable[AnyPath]) -> Dataset:
     Raises
     ------
     InputError
-        There is no recording, none can be read, or two differ in layout, rate or source.
+        No recording exists or can be read, or two recordings differ in layout, rate or source.
 
     Examples
     --------

@@ -97,7 +97,7 @@ def live(
     record
         Folder for a recording of all samples.
     seconds, pinches
-        End after this time, s, or after so many pinches.
+        End after this time, s, or after this number of pinches.
     real_time
         Set False for a source that runs at another speed, if it does not say so itself. No
         estimate is then called in time or too late.

@@ -1,7 +1,7 @@
 """Registries, base classes and conformance checks for code that extends firstcontact.
 
-A registry maps names to entries: those of this package, and those that installed packages add by
-entry points. ``check_*`` functions test an entry of your own against what its users rely on.
+A registry maps names to entries. Entries come from this package and, by entry points, from other
+installed packages. ``check_*`` functions test an entry of your own against what its users rely on.
 
 Examples
 --------

@@ -82,7 +82,7 @@ class Terminal:
             )
 
     def begin(self, guide: Guide) -> None:
-        """Follow a guide from here on."""
+        """Show the objects and results of this guide."""
         health = self._source.health
         self._guide = guide
         self._asks = self._asks and guide.objects > 1
@@ -112,7 +112,7 @@ class Terminal:
             )
 
     def next_object(self, label: Label, recorded: int, wanted: int) -> bool:
-        """Name the next object. Return False if a person has to put it in place first.
+        """Name the next object. Return False if a person must place it first.
 
         Raises
         ------
@@ -158,7 +158,7 @@ class Terminal:
         self._say_and_wait(", ".join(parts))
 
     def going_on(self) -> None:
-        """Refresh the status line; print news of the link and reminders."""
+        """Refresh the status line. Print link changes and reminders."""
         health, guide = self._source.health, self._following()
         for line in self._link.lines(health):
             self.say(line)

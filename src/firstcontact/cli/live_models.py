@@ -35,7 +35,7 @@ def live_model(folder: Path | None, detector: Path | None) -> Model:
 
 
 def left_out(model: Model, predictor: Predictor | None, estimator: str | None) -> str:
-    """Return a note about a network at another sampling rate than the detector's, "" without."""
+    """Return a note if the network is left out because of its sampling rate, else ""."""
     network = model.network
     if estimator is not None or network is None or predictor is None:
         return ""

@@ -1,4 +1,4 @@
-"""Telling a live session of objects and of its hand: keys of the terminal, or lines."""
+"""Keyboard and line input of a live session: new objects, and requests to the hand."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ class Request:
 def session_keys(session: LiveSession) -> Iterator[None]:
     """Take new objects and hand requests from standard input while the session runs.
 
-    On a terminal the key N tells of a new object, C closes the hand and any other opens it; a
-    terminal's keys are left to another program that is in its foreground. Otherwise, where a hand
-    is driven, lines are read: ``close``, ``open``, ``new``, or JSON as ``{"do": "close"}``.
-    Standard input that ends opens what it had closed.
+    On a terminal, N begins a new object, C closes the hand, and any other key opens it. Keys are
+    not read while another program is in the terminal's foreground. Otherwise, where a hand is
+    driven, lines are read: ``close``, ``open``, ``new``, or JSON as ``{"do": "close"}``. The end of
+    standard input opens the hand if standard input had closed it.
     """
     number = _standard_input()
     if number is None or not (session.hand_asks() or (session.uses_shape and os.isatty(number))):

@@ -1,4 +1,4 @@
-"""Default model for the twin: shipped for its default hand, else trained and kept in the cache."""
+"""Default model for the twin: shipped for its default hand, otherwise trained and cached."""
 
 from __future__ import annotations
 

@@ -46,8 +46,8 @@ def calibrate(
 ) -> Calibration:
     """Measure noise floors of an open source; on request taps and force curves, too.
 
-    Keep the hand open and still meanwhile. A hand that closes again and again is measured between
-    its closings.
+    Keep the hand open and still during the measurement. A hand that closes repeatedly is measured
+    between its closings.
 
     Parameters
     ----------

@@ -135,7 +135,7 @@ class ClosingCheck:
         return (self.contacts[first.finger].sample - first.sample) / self.layout.rate
 
     def _felt(self, finger: Finger) -> bool:
-        """Return True if the piezo has the contact of the strip.
+        """Return True if the piezo also shows the strip's contact.
 
         The second finger may feel the first one's touch through the object.
         """

@@ -1,4 +1,4 @@
-"""Onsets with their labels, as the actions of the page leave them."""
+"""Onsets with their labels after the actions on the page."""
 
 from __future__ import annotations
 
@@ -64,8 +64,8 @@ Whole = Annotated[int, Meta(ge=0, le=LAST_SAMPLE)]
 class Action:
     """Action of the person who labels.
 
-    ``label`` labels its mark and all after it, up to the next mark with its own label.
-    ``undo`` takes back the last action that is left.
+    ``label`` labels its mark and all after it, up to the next mark with its own label. ``undo``
+    reverts the last action that is not reverted yet.
     """
 
     do: Literal["accept", "reject", "move", "add", "label", "undo"]
@@ -81,7 +81,7 @@ class Marks:
     Parameters
     ----------
     onsets
-        Onsets as they were found.
+        Onsets from the onset finder.
     lengths
         Number of samples of each stretch of each recording.
     """
@@ -114,7 +114,7 @@ class Marks:
     def act(self, action: Action) -> int:
         """Apply an action, and return the number of its onset.
 
-        That is the new onset of ``add``, and the onset whose last action ``undo`` takes back.
+        ``add`` returns its new onset, and ``undo`` the onset of the reverted action.
 
         Raises
         ------
@@ -132,7 +132,7 @@ class Marks:
         return number
 
     def replay(self, actions: Iterable[Action]) -> None:
-        """Start again from the found onsets, and apply these actions."""
+        """Restart from the finder's onsets, and apply these actions."""
         self._marks = {mark.number: mark for mark in self._onsets}
         self._runs, self.done = {}, []
         for action in actions:

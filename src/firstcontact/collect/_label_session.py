@@ -140,8 +140,8 @@ class Session:
         Raises
         ------
         InputError
-            One cannot be written, or nothing is labelled: none is there then, and the labelling
-            can go on.
+            A recording cannot be written, or nothing is labelled. No recording is written then, and
+            labelling can continue.
         """
         if not self.marks.done:
             raise InputError("no onset is labelled yet: accept or reject an onset first")

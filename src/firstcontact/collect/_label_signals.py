@@ -25,7 +25,7 @@ def open_recordings(paths: Sequence[Path]) -> list[Recording]:
     Raises
     ------
     InputError
-        One cannot be read, or has no samples.
+        A recording cannot be read, or has no samples.
     """
     files = [file for path in paths for file in find_recordings(path)]
     names = [file.name for file in files]
@@ -45,7 +45,7 @@ def find_marks(recordings: Sequence[Recording]) -> list[Mark]:
     Raises
     ------
     InputError
-        There are none, or too many.
+        There are no onsets, or too many.
     """
     out: list[Mark] = []
     for number, recording in enumerate(recordings):

@@ -48,9 +48,9 @@ def record(
 ) -> Path:
     """Record pinches until enough of each object are valid.
 
-    Every sample that the source delivers is kept. Close the hand yourself, in another thread or
-    by its own control. The simulated hand closes by itself, on the object that has this name
-    among its own, such as "block 29" or "apple". Its Shore A is then known.
+    All samples are recorded. Close the hand yourself, in another thread or by its own control. The
+    simulated hand closes by itself on its object of this name, such as "block 29" or "apple", and
+    provides the Shore A.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def record(
     hand, notes
         Hand and remarks for the header of the recording.
     screen
-        Object that shows what happens and has objects changed; see
+        Display that shows results and asks for the next object; see
         :class:`firstcontact.collect.Screen`.
     progress
         True shows a bar; a function is called with 1 for each valid pinch.

@@ -11,12 +11,12 @@ def measured_channel(layout: Layout, measured: VibrationCalibration) -> Channel 
 
 
 def is_tapped(layout: Layout) -> bool:
-    """Return True if the sensors belong to no finger: they are tapped, and no hand closes."""
+    """Return True if the sensors belong to no finger, so that a person taps with them."""
     return all(finger is None for finger in layout.vibration_fingers)
 
 
 def rest_request(layout: Layout) -> str:
-    """Return what the user has to do while the noise floor is measured."""
+    """Return the request to the user for the measurement of the noise floor."""
     return "touch nothing" if is_tapped(layout) else "keep the hand open and still, motor off"
 
 

@@ -19,13 +19,13 @@ WAIT = 0.1
 
 
 class Screen(Protocol):
-    """Display for the person who records: shows what happens, and knows when to go on."""
+    """Display for the person who records. It shows results and asks for the next object."""
 
     def say(self, line: str) -> None:
         """Show a line."""
 
     def begin(self, guide: Guide) -> None:
-        """Begin to show what a guide judges."""
+        """Start to show the results of a guide."""
 
     def end(self) -> None:
         """Show the counts of the recording, which has ended."""
@@ -40,7 +40,7 @@ class Screen(Protocol):
         """Show the result of a closing."""
 
     def going_on(self) -> None:
-        """Refresh; called a few times a second."""
+        """Refresh the display. Called a few times a second."""
 
 
 def make_header(
@@ -149,7 +149,7 @@ def _tell(judgements: list[Judged], recorder: Recorder, screen: Screen) -> None:
 
 
 def with_noise(calibration: Calibration | None, measured: Calibration) -> Calibration:
-    """Return a calibration with a noise floor for each finger, if need be from ``measured``."""
+    """Return a calibration with a noise floor for each finger; ``measured`` fills missing ones."""
     if calibration is None:
         return measured
     fingers = {p.finger for p in calibration.piezo}

@@ -32,8 +32,8 @@ class ClosingSamples:
     contacts
         Contacts that these samples revealed.
     withdrawn
-        First contact that the last of these samples showed to be none, with all contacts after it;
-        None otherwise. The closing goes on without contacts.
+        First contact that these samples disproved, with all contacts after it; None if there is
+        none. The closing goes on without contacts.
     """
 
     block: Block

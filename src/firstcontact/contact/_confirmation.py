@@ -1,4 +1,4 @@
-"""Confirmation of first contacts: what soon fades was no contact, and the detector re-arms."""
+"""Confirmation of first contacts: a contact whose signal soon fades is withdrawn."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class ConfirmingLatch:
 
     @property
     def due(self) -> int | None:
-        """Number of samples until a contact is confirmed or withdrawn; None if none waits."""
+        """Number of samples until a decision on the pending contact; None without one."""
         return None if self._first is None else self._due_sample(self._first) + 1 - self._end
 
     def update(self, block: Block, decisions: WindowDecisions) -> list[Contact | Withdrawal]:
@@ -243,8 +243,8 @@ def detect(detector: Detector, pinch: Pinch, *, confirm: bool = True) -> list[Co
     pinch
         Pinch.
     confirm
-        False for the contacts of the detector alone, of which none is withdrawn, as a device that
-        predicts by itself has them.
+        False to return the detector's contacts without withdrawals, like a device that predicts by
+        itself.
     """
     block = _block(pinch, closing_start(pinch).sample)
     if not confirm:

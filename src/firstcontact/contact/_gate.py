@@ -1,4 +1,4 @@
-"""Gate that finds the start and end of closings: the motor runs and no object is held.
+"""Gate that detects the start and end of closings: the motor runs and no object is held.
 
 A detector measures its steady state at the start of a closing. If it started at rest, the start of
 the motor would look like a contact.

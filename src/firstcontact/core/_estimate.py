@@ -17,7 +17,7 @@ class Estimate(msgspec.Struct, frozen=True, kw_only=True, tag="estimate"):
     low, high
         Ends of the interval; equal to the value for a model without an interval.
     level
-        Share of intervals that hold the truth, on objects like those of the training; 0 without an
+        Share of intervals that hold the truth, on objects like the training objects; 0 without an
         interval.
     elapsed
         Length of the signal after the contact that was used, s.
@@ -36,7 +36,7 @@ class Estimate(msgspec.Struct, frozen=True, kw_only=True, tag="estimate"):
     contact
         First contact of the closing.
     complete
-        Sample with which the signal and the contact were known.
+        Sample after which the signal and the contact were known.
     epoch
         Epoch of the samples.
     host

@@ -45,8 +45,8 @@ _opened: tuple[bytes, tuple[Any, ...]] = (b"", ())
 class Runner(ABC):
     """Runner of many similar jobs.
 
-    Calls ``function(job, *shared)`` for every job. Jobs are small. Data that all jobs need are
-    shared: they are sent once, and their arrays are read-only.
+    Call ``function(job, *shared)`` for every job. Jobs are small. Shared data are sent once, and
+    their arrays are read-only.
     """
 
     @abstractmethod

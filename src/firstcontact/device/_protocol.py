@@ -71,7 +71,7 @@ class SamplesFrame:
 
 
 def stuff(data: bytes) -> bytes:
-    """Return ``data`` encoded with COBS, so without zeros. The final zero is not included."""
+    """Return ``data`` encoded with COBS, without zeros and without the final zero."""
     out = bytearray()
     for run in data.split(b"\0"):
         # A run of 254 bytes or more is split into blocks without a zero in between.

@@ -66,7 +66,7 @@ class Recorder:
 
     @property
     def status(self) -> RecorderStatus:
-        """Present state."""
+        """Current state of the recorder."""
         with self._changed:
             return RecorderStatus(self._path, self._samples, self._waiting, self._failed)
 

@@ -1,4 +1,4 @@
-"""Replay of a recording as a serial device that any host can open."""
+"""Recording served as a serial device that any host can open."""
 
 from __future__ import annotations
 

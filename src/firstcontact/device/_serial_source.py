@@ -63,12 +63,11 @@ SIMULATED = ("twin", "synthetic")
 class SerialSource:
     """Device on a serial port, which may be unplugged and plugged in again.
 
-    :meth:`read` reads the port in the thread of its caller: samples are there as soon as their last
-    byte was read, and wait for no other thread. While nobody calls it, a thread of the source reads
-    the port and stores the samples. That thread also connects. A port that comes
-    back begins a new epoch, even if the device kept its power. A device that was reset without
-    losing its port also begins one; silence reveals the reset. Samples that a device counted
-    meanwhile are counted as lost.
+    The method :meth:`read` reads the port in the caller's thread, so samples are available as soon
+    as their last byte arrives. Between calls, a thread of the source reads the port and stores the
+    samples. That thread also connects. A port that comes back begins a new epoch, even if the
+    device kept its power. A device that was reset without losing its port also begins one; silence
+    reveals the reset. Samples that a device counted meanwhile are counted as lost.
 
     Parameters
     ----------
@@ -343,7 +342,7 @@ class SerialSource:
         return True
 
     def _sleep_until_due(self, missing: int, most: float) -> float:
-        """Sleep until ``missing`` samples are due. Return the time, s."""
+        """Sleep until ``missing`` samples are due. Return the slept time, s."""
         nap = min(missing / self.descriptor.layout.rate - EARLY, NAP, most)
         if nap <= 0.0:
             return 0.0

@@ -225,7 +225,7 @@ class Source(Protocol):
 
     @property
     def name(self) -> str:
-        """Name for users: the port, "twin" or the file."""
+        """Name shown to users: the port, "twin" or the file."""
 
     @property
     def descriptor(self) -> Descriptor:

@@ -1,4 +1,4 @@
-"""Base class of sources that receive samples in a thread of their own."""
+"""Base class of sources that receive samples in a separate thread."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class ThreadedSource(ABC):
         Raises
         ------
         InputError
-            The source cannot be opened. All that was opened is closed again.
+            The source cannot be opened. Opened resources are closed again.
         """
 
     @abstractmethod
@@ -82,7 +82,7 @@ class ThreadedSource(ABC):
         Raises
         ------
         InputError
-            The source is gone for good. The reader gets this error after the last sample.
+            The source is permanently lost. The reader gets this error after the last sample.
         """
 
     @abstractmethod

@@ -33,7 +33,7 @@ class TwinDevice:
     """Twin on a pseudo terminal, until it is closed.
 
     It counts samples from the start, paced by the monotonic clock, and sends them on request, as
-    ``docs/protocol.md`` describes. It ends with this process, however that ends, and ignores
+    ``docs/protocol.md`` describes. It ends when this process ends for any reason, and ignores
     Ctrl-C.
 
     Parameters
@@ -56,10 +56,10 @@ class TwinDevice:
 
     Notes
     -----
-    The methods may be called from any thread. What a host that does not read misses is
-    counted by the device after half a second; faster than real time it waits for the host
-    instead. An unplugged twin keeps its power: it counts on,
-    and drops what cannot wait.
+    The methods may be called from any thread. If the host does not read for half a second, the
+    device drops samples and counts them. A twin faster than real time waits for the host instead.
+    An unplugged twin keeps its power: it continues to count samples and drops those that its buffer
+    cannot hold.
     """
 
     def __init__(

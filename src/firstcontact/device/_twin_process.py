@@ -51,7 +51,7 @@ WIRE_BYTES = 4096
 
 
 class TwinProcess:
-    """Twin at the device side of a terminal.
+    """Simulated hand at the device side of a pseudo terminal.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Models made small enough for a budget of time on the microcontroller."""
+"""Reduction of models to a time budget on the microcontroller."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ FEWEST_WINDOWS = 10
 
 
 def microseconds(count: float) -> float:
-    """Return the time of a number of instructions under that assumption, us."""
+    """Return the time of a number of instructions on the assumed microcontroller, us."""
     return 1e6 * CYCLES * count / CLOCK
 
 
@@ -38,23 +38,23 @@ def small_enough(
     budget_us: float | None,
     parts: Collection[Part] = frozenset(Part),
 ) -> Trained:
-    """Return the training with the costliest models within a budget.
+    """Return the training with its models reduced to fit a time budget.
 
     Parameters
     ----------
     trained
-        As it was saved.
+        Saved model parts.
     dataset
-        Pinches that it learned from, to which smaller models are fitted; None where there are none.
+        Training pinches, to which smaller models are fitted; None without them.
     budget_us
-        For one answer of each model, us; None leaves models of windows as they are.
+        Budget for one prediction of each model, us; None keeps window models unchanged.
     parts
-        What is written of the training: the rest stays as it is.
+        Parts that are exported. Other parts stay unchanged.
 
     Raises
     ------
     InputError
-        No form of a model is so quick, or there are no pinches to fit one to.
+        No form of a model is fast enough, or pinches to fit one are missing.
     """
     contacts = [] if dataset is None else _contacts(dataset, trained)
     models, anytime = trained.models, trained.anytime
@@ -68,15 +68,15 @@ def small_enough(
 def forms(named: NamedModel, X: Windows, sessions: NDArray[np.str_]) -> list[NamedModel]:
     """Return a model and the smaller ones, the smallest first.
 
-    A smaller one is fitted to four fifths of the sessions; on the others, which did not choose
-    it, is seen how far its answers are from the model's, and its interval becomes so much wider.
+    Smaller models are fitted to four fifths of the sessions. Their differences from the model on
+    the other sessions widen their intervals.
 
     Parameters
     ----------
     named
-        The model and its interval.
+        Model with its interval.
     X, sessions
-        Windows that it learned from, and the session of each.
+        Training windows, and the session of each.
     """
     is_held_out = np.isin(sessions, np.unique(sessions)[::5])
     if is_held_out.all():

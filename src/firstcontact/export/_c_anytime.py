@@ -83,7 +83,7 @@ def write_anytime(model: InContextModel) -> tuple[CUnit, CUnit]:
     Raises
     ------
     InputError
-        A network that was not made small.
+        The network is not in its compact form.
     """
     network = model.network
     if not isinstance(network, CompactNetwork):
@@ -206,7 +206,7 @@ def write_anytime(model: InContextModel) -> tuple[CUnit, CUnit]:
 
 
 def anytime_sizes(model: InContextModel, network: CompactNetwork) -> dict[str, int]:
-    """Lengths that the network's kernels are built with."""
+    """Return the array lengths of the network's kernels."""
     outputs = {name: len(layer.out.bias) for name, layer in network.thin.items()}
     return {
         "FC_LISTENS": int(listens(model)),
@@ -232,12 +232,12 @@ def _memory(sizes: Mapping[str, int]) -> tuple[int, int]:
 
 
 def listens(model: InContextModel) -> bool:
-    """Return True if the network listens to the pitch of the motor."""
+    """Return True if the network uses the pitch of the motor."""
     return any(rig.pitch is not None for rig in model.rigs.values())
 
 
 def instructions(model: InContextModel) -> int:
-    """About how many an answer takes, the millisecond's samples in it, and the first one's ear."""
+    """Return the estimated instructions of a prediction, of its samples, and of the first pitch."""
     network = model.network
     assert isinstance(network, CompactNetwork)
     ear = LISTENING * listens(model)

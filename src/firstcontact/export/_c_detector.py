@@ -1,4 +1,4 @@
-"""A detector in C: the sizes of its memory, and what its judge has learned."""
+"""Detector in C: memory sizes, and learned constants."""
 
 from __future__ import annotations
 
@@ -53,14 +53,14 @@ def write_detector(detector: Detector, rate: float | None = None) -> CUnit:
     Parameters
     ----------
     detector
-        Trained, or one that learns nothing.
+        Detector that is trained or needs no training.
     rate
-        Hz, for a detector that takes any; left out: a fingertip's.
+        Sampling rate for a detector that accepts any, Hz; by default that of a fingertip.
 
     Raises
     ------
     InputError
-        It is not described sample by sample.
+        The detector has no form that works sample by sample.
     """
     if not isinstance(detector, WindowDetector):
         raise InputError(

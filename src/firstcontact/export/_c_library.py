@@ -53,7 +53,7 @@ def generate_units(trained: Trained) -> list[CUnit]:
     Raises
     ------
     InputError
-        Names what cannot be written in C, and why.
+        A part cannot be written in C. The message gives the reason.
     """
     units = [write_model(named) for named in trained.models]
     if trained.detector is not None:
@@ -64,7 +64,7 @@ def generate_units(trained: Trained) -> list[CUnit]:
 
 
 def write(trained: Trained, out: Path) -> list[str]:
-    """Write the library into an empty folder; what there is to say."""
+    """Write the library into an empty folder. Return notes."""
     units = generate_units(trained)
     if not units:
         raise InputError(f"nothing here can be written in C ({', '.join(trained.parts)})")

@@ -1,4 +1,4 @@
-"""A model of one window in C: its constants, and the order of its steps."""
+"""Window model in C: its constants, and the order of its steps."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ fc_status fc_{name}(const float *window, fc_estimate *answer)
 
 
 def write_model(named: NamedModel) -> CUnit:
-    """Return the C code of one model; raise InputError if its kind has none."""
+    """Return the C code of one model. Raise InputError if its type has none."""
     spec, name = named.model.spec, named.name
     program = named.model.program()
     places, words = _places(program)

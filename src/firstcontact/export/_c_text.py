@@ -1,4 +1,4 @@
-"""C out of numbers: literals, arrays, and structs of constants."""
+"""C text of numbers: literals, arrays, and constant structs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _TYPES = {"f4": "float", "f8": "double", "i1": "int8_t", "i2": "int16_t", "i4": 
 
 
 def c_type(array: NDArray[Any]) -> str:
-    """Type of the numbers of an array; ValueError where C here has none for them."""
+    """Return the C type of an array's numbers; ValueError if there is none."""
     kind = array.dtype.str[1:]
     if kind not in _TYPES:
         raise ValueError(f"no C type for {array.dtype}")
@@ -42,7 +42,7 @@ def c_array(name: str, array: NDArray[Any]) -> str:
 
 
 def c_struct(kind: str, name: str, fields: Mapping[str, int | float | str | NDArray[Any]]) -> str:
-    """Return a constant struct and the arrays that it points to; text stands as it is."""
+    """Return a constant struct and its arrays. Text values are inserted unchanged."""
     arrays, members = [], []
     for field, value in fields.items():
         if isinstance(value, np.ndarray):
@@ -55,28 +55,28 @@ def c_struct(kind: str, name: str, fields: Mapping[str, int | float | str | NDAr
 
 
 def constant_bytes(fields: Mapping[str, Any]) -> int:
-    """Bytes of the arrays among these."""
+    """Return the size of the arrays among these values, bytes."""
     return sum(value.nbytes for value in fields.values() if isinstance(value, np.ndarray))
 
 
 @dataclass(frozen=True, slots=True)
 class CUnit:
-    """A pair of files.
+    """C header and source of one part.
 
     Parameters
     ----------
     name
-        Of both, without their endings.
+        File name without its extension.
     header, source
-        Their texts.
+        Texts of the two files.
     constants, memory
-        Bytes of constants and of static memory.
+        Size of constants and of static memory, bytes.
     instructions
-        About how many one answer takes; 0 where that is not known.
+        Estimated instructions of one prediction; 0 if unknown.
     fixed
-        Names of the files that are the same for all and that it needs, without their endings.
+        Names of required hand-written C files, without extensions.
     rate
-        Sampling rate that its lengths are of, Hz; None where its header does not depend on one.
+        Sampling rate that its lengths assume, Hz; None if its header depends on none.
     """
 
     name: str

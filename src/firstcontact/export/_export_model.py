@@ -1,4 +1,4 @@
-"""Write a model in another language."""
+"""Export of models to other languages."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def export_model(
     to
         Name in ``firstcontact.plugins.MODEL_EXPORTERS``: "c", "onnx" or "hand".
     data
-        Training pinches, to which what is made smaller is fitted.
+        Training pinches, to which smaller models are fitted.
     budget_us
         Time that a prediction may take on a Cortex-M7 of 600 MHz, us.
 

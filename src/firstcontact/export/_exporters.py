@@ -28,14 +28,14 @@ class ModelExporter:
     Parameters
     ----------
     name
-        Under which it is registered.
+        Name in the registry.
     write
-        Writes a training into a folder that is empty; gives what there is to say. Raises
-        InputError naming what cannot be written, and why.
+        Function that writes a training into an empty folder and returns notes. It raises InputError
+        with the part that cannot be written, and the reason.
     parts
-        What it writes of what can be made smaller; the rest is held to no budget.
+        Parts with smaller forms that it writes. Other parts have no budget.
     extra, modules
-        Of this package that it needs, and the modules that come with it.
+        Required extra of this package, and its modules.
     """
 
     name: str

@@ -1,6 +1,7 @@
-"""``--to hand``: what a hand that answers by itself is flashed with, and the host checks it by.
+"""``--to hand``: model folder for a hand that predicts by itself.
 
-The folder is one of models like any other: the image is made from it when it is flashed.
+It is an ordinary model folder. Flashing makes the image from it, and the host uses it to check the
+hand's predictions.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from firstcontact.models import Model, NetworkPredictor, load_model
 
 
 def write(trained: Trained, out: Path) -> list[str]:
-    """Write detector and compact model; InputError where the hand has no such kernels."""
+    """Write detector and compact model. Raise InputError if the hand lacks kernels for them."""
     if trained.detector is None or trained.anytime is None:
         raise InputError(
             "a hand predicts with a detector and the network, and not both are here: name a "
@@ -35,7 +36,7 @@ def hand_image(folder: Path, calibration: Calibration | None = None) -> ModelIma
     Raises
     ------
     InputError
-        It is none, or damaged.
+        The folder holds no such model, or is damaged.
     """
     model = load_model(folder)
     if model.network is None:

@@ -1,7 +1,7 @@
-"""A model as bytes that the hand's kernels interpret: ``firmware/answers/fc_image.h`` reads it.
+"""Model image for the hand, read by ``firmware/answers/fc_image.h``.
 
-Little-endian; every array begins where 8 divides its place. First come the magic word, the format
-and a CRC of the sizes that the kernels must have; no byte is ever run.
+It is little-endian, with every array at a multiple of 8 bytes. It begins with the magic word, the
+format, and a CRC of the kernel sizes. No byte of it is executed.
 """
 
 from __future__ import annotations
@@ -38,11 +38,11 @@ class ModelImage:
     Parameters
     ----------
     data
-        All bytes.
+        All bytes of the image.
     sizes
         CRC-32 of the sizes that the kernels must have.
     digest
-        What tells this model from others, whatever the noise floors: 16 hexadecimal digits.
+        Digest of the model without its noise floors, 16 hexadecimal digits.
     """
 
     data: bytes
@@ -51,7 +51,7 @@ class ModelImage:
 
 
 class _Writer:
-    """Arrays, each padded to 8 bytes."""
+    """Writer of arrays, each padded to 8 bytes."""
 
     def __init__(self) -> None:
         self._parts: list[bytes] = []
@@ -73,14 +73,14 @@ def model_image(
     Parameters
     ----------
     detector, model
-        As they answer in Python; the model in a compact form.
+        Detector, and model in its compact form.
     calibration
-        With the noise floor of each finger; without, a closing begins with each stream.
+        Noise floor of each finger. Without them, a closing begins with each stream.
 
     Raises
     ------
     InputError
-        A detector or model of another structure than the hand's kernels have.
+        The hand's kernels do not support the structure of the detector or model.
     """
     if not isinstance(detector, WindowDetector):
         raise InputError(f"the detector {detector.name!r} does not judge windows: train another")
@@ -133,7 +133,7 @@ def model_image(
 
 
 def _floors(calibration: Calibration | None) -> list[float]:
-    """Noise of each finger, V; 0 where it is not known."""
+    """Return the noise of each finger, V; 0 if unknown."""
     fingers = fingertip_layout().vibration_fingers
     floors = [calibration.noise(f) if calibration else None for f in fingers]
     return [0.0 if noise is None else noise for noise in floors]

@@ -33,7 +33,7 @@ def _form(kernel: str) -> Callable[[Graph, Step], None]:
 
 
 def _inner(vector: str) -> str:
-    """Name of a step's vector, which none of the graph's own has."""
+    """Return a name for a step's vector that no vector of the graph has."""
     return vector if vector == INPUT else f"step.{vector}"
 
 
@@ -43,7 +43,7 @@ def to_onnx(program: Program) -> bytes:
     Raises
     ------
     InputError
-        A step that has no form in ONNX here.
+        A step has no ONNX form.
     """
     from onnx import TensorProto, checker, helper
 
@@ -68,12 +68,12 @@ def to_onnx(program: Program) -> bytes:
 
 
 def checked(named: NamedModel, raw: bytes) -> float:
-    """Largest difference of ONNX Runtime's outputs to Python's on drawn windows, relative.
+    """Return the largest relative difference of ONNX Runtime's outputs from Python's.
 
     Raises
     ------
     InputError
-        They are not the same.
+        The outputs differ.
     """
     spec = named.model.spec
     windows = np.random.default_rng(0).standard_normal((64, spec.samples, spec.channels))
@@ -92,7 +92,7 @@ def checked(named: NamedModel, raw: bytes) -> float:
 
 
 def write(trained: Trained, out: Path) -> list[str]:
-    """Write the graphs; what there is to say."""
+    """Write the graphs. Return notes."""
     if not trained.models:
         raise InputError(
             f"ONNX is written of models of a window, and none is here ({', '.join(trained.parts)}"

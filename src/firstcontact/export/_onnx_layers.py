@@ -1,4 +1,4 @@
-"""Steps of convolutional networks as nodes of ONNX; rows are windows."""
+"""Steps of convolutional networks as ONNX nodes. Rows are windows."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Steps that describe a window's shape as nodes of ONNX; rows are windows."""
+"""Steps that describe a window's shape as ONNX nodes. Rows are windows."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The steps of kernel machines and small models as nodes of ONNX; rows are windows."""
+"""Steps of kernel machines and small models as ONNX nodes. Rows are windows."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from firstcontact.core import Step
 
 
 class Graph:
-    """Nodes and constants as they are added; rows are windows."""
+    """Builder of an ONNX graph: nodes and constants. Rows are windows."""
 
     def __init__(self) -> None:
         self.nodes: list[Any] = []
         self.constants: list[Any] = []
 
     def add(self, operator: str, takes: Sequence[str], gives: str = "", **attributes: Any) -> str:
-        """Add a node; what it gives."""
+        """Add a node. Return the name of its output."""
         from onnx import helper
 
         gives = gives or f"v{len(self.nodes)}"
@@ -26,7 +26,7 @@ class Graph:
         return gives
 
     def constant(self, values: Any, kind: Any = np.float32) -> str:
-        """Add a constant; its name."""
+        """Add a constant. Return its name."""
         from onnx import numpy_helper
 
         name = f"c{len(self.constants)}"

@@ -1,8 +1,8 @@
 """Largest numbers that a compact network can reach for any contact.
 
-In C a number that is infinite, or none, cannot be rounded to a whole one: nothing says what comes
-out. So a network in which one may come up is refused, here and by the firmware
-(``firmware/answers/fc_reach.c``), instead of looked for in each answer.
+In C, rounding an infinite number or NaN to an integer is undefined. So this module and the firmware
+(``firmware/answers/fc_reach.c``) refuse networks that could produce one, instead of checking each
+prediction.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def check_reach(model: InContextModel, network: CompactNetwork) -> None:
     Raises
     ------
     InputError
-        Numbers that are too large, or a rig whose level is none.
+        Numbers are too large, or the rig's level is not a number.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         bounded = _bounded(model, network)
@@ -57,7 +57,7 @@ def _bounded(model: InContextModel, network: CompactNetwork) -> bool:
 def _pair(
     network: CompactNetwork, name: str, most: float, bias: NDArray[np.floating] | None = None
 ) -> float:
-    """Largest output of two thin layers; infinite where a number between passes the most."""
+    """Return the largest output of two thin layers; infinite if an inner value can overflow."""
     thin = network.thin[name]
     along = _layer(thin.into, most, thin.into.bias if bias is None else bias)
     out = _layer(thin.out, along, thin.out.bias)
@@ -72,6 +72,6 @@ def _layer(layer: Rounded, most: float, bias: NDArray[np.floating]) -> float:
 
 
 def _largest(x: NDArray[np.floating]) -> float:
-    """Return the largest magnitude, infinite where one is not a number."""
+    """Return the largest magnitude; infinite if a value is NaN."""
     largest = float(np.abs(x.astype(np.float64)).max(initial=0.0))
     return largest if largest == largest else np.inf

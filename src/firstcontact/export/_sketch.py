@@ -1,4 +1,4 @@
-"""The example of an exported library: it counts what an answer costs on the board itself."""
+"""Example sketch of an exported library, which counts the cycles of predictions on the board."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ _ANYTIME = """\
 
 
 def sketch(trained: Trained) -> str:
-    """Return an Arduino sketch that asks every part of a training."""
+    """Return an Arduino sketch that runs every exported part."""
     names = [f"fc_{m.name}" for m in trained.models]
     rounds = [_ROUND.format(name=m.name, upper=m.name.upper()) for m in trained.models]
     if trained.detector is not None:

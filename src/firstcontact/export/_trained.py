@@ -10,14 +10,14 @@ from firstcontact.models import CombinedModel, InContextModel, Interval, Model, 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NamedModel:
-    """A model of one window.
+    """Window model with its interval and its name in C.
 
     Parameters
     ----------
     name
-        Of its files and functions: a word of C.
+        Name of its files and functions, a C identifier.
     model, interval
-        As they were saved; the latter is None where the model has none.
+        Saved model, and its interval; None without one.
     """
 
     name: str
@@ -27,14 +27,14 @@ class NamedModel:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Trained:
-    """A training.
+    """Exported parts of a model.
 
     Parameters
     ----------
     models
-        Shortest window first; there may be none.
+        Window models, the shortest window first; may be empty.
     detector, anytime
-        None where there is none.
+        Detector and network; None without one.
     """
 
     models: tuple[NamedModel, ...] = ()
@@ -43,13 +43,13 @@ class Trained:
 
     @property
     def rate(self) -> float | None:
-        """Sampling rate that its models learned at, Hz; None where there are none."""
+        """Sampling rate of its models, Hz; None without models."""
         learned = [m.model.spec.rate for m in self.models]
         return next(iter(learned), None if self.anytime is None else self.anytime.rate)
 
     @property
     def parts(self) -> list[str]:
-        """Return descriptions of the parts, one each."""
+        """Return a description of each part."""
         descriptions = [f"{m.name}: {m.model.kind}, {m.model.spec.task}" for m in self.models]
         if self.detector is not None:
             descriptions.append(f"detector: {self.detector.name}")

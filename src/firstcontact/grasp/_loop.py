@@ -30,7 +30,7 @@ class LoopCounts:
         Estimates that met the deadline but reached the hand after the second contact. This is
         known only when the closing is over.
     withdrawn
-        Contacts that were none. Neither they nor their estimates count above.
+        False contacts that were withdrawn. They and their estimates do not count above.
     """
 
     closings: int = 0
@@ -114,9 +114,9 @@ class GraspLoop:
         self._check_deadline(now)
 
     def withdrawn(self) -> None:
-        """Close on as from the beginning, because the contact was none.
+        """Continue the approach, because the contact was withdrawn.
 
-        A policy that acts on no contact goes on undisturbed.
+        A policy that does not use contacts is not affected.
         """
         if not self._closing:
             return

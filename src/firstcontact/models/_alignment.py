@@ -36,9 +36,9 @@ class Alignment:
     Parameters
     ----------
     contacts
-        One a pinch, None where none was found.
+        Contact of each pinch; None if none was detected.
     how
-        How they were found, and from where on was listened, in words.
+        Description of how they were detected, and from which sample on.
     """
 
     contacts: Sequence[Contact | None]
@@ -46,12 +46,12 @@ class Alignment:
 
 
 def label_alignment(dataset: Dataset) -> Alignment:
-    """Contacts as the strips or labels say."""
+    """Return the contacts from the strips or labels."""
     return Alignment([p.first for p in dataset.pinches], "known (strips or labels)")
 
 
 def detect_alignment(dataset: Dataset, detector: Detector, how: str = "") -> Alignment:
-    """Contacts as a detector finds them, from where each closing starts."""
+    """Return the contacts that a detector finds, from the start of each closing."""
     starts = closing_starts(dataset)
     heard = cut_closings(dataset, starts).pinches
     contacts = [next(iter(detect(detector, pinch)), None) for pinch in heard]
@@ -61,20 +61,20 @@ def detect_alignment(dataset: Dataset, detector: Detector, how: str = "") -> Ali
 
 
 def fit_detector(dataset: Dataset, name: str | None = None) -> Detector:
-    """Return a detector that learned from these pinches.
+    """Return a detector that is fitted to these pinches.
 
     Parameters
     ----------
     dataset
         The pinches.
     name
-        In the registry; None for the default one where it can learn from these pinches,
-        and else the one of the package, or one that learns nothing.
+        Name in the registry. None selects the default detector if it can learn from these pinches,
+        otherwise the package's detector or one without training.
 
     Raises
     ------
     InputError
-        The one named cannot learn from these pinches.
+        The named detector cannot learn from these pinches.
     """
     if name is not None:
         return make_detector(name).fit(dataset)
@@ -87,21 +87,20 @@ def fit_detector(dataset: Dataset, name: str | None = None) -> Detector:
 
 
 def found_as_live(dataset: Dataset, detector: Detector, seed: int, runner: Runner) -> Alignment:
-    """Return contacts as a detector finds them live, fitted without the pinch itself.
+    """Return out-of-fold contacts: each from a detector that is fitted without the pinch.
 
-    Sessions stay whole. What learned from a pinch places its contact better than
-    it will place any other.
+    Whole sessions are held out. A detector places contacts of its own training pinches too well.
 
     Parameters
     ----------
     dataset
         The pinches.
     detector
-        What :func:`fit_detector` made of them.
+        Result of :func:`fit_detector` for them.
     seed
-        Of the folds.
+        Random seed of the folds.
     runner
-        Does the folds.
+        Runner for the folds.
     """
     if not detector.learns or is_pretrained(detector):
         return detect_alignment(dataset, detector)
@@ -123,7 +122,7 @@ def found_as_live(dataset: Dataset, detector: Detector, seed: int, runner: Runne
 def _found_apart(
     fold: tuple[Places, Places], dataset: Dataset, detector: str
 ) -> Sequence[Contact | None]:
-    """Contacts of the second pinches by a detector that learned from the first."""
+    """Return contacts of the second dataset from a detector that is fitted to the first."""
     learn, ask = fold
     other = make_detector(detector).fit(dataset.take(learn))
     return detect_alignment(dataset.take(ask), other).contacts

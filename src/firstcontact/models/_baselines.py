@@ -1,4 +1,4 @@
-"""Floors to stand on: the mean of the training targets, and the peak amplitude alone."""
+"""Baselines: the mean of the training targets, and the peak amplitude alone."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from firstcontact.models._window_model import ArrayCheck, ArraysModel, WindowMod
 
 
 class ConstantModel(ArraysModel):
-    """Always the same answer."""
+    """Model with the same prediction for every window."""
 
     kind: ClassVar[str] = "constant"
     declared: ClassVar[Mapping[str, ArrayCheck]] = {"value": ArrayCheck((1,))}
@@ -29,11 +29,11 @@ class ConstantModel(ArraysModel):
 
     @property
     def notes(self) -> Mapping[str, Any]:
-        """The answer."""
+        """Return the constant prediction."""
         return {"value": self.value}
 
     def outputs(self, X: Windows) -> Values:
-        """Return the same answer for every window, shape (n, 1)."""
+        """Return the same prediction for every window, shape (n, 1)."""
         return np.full((len(X), 1), self.value)
 
     def choose(self, outputs: NDArray[Any]) -> NDArray[np.intp]:
@@ -41,7 +41,7 @@ class ConstantModel(ArraysModel):
         return np.searchsorted(self.spec.classes, outputs[:, 0])
 
     def program(self) -> Program:
-        """Return the program that gives the value, or a 1 at its class."""
+        """Return a program whose output is the value, or 1 at its class."""
         n, spec = self.spec.samples * self.spec.channels, self.spec
         classes = np.array(spec.classes)
         values = (classes == self.value) * 1.0 if spec.classes else np.array([self.value])
@@ -70,7 +70,7 @@ class TrainMean(Estimator):
 
 
 def _log_peak(X: NDArray[Any]) -> Values:
-    """Logarithm of the largest magnitude of each window (n, samples, channels)."""
+    """Return the logarithm of the largest magnitude of each window (n, samples, channels)."""
     peak: Values = np.log(np.abs(X).max(axis=(1, 2)).astype(np.float64))
     return peak
 
@@ -78,9 +78,9 @@ def _log_peak(X: NDArray[Any]) -> Values:
 class PeakModel(ArraysModel):
     """A parabola in the log peak, or the class with the nearest mean log peak.
 
-    ``weights`` holds the parabola (highest power first) and the range of the
-    training targets, beyond which a parabola means nothing; for
-    classification the mean log peak of each class.
+    For regression, ``weights`` holds the parabola (highest power first) and the range of the
+    training targets, to which predictions are clipped. For classification it holds the mean log
+    peak of each class.
     """
 
     kind: ClassVar[str] = "peak"
@@ -101,7 +101,7 @@ class PeakModel(ArraysModel):
         return {}
 
     def outputs(self, X: Windows) -> Values:
-        """Return the parabola's value, or the nearness of each class, shape (n, outputs)."""
+        """Return the parabola's value, or negative distances to classes, shape (n, outputs)."""
         peak = _log_peak(X)[:, None]
         if self.spec.task is Task.REGRESSION:
             low, high = self.weights[3:]

@@ -29,7 +29,7 @@ class TrainingData:
     pinches
         Number of pinches.
     sessions, specimens
-        Their names, each once.
+        Names of the sessions and specimens, without repetitions.
     target
         Label that the model predicts.
     levels
@@ -39,11 +39,11 @@ class TrainingData:
     contacts
         How the contacts were found, in words.
     seed
-        Of the folds and the training.
+        Random seed of the folds and the training.
     notes
         Changes to the data, one sentence each.
     recorded_rate_hz
-        Before they were resampled to the model's rate; None where they were not.
+        Rate before resampling to the model's rate; None if they were not resampled.
     """
 
     source: Name = ""
@@ -61,7 +61,7 @@ class TrainingData:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrainingRecord:
-    """Record of the training of one predictor, for people: nothing is computed from it.
+    """Record of the training of one predictor, for human readers only.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class TrainingRecord:
     split
         How the pinches of the scores were held out, in words.
     scores
-        On data that the scored model was not trained on.
+        Scores on data that the scored model was not trained on.
     calibration
         How the interval was calibrated and the share of truths that it held, or ``none`` with the
         reason why there is no interval.
@@ -118,13 +118,13 @@ class ModelCard(msgspec.Struct, frozen=True, kw_only=True):
     trained_on
         Training data.
     predictors
-        One part for each.
+        One part for each predictor.
     detector
-        SHA-256 of the card of the detector that goes with the model; None for any.
+        SHA-256 of the card of the model's detector; None accepts any detector.
     versions
-        Of the libraries.
+        Versions of the libraries.
     sha256
-        Of the weights.
+        SHA-256 of the weights.
     """
 
     sha256: Sha256 | None = None

@@ -1,4 +1,4 @@
-"""Trains the convolutional network with PyTorch."""
+"""Training of the convolutional network with PyTorch."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ SMALLEST = 8
 class Cnn(Estimator):
     """EfficientNetV2 for one dimension: Adam with a one-cycle schedule, MSE loss.
 
-    For classification the loss is the MSE against one-hot targets. Nothing is
-    augmented and nothing is searched, so ``groups`` has no use here.
+    For classification the loss is the MSE against one-hot targets. Without augmentation and
+    hyper-parameter search, ``groups`` is not used.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ class Cnn(Estimator):
     epochs
         Passes over the windows.
     published
-        Whether to use the schedule of the paper instead: 40 epochs, the rate halved every 5. It
+        True to use the paper's schedule: 40 epochs, with the learning rate halved every 5. It
         scores the same and takes three times as long.
     """
 
@@ -91,7 +91,7 @@ class Cnn(Estimator):
         return CnnModel(spec, scale, target, training, onnx)
 
     def reference(self, model: CnnModel, X: Windows, y: Values) -> Reference:
-        """Eager PyTorch, with fresh weights, which change no time."""
+        """Return eager PyTorch with random weights, which do not affect the time."""
         import torch
 
         from firstcontact.models._efficientnet import EfficientNet
@@ -112,7 +112,7 @@ def _batch(n: int) -> int:
 
 
 def _one_cycle(step: int, steps: int) -> float:
-    """Return the rate of a step as a share of the largest: a linear rise, then half a cosine."""
+    """Return the relative learning rate of a step: a linear rise, then half a cosine."""
     rise = max(1, round(RISE * steps))
     if step < rise:
         return (step + 1) / rise
@@ -126,7 +126,7 @@ def _scale(X: Windows) -> NDArray[np.float64]:
 
 
 def as_input(inputs: NDArray[np.float32]) -> Tensor:
-    """Compressed windows (n, samples, channels) as the network takes them, channels last."""
+    """Return compressed windows (n, samples, channels) as a channels-last tensor."""
     import torch
 
     layout = np.ascontiguousarray(inputs.transpose(0, 2, 1))[:, :, None, :]

@@ -1,4 +1,4 @@
-"""The convolutional network at work: ONNX Runtime on one thread, no PyTorch."""
+"""Inference of the convolutional network by ONNX Runtime, on one thread, without PyTorch."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ _BATCH = 256
 def compress(X: NDArray[Any], scale: NDArray[np.float64]) -> NDArray[np.float32]:
     """Return the input of the network: arcsinh of the window over a typical amplitude.
 
-    Amplitudes span decades from soft and slow to hard and fast. Around zero
-    arcsinh is linear, above the typical amplitude it is a logarithm.
+    Amplitudes span decades from soft, slow contacts to hard, fast ones. The arcsinh is linear
+    around zero and logarithmic above the typical amplitude.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ class CnnModel(ArraysModel):
     Parameters
     ----------
     spec
-        What it takes and answers.
+        Specification of its inputs and outputs.
     scale
         See :func:`compress`.
     target
@@ -57,7 +57,7 @@ class CnnModel(ArraysModel):
     Raises
     ------
     InputError
-        If the arrays do not fit together, or the network is not one of ours.
+        The arrays do not fit together, or the network was not exported by this package.
     """
 
     kind: ClassVar[str] = "cnn"

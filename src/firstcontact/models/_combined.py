@@ -1,4 +1,4 @@
-"""Network and a regression on the rig's own pinches, averaged by how sure each is."""
+"""Average of the network and a regression on the rig's own pinches, weighted by precision."""
 
 from __future__ import annotations
 
@@ -38,18 +38,18 @@ _SCALES = 0.1, 10.0
 class CombinedModel(InContextModel):
     """Network that is averaged with a regression on the pinches of the rig.
 
-    Each prediction is the mixture of both, weighted by the inverse of their variances, and its
-    spread is that of the mixture: it grows where they differ. Near the rig's blocks the
-    regression counts, far from them the network.
+    Each prediction is a mixture of both, weighted by the inverse of their variances. Its spread is
+    the standard deviation of the mixture, so it grows where they differ. The regression dominates
+    near the rig's blocks, the network far from them.
 
     Parameters
     ----------
     alone
-        Network that knows the rig, with the widths of its own intervals.
+        Network conditioned on the rig, with its own interval widths.
     factors
         Half width of the mixture's interval in its spreads at each stage, shape (stages,).
     regressions
-        By number of the finger, for each rig of ``alone``.
+        Regression of each rig of ``alone``, by finger number.
     """
 
     kind: ClassVar[str] = "combined"
@@ -75,7 +75,7 @@ class CombinedModel(InContextModel):
         seed: int,
         scale: NDArray[np.float64],
     ) -> Self:
-        """Return the model of a rig.
+        """Return the model that is conditioned on and fitted to the contacts of a rig.
 
         Parameters
         ----------
@@ -86,7 +86,7 @@ class CombinedModel(InContextModel):
         scheme
             One of ``WAYS`` to know a rig.
         seed
-            Of the choice among more pinches than a rig takes.
+            Random seed for choosing pinches, if a rig has too many.
         scale
             Factor of the regression's spread at each stage, shape (stages,).
         """
@@ -152,7 +152,7 @@ class CombinedModel(InContextModel):
     def to_arrays(self) -> Arrays:
         """Return the arrays of the network and each regression as ``own.FINGER.NAME``.
 
-        ``factors`` are those of the mixture, ``own.factors`` those of the network alone.
+        ``factors`` belong to the mixture, ``own.factors`` to the network alone.
         """
         arrays = super().to_arrays()
         arrays["own.factors"] = self._alone.factors
@@ -168,7 +168,7 @@ class CombinedModel(InContextModel):
         Raises
         ------
         InputError
-            Arrays that are missing or do not fit together.
+            Arrays are missing or do not fit together.
         """
         own_factors = take_array(arrays, "own.factors", len(STAGES))
         alone = InContextModel.from_arrays({**arrays, "factors": own_factors}, level)
@@ -179,7 +179,7 @@ class CombinedModel(InContextModel):
 
 @dataclass(frozen=True)
 class CombinedEstimator(NetworkEstimator):
-    """Network and a regression on the rig's own pinches, averaged by how sure each is.
+    """Estimator that averages the network with a regression on the rig's own pinches.
 
     With too few pinches or levels the network predicts alone.
     """
@@ -195,7 +195,7 @@ class CombinedEstimator(NetworkEstimator):
         labelled
             Contacts with a Shore A.
         seed
-            Of the folds that hold contacts out.
+            Random seed of the folds that hold contacts out.
 
         Raises
         ------
@@ -216,13 +216,13 @@ def adapt_combined(
 ) -> Adapted:
     """Condition a network on a rig and average it with a regression on the rig's pinches.
 
-    Weights come from levels of Shore A that were held out. Intervals that hold too few of the
-    pinches of held-out sessions are widened.
+    The weights come from held-out levels of Shore A. Intervals that cover too few pinches of
+    held-out sessions are widened.
 
     Parameters
     ----------
     base, touches, shore_a, sessions, seed
-        As of :func:`adapt_network`.
+        As in :func:`adapt_network`.
 
     Raises
     ------
@@ -255,8 +255,8 @@ def _spread_scale(
 ) -> NDArray[np.float64]:
     """Return the factor of the regression's spread at each stage, shape (stages,).
 
-    With it, spreads of network and regression are in the same proportion to their errors on
-    levels of Shore A that were held out. Between ``TIMES`` it is interpolated.
+    It gives network and regression the same ratio of spread to error on held-out levels of Shore
+    A. Between ``TIMES`` it is interpolated.
     """
     ones = np.ones(len(STAGES))
     squares = np.zeros((2, len(TIMES)))

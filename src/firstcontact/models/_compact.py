@@ -1,9 +1,9 @@
-"""The network for a small processor: each layer through few directions, in integers.
+"""Compact network for a small processor: low-rank layers with integer weights.
 
-What a layer puts out for the contacts of one rig lies close to a few directions. With P the first
+The outputs of a layer for the contacts of one rig lie close to a few directions. With P the first
 of these, ``y = W x + b`` becomes ``m + P (P' (W x + b - m))``: two thin layers. Their weights are
-rounded to integers whose sums cannot overflow 32 bits. It is still a network in NumPy, and
-answers what its C answers.
+rounded to integers whose sums cannot overflow 32 bits. The NumPy network predicts the same as its C
+export.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ FEWEST = 40
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rounded:
-    """A layer whose weights are integers times a scale for each row.
+    """Layer whose weights are integers times a scale for each row.
 
     Parameters
     ----------
@@ -49,14 +49,14 @@ class Rounded:
 
     @classmethod
     def nearest(cls, weight: NDArray[np.floating], bias: NDArray[np.floating]) -> Rounded:
-        """Return the integers that are nearest to a layer."""
+        """Return a layer with its weights rounded to integers."""
         most = np.maximum(np.abs(weight).sum(axis=1) / MOST, np.abs(weight).max(axis=1) / 32_000)
         scale = np.maximum(most, 1e-30).astype(np.float32)
         integers = np.rint(weight / scale[:, None]).astype(np.int16)
         return cls(integers, scale, bias.astype(np.float32))
 
     def __call__(self, x: Matrix) -> Matrix:
-        """Return outputs for inputs (..., inputs), each row rounded to 15 bits of its largest."""
+        """Return outputs for inputs (..., inputs), each row rounded to 15 bits of its peak."""
         most = np.abs(x).max(axis=-1, keepdims=True)
         each = np.where(most > 1e-30, np.float32(32767) / np.maximum(most, 1e-30), np.float32(0))
         steps = x * each.astype(np.float32)
@@ -74,15 +74,15 @@ class Rounded:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Thin:
-    """Two layers in place of one.
+    """Two thin layers that replace one layer.
 
     Parameters
     ----------
     into
-        From the inputs to the directions. Of ``body1``: from what changes with the contact; the
-        weights of the other inputs are in ``fixed``.
+        Layer from the inputs to the directions. For ``body1``, it takes only the inputs that change
+        with the contact; ``fixed`` holds the weights of the others.
     out
-        From the directions to the outputs.
+        Layer from the directions to the outputs.
     fixed
         Shape (directions, inputs that do not change with the contact), float32.
     """
@@ -93,14 +93,14 @@ class Thin:
 
 
 class CompactNetwork(Network):
-    """A network whose large layers are thin.
+    """Network whose large layers are replaced by thin ones.
 
     Parameters
     ----------
     base
-        The pre-trained one.
+        Pre-trained network.
     layers
-        By name, of ``THIN``.
+        Thin layers by name, one for each name in ``THIN``.
     """
 
     def __init__(self, base: Network, layers: Mapping[str, Thin]) -> None:
@@ -117,7 +117,7 @@ class CompactNetwork(Network):
         return thin.out(thin.into(moving) + fixed @ thin.fixed.T)
 
     def _parted(self, name: str, x: Matrix) -> tuple[Matrix, Matrix]:
-        """Return the inputs of a layer that change with a contact, and the fixed ones."""
+        """Split the inputs of a layer into those that change with a contact, and fixed ones."""
         is_moving = moving(name, x.shape[-1], self._hidden, self._rest)
         return x[..., is_moving], x[..., ~is_moving]
 
@@ -135,7 +135,7 @@ class CompactNetwork(Network):
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
-        """Return the inverse of :meth:`to_arrays`; InputError where arrays do not fit together."""
+        """Return the inverse of :meth:`to_arrays`; InputError if arrays do not fit together."""
         made = cls(Network(arrays), {})
         made.thin = {name: made._thin_layer(name, arrays) for name in THIN}
         made.check_reach()
@@ -161,7 +161,7 @@ class CompactNetwork(Network):
 
     @property
     def answer(self) -> tuple[Matrix, Matrix]:
-        """Weight and bias of the last layer: rounding there would be seen in the answer."""
+        """Weight and bias of the last layer, not rounded, because that would change predictions."""
         return self._layers["answer"]
 
     def along(self, context: Context, stage: int) -> Matrix:
@@ -172,7 +172,7 @@ class CompactNetwork(Network):
         return term
 
     def scale(self, name: str) -> tuple[Matrix, Matrix]:
-        """Mean and deviation of inputs."""
+        """Return the mean and standard deviation of inputs."""
         return self._scales[name]
 
 
@@ -211,7 +211,7 @@ def moving(name: str, inputs: int, hidden: int, mean: int) -> NDArray[np.bool_]:
 
 
 class _Listening(Network):
-    """Keeps what its layers put out."""
+    """Network that stores the outputs of its layers."""
 
     def __init__(self, base: Network) -> None:
         super().__init__(base.to_arrays())
@@ -225,7 +225,7 @@ class _Listening(Network):
 
 
 def deaf(model: InContextModel) -> InContextModel:
-    """Return a model that ignores the motor's pitch, which costs a spectrum for each contact."""
+    """Return a model that ignores the motor's pitch and so needs no spectrum per contact."""
     return _told_nothing(model, False)
 
 
@@ -246,18 +246,18 @@ def compacted(
     Parameters
     ----------
     model
-        Of the rig.
+        Model of the rig.
     touches
-        Of the rig, which the directions are found in.
+        Contacts of the rig that determine the directions.
     directions
-        Of each thin layer.
+        Number of directions of each thin layer.
     listening
-        Whether it keeps its ear for the motor.
+        True to keep the motor's pitch as an input.
 
     Raises
     ------
     InputError
-        Too few touches.
+        There are too few contacts.
     """
     if len(touches) < FEWEST:
         raise InputError(

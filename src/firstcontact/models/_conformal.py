@@ -1,8 +1,7 @@
-"""Conformal intervals by MAPIE, from answers of models that had not seen the session.
+"""Conformal intervals by MAPIE, from predictions for held-out sessions.
 
-Split conformal prediction with absolute residuals (Lei et al. 2018), by itself in
-each range of answers (Mondrian; Vovk et al. 2005): soft objects get bounds of
-their own.
+Split conformal prediction with absolute residuals (Lei et al. 2018), separately in each range of
+predictions (Mondrian; Vovk et al. 2005). So soft objects get their own bounds.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ SESSIONS = 3
 
 
 def refusal(answers: Values, sessions: NDArray[np.str_], level: float) -> str:
-    """Return why these predictions give no interval, or ""."""
+    """Return the reason why these predictions give no interval, or ""."""
     names = np.unique(sessions)
     if len(names) < SESSIONS or "" in names:
         named = len(names[names != ""])
@@ -43,31 +42,31 @@ def conformal_interval(
     limits: tuple[float, float] | None = SHORE_A,
     spreads: Values | None = None,
 ) -> Interval:
-    """Widths with which ``level`` of these truths lie around their answers.
+    """Return an interval whose widths cover a share ``level`` of these truths.
 
     Parameters
     ----------
     answers
-        Of models that did not learn from the session asked about, shape (n,).
+        Predictions of models that did not learn from the pinch's session, shape (n,).
     truth
         Shape (n,).
     level
-        Share that is to be held.
+        Share of truths to cover.
     limits
-        Of the scale; None where it has no ends.
+        Ends of the scale; None if it has none.
     spreads
-        What the models themselves said of each answer (Papadopoulos et al. 2008), shape
-        (n,): half widths are in these then; None where they said nothing.
+        Predicted standard deviation of each prediction (Papadopoulos et al. 2008), shape (n,). Half
+        widths are then multiples of it. None if the models predict none.
 
     Returns
     -------
     Interval
-        Up to five ranges of answers with as many pinches each.
+        Interval with up to five ranges of predictions, with equal numbers of pinches.
 
     Raises
     ------
     ValueError
-        Fewer answers than one range needs.
+        There are fewer predictions than one range needs.
     """
     least = least_answers(level)
     if len(answers) < least:
@@ -89,7 +88,7 @@ def conformal_interval(
 
 
 def least_answers(level: float) -> int:
-    """Fewest answers that one range of an interval is made of."""
+    """Return the smallest number of predictions for one range of an interval."""
     return max(RANGE_PINCHES, ceil(4.0 / (1.0 - level)))
 
 
@@ -103,7 +102,7 @@ def _half_width(answers: Values, truth: Values, level: float) -> float:
 
 
 def _identity() -> Any:
-    """Return a regressor in scikit-learn's form whose input is the answer itself."""
+    """Return a scikit-learn regressor that returns its input."""
     from sklearn.base import BaseEstimator, RegressorMixin
 
     class Identity(RegressorMixin, BaseEstimator):  # type: ignore[misc]
@@ -129,22 +128,22 @@ def held_out_bounds(
     limits: tuple[float, float] | None = SHORE_A,
     spreads: Values | None = None,
 ) -> Iterator[tuple[Interval, NDArray[np.bool_]]]:
-    """Each fold with an interval from the other folds.
+    """Yield each fold with an interval from the other folds.
 
     Parameters
     ----------
     answers, truth
         As for :func:`conformal_interval`.
     folds
-        Number of each answer's fold; a session lies in one. Shape (n,).
+        Fold number of each prediction, shape (n,). All pinches of a session are in one fold.
     level, limits, spreads
         As for :func:`conformal_interval`.
 
     Yields
     ------
     interval, asked
-        The interval, and where the answers of the fold are, shape (n,). A fold
-        without which too few answers are left is not asked.
+        Interval, and mask of the fold's predictions, shape (n,). A fold is skipped if too few
+        predictions remain without it.
     """
     for fold in np.unique(folds):
         in_fold = folds == fold
@@ -167,8 +166,8 @@ def coverage(
     Returns
     -------
     dict
-        ``coverage`` (share), ``mean_width`` (unit of the answer) and ``n``;
-        empty when nothing was asked.
+        ``coverage`` (share), ``mean_width`` (unit of the prediction) and ``n``; empty without
+        predictions.
     """
     inside, widths = [], []
     for interval, rows in pairs:

@@ -1,9 +1,9 @@
-"""Predictions for one contact while it lasts, in a third of the time of those for many.
+"""Fast predictions for one contact while its signal arrives.
 
-A call of NumPy takes a microsecond whatever it works on, and a live estimate must not wait for 200
-of them. This module repeats the network's arithmetic for a single contact. It keeps what a later
-moment of the same contact needs again. The numbers are those of
-:meth:`InContextModel.predict` for one contact, bit by bit.
+A NumPy call takes at least a microsecond, and the general code needs 200 of them. This module
+repeats the network's arithmetic for a single contact. It caches values that a later moment of the
+same contact needs again, and takes a third of the time. The numbers equal
+:meth:`InContextModel.predict` for one contact bit by bit.
 """
 
 from __future__ import annotations
@@ -47,14 +47,14 @@ class Answer(NamedTuple):
 
 
 class ContactAnswers:
-    """Predictions of the network for one contact, each from more samples than the one before.
+    """Predictions of the network for one contact, each from more samples than the previous one.
 
     Parameters
     ----------
     model
         Network, conditioned on a rig.
     touches
-        The contact as far as it is known, of one row.
+        The contact, as one row, with the samples received so far.
     features
         Row of :meth:`InContextModel.rig_features`.
     """

@@ -1,6 +1,6 @@
-"""Shape of a contact's first milliseconds in a few numbers that do not depend on gain.
+"""Gain-independent features of a contact's first milliseconds.
 
-All amplitudes are told relative to the rig's own level, or to the contact's own peak.
+All amplitudes are relative to the rig's level or to the contact's peak.
 """
 
 from __future__ import annotations
@@ -33,13 +33,13 @@ NAMES = (
 
 
 def masked(signals: NDArray[np.floating], valid: NDArray[np.intp]) -> NDArray[np.float64]:
-    """Signals (n, samples) with zeros from ``valid`` on."""
+    """Return the signals (n, samples) with zeros from ``valid`` on."""
     samples = np.arange(signals.shape[1])
     return np.where(samples < valid[:, None], signals, 0.0)
 
 
 def features(v: NDArray[np.float64], valid: NDArray[np.intp], level: Values) -> NDArray[np.float64]:
-    """Numbers about the valid part.
+    """Return features of the valid part.
 
     Parameters
     ----------
@@ -49,12 +49,12 @@ def features(v: NDArray[np.float64], valid: NDArray[np.intp], level: Values) -> 
     valid
         Valid samples, at least 2, shape (n,).
     level
-        Of the rig, V, shape (n,).
+        Level of the rig, V, shape (n,).
 
     Returns
     -------
     ndarray
-        About 1 in size, shape (n, len(NAMES)).
+        Features with magnitudes around 1, shape (n, len(NAMES)).
     """
     n, samples = v.shape
     rows = np.arange(n)
@@ -105,18 +105,18 @@ def features(v: NDArray[np.float64], valid: NDArray[np.intp], level: Values) -> 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shape:
-    """The valid part of contacts and its features, worked out once for all that look at them.
+    """Valid part of contacts and its features, computed once.
 
     Parameters
     ----------
     v
         Masked, positive in the direction of the first swing, V, shape (n, samples).
     is_valid
-        Which samples are valid, shape (n, samples).
+        Mask of the valid samples, shape (n, samples).
     features
-        As :func:`features` gives them.
+        Result of :func:`features`.
     level
-        Of the rigs, V, shape (n,).
+        Levels of the rigs, V, shape (n,).
     """
 
     v: NDArray[np.float64]

@@ -37,9 +37,9 @@ class Context:
     mean
         Mean over the levels of Shore A, shape (stages, width).
     keys, values
-        What heads look for and find at each level, shape (stages, HEADS, levels, width).
+        Attention keys and values of each level, shape (stages, HEADS, levels, width).
     general
-        Shape (GENERAL,).
+        General features of the rig, shape (GENERAL,).
     """
 
     mean: Matrix
@@ -49,7 +49,7 @@ class Context:
 
 
 class Network:
-    """A perceptron that looks at the rig's levels of Shore A by attention.
+    """Perceptron with attention to the rig's levels of Shore A.
 
     Parameters
     ----------
@@ -105,12 +105,12 @@ class Network:
     def check_reach(self) -> None:
         """Refuse weights with which a number on the way to a prediction could overflow.
 
-        Inputs are cut off, so that each layer has a largest output whatever is touched.
+        Inputs are clipped, so each layer has a largest output for any contact.
 
         Raises
         ------
         InputError
-            Names the layer whose outputs may overflow, or the scale.
+            The outputs of a layer or the scale may overflow. The message names it.
         """
         for name, (_, sd) in self._scales.items():
             if not sd.min() >= 1 / LARGEST:
@@ -156,7 +156,7 @@ class Network:
         Parameters
         ----------
         tokens, general
-            As of :class:`firstcontact.models._rig.Rig`.
+            As in :class:`firstcontact.models._rig.Rig`.
         """
         e = self._silu("token2", self._silu("token1", self._scaled("token", tokens)))
         stages, levels, _ = e.shape
@@ -176,16 +176,16 @@ class Network:
     def outputs(
         self, x: NDArray[Any], context: Context, stages: NDArray[np.intp]
     ) -> NDArray[np.float64]:
-        """Mixture of normals for each contact.
+        """Return a mixture of normal distributions for each contact.
 
         Parameters
         ----------
         x
             Inputs, shape (n, INPUTS).
         context
-            Of the rig.
+            Encoded rig.
         stages
-            Of the context, shape (n,).
+            Stage of each contact in the context, shape (n,).
 
         Returns
         -------

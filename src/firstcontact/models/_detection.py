@@ -21,7 +21,7 @@ TOLERANCE = 0.003
 
 
 class Delays(Record, frozen=True, kw_only=True):
-    """Median and 95th percentile, ms."""
+    """Median and 95th percentile of delays, ms."""
 
     median: float
     p95: float
@@ -32,11 +32,11 @@ class DetectionScores(Record, frozen=True, kw_only=True):
 
     A share of nothing is None.
 
-    Windows are counted whatever the detector said before, one each 3 ms as published: of a detector
-    that looks oftener, all looks of such a step are one, which fires if any of them does. One
-    counts as quiet when it ends before the contact (each finger's windows count), and as contact
-    when it is the touching finger's first that holds at least 1 ms of it. The touching finger's
-    windows in between may say either and are left out, as is everything after.
+    Windows are counted every 3 ms as published, independent of earlier decisions. For a detector
+    with shorter steps, a 3 ms step fires if any of its windows fires. A window of either finger is
+    quiet if it ends before the contact. The contact window is the touching finger's first window
+    with at least 1 ms of the contact. Windows between them may be judged either way and are not
+    counted, nor are later ones.
 
     Parameters
     ----------
@@ -45,43 +45,37 @@ class DetectionScores(Record, frozen=True, kw_only=True):
     left_out
         Pinches without a known first contact.
     too_soon
-        Pinches whose contact came before a window could show it as new: until
-        then the motor settled or the steady state was measured. They are in
-        ``n``, with whatever outcome.
+        Pinches whose contact came while the motor settled or the steady state was measured, before
+        any window could detect it. They are included in ``n``.
     windows, quiet_windows
-        Windows counted, and how many of them are quiet.
+        Number of counted windows, and of quiet ones.
     window_accuracy
-        Share of all counted windows judged right. Quiet ones are many: read it
-        with the two shares below.
+        Share of correct decisions over all counted windows. Most windows are quiet, so read it
+        together with the next two shares.
     quiet_windows_silent, contact_windows_found
-        Shares right of quiet and of contact windows.
+        Shares of correct decisions over quiet windows and over contact windows.
     pinch_success
-        Share of pinches whose first trigger is the touching finger's and
-        places the contact within 3 ms of where it was. The trigger itself
-        comes later than the contact it places: see the next.
+        Share of pinches whose first trigger is on the touching finger and places the contact within
+        3 ms of its true time. The trigger itself comes later than the contact that it places.
     decided_within_3_ms
-        Share of pinches that succeeded and in which the trigger was decided
-        no earlier than the contact and no later than 3 ms after it.
+        Share of successful pinches in which the decision came 0 to 3 ms after the contact.
     false_alarms
         Pinches whose first trigger places a contact more than 3 ms too early.
     wrong_finger
-        Pinches whose first trigger is in time but the other finger's.
+        Pinches whose first trigger is in time but on the other finger.
     late
         Pinches whose first trigger places the contact more than 3 ms too late.
     misses
         Pinches without any trigger.
     false_alarms_per_minute
-        Runs of firing quiet windows (of each finger) per minute of closing
-        without a contact, which is the number of quiet steps times their
-        length; None where there was none.
+        Runs of firing quiet windows, of each finger, per minute of closing without contact. That
+        time is the number of quiet steps times their length. None without such time.
     delay_ms
-        Median and 95th percentile of the time from the contact to the sample
-        that decided, over all first triggers that are the touching finger's
-        and neither placed early nor decided before the contact, late ones too;
-        None where there are none.
+        Median and 95th percentile of the time from the contact to the decision. First triggers
+        count, also late ones, if they are on the touching finger and neither placed nor decided
+        early. None without such triggers.
     lookahead_ms
-        How long the resampler waited for later samples, which is in both of
-        these; None where nothing was resampled.
+        Look-ahead of the resampler, which both delays include; None without resampling.
     """
 
     n: int
@@ -109,7 +103,7 @@ class DetectionScores(Record, frozen=True, kw_only=True):
 
 
 def _pooled(verdicts: WindowDecisions, looks: int) -> WindowDecisions:
-    """Merge consecutive looks into one that fires if any of them does."""
+    """Merge consecutive decisions into one that fires if any of them fires."""
     n = len(verdicts.ends) // looks
     if looks == 1 or not n:
         return verdicts
@@ -131,7 +125,7 @@ class _Counts:
     def add(
         self, verdicts: WindowDecisions, column: int, truth: int, early: int, guard: int, step: int
     ) -> int:
-        """Count the windows of one pinch, and return how many quiet steps it had."""
+        """Count the windows of one pinch, and return its number of quiet steps."""
         if not len(verdicts.ends) or truth <= verdicts.ends[0] - step:
             self.too_soon += 1
             return 0
@@ -151,7 +145,7 @@ class _Counts:
 def score_detector(
     detector: Detector, dataset: Dataset, early: float = 0.0, tolerance: float = TOLERANCE
 ) -> DetectionScores:
-    """Run a detector over pinches and compare with their known first contacts.
+    """Score a detector on pinches with known first contacts.
 
     Each is judged from where its closing starts
     (:func:`firstcontact.contact._closing_start.cut_closings`).
@@ -159,9 +153,9 @@ def score_detector(
     Parameters
     ----------
     detector
-        Fitted, on other pinches.
+        Detector that was fitted to other pinches.
     dataset, early, tolerance
-        As :func:`score_decisions` takes them.
+        As in :func:`score_decisions`.
 
     Raises
     ------
@@ -173,7 +167,7 @@ def score_detector(
 
 
 def judged(detector: Detector, heard: Dataset) -> list[WindowDecisions]:
-    """Decisions on each pinch from its first sample on, as a stream would have given them."""
+    """Return the decisions on each pinch from its first sample on, as in a stream."""
     verdicts = []
     for pinch in heard.pinches:
         detector.start(pinch.layout)
@@ -193,16 +187,16 @@ def score_decisions(
     Parameters
     ----------
     verdicts
-        Of a detector that did not learn from the pinch, one for each pinch.
+        Decisions for each pinch, of a detector that did not learn from it.
     dataset
         The pinches.
     step
-        New part of the detector's windows, s: how often it looks.
+        Time between the detector's windows, s.
     early
-        The contact may be up to this much earlier than its label, s: windows
-        that end in this span are left out, and triggers in it are in time.
+        Longest time by which a contact may precede its label, s. Windows that end in this span are
+        not counted, and triggers in it are in time.
     tolerance
-        How far from the contact a first trigger may be, s.
+        Largest distance of a correct first trigger from the contact, s.
 
     Raises
     ------
@@ -277,19 +271,19 @@ def right_and_not_early(
 ) -> bool:
     """Return True if the first trigger is of the touching finger and not before the contact.
 
-    It is placed no more than ``tolerance`` before the contact, and decided after
-    it: what fires before anything has touched is chance, wherever it points.
+    The trigger must be placed at most ``tolerance`` before the contact, and decided after it. A
+    decision before the contact is chance, whatever position it reports.
 
     Parameters
     ----------
     contact, truth
-        As found, and as known.
+        Detected contact, and known contact.
     rate
-        Of their samples, Hz.
+        Sampling rate, Hz.
     early
-        How much earlier than its label the contact may be, s.
+        Longest time by which a contact may precede its label, s.
     tolerance
-        How much earlier still it may be placed, s.
+        Largest additional time by which it may be placed early, s.
     """
     placed = (contact.sample - truth.sample) / rate
     return (
@@ -311,11 +305,11 @@ def outcome(
     Parameters
     ----------
     contact
-        The first trigger, None where there was none.
+        First trigger; None without one.
     truth
-        The known first contact.
+        Known first contact.
     rate, early, tolerance
-        As :func:`right_and_not_early` takes them.
+        As in :func:`right_and_not_early`.
     """
     if contact is None:
         return "misses"

@@ -1,11 +1,10 @@
-"""EfficientNetV2 for one dimension: the one definition of the network.
+"""Definition of EfficientNetV2 for one dimension.
 
 Mingxing Tan and Quoc V. Le: EfficientNetV2: Smaller Models and Faster
 Training, ICML 2021 (arXiv:2104.00298). Importing this module imports PyTorch.
 
-Time is the second of two dimensions, the first has length one: PyTorch's
-convolutions and normalisation have a channels-last form for two dimensions
-only, and with it an epoch of these short windows takes two thirds of the time.
+The network has two dimensions, time and one of length one, because PyTorch has channels-last
+kernels for two dimensions only. These take two thirds of the time.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ HEAD = 96
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """Blocks of one kind.
+    """Sequence of blocks of one type.
 
     Parameters
     ----------
@@ -36,13 +35,13 @@ class Stage:
         Fused-MBConv (one wide convolution in place of expansion and depthwise)
         or MBConv with squeeze-excitation.
     expand
-        How much wider the block is inside.
+        Factor by which the inner layers are wider.
     channels
-        What it puts out.
+        Number of output channels.
     stride
-        Of the first block; the others keep the length.
+        Stride of the first block; the others keep the length.
     blocks
-        How many.
+        Number of blocks.
     """
 
     fused: bool
@@ -87,7 +86,7 @@ class ConvNorm(nn.Sequential):
             self.append(nn.SiLU(inplace=True))
 
     def fold(self) -> None:
-        """Multiply the normalisation into the convolution."""
+        """Fold the normalisation into the weights of the convolution."""
         conv, norm = self[0], self[1]
         assert isinstance(conv, nn.Conv2d)
         assert isinstance(norm, nn.BatchNorm2d)
@@ -95,7 +94,7 @@ class ConvNorm(nn.Sequential):
 
 
 class SqueezeExcitation(nn.Module):
-    """Weighs channels by what the whole window holds of each."""
+    """Squeeze-excitation: weights each channel by its mean over the window."""
 
     def __init__(self, channels: int, squeezed: int) -> None:
         super().__init__()
@@ -109,16 +108,16 @@ class SqueezeExcitation(nn.Module):
 
 
 class MBConv(nn.Module):
-    """Fused-MBConv, or MBConv with squeeze-excitation: one block of a stage.
+    """Block of a stage: Fused-MBConv, or MBConv with squeeze-excitation.
 
     Parameters
     ----------
     stage
         The stage.
     inputs
-        Channels that come in.
+        Number of input channels.
     stride
-        Of this block.
+        Stride of this block.
     """
 
     def __init__(self, stage: Stage, inputs: int, stride: int) -> None:
@@ -173,7 +172,7 @@ class EfficientNet(nn.Module):
         self.last = nn.Linear(HEAD, outputs)
 
     def forward(self, x: Tensor) -> Tensor:
-        """Windows (n, channels, 1, samples) to answers (n, outputs)."""
+        """Return outputs (n, outputs) for windows (n, channels, 1, samples)."""
         out: Tensor = self.last(self.head(self.blocks(self.stem(x))).mean(dim=(2, 3)))
         return out
 

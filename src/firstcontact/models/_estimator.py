@@ -18,16 +18,16 @@ from firstcontact.models._window_model import WindowModel
 
 @dataclass(frozen=True)
 class Estimator(ABC):
-    """Learns a model from windows.
+    """Estimator that fits a model to windows.
 
-    A new one is a subclass in a file of its own, with these class attributes, and a line
-    in :mod:`firstcontact.models._registry`; commands, studies, figures and reports read
-    the rest from here.
+    To add one, write a subclass with these class attributes in a new file, and add a line to
+    :mod:`firstcontact.models._registry`. Commands, studies, figures and reports read its
+    attributes.
 
     Parameters
     ----------
     task
-        What it learns.
+        Learning task: regression or classification.
     rate
         Sampling rate of the windows, Hz.
     """
@@ -68,7 +68,7 @@ class Estimator(ABC):
         groups: NDArray[Any] | None = None,
         seed: int = 0,
     ) -> WindowModel:
-        """Learn.
+        """Fit a model to windows.
 
         Parameters
         ----------
@@ -78,15 +78,14 @@ class Estimator(ABC):
             Shore A, or another real target, shape (n,). For classification
             its distinct values are the classes.
         groups
-            Session of each window, shape (n,): anything chosen inside is
-            chosen on sessions that the candidate has not seen.
+            Session of each window, shape (n,). Hyper-parameters are chosen on held-out sessions.
         seed
-            Same seed, same data: same model.
+            Random seed. The same seed and data give the same model.
 
         Raises
         ------
         InputError
-            Windows that no model would take, or targets that do not fit them.
+            The windows cannot be used, or the targets do not fit them.
         """
 
     def reference(self, model: Any, X: Windows, y: Values) -> Reference | None:
@@ -95,25 +94,25 @@ class Estimator(ABC):
         Parameters
         ----------
         model
-            One of its models.
+            Model of this estimator.
         X, y
-            What it was trained on.
+            Training data of the model.
         """
         return None
 
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """Another program that answers the same question about one window.
+    """Prediction of another library for one window, to compare the time.
 
     Parameters
     ----------
     name
-        Of the program.
+        Name of the library.
     call
-        ``call(inputs[i])`` does the work.
+        Function to time: ``call(inputs[i])``.
     inputs
-        Ready made, one a window.
+        Prepared inputs, one per window.
     """
 
     name: str
@@ -122,7 +121,7 @@ class Reference:
 
 
 def target_scale(task: Task, y: Values) -> NDArray[np.float64]:
-    """Mean and standard deviation that targets are learned in; (0, 1) of classes."""
+    """Return mean and standard deviation for scaling targets; (0, 1) for classes."""
     if task is Task.CLASSIFICATION:
         return np.array([0.0, 1.0])
     return np.array([y.mean(), y.std() or 1.0])
@@ -136,13 +135,13 @@ def training_spec(
     Returns
     -------
     Spec
-        Of the model to be.
+        Specification of the model.
 
     Raises
     ------
     InputError
-        Shapes that do not fit, unusable windows, missing targets, or fewer
-        than two classes.
+        Shapes do not fit, windows are unusable, targets are missing, or there are fewer than two
+        classes.
     """
     if X.ndim != 3 or len(X) < 2:
         raise InputError(

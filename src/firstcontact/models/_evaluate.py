@@ -31,7 +31,7 @@ class GroupScores:
     Parameters
     ----------
     title
-        That relation, as "not seen in training".
+        Title of the group, such as "not seen in training".
     predictor
         Name of the estimator, or of the network.
     n
@@ -79,10 +79,10 @@ class Evaluation:
     target
         Label that is predicted.
     contacts
-        How the contacts were found, in words.
+        Description of how the contacts were detected.
     scored, left_out
-        Number of pinches that were scored, and of all others: without a contact or a label, of a
-        class that the model does not know, or without enough signal before the second contact.
+        Number of scored pinches, and of all others. The latter lack a contact, a label, or enough
+        signal before the second contact, or belong to an unknown class.
     warnings
         Sentences about pinches that the model was trained on.
     groups
@@ -107,7 +107,7 @@ class Evaluation:
 
     @property
     def rmse(self) -> Mapping[float, float]:
-        """Root mean square error by elapsed time, s; empty if all pinches are of the training."""
+        """Root mean square error by elapsed time, s; empty if all pinches are training pinches."""
         return self._unseen.rmse if self._unseen else {}
 
     @property
@@ -122,7 +122,7 @@ class Evaluation:
 
     @property
     def _unseen(self) -> GroupScores | None:
-        """First group that is not of the training itself."""
+        """Return the first group that is not training data."""
         return next((group for group in self.groups if group.title != SEEN), None)
 
 
@@ -136,12 +136,12 @@ def evaluate(
 ) -> tuple[Evaluation, ...]:
     """Score every predictor of a model on labelled pinches.
 
-    As live, no prediction uses a sample after a known second contact.
+    As in live sessions, no prediction uses a sample after a known second contact.
 
     Parameters
     ----------
     model
-        What is scored.
+        Model to score.
     data
         Pinches as they were loaded; they are resampled to the model's rate where theirs differs.
     contacts

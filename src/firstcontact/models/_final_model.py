@@ -34,21 +34,20 @@ LEAST = 10
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FinalModel:
-    """A model and what is known of its errors.
+    """Trained model with its held-out scores and its interval.
 
     Parameters
     ----------
     model
-        Learned from all examples.
+        Model that is fitted to all examples.
     scores
-        Of models of the same kind, each asked about a fold that it did not
-        learn from.
+        Scores of models of the same type on folds that were held out of their training.
     split
-        What the folds were, in words.
+        Description of the folds.
     interval
-        From the same answers; None where there is none.
+        Interval from the same held-out predictions; None without one.
     conformal
-        For the card.
+        Calibration of the interval, for the card.
     """
 
     model: WindowModel
@@ -67,29 +66,29 @@ def train_final_model(
     runner: Runner,
     shore: bool = True,
 ) -> FinalModel:
-    """Train, score and put an interval around the answers.
+    """Train a model on all examples, with held-out scores and an interval.
 
     Parameters
     ----------
     data
-        What to learn from.
+        Training data.
     model
         Name of an estimator, or a regressor in scikit-learn's form.
     task
         Regression or classification.
     seed
-        Of the folds, the search and the training.
+        Random seed of the folds, the search and the training.
     level
-        Of the interval around the answers of a regression.
+        Coverage of the interval of a regression.
     runner
-        Does the trainings.
+        Runner for the trainings.
     shore
         Whether the target is on the Shore A scale, which has ends.
 
     Raises
     ------
     InputError
-        Too few examples.
+        There are too few examples.
     """
     if len(data) < LEAST:
         raise InputError(
@@ -129,7 +128,7 @@ def _none(data: LabelledWindows, task: Task, level: float) -> dict[str, Any]:
 
 
 def _splits(data: LabelledWindows, folds: int, seed: int) -> tuple[list[Split], str]:
-    """Folds of whole sessions where they are known, else one fifth at random."""
+    """Return folds of whole sessions if known, otherwise of random fifths."""
     if data.has_sessions:
         splits = by_session(data.sessions, data.y, seed, folds)
         return splits, f"{len(np.unique(data.sessions))} sessions in {len(splits)} folds"
@@ -140,7 +139,7 @@ def _splits(data: LabelledWindows, folds: int, seed: int) -> tuple[list[Split], 
 
 
 def _score(task: str, data: LabelledWindows, answers: Values, seed: int) -> TaskScores:
-    """Scores of answers about pinches that their model did not learn from."""
+    """Return the scores of held-out predictions."""
     of: Callable[..., TaskScores] = (
         regression_scores if task == "regression" else classification_scores
     )

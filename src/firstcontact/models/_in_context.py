@@ -1,7 +1,7 @@
 """Network conditioned on a rig by a few pinches of its blocks, without training.
 
-It was trained once on thousands of random rigs (``firstcontact pretrain``); what it knows of
-one rig is an input. At the user's nothing is learned: the rig's own pinches are summed up.
+It was trained once on thousands of random rigs (``firstcontact pretrain``). The summary of one rig
+is an input, so users train nothing.
 """
 
 from __future__ import annotations
@@ -44,18 +44,18 @@ class InContextModel:
     Parameters
     ----------
     network, familiar
-        Pre-trained.
+        Pre-trained network, and statistics of its training contacts.
     factors
         Half width of the interval in the model's own spreads at each stage, shape (stages,).
     level
-        Share that intervals hold.
+        Share of truths that intervals hold.
     rigs
-        By number of the finger; that of ``ANY`` is for all others.
+        Rigs by finger number; ``ANY`` applies to all other fingers.
 
     Raises
     ------
     InputError
-        Arrays that do not fit together.
+        Arrays do not fit together.
     """
 
     #: Name of the runtime in model files.
@@ -84,7 +84,7 @@ class InContextModel:
         }
 
     def follow(self, touches: Touches) -> ContactAnswers:
-        """Return the predictions for one contact (one row) while it lasts."""
+        """Return the predictions for one contact (one row) while its signal arrives."""
         self._check(touches)
         return ContactAnswers(self, touches, self.rig_features(touches))
 
@@ -115,7 +115,7 @@ class InContextModel:
 
     @property
     def shortest(self) -> int:
-        """Fewest valid samples that an answer takes."""
+        """Smallest number of valid samples for a prediction."""
         return lengths(self.rate)[0]
 
     def conditioned_on(self, rigs: Mapping[int, Rig]) -> InContextModel:
@@ -144,12 +144,12 @@ class InContextModel:
         touches
             Contacts.
         rig_features
-            Of :meth:`rig_features`, where they are there already.
+            Result of :meth:`rig_features`, if computed already.
 
         Raises
         ------
         InputError
-            Contacts at another rate, or with fewer valid samples than a prediction takes.
+            The contacts have another rate, or fewer valid samples than a prediction needs.
         """
         self._check(touches)
         n = len(touches)
@@ -190,7 +190,7 @@ class InContextModel:
         values: Values,
         spreads: Values,
     ) -> tuple[Values, Values]:
-        """Return values and spreads of the network after another model has seen its inputs.
+        """Return values and spreads, which a subclass can combine with another model's.
 
         Parameters
         ----------
@@ -201,7 +201,7 @@ class InContextModel:
         stages
             Position in ``STAGES`` of each contact, shape (n,).
         values, spreads
-            Of the network, shape (n,).
+            Predictions of the network, shape (n,).
         """
         return values, spreads
 
@@ -218,7 +218,7 @@ class InContextModel:
             )
 
     def by_rig(self, touches: Touches) -> list[tuple[int, NDArray[np.intp]]]:
-        """Numbers of rigs, and which touches are of each."""
+        """Yield the number of each rig, and the positions of its contacts."""
         numbers = [f if f in self.rigs else ANY for f in touches.fingers.tolist()]
         if len(set(numbers)) == 1:
             return [(numbers[0], np.arange(len(numbers)))]
@@ -231,7 +231,7 @@ class InContextModel:
         return Network(arrays)
 
     def to_arrays(self) -> Arrays:
-        """Network, what is familiar, widths, and each rig as ``rig.FINGER.NAME``."""
+        """Return the arrays of the network, and of each rig as ``rig.FINGER.NAME``."""
         arrays = {**self._network.to_arrays(), **self._familiar.to_arrays()}
         arrays["factors"] = self._factors
         for finger, rig in self.rigs.items():
@@ -246,7 +246,7 @@ class InContextModel:
         Raises
         ------
         InputError
-            Arrays that are missing or do not fit together.
+            Arrays are missing or do not fit together.
         """
         fingers = {_finger(name) for name in arrays if name.startswith("rig.")}
         rigs = {f: _rig(arrays, f"rig.{f}.") for f in fingers} or {ANY: Rig.unknown()}
@@ -255,7 +255,7 @@ class InContextModel:
 
 
 def mean_and_spread(mixture: NDArray[np.float64]) -> tuple[Values, Values]:
-    """Mean and standard deviation of mixtures, as :meth:`Network.outputs` gives them."""
+    """Return mean and standard deviation of mixtures from :meth:`Network.outputs`."""
     weight, mean, sd = mixture
     value: Values = (weight * mean).sum(axis=1)
     square = (weight * (sd * sd + mean * mean)).sum(axis=1)

@@ -17,25 +17,25 @@ LARGEST = 1e9
 
 @dataclass(frozen=True, slots=True)
 class Interval:
-    """Bounds around an answer; their width depends on the answer.
+    """Interval around a prediction, whose width depends on the prediction.
 
     Parameters
     ----------
     level
-        Share of intervals that are to hold the truth, between 0 and 1.
+        Nominal share of intervals that hold the truth, between 0 and 1.
     edges
-        Answers at which the width changes, ascending; one fewer than widths.
+        Predictions at which the width changes, ascending; one fewer than widths.
     half_widths
-        Of the intervals between the edges, in the unit of the answer.
+        Half widths between the edges, in the unit of the prediction.
     limits
-        Of the scale, beyond which no bound goes; None where it has no ends.
+        Ends of the scale, which clip the bounds; None if it has none.
     scaled
-        Whether half widths are in the model's own spread of an answer.
+        True if half widths are multiples of the predicted standard deviation.
 
     Raises
     ------
     ValueError
-        Numbers that do not fit together.
+        The numbers do not fit together.
 
     Examples
     --------
@@ -63,14 +63,14 @@ class Interval:
             raise ValueError("level, edges, half_widths or limits of an interval do not fit")
 
     def around(self, value: float, spread: float = 1.0) -> tuple[float, float]:
-        """Lower and upper bound of the truth for an answer.
+        """Return the lower and upper bound for a prediction.
 
         Parameters
         ----------
         value
-            The answer.
+            Prediction.
         spread
-            What the model itself says of it, where the interval is scaled by that.
+            Predicted standard deviation, if the interval is scaled by it.
         """
         half = self.half_widths[bisect_right(self.edges, value)]
         if self.scaled:

@@ -1,7 +1,7 @@
-"""A linear model of the log spectrum without its level: it asks little, so it moves further.
+"""Linear model on the log spectrum without its level, which transfers well to other rigs.
 
-The kernel machines on waveforms learn a sensor by heart; this one has some twenty weights a
-class, is deaf to gain, and weighs every group of windows alike, however many there are of it.
+Kernel machines on waveforms adapt closely to one sensor. This model has about twenty weights per
+class, ignores gain, and gives every group of windows the same total weight.
 """
 
 from __future__ import annotations
@@ -35,27 +35,27 @@ LEAST = 1e-3
 
 
 class LogSpectrumModel(ArraysModel):
-    """Weights of standardised features.
+    """Linear model on standardised features.
 
     Parameters
     ----------
     spec
-        What it takes and answers.
+        Specification of its inputs and outputs.
     kind
-        Number of its features in the order of ``KINDS``, shape (1,).
+        Index of its feature type in ``KINDS``, shape (1,).
     scale
         Mean and standard deviation of each feature, shape (2, inputs).
     weights, bias
-        Shapes (inputs, outputs) and (outputs,); an output for each class, or one.
+        Shapes (inputs, outputs) and (outputs,), with one output per class or one for regression.
     target
         Mean and standard deviation of the targets.
     parameters
-        C that was chosen, shape (1,).
+        Chosen C, shape (1,).
 
     Raises
     ------
     InputError
-        If the arrays do not fit together.
+        The arrays do not fit together.
     """
 
     kind: ClassVar[str] = "log_spectrum"
@@ -84,14 +84,14 @@ class LogSpectrumModel(ArraysModel):
         return {"inputs": self._features, "C": float(self._arrays["parameters"][0])}
 
     def outputs(self, X: Windows) -> Values:
-        """Evidence for each class, or the answer in the scale of the target."""
+        """Return the score of each class, or the prediction in the scale of the target."""
         mean, deviation = self._arrays["scale"]
         inputs = (features(self._features, X, self.spec.rate) - mean) / deviation
         out: Values = inputs @ self._arrays["weights"] + self._arrays["bias"]
         return out
 
     def program(self) -> Program:
-        """Features of each channel, and what their weights make of them."""
+        """Return the program: features of each channel, then a linear layer."""
         a, spec = self._arrays, self.spec
         weights = a["weights"] / a["scale"][1][:, None]
         offset = a["bias"] - a["scale"][0] @ weights
@@ -107,7 +107,7 @@ class LogSpectrum(Estimator):
     task, rate
         As for every estimator.
     search_windows
-        The search learns from at most this many windows; the answer is refitted on all.
+        Largest number of windows for the search. The final model is fitted to all windows.
     """
 
     name: ClassVar[str] = "log_spectrum"
@@ -122,7 +122,7 @@ class LogSpectrum(Estimator):
     def fit(
         self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0
     ) -> LogSpectrumModel:
-        """See :meth:`Estimator.fit`; kind of input and C are chosen on groups left out."""
+        """See :meth:`Estimator.fit`; feature type and C are chosen on held-out groups."""
         spec = training_spec(self.task, self.rate, X, y, groups)
         target = target_scale(self.task, y)
         wanted = (y - target[0]) / target[1]
@@ -134,7 +134,7 @@ class LogSpectrum(Estimator):
     def _search(
         self, X: Windows, y: Values, groups: NDArray[Any] | None, seed: int
     ) -> tuple[str, float]:
-        """Return the kind of input and C with the least loss on groups that were left out."""
+        """Return the feature type and C with the least loss on held-out groups."""
         rng = np.random.default_rng(seed)
         chosen = np.sort(rng.permutation(len(y))[: self.search_windows])
         y, groups = y[chosen], None if groups is None else groups[chosen]
@@ -159,7 +159,7 @@ class LogSpectrum(Estimator):
         folds: list[tuple[NDArray[np.intp], NDArray[np.intp]]],
         c: float,
     ) -> float:
-        """Mean over held-out windows: minus log probability, or squared error."""
+        """Return the mean held-out loss: negative log probability, or squared error."""
         losses, held_out = [], []
         for train, validation in folds:
             learned = None if groups is None else groups[train]
@@ -184,7 +184,7 @@ class LogSpectrum(Estimator):
 def _folds(
     y: Values, groups: NDArray[Any] | None, seed: int
 ) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp]]]:
-    """Each group left out in turn, or folds of several where there are many or none."""
+    """Yield folds: one group each, or several if there are many or no groups."""
     names = np.unique(groups) if groups is not None else np.array([])
     if not 2 <= len(names) <= MOST_GROUPS:
         yield from inner_folds(y, groups, seed, FOLDS)
@@ -194,7 +194,7 @@ def _folds(
 
 
 def _evenly(task: Task, y: Values, groups: NDArray[Any] | None) -> Values:
-    """Weights with which every group counts alike, and every class; their mean is 1."""
+    """Return weights, mean 1, with equal totals for each group and for each class."""
     weights = np.ones(len(y))
     if groups is not None:
         if task is Task.CLASSIFICATION:

@@ -1,4 +1,4 @@
-"""Scores with their intervals: per pinch, per object, resampled by group."""
+"""Scores per pinch and per object, with bootstrap intervals over groups."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ CONFIDENCE = 0.95
 
 
 def _sums(clusters: NDArray[Any], columns: Values) -> Values:
-    """Sum of each column within each cluster, shape (clusters, columns)."""
+    """Return the sum of each column within each cluster, shape (clusters, columns)."""
     _, inverse = np.unique(clusters, return_inverse=True)
     out = np.zeros((int(inverse.max()) + 1, columns.shape[1]))
     np.add.at(out, inverse, columns)
@@ -37,7 +37,7 @@ def cluster_intervals(
     clusters: NDArray[Any],
     seed: int,
 ) -> dict[str, Ends]:
-    """Percentile bootstrap over whole clusters (Davison and Hinkley 1997, 3.8).
+    """Return percentile bootstrap intervals over whole clusters (Davison and Hinkley 1997, 3.8).
 
     Pinches of one session or specimen are alike, so they are drawn together;
     intervals over single pinches would be too narrow.
@@ -45,13 +45,13 @@ def cluster_intervals(
     Parameters
     ----------
     columns
-        What each pinch adds up to, shape (pinches, columns).
+        Values of each pinch to sum, shape (pinches, columns).
     statistics
-        From sums of the columns, shape (..., columns), to a score, shape (...).
+        Functions from column sums, shape (..., columns), to a score, shape (...).
     clusters
         Session or specimen of each pinch, shape (pinches,).
     seed
-        Of the resampling.
+        Random seed of the resampling.
 
     Returns
     -------
@@ -87,14 +87,14 @@ def cluster_intervals(
 def regression_scores(
     truth: Values, predicted: Values, clusters: NDArray[Any], seed: int
 ) -> RegressionScores:
-    """RMSE, MAE, MSE, bias and Spearman's rho over pinches, with intervals.
+    """Return RMSE, MAE, MSE, bias and Spearman's rho over pinches, with intervals.
 
     Parameters
     ----------
     truth, predicted
         Shape (pinches,), in the unit of the target (Shore A).
     clusters
-        What is resampled as a whole, shape (pinches,).
+        Cluster of each pinch, resampled as a whole, shape (pinches,).
     seed
         Of the resampling.
     """
@@ -121,7 +121,7 @@ def regression_scores(
 def classification_scores(
     truth: Values, predicted: Values, clusters: NDArray[Any], seed: int
 ) -> ClassificationScores:
-    """Accuracy with its interval, and the confusion matrix."""
+    """Return the accuracy with its interval, and the confusion matrix."""
     from sklearn.metrics import confusion_matrix
 
     right = (truth == predicted).astype(np.float64)
@@ -146,7 +146,7 @@ def classification_scores(
 def per_object(
     truth: Values, predicted: Values, specimens: NDArray[np.str_], objects: NDArray[np.str_]
 ) -> dict[str, SpecimenErrors]:
-    """Errors of each specimen by itself: of its pinches, and of their mean."""
+    """Return the errors of each specimen: of single pinches, and of their mean."""
     out = {}
     for specimen in np.unique(specimens):
         of_specimen = specimens == specimen

@@ -1,6 +1,6 @@
-"""Model of a rig: a contact detector, and what predicts stiffness after a contact.
+"""Model of a rig: a contact detector and predictors of stiffness.
 
-This is what a model folder holds, and what ``train`` and ``adapt`` return.
+A model folder holds one. ``train`` and ``adapt`` return one.
 """
 
 from __future__ import annotations
@@ -57,9 +57,9 @@ class Model:
     trained_on
         Training data.
     digests
-        Of the training pinches.
+        Digests of the training pinches.
     notes
-        Sentences about the training: held-out scores, and what was left out.
+        Sentences about the training: held-out scores and omissions.
     detector_data
         Data that the detector was fitted to, for its card.
     folder
@@ -122,8 +122,9 @@ class Model:
     ) -> Predictions:
         """Predict the stiffness of each pinch.
 
-        The network predicts where the model has one, else the longest window that fits. No sample
-        after a known second contact is used, as live: a window that reaches it gives no prediction.
+        The network predicts if the model has one, otherwise the longest window that fits. As in
+        live sessions, no sample after a known second contact is used. A window that reaches it
+        gives no prediction.
 
         Parameters
         ----------
@@ -194,7 +195,7 @@ class Model:
         return replace(self, predictors=predictors)
 
     def save(self, folder: str | os.PathLike[str]) -> Path:
-        """Write the model folder whole; a former training in it is replaced.
+        """Write the model folder atomically. An earlier model in it is replaced.
 
         Returns
         -------
@@ -204,7 +205,7 @@ class Model:
         Raises
         ------
         InputError
-            ``folder`` holds files that no training wrote, or cannot be written.
+            ``folder`` cannot be written, or holds files that do not belong to a model.
         """
         folder = Path(folder)
         windows = [window.duration for window in self.windows]
@@ -222,7 +223,7 @@ class Model:
 
     @property
     def own_detector(self) -> Detector:
-        """Contact detector; InputError where the folder had none."""
+        """Contact detector. InputError if the folder had none."""
         if self.detector is None:
             raise InputError(
                 f"{self.folder}: there is no detector here: name a folder that `firstcontact "
@@ -266,12 +267,12 @@ def load_model(path: str | os.PathLike[str], detector: Detector | None = None) -
 
 
 def require_dataset(data: object) -> None:
-    """Refuse what is not a dataset, such as a path.
+    """Raise InputError if the value is not a dataset, such as a path.
 
     Raises
     ------
     InputError
-        Names the parameter and the function that loads one.
+        The value is no dataset. The message names the parameter and the function that loads one.
     """
     if not isinstance(data, Dataset):
         raise InputError(
@@ -281,5 +282,5 @@ def require_dataset(data: object) -> None:
 
 
 def shipped_model() -> Model:
-    """Return the model of the package: trained on the twin, it knows no rig."""
+    """Return the package's model, trained on the twin and not conditioned on a rig."""
     return Model(pretrained_detector(), (NetworkPredictor(pretrained()),))

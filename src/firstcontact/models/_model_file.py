@@ -65,14 +65,14 @@ class SavedModel:
 def write_model(
     folder: Path, predictors: Sequence[Predictor], trained_on: TrainingData, digests: Digests
 ) -> None:
-    """Write card and weights into a folder that holds the detector already, if there is one.
+    """Write card and weights into a folder. It must hold the detector already, if there is one.
 
     Raises
     ------
     InputError
-        A card that could not be read again.
+        The card could not be read again.
     ValueError
-        A card that JSON cannot hold.
+        JSON cannot hold the card.
     """
     card = ModelCard(
         trained_on=trained_on,
@@ -101,8 +101,8 @@ def read_model(folder: Path) -> SavedModel:
     Raises
     ------
     InputError
-        A file that is missing, damaged, of another program or version, or whose numbers do not
-        fit together; a detector beside it that is of another training.
+        A file is missing, damaged, of another program or version, or inconsistent, or the detector
+        belongs to another training.
     """
     card = read_card(folder)
     for part in card.predictors:
@@ -125,7 +125,7 @@ def read_model(folder: Path) -> SavedModel:
 
 
 def read_card(path: AnyPath) -> ModelCard:
-    """Return the card of a model folder, its fields checked.
+    """Return the validated card of a model folder.
 
     Raises
     ------
@@ -151,7 +151,7 @@ def model_folder(path: AnyPath) -> Path:
 
 
 def check_former(folder: Path) -> None:
-    """Refuse a folder of format version 1; InputError names the command that makes it again."""
+    """Refuse a folder of format version 1. InputError names the command to train it again."""
     for pattern in _FORMER:
         for card in folder.glob(pattern):
             raise InputError(
@@ -185,7 +185,7 @@ def _predictor(folder: Path, part: WindowCard | NetworkCard, arrays: Arrays) -> 
 
 
 def _check_detector(folder: Path, card: ModelCard) -> None:
-    """Refuse a detector beside a model that was trained with another one."""
+    """Refuse a detector that does not belong to the model."""
     file = folder / DETECTOR_CARD
     if card.detector is None or not file.exists():
         return
@@ -201,12 +201,12 @@ def _check_detector(folder: Path, card: ModelCard) -> None:
 
 
 def pretrained() -> InContextModel:
-    """Return the network of the package, which knows no rig yet.
+    """Return the network of the package, which is not conditioned on a rig yet.
 
     Raises
     ------
     InputError
-        A package that is damaged.
+        The package is damaged.
     """
     [predictor] = read_model(pretrained_folder()).predictors
     assert isinstance(predictor, NetworkPredictor)
@@ -226,26 +226,26 @@ class _Format:
 
 
 def check_replaceable(out: Path, windows: Sequence[float], network: bool) -> bool:
-    """Refuse a folder that holds anything but models and a detector that are made again.
+    """Refuse a folder whose files the new model would not all replace.
 
     Parameters
     ----------
     out
-        The folder; it need not be there.
+        Folder; it need not exist.
     windows
-        Lengths of the window models to come, s.
+        Window lengths of the new models, s.
     network
-        True if a network is to come.
+        True if the new model has a network.
 
     Returns
     -------
     bool
-        True if a former training is there, which is to be replaced.
+        True if an earlier model exists and will be replaced.
 
     Raises
     ------
     InputError
-        Names what would be lost.
+        Files would be lost. The message names them.
     """
     if not out.is_dir():
         return False

@@ -1,8 +1,8 @@
 """Closing speed from the pitch of the motor before the contact.
 
-Rotor, gears and their harmonics all turn in proportion to the speed: on a logarithmic axis
-of frequency the whole spectrum moves by the logarithm of the speed. How far it moved against
-the rig's usual spectrum needs no knowledge of what the lines are.
+The frequencies of rotor, gears and harmonics are proportional to the speed. On a logarithmic
+frequency axis the whole spectrum therefore shifts by the logarithm of the speed. The shift against
+the rig's usual spectrum gives the speed, without knowledge of the single lines.
 """
 
 from __future__ import annotations
@@ -36,16 +36,16 @@ Spectra = NDArray[np.float64]
 
 
 def spectra(signals: Signals, lead: int, rate: float) -> Spectra:
-    """Lines above the smooth part of the spectrum before each contact.
+    """Return the lines above the smooth part of the spectrum before each contact.
 
     Parameters
     ----------
     signals
-        As of :class:`firstcontact.models._touches.Touches`, shape (n, samples).
+        As in :class:`firstcontact.models._touches.Touches`, shape (n, samples).
     lead
         Samples before the contact.
     rate
-        Hz; below 4.6 kHz the highest frequencies are missing and count as silent.
+        Sampling rate, Hz. Below 4.6 kHz the highest frequencies are missing and count as silent.
 
     Returns
     -------
@@ -70,7 +70,7 @@ def spectra(signals: Signals, lead: int, rate: float) -> Spectra:
 
 
 def quiet_samples(lead: int, rate: float) -> int:
-    """Return the number of samples before the contact that are sure to hold none."""
+    """Return the number of samples before the contact that surely contain no contact."""
     return lead - samples_in(BASELINE_GUARD, rate)
 
 
@@ -81,7 +81,7 @@ def _fade(samples: int) -> NDArray[np.float64]:
 
 @lru_cache(maxsize=8)
 def _places(rate: float) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-    """Line below each point of the axis, and how far the point is on the way to the next."""
+    """Return the spectral line below each point of the axis, and the fraction to the next."""
     place = np.geomspace(LOWEST, HIGHEST, POINTS) * (_FFT / rate)
     cell = np.minimum(place.astype(np.intp), _FFT // 2 - 1)
     return cell, np.clip(place - cell, 0.0, 1.0)
@@ -120,7 +120,7 @@ class MotorPitch:
 
     @classmethod
     def fit(cls, heard: Spectra) -> MotorPitch:
-        """Learned from a rig's contacts, shape (n, POINTS), at least one."""
+        """Fit to the spectra before a rig's contacts, shape (n, POINTS), at least one."""
         reference = heard[np.argmax(heard.std(axis=1))]
         for _ in range(_ROUNDS):
             shift, alike = _shifts(heard, reference)
@@ -134,20 +134,20 @@ class MotorPitch:
         return cls(reference, float(np.median(shift)))
 
     def listen(self, heard: Spectra) -> tuple[Values, Values]:
-        """Speed relative to the rig's usual one.
+        """Return the speed relative to the rig's usual one.
 
         Returns
         -------
         speed, alike : ndarray
-            ln(speed / usual speed), and correlation with the reference, between 0 and 1;
-            below ``BELIEVED`` the former is a guess. Shape (n,).
+            ln(speed / usual speed), and correlation with the reference, between 0 and 1; below
+            ``BELIEVED`` the speed is a guess. Shape (n,).
         """
         shift, alike = _shifts(heard, self.reference)
         return shift - self.usual, np.clip(alike, 0.0, 1.0)
 
 
 def _shifts(heard: Spectra, reference: NDArray[np.float64]) -> tuple[Values, Values]:
-    """Shift in ln(frequency) where each spectrum is most like the reference, and how much."""
+    """Return the shift in ln(frequency) with the highest correlation, and that correlation."""
     size = 2 * POINTS
     product = np.fft.irfft(
         np.fft.rfft(heard, size, axis=1) * np.conj(np.fft.rfft(reference, size)), size, axis=1

@@ -1,4 +1,4 @@
-"""A network that came with a file: what it may hold, and ONNX Runtime on one thread."""
+"""Network from a file: checks of its graph, and ONNX Runtime on one thread."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ _GROWTH, _SMALL = 64, 4096
 
 
 class Network:
-    """An ONNX graph that was looked through before it is run.
+    """ONNX graph that is checked before it runs.
 
     Parameters
     ----------
     raw
         A serialised ONNX model, from a file.
     samples, channels
-        Of a window.
+        Shape of a window.
     outputs
-        Of an answer.
+        Number of outputs.
 
     Raises
     ------
     InputError
-        The graph is not one that this program exports: another operator, a function, a
-        reference to a file, another shape, more than there is room for.
+        This program does not export such a graph: it has another operator, a function, a reference
+        to a file, another shape, or is too large.
     """
 
     def __init__(self, raw: bytes, samples: int, channels: int, outputs: int) -> None:
@@ -63,7 +63,7 @@ class Network:
             raise _refusal("ONNX Runtime cannot run it") from None
 
     def run(self, windows: NDArray[np.float32]) -> NDArray[np.float32]:
-        """Answers (n, outputs) for contiguous windows (n, channels, 1, samples)."""
+        """Return outputs (n, outputs) for contiguous windows (n, channels, 1, samples)."""
         answers: NDArray[np.float32] = self._session.run(None, {INPUT: windows})[0]
         return answers
 
@@ -125,7 +125,7 @@ def _checked(raw: bytes, window: tuple[int, ...], outputs: int) -> Any:
 
 
 def _plain(attribute: Any) -> bool:
-    """Return True if an attribute is a word, or numbers of ordinary size."""
+    """Return True if an attribute is a word, or bounded numbers."""
     kinds = type(attribute)
     numbers = [attribute.i, *attribute.ints]
     return attribute.type in (
@@ -152,7 +152,7 @@ def _is_intact(tensor: Any) -> bool:
 
 
 def _shapes(values: Any) -> list[tuple[Any, ...]]:
-    """Name and shape of each value, ``n`` for the number of windows."""
+    """Return the name and shape of each value, with ``n`` for the number of windows."""
     return [
         (v.name, *(d.dim_param or d.dim_value for d in v.type.tensor_type.shape.dim))
         for v in values

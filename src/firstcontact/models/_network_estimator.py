@@ -1,4 +1,4 @@
-"""Pre-trained network as an estimator: it is conditioned on a rig by a summary of its pinches."""
+"""Pre-trained network as an estimator, conditioned on a summary of a rig's pinches."""
 
 from __future__ import annotations
 
@@ -35,23 +35,23 @@ FOLDS = 3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Adapted:
-    """A model that knows a rig.
+    """Model that is conditioned on a rig, with its held-out scores.
 
     Parameters
     ----------
     model
-        The model; its intervals are widened where they held too few of the held-out pinches.
+        The model. Its intervals are widened if they covered too few held-out pinches.
     scheme
-        How the rig is known: what scored best for the network on pinches that were held out.
+        Conditioning scheme: the one with the best network scores on held-out pinches.
     scores
-        RMSE in Shore A of the network on those with each scheme, and of a model built on it by
-        its kind; 15 ms or what the second contact leaves of it.
+        Held-out RMSE in Shore A of the network by scheme, and of a model built on it by its name,
+        at 15 ms or at the second contact.
     mean_rmse
-        RMSE of always answering the mean of the other pinches, NaN where none were held out.
+        RMSE of predicting the mean of the other pinches; NaN without held-out pinches.
     check
-        The intervals on the held-out pinches; None where none were held out.
+        Check of the intervals on held-out pinches; None without any.
     notes
-        What else there is to say about the model.
+        Further sentences about the model.
     """
 
     model: InContextModel
@@ -63,13 +63,13 @@ class Adapted:
 
     @property
     def rmse(self) -> float:
-        """Return the RMSE of the model on held-out pinches, NaN where none were held out."""
+        """Return the RMSE of the model on held-out pinches; NaN without any."""
         nan = float("nan")
         return self.scores.get(self.model.kind, self.scores.get(self.scheme, nan))
 
     @property
     def refusal(self) -> str:
-        """Return why the model is of no use for this rig, "" if it is of use."""
+        """Return the reason why the model is useless for this rig, else ""."""
         if not self.scores or self.rmse < self.mean_rmse:
             return ""
         return (
@@ -82,7 +82,7 @@ class Adapted:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class IntervalCheck:
-    """Intervals of a model on pinches that its rig is not known by.
+    """Check of a model's intervals on held-out pinches of the rig.
 
     Parameters
     ----------
@@ -106,26 +106,26 @@ def adapt_network(
     sessions: NDArray[np.str_] | None = None,
     seed: int = 0,
 ) -> Adapted:
-    """Tell a pre-trained model of a rig.
+    """Condition a pre-trained network on a rig.
 
-    Both fingers may be alike, or two rigs of their own: what answers better for pinches that
-    were held out is kept. Intervals that hold too few of these are widened.
+    Both fingers are treated as one rig or as two, whichever predicts held-out pinches better.
+    Intervals that cover too few of these are widened.
 
     Parameters
     ----------
     base
-        Pre-trained.
+        Pre-trained network.
     touches, shore_a
-        Of things of known Shore A, shape (n,).
+        Contacts with objects of known Shore A, shape (n,).
     sessions
-        Held out whole where there are several, shape (n,).
+        Session of each contact, shape (n,). Whole sessions are held out if there are several.
     seed
-        Of the folds.
+        Random seed of the folds.
 
     Raises
     ------
     InputError
-        Fewer than two levels of Shore A, or fewer pinches than two of each.
+        There are fewer than two levels of Shore A, or a level has fewer than two pinches.
     """
     lasting = touches.answerable
     longest, shore_a = touches.take(lasting), shore_a[lasting]
@@ -167,7 +167,7 @@ Condition = Callable[[Touches, Values], InContextModel]
 def known_rigs(
     touches: Touches, shore_a: Values, scheme: str, seed: int
 ) -> dict[int, tuple[Rig, NDArray[np.intp]]]:
-    """Return the rigs of labelled contacts, and the contacts that each is known by.
+    """Return the rigs of labelled contacts, and the contacts that describe each.
 
     Parameters
     ----------
@@ -176,7 +176,7 @@ def known_rigs(
     scheme
         One of ``WAYS``.
     seed
-        Of the choice among more pinches of a level than are used.
+        Random seed for choosing pinches, if a level has too many.
     """
 
     def rig(members: NDArray[np.intp]) -> tuple[Rig, NDArray[np.intp]]:
@@ -193,7 +193,7 @@ def known_rigs(
 
 
 def _choose_pinches(shore_a: Values, seed: int) -> NDArray[np.intp]:
-    """Positions of no more than ``MOST_OF_LEVEL`` of each level, ascending."""
+    """Return positions of at most ``MOST_OF_LEVEL`` pinches of each level, ascending."""
     rng = np.random.default_rng(seed)
     chosen = []
     for level in np.unique(shore_a):
@@ -204,7 +204,7 @@ def _choose_pinches(shore_a: Values, seed: int) -> NDArray[np.intp]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HeldOut:
-    """Predictions for pinches that the rig is not known by.
+    """Errors of predictions for held-out pinches of a rig.
 
     Parameters
     ----------
@@ -221,7 +221,7 @@ class HeldOut:
     ratios: Values
 
     def check(self, level: float, rate: float) -> IntervalCheck:
-        """Split conformal (Lei et al. 2018) at each time, and between them along the stages."""
+        """Calibrate by split conformal (Lei et al. 2018) at each time, interpolated over stages."""
         n = len(self.errors)
         rank = min(ceil((n + 1) * level), n)
         needed = np.sort(self.ratios, axis=1)[:, rank - 1]
@@ -237,14 +237,14 @@ def score_held_out(
     sessions: NDArray[np.str_] | None,
     seed: int,
 ) -> HeldOut | None:
-    """Predict pinches that the rig is not known by; return None where none can be held out.
+    """Predict held-out pinches of a rig. Return None if none can be held out.
 
     Parameters
     ----------
     condition
-        Makes the model from the other pinches.
+        Function that makes the model from the other pinches.
     touches, shore_a, sessions, seed
-        As of :func:`adapt_network`.
+        As in :func:`adapt_network`.
     """
     parts = []
     for learn, ask in inner_folds(shore_a, sessions, seed, FOLDS):
@@ -284,7 +284,7 @@ class NetworkEstimator(Estimator):
     takes_windows: ClassVar[bool] = False
 
     def fit(self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0) -> Any:
-        """Refuse windows: the network takes whole contacts, with the quiet before them."""
+        """Refuse windows, because the network needs whole contacts with the quiet before them."""
         raise InputError(
             "network takes whole contacts and not windows: use train or adapt",
             parameter="estimator",
@@ -298,7 +298,7 @@ class NetworkEstimator(Estimator):
         labelled
             Contacts with a Shore A.
         seed
-            Of the folds that hold contacts out.
+            Random seed of the folds that hold contacts out.
 
         Raises
         ------
@@ -315,7 +315,7 @@ class UnknownRigError(InputError):
 
 
 def check_network(task: str, windows: Sequence[float], level: float, rate: float | None) -> None:
-    """Refuse what the network cannot do; InputError names the parameter."""
+    """Refuse options that the network does not support. InputError names the parameter."""
     base = pretrained()
     if task != Task.REGRESSION:
         raise InputError(f"network does not learn {task}: choose regression", parameter="task")
@@ -340,11 +340,11 @@ def condition(
     dataset
         Pinches of the rig.
     seed
-        Of the folds that hold pinches out.
+        Random seed of the folds that hold pinches out.
     contacts
-        Where they begin.
+        Contact of each pinch.
     kind
-        Estimator: the network alone, or one that is built on it.
+        Estimator class: the network alone, or one that is built on it.
 
     Raises
     ------
@@ -391,7 +391,7 @@ def _held_out_scores(made: Adapted) -> dict[str, float]:
 
 
 def _against_network(made: Adapted) -> list[str]:
-    """Return how a model that is built on the network compares with it, [] for the network."""
+    """Return sentences that compare a model built on the network with the network alone."""
     kind = made.model.kind
     if kind not in made.scores:
         return []

@@ -1,4 +1,4 @@
-"""Makes ONNX of the network, with PyTorch's own exporter. Importing this imports PyTorch."""
+"""Export of the network to ONNX, with PyTorch's exporter. Importing this imports PyTorch."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from firstcontact.models._network import INPUT, OPSET
 
 
 def export(network: EfficientNet, samples: int) -> bytes:
-    """Return the network as ONNX: windows (n, channels, 1, samples) to answers (n, outputs).
+    """Return the network as ONNX, from windows (n, channels, 1, samples) to outputs (n, outputs).
 
     Parameters
     ----------
     network
-        Trained.
+        Trained network.
     samples
-        Of a window.
+        Number of samples in a window.
 
     Returns
     -------
@@ -94,7 +94,7 @@ def _graph(channels: int) -> Any:
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Without what the exporter says about torchvision and its own future."""
+    """Suppress the exporter's messages on torchvision and on deprecations."""
     # PyTorch makes a progress bar that it never shows. Its lock is a semaphore between processes,
     # which a worker that is ended leaves behind; threads are all that there is to lock out.
     tqdm.set_lock(RLock())

@@ -23,7 +23,7 @@ INPUTS = 3 * STAGES[-1] + len(NAMES) + BESIDE
 def beside(touches: Touches, rig: Rig) -> NDArray[np.float64]:
     """Return inputs for closing speed and radius, shape (n, BESIDE).
 
-    It is the same at any time after the contact.
+    They do not change with the time after the contact.
     """
     if np.isfinite(rig.speed) and np.isfinite(touches.speeds).all():
         speed: Values = np.log(np.maximum(touches.speeds, 1e-6) / rig.speed)
@@ -43,7 +43,7 @@ def facts(speed: Values, alike: Values, radii: Values) -> NDArray[np.float64]:
     speed
         ln(closing speed / the rig's usual one), shape (n,).
     alike
-        How sure that is, from 0 to 1, shape (n,).
+        Confidence in the speed, from 0 to 1, shape (n,).
     radii
         As of :class:`firstcontact.models._touches.Touches`.
     """
@@ -77,9 +77,9 @@ def relative_inputs(
     waves, valid
         As of :class:`firstcontact.models._touches.Touches`.
     level, sign
-        Of the rig of each, V, shape (n,).
+        Level and sign of each contact's rig, V, shape (n,).
     rig_features
-        As :func:`beside` gives it.
+        Result of :func:`beside`.
 
     Returns
     -------
@@ -100,7 +100,7 @@ def network_inputs(shape: Shape, rig_features: NDArray[np.float64]) -> NDArray[n
 
 
 def _resampled(wave: NDArray[np.generic]) -> NDArray[np.generic]:
-    """At as many points as the network takes; as it is at the rate of the fingertip."""
+    """Resample to the network's points. At the fingertip's rate nothing changes."""
     if wave.shape[1] == STAGES[-1]:
         return wave
     places = np.linspace(0, wave.shape[1] - 1, STAGES[-1])

@@ -1,4 +1,4 @@
-"""The convolutional network as steps, read from the graph that a model file holds."""
+"""Steps of the convolutional network, read from the graph in a model file."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ Shape = tuple[int, int]
 
 
 class NetworkSteps:
-    """Walks the graph node by node; only what our exporter makes is known.
+    """Converter that reads the graph node by node. It knows only the nodes of our exporter.
 
     Parameters
     ----------
     raw
-        A graph that :class:`firstcontact.models._network.Network` accepted.
+        Graph that :class:`firstcontact.models._network.Network` accepted.
     samples, channels
-        Of a window.
+        Shape of a window.
     compressed
         Name of the vector that the network takes, all channels of each sample.
 
     Raises
     ------
     InputError
-        The graph holds something that the steps cannot say.
+        The graph holds a node that has no step.
     """
 
     def __init__(self, raw: bytes, samples: int, channels: int, compressed: str) -> None:
@@ -52,7 +52,7 @@ class NetworkSteps:
         self.output = self._vectors[graph.output[0].name]
 
     def _add(self, node: Any, make: Callable[[str], Step], shape: Shape) -> None:
-        """Return the step of a node, named after its place and not after its name in the file."""
+        """Add the step of a node. Its name is the node's position, not its name in the file."""
         gives = f"layer{len(self.steps)}"
         self.steps.append(make(gives))
         self._vectors[node.output[0]], self._shapes[node.output[0]] = gives, shape
@@ -115,7 +115,7 @@ class NetworkSteps:
         self._add(node, lambda to: layers.means(takes, to, samples, channels), (1, channels))
 
     def _unsqueeze(self, node: Any) -> None:
-        """Another name: a vector of channels has length 1 already."""
+        """Give the vector another name. A vector of channels has length 1 already."""
         source, to = node.input[0], node.output[0]
         _require(self._shapes[source][0] == 1)
         self._shapes[to] = self._shapes[source]

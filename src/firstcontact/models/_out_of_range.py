@@ -38,9 +38,9 @@ def traits(
     Parameters
     ----------
     signals, lead, valid
-        As of :class:`firstcontact.models._touches.Touches`.
+        As in :class:`firstcontact.models._touches.Touches`.
     level, sign
-        Of the rig, shape (n,).
+        Level and sign of the rig, shape (n,).
     """
     return shape_traits(Shape.measure(signals[:, lead:], valid, level, sign), signals[:, :lead])
 
@@ -77,14 +77,14 @@ class Familiar:
     Parameters
     ----------
     mean, whitening
-        Of the traits, shape (stages, TRAITS) and (stages, TRAITS, TRAITS).
+        Mean and whitening of the traits, shape (stages, TRAITS) and (stages, TRAITS, TRAITS).
     limit
         Largest distance of a familiar contact, shape (stages,).
 
     Raises
     ------
     InputError
-        Arrays that do not fit together.
+        Arrays do not fit together.
     """
 
     mean: NDArray[np.float64]
@@ -98,7 +98,7 @@ class Familiar:
 
     @classmethod
     def fit(cls, seen: list[NDArray[np.float64]]) -> Familiar:
-        """Learned from traits at each stage, shape (n, TRAITS) each."""
+        """Fit to the traits at each stage, shape (n, TRAITS) each."""
         means, whitenings, limits = [], [], []
         for trait_values in seen:
             mean = np.median(trait_values, axis=0)
@@ -115,8 +115,8 @@ class Familiar:
     ) -> NDArray[np.bool_]:
         """Return True for traits (n, TRAITS) that lie outside at their stages, shape (n,).
 
-        Without the level of the rig, the gain that makes each contact least strange is taken,
-        and a sensor that is dead or at its end is strange anyway.
+        If the level of the rig is unknown, each contact gets the gain with the smallest distance.
+        Signals of a dead or clipped sensor are always out of range.
         """
         far = trait_values - self.mean[stages]
         # At a stage all have the same length: between stages it would be the strangest of all.
@@ -152,7 +152,7 @@ class Familiar:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Familiar:
-        """Return the inverse of :meth:`to_arrays`; InputError where arrays do not fit."""
+        """Return the inverse of :meth:`to_arrays`; InputError if arrays do not fit."""
         shape = (len(STAGES), TRAITS)
         mean = take_array(arrays, "familiar.mean", *shape)
         whitening = take_array(arrays, "familiar.whitening", *shape, TRAITS)

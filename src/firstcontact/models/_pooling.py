@@ -1,4 +1,4 @@
-"""Several pinches of one object as one answer."""
+"""Combined prediction from several pinches of one object."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SHARED = 0.89
 
 @dataclass(frozen=True, slots=True)
 class Combined:
-    """One answer from several pinches.
+    """Combined prediction from several pinches of one object.
 
     Parameters
     ----------
@@ -27,9 +27,9 @@ class Combined:
     low, high
         Ends of the interval, Shore A.
     half_width
-        Of the interval, before it is cut off at the ends of the scale, Shore A.
+        Half width of the interval before clipping to the scale, Shore A.
     pinches
-        How many it is made from.
+        Number of combined pinches.
     """
 
     value: float
@@ -40,17 +40,17 @@ class Combined:
 
 
 def combine(values: Sequence[float], half_widths: Sequence[float]) -> Combined:
-    """Weigh pinches of one object by how sure each is.
+    """Average pinches of one object, weighted by precision.
 
-    Weights are inverse to the squares of the half widths. The error of each pinch is taken as
-    two independent parts: one that all pinches of the object share, ``SHARED`` of the whole, and
-    one of its own. Only the latter shrinks with the number of pinches, so that the interval
-    never becomes narrower than ``SHARED`` of a single pinch's.
+    Weights are inverse squares of the half widths. The error of each pinch has two independent
+    parts: a share ``SHARED`` that all pinches of the object have in common, and the rest. Only the
+    rest shrinks with the number of pinches, so the interval never becomes narrower than ``SHARED``
+    times that of a single pinch.
 
     Parameters
     ----------
     values, half_widths
-        Of the pinches, at least one, Shore A; the latter above 0.
+        Predictions and half widths (above 0) of at least one pinch, Shore A.
     """
     value, half = np.asarray(values, np.float64), np.asarray(half_widths, np.float64)
     weight = half**-2

@@ -1,4 +1,4 @@
-"""Predictions of stiffness, and what predicts from contacts."""
+"""Predictions of stiffness, and the interface of contact predictors."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ class Predictions:
     value
         Shore A, a hardness rank, or the class, shape (n,).
     spread
-        Standard deviation that the model gives each value, shape (n,); NaN where it gives none.
+        Predicted standard deviation of each value, shape (n,); NaN without one.
     low, high
         Ends of the interval in the same unit, shape (n,); equal to the value without an interval.
     out_of_range
-        True where the contact is unlike all that the model was trained on, shape (n,).
+        True where the contact is unlike the training data, shape (n,).
     elapsed
         Length of the signal after the contact that was used, s, shape (n,).
     contacts
-        First contact of each pinch, None where there is none; empty for contacts by themselves.
+        First contact of each pinch, None without one; empty if the predictions are for contacts.
 
     Examples
     --------
@@ -76,7 +76,7 @@ class Predictions:
         return _of_columns([column[rows] for column in self.columns], ())
 
     def filled(self, other: Predictions) -> Predictions:
-        """Return the predictions; another model fills the missing ones."""
+        """Return the predictions, with missing ones taken from another model's."""
         missing = np.isnan(self.value)
         pairs = zip(self.columns, other.columns, strict=True)
         return _of_columns([np.where(missing, b, a) for a, b in pairs], self.contacts)

@@ -133,7 +133,7 @@ class WindowPredictor:
         Raises
         ------
         InputError
-            Fields or arrays that do not fit together.
+            Fields or arrays do not fit together.
         """
         kind = model_kind(card.kind)
         with np.errstate(all="ignore"):  # predictions that overflow are refused

@@ -1,8 +1,8 @@
 """Reduced sets of a kernel machine: fewer vectors, with weights fitted again.
 
-B. Schölkopf et al.: Input space versus feature space in kernel-based methods, 1999, section V:
-a reduced set. Here it is fitted to what the machine says of the windows that it learned from, by
-orthogonal matching pursuit: the vector is taken next that explains most of what is left.
+B. Schölkopf et al.: Input space versus feature space in kernel-based methods, 1999, section V: a
+reduced set. The fit minimises the error of the machine's outputs on its training windows, by
+orthogonal matching pursuit: each step adds the vector that explains most of the residual.
 """
 
 from __future__ import annotations
@@ -27,22 +27,23 @@ def reduced_sets(
     inputs: NDArray[Any],
     sizes: Sequence[int],
 ) -> Iterator[tuple[NDArray[np.intp], Real, Real]]:
-    """Fits of several sizes.
+    """Yield reduced sets of several sizes.
 
     Parameters
     ----------
     vectors, gamma, weights
-        Of the machine, shape (m, inputs), and (rows, m) for its decisions without their bias.
+        Vectors of the machine, shape (m, inputs), its gamma, and its weights without bias, shape
+        (rows, m).
     inputs
-        Where the fit is to be good, shape (n, inputs).
+        Inputs at which the fit is made, shape (n, inputs).
     sizes
-        Ascending; those of m and more are left out.
+        Sizes, ascending. Sizes of m and more are skipped.
 
     Yields
     ------
     chosen, weights, bias
-        Which vectors, shape (size,); their weights, shape (rows, size), and what is added to
-        each decision, shape (rows,).
+        Indices of the vectors, shape (size,), their weights, shape (rows, size), and biases, shape
+        (rows,).
     """
     wide = vectors.astype(np.float64)
     kernel = RbfKernel(wide, gamma).rows(inputs.astype(np.float64))

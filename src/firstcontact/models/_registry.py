@@ -35,7 +35,7 @@ def model_kind(kind: str) -> type[WindowModel]:
     Raises
     ------
     InputError
-        No estimator that is registered makes any.
+        No registered estimator makes models of this kind.
     """
     from firstcontact.models._regressor import RegressorModel
 
@@ -67,7 +67,7 @@ def find_estimator(estimator: object) -> type[Estimator]:
     Raises
     ------
     InputError
-        There is none of that name, or the object has no ``fit`` and ``predict``.
+        No estimator has this name, or the object lacks ``fit`` and ``predict``.
     """
     from firstcontact.models._estimator import Estimator
     from firstcontact.models._regressor import regressor_estimator
@@ -80,21 +80,21 @@ def find_estimator(estimator: object) -> type[Estimator]:
 
 
 def make_estimator(estimator: object, task: Task, rate: float, **options: Any) -> Estimator:
-    """Make an estimator that has learned nothing yet.
+    """Return an unfitted estimator.
 
     Parameters
     ----------
     estimator
-        As :func:`find_estimator` takes it.
+        As in :func:`find_estimator`.
     task, rate
-        What it is to learn, and the sampling rate of its windows in Hz.
+        Learning task, and sampling rate of the windows, Hz.
     options
         Further fields of the estimator, such as its ``quick`` ones.
 
     Raises
     ------
     InputError
-        When there is none of that name, or it does not learn that.
+        No estimator has this name, or it does not support the task.
     """
     entry = find_estimator(estimator)
     with ESTIMATORS.calling(entry.name):

@@ -1,7 +1,7 @@
-"""Any regressor or classifier in scikit-learn's form as an estimator, saved by skops.
+"""Estimator around any scikit-learn regressor or classifier, saved by skops.
 
-skops writes objects as a ZIP file of JSON and arrays. Only types of its list, and of ``TRUSTED``,
-are made again; no code in the file runs.
+skops writes objects as a ZIP file of JSON and arrays. Only the types that it trusts, and those in
+``TRUSTED``, are restored. No code in the file runs.
 """
 
 from __future__ import annotations
@@ -48,14 +48,14 @@ _SCHEMA = "schema.json"
 
 
 class RegressorModel(WindowModel):
-    """Fitted regressor or classifier of scikit-learn's form.
+    """Fitted scikit-learn regressor or classifier.
 
     Parameters
     ----------
     spec
         Windows and prediction of the model.
     fitted
-        The object, which has ``predict(X)`` for X of shape (n, samples * channels), V.
+        Fitted object with ``predict(X)``, for X of shape (n, samples * channels), V.
     title
         Name for messages.
     """
@@ -97,7 +97,7 @@ class RegressorModel(WindowModel):
         Raises
         ------
         InputError
-            An object of a type that is not trusted, which it names.
+            The object has a type that is not trusted. The message names it.
         """
         return {
             "skops": np.frombuffer(to_skops(self._fitted, self._title), np.uint8),
@@ -124,7 +124,8 @@ class RegressorModel(WindowModel):
 class RegressorEstimator(Estimator):
     """Estimator around a regressor or classifier; :func:`regressor_estimator` makes its subclass.
 
-    Every training takes an unfitted copy, whose free random states are the seed of the training.
+    Every training uses an unfitted copy, with the training's seed for random states that are not
+    set.
     """
 
     model: ClassVar[type[WindowModel]] = RegressorModel
@@ -145,27 +146,27 @@ class RegressorEstimator(Estimator):
 
     @classmethod
     def check_saved(cls, seed: int) -> None:
-        """Refuse, before a training, what could not be saved after it; InputError says why."""
+        """Refuse, before training, an object that could not be saved; raise InputError."""
         with ForeignCode(cls.title):
             unfitted = fresh(cls.regressor, seed)
         to_skops(unfitted, cls.title)
 
 
 def regressor_estimator(regressor: Any, name: str = "") -> type[RegressorEstimator]:
-    """Return an estimator class for a regressor or classifier in scikit-learn's form.
+    """Return an estimator class for a scikit-learn regressor or classifier.
 
     Parameters
     ----------
     regressor
-        A class, which is made without arguments, or with ``random_state`` where it takes that. Or
-        an instance, such as a pipeline, which is copied.
+        Class, which is called without arguments, or with ``random_state`` if it accepts that; or an
+        instance, such as a pipeline, which is copied.
     name
-        Name in results and messages; that of the class if empty.
+        Name in results and messages; the class name if empty.
 
     Raises
     ------
     InputError
-        It lacks ``fit`` or ``predict``.
+        The object lacks ``fit`` or ``predict``.
     """
     kind = regressor if isinstance(regressor, type) else type(regressor)
     title = name or kind.__name__
@@ -241,7 +242,7 @@ def to_skops(fitted: Any, title: str) -> bytes:
     Raises
     ------
     InputError
-        A type that is not trusted, which it names, or an object that skops cannot write.
+        A type is not trusted and named in the message, or skops cannot write the object.
     """
     from skops.io import dumps
 

@@ -31,22 +31,22 @@ _WIDEST = 3.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rig:
-    """A fingertip as its own pinches of things of known Shore A show it.
+    """Summary of a rig (one fingertip on one hand) from its pinches of known Shore A.
 
     Parameters
     ----------
     level
-        Geometric mean over the levels of Shore A of their median peak, V.
+        Geometric mean of the median peaks at each level of Shore A, V.
     sign
-        Of the largest swing in 15 ms, 1 or -1: how the disc is wired.
+        Sign of the largest swing in 15 ms, 1 or -1. It shows the polarity of the disc.
     pitch
-        What its motor sounds like; None where it cannot be heard.
+        Spectrum of its motor; None if the motor is not audible.
     speed
-        Usual closing speed as told by the hand, m/s; NaN where it was not told.
+        Usual closing speed reported by the hand, m/s; NaN if unknown.
     tokens
-        What is known of each level of Shore A at each stage, shape (stages, levels, TOKEN).
+        Features of each level of Shore A at each stage, shape (stages, levels, TOKEN).
     general
-        Shape (GENERAL,).
+        General features, shape (GENERAL,).
     """
 
     level: float
@@ -58,18 +58,18 @@ class Rig:
 
     @classmethod
     def unknown(cls) -> Rig:
-        """Return a rig without known pinches."""
+        """Return the summary of an unknown rig, without pinches."""
         tokens = np.zeros((len(STAGES), 0, TOKEN))
         return cls(USUAL_LEVEL, 1.0, None, float("nan"), tokens, np.zeros(GENERAL))
 
     @classmethod
     def fit(cls, touches: Touches, shore_a: Values) -> Rig:
-        """Learned from contacts with things of known Shore A, shape (n,).
+        """Summarise contacts with objects of known Shore A, shape (n,).
 
         Raises
         ------
         InputError
-            There is none.
+            There is no contact.
         """
         if not len(touches):
             raise InputError("a rig is learned from pinches of known Shore A: there is none")
@@ -110,7 +110,7 @@ def stage_index(valid: NDArray[np.intp] | int, rate: float) -> NDArray[np.intp]:
 
 
 def level_groups(shore_a: Values) -> NDArray[np.intp]:
-    """Return the group of each pinch: its level of Shore A. Many levels are joined."""
+    """Return the group of each pinch: its level of Shore A. Too many levels are merged."""
     values, group = np.unique(shore_a, return_inverse=True)
     if len(values) <= LEVELS:
         return group.astype(np.intp)
@@ -149,7 +149,7 @@ def _tokens(
 
 
 def _median(waves: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Median of what is known at each point; 0 where nothing is."""
+    """Return the median of the known values at each point; 0 without any."""
     is_finite = np.isfinite(waves)
     filled = np.where(is_finite, waves, np.inf)
     filled.sort(axis=0)

@@ -29,21 +29,21 @@ MOST, LARGEST = 160, 10.0
 
 
 class RigRegression:
-    """Shore A from features, learned from the pinches of one rig alone.
+    """Regression of Shore A on features, fitted to the pinches of one rig alone.
 
     Parameters
     ----------
     inputs
         Features of the pinches, shape (stages, n, ``WIDTH``).
     shore_a
-        Of the objects, shape (n,).
+        Shore A of the objects, shape (n,).
     scale
         Factor of its spread at each stage, shape (stages,).
 
     Raises
     ------
     InputError
-        Arrays that are out of range.
+        Arrays are out of range.
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class RigRegression:
         self._weights = self._inverse @ ((shore_a - self._centre) / self._unit)
 
     def scaled(self, scale: NDArray[np.float64]) -> RigRegression:
-        """Return the regression with another factor of its spread at each stage."""
+        """Return the regression with its spread at each stage multiplied by these factors."""
         return RigRegression(self._inputs, self._shore_a, scale)
 
     def predict(self, inputs: NDArray[np.float64], stage: int) -> tuple[Values, Values]:
@@ -87,7 +87,7 @@ class RigRegression:
         Raises
         ------
         InputError
-            Arrays that are missing or do not fit together.
+            Arrays are missing or do not fit together.
         """
         shore_a = take_array(arrays, at + "shore_a", None).astype(np.float64)
         inputs = take_array(arrays, at + "inputs", len(STAGES), len(shore_a), WIDTH)

@@ -1,4 +1,4 @@
-"""Records of scores, as results hold them."""
+"""Records of scores in results files."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class RegressionScores(Record, frozen=True, kw_only=True):
 
 
 class ClassificationScores(Record, frozen=True, kw_only=True):
-    """Accuracy over ``n`` pinches, and counts of which class (row) was taken for which (column)."""
+    """Accuracy over ``n`` pinches, and confusion matrix (rows true, columns predicted)."""
 
     accuracy: float
     n: int
@@ -45,7 +45,7 @@ TaskScores = RegressionScores | ClassificationScores
 
 
 class SpecimenErrors(Record, frozen=True, kw_only=True):
-    """Errors of one specimen: of its pinches, and of their mean; ``sd`` of two pinches or more."""
+    """Errors of one specimen: of single pinches and of their mean. ``sd`` needs two pinches."""
 
     object: str
     n: int
@@ -59,11 +59,11 @@ class SpecimenErrors(Record, frozen=True, kw_only=True):
 
 
 class Scores(Protocol):
-    """Any record of scores that has intervals."""
+    """Record of scores with intervals."""
 
     @property
     def intervals(self) -> dict[str, Ends]:
-        """Return the scores by name."""
+        """Interval of each score, by its name."""
         ...
 
 

@@ -71,13 +71,13 @@ class Spec:
             )
 
     def check_one(self, window: NDArray[Any]) -> None:
-        """Refuse a window that the model cannot answer for.
+        """Refuse a window that the model cannot use.
 
         Raises
         ------
         InputError
-            Another shape than (samples, channels), a non-finite value, or a
-            constant channel (an unplugged sensor).
+            The shape is not (samples, channels), a value is not finite, or a channel is constant
+            (an unplugged sensor).
         """
         if window.shape != (self.samples, self.channels):
             raise InputError(
@@ -99,7 +99,7 @@ class Spec:
         Raises
         ------
         InputError
-            Names the first window that cannot be used.
+            A window cannot be used. The message names the first one.
         """
         if X.ndim != 3 or X.shape[1:] != (self.samples, self.channels):
             raise InputError(

@@ -1,7 +1,7 @@
-"""Gain-free features of a window: its spectrum without its level, its course in time.
+"""Gain-independent features of a window: its spectrum without the level, and its course in time.
 
-A harder thing is touched for a shorter time (Hertz), which moves energy to higher frequencies
-and earlier in the window; how loud it is depends on the sensor more than on the thing.
+Contacts with harder objects are shorter (Hertz), which shifts energy to higher frequencies and to
+the start of the window. Loudness depends on the sensor more than on the object.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def features(kind: str, X: Windows, rate: float) -> Values:
 
 
 def log_bands(waves: Values, rate: float) -> Values:
-    """Level-free log spectrum in bands of even width on a logarithmic scale, shape (n, BANDS)."""
+    """Return the level-free log spectrum in logarithmically even bands, shape (n, BANDS)."""
     padded = padded_length(waves.shape[1])
     return _level_free(_power(waves, padded) @ in_bands(padded, rate))
 
@@ -48,12 +48,12 @@ def padded_length(samples: int) -> int:
 
 
 def log_bins(waves: Values, rate: float) -> Values:
-    """Level-free log spectrum, line by line, shape (n, samples // 2 + 1)."""
+    """Return the level-free log spectrum, line by line, shape (n, samples // 2 + 1)."""
     return _level_free(_power(waves, waves.shape[1]))
 
 
 def course(waves: Values, rate: float) -> Values:
-    """When the energy has come, how often the sign turns, how rough it is, when the peak is.
+    """Return the times of energy quantiles, sign changes, roughness and the time of the peak.
 
     Times are shares of the window. Shape (n, 8).
     """
@@ -95,9 +95,9 @@ def _level_free(power: Values) -> Values:
 
 @cache
 def in_bands(padded: int, rate: float) -> NDArray[np.float64]:
-    """Weights that take the mean of a spectrum's lines in each band, shape (lines, BANDS).
+    """Return the weights for the mean of a spectrum's lines in each band, shape (lines, BANDS).
 
-    A band between two lines has the one nearest to its middle.
+    A band without lines uses the line nearest to its middle.
     """
     lines = np.fft.rfftfreq(padded, 1.0 / rate)
     edges = np.geomspace(min(LOWEST, rate / 8), rate / 2, BANDS + 1)

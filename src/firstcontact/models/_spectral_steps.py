@@ -1,4 +1,4 @@
-"""The features of the log spectrum as steps."""
+"""Program steps for the features of the log spectrum."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ def spectral_program(kind: str, spec: Spec, weights: Values, offset: Values) -> 
     kind
         One of ``KINDS``.
     spec
-        Of the windows.
+        Specification of the windows.
     weights, offset
-        Of the features themselves, shapes (outputs, features) and (outputs,).
+        Weights and offset for unscaled features, shapes (outputs, features) and (outputs,).
     """
     n, channels = spec.samples, spec.channels
     made: list[Step] = [shapes.over_peak(INPUT, "waves", n * channels)]

@@ -24,17 +24,16 @@ class Group(StrEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Split:
-    """Positions to learn from and positions to be asked about.
+    """Positions of training pinches and of test pinches.
 
     Parameters
     ----------
     name
-        Unique within a list of splits: the held-out fold, level or specimen.
+        Name of the held-out fold, level or specimen, unique within a list of splits.
     train, test
         Positions, each shape (n,).
     shares
-        Groups that may lie on both sides. Everything else must not:
-        :meth:`check`.
+        Groups that may be on both sides. :meth:`check` refuses all others.
     """
 
     name: str
@@ -43,18 +42,17 @@ class Split:
     shares: frozenset[Group] = field(default_factory=frozenset)
 
     def check(self, sessions: NDArray[np.str_], specimens: NDArray[np.str_]) -> None:
-        """Refuse a split that mixes what it does not say it mixes.
+        """Refuse a split with undeclared groups on both sides.
 
         Parameters
         ----------
         sessions, specimens
-            Of every pinch, shape (pinches,); "" is not known and cannot be
-            told apart, so it counts as shared.
+            Session and specimen of each pinch, shape (pinches,). Unknown ones ("") count as shared.
 
         Raises
         ------
         ValueError
-            A pinch, session or specimen on both sides, or an empty side.
+            A pinch, session or specimen is on both sides, or a side is empty.
         """
         if not len(self.train) or not len(self.test):
             raise ValueError(f"split {self.name!r} has an empty side")
@@ -72,14 +70,14 @@ class Split:
 def by_session(
     sessions: NDArray[np.str_], classes: NDArray[Any], seed: int, folds: int = FOLDS
 ) -> list[Split]:
-    """Whole sessions held out, classes spread over the folds as well as sessions allow.
+    """Return folds that hold out whole sessions, with classes spread over them evenly.
 
-    Shares specimens: a set with one block a Shore level has no other choice.
+    Specimens are on both sides, which cannot be avoided with one block per level.
 
     Raises
     ------
     ValueError
-        Fewer than two sessions, or a pinch whose session is not known.
+        There are fewer than two sessions, or a pinch's session is unknown.
     """
     from sklearn.model_selection import GroupKFold, StratifiedGroupKFold
 
@@ -110,8 +108,8 @@ def leave_one_out(values: NDArray[Any], shares: Sequence[Group] = (Group.SESSION
     values
         Shore level, material or specimen of each pinch, shape (pinches,).
     shares
-        What the sides still have in common; sessions, as a session usually
-        holds several objects.
+        Groups that both sides may share; by default sessions, because a session usually has several
+        objects.
     """
     everyone = np.arange(len(values))
     return [
@@ -133,23 +131,24 @@ RANGES = 5
 def inner_folds(
     y: NDArray[Any], groups: NDArray[Any] | None, seed: int, k: int = 3
 ) -> Iterator[tuple[Index, Index]]:
-    """Folds that keep a session on one side, where there is more than one, and spread targets.
+    """Yield folds that hold out whole sessions and spread the targets.
 
     Parameters
     ----------
     y
         Targets, shape (n,).
     groups
-        Session of each window, shape (n,); None or a single one: windows are dealt.
+        Session of each window, shape (n,). With None or a single session, single windows are dealt
+        to the folds.
     seed
-        Of the shuffling.
+        Random seed of the shuffling.
     k
-        Folds; fewer when there are fewer sessions.
+        Number of folds; lower if there are fewer sessions.
 
     Yields
     ------
     train, validation
-        Positions, ascending. Each position is in one validation; none of both is empty.
+        Positions, ascending, never empty. Each position is in one validation side.
     """
     from sklearn.model_selection import StratifiedGroupKFold, StratifiedKFold
 

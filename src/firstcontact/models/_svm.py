@@ -41,7 +41,7 @@ class Svm(Estimator):
     task, rate
         As for every estimator.
     search_windows
-        The search learns from at most this many windows; the answer is refitted on all.
+        Largest number of windows for the search. The final model is fitted to all windows.
     """
 
     name: ClassVar[str] = "svm"
@@ -66,7 +66,7 @@ class Svm(Estimator):
         return _model(spec, level, machine, target, np.array(parameters))
 
     def reference(self, model: SvmModel, X: Windows, y: Values) -> Reference:
-        """scikit-learn's machine, fitted again with the same parameters."""
+        """Return scikit-learn's machine, fitted again with the same parameters."""
         arrays = model.to_arrays()
         mean, deviation = arrays["target"]
         inputs = shape_and_level(X, arrays["level"])
@@ -98,7 +98,7 @@ def search(
     Parameters
     ----------
     task
-        Error rate or RMSE is minimised.
+        Task, which determines the loss: error rate or RMSE.
     inputs
         Shape (n, inputs), unit variance.
     y
@@ -106,9 +106,9 @@ def search(
     groups
         Session of each window.
     seed
-        Of the sample and the folds.
+        Random seed of the sample and the folds.
     most
-        Windows to search with.
+        Largest number of windows for the search.
 
     Returns
     -------
@@ -178,7 +178,7 @@ def _model(
     target: NDArray[np.float64],
     parameters: NDArray[np.float64],
 ) -> SvmModel:
-    """Bring scikit-learn's machine into the form of the runtime."""
+    """Return a model of this package from scikit-learn's machine."""
     weights, bias = machine.dual_coef_, machine.intercept_
     if spec.task is Task.CLASSIFICATION:
         if len(spec.classes) == 2:  # the one case in which a positive value means the second class

@@ -1,4 +1,4 @@
-"""The support vector machine at work: a few NumPy calls, no training library."""
+"""Inference of the support vector machine: a few NumPy calls, without the training library."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def loudness_level(X: Windows) -> NDArray[np.float64]:
 def shape_and_level(X: Windows, level: NDArray[np.float64]) -> NDArray[np.float32]:
     """Return windows divided by their RMS, and their standardised log RMS.
 
-    A sensor's gain moves the level and leaves the shape alone.
+    A sensor's gain affects the level only, not the shape.
 
     Parameters
     ----------
@@ -63,21 +63,21 @@ def shape_and_level(X: Windows, level: NDArray[np.float64]) -> NDArray[np.float3
 class SvmModel(ArraysModel):
     """Support vectors with a radial basis function kernel.
 
-    One window costs what :class:`RbfKernel` says and one small product, in float32.
+    One window costs one :class:`RbfKernel` row and one small product, in float32.
 
     Parameters
     ----------
     spec
-        What it takes and answers.
+        Specification of its inputs and outputs.
     level
         Mean and standard deviation of the log RMS of the training windows.
     vectors
-        Support vectors as :func:`shape_and_level` gives them, shape (m, inputs).
+        Support vectors in the form of :func:`shape_and_level`, shape (m, inputs).
     weights
-        One row for regression; for classification one for each pair of
-        classes (one against one; positive votes for the first), shape (rows, m).
+        Weights, shape (rows, m). Regression has one row, classification one per pair of classes
+        (one against one; positive votes for the first).
     bias
-        Shape (rows,).
+        Biases, shape (rows,).
     target
         Mean and standard deviation of the targets of a regression, else (0, 1).
     parameters
@@ -86,7 +86,7 @@ class SvmModel(ArraysModel):
     Raises
     ------
     InputError
-        If the arrays do not fit together.
+        The arrays do not fit together.
     """
 
     kind: ClassVar[str] = "svm"
@@ -125,13 +125,13 @@ class SvmModel(ArraysModel):
         return chosen | ({"epsilon": epsilon} if self.spec.task is Task.REGRESSION else {})
 
     def outputs(self, X: Windows) -> NDArray[np.float32]:
-        """Decisions about windows (n, samples, channels), shape (n, rows)."""
+        """Return the decision values for windows (n, samples, channels), shape (n, rows)."""
         inputs = shape_and_level(X, self._arrays["level"])
         decisions: NDArray[np.float32] = self._kernel.rows(inputs) @ self._weights.T + self._bias
         return decisions
 
     def output(self, window: Windows) -> NDArray[np.float32]:
-        """Decisions about one window (samples, channels), shape (rows,)."""
+        """Return the decision values for one window (samples, channels), shape (rows,)."""
         flat = window.ravel()
         power = float(flat.dot(flat))
         # What float32 cannot hold has no level, and there is no decision.
@@ -147,7 +147,7 @@ class SvmModel(ArraysModel):
         return decisions
 
     def program(self) -> Program:
-        """Shape and level, kernel, weights, and the votes of pairs of classes."""
+        """Return the program: shape and level, kernel, weights, and votes of pairs of classes."""
         a, spec = self._arrays, self.spec
         n = spec.samples * spec.channels
         chain = (
@@ -161,7 +161,7 @@ class SvmModel(ArraysModel):
         return Program(n, (*chain, steps.votes("decisions", "votes", k)), "votes")
 
     def smaller(self, X: Windows) -> Iterator[SvmModel]:
-        """Yield models with ever fewer support vectors."""
+        """Yield models with fewer and fewer support vectors."""
         a = self._arrays
         inputs = shape_and_level(X, a["level"])
         gamma = float(self.parameters[1])

@@ -1,4 +1,4 @@
-"""A contact as it goes on, from a stream: what is known of it after each millisecond."""
+"""Stream form of a contact: its signal after each millisecond."""
 
 from __future__ import annotations
 
@@ -30,17 +30,17 @@ def moments(rate: float) -> tuple[int, ...]:
 
 
 class TouchStream:
-    """The live form of :func:`firstcontact.models.cut_touches`: the same numbers, block by block.
+    """Stream form of :func:`firstcontact.models.cut_touches`: the same numbers, block by block.
 
-    A stream is for one contact, as a closing has one first contact. Nothing is looked ahead:
-    what is known after a sample is given with it.
+    A stream handles one contact, because a closing has one first contact. It needs no look-ahead:
+    results come with the sample that completes them.
 
     Parameters
     ----------
     layout
-        The columns of the blocks.
+        Columns of the blocks.
     radius
-        Of the thing, m, as told: infinite for a flat one, NaN where it is not told.
+        Radius of the object, m: infinite for a flat one, NaN if unknown.
     """
 
     def __init__(self, layout: Layout, radius: float = np.nan) -> None:
@@ -80,18 +80,18 @@ class TouchStream:
         return self._contact.sample + self._left[0] - self._end
 
     def withdraw(self) -> None:
-        """Forget the contact, and wait for another one."""
+        """Discard the contact, and wait for another one."""
         self._contact = self._signal = None
         self._left, self._cut, self.refused = moments(self._layout.rate), 0, ""
 
     def update(self, block: Block, contact: Contact | None = None) -> Touches | None:
-        """Take the next block, and the contact where it was found in it.
+        """Process the next block, and the contact if the block has one.
 
         Returns
         -------
         Touches or None
-            The contact after each whole millisecond that these samples completed, the shortest
-            first; None where there is none. What the block holds of later samples is not valid.
+            The contact after each millisecond that these samples completed, the shortest first;
+            None if they completed none. Later samples of the block are not valid.
         """
         if not self._left:
             return None
@@ -107,7 +107,7 @@ class TouchStream:
     def approach(self) -> Touches | None:
         """Return the contact before its first moment, with zeros after it; None without one.
 
-        It is for what depends on the signal before the contact alone.
+        Use it for results that depend only on the signal before the contact.
         """
         contact = self._contact
         if contact is None or contact.finger not in self._fingers:

@@ -36,24 +36,22 @@ Values = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Touches:
-    """Contacts of single fingers with what is known of each; all arrays share their first axis.
+    """Contacts of single fingers with their signals and hints. Arrays share their first axis.
 
     Parameters
     ----------
     signals
-        Vibration in V as the device sends it, from ``BEFORE`` before each contact to
-        ``LONGEST`` after it, its baseline removed, shape (n, samples). What comes after
-        ``valid`` is never looked at.
+        Vibration in V as the device sends it, from ``BEFORE`` before each contact to ``LONGEST``
+        after it, with the baseline removed, shape (n, samples). Samples after ``valid`` are
+        ignored.
     valid
-        Samples from the contact on that may be used: they end where the second finger
-        touches, shape (n,).
+        Number of usable samples from the contact on, up to the second contact, shape (n,).
     fingers
-        Number of the finger, -1 where it is not known, shape (n,).
+        Number of the finger, -1 if unknown, shape (n,).
     speeds
-        Closing speed as told by the hand, m/s, NaN where it is not told, shape (n,).
+        Closing speed reported by the hand, m/s, NaN if unknown, shape (n,).
     radii
-        Radius of the object where it is touched, m, as told; infinite for a flat one, NaN
-        where it is not told, shape (n,).
+        Radius of the object at the contact, m; infinite for a flat one, NaN if unknown, shape (n,).
     rate
         Sampling rate, Hz.
     """
@@ -72,7 +70,7 @@ class Touches:
     def untold(
         cls, signals: Signals, valid: NDArray[np.intp], fingers: NDArray[np.intp], rate: float
     ) -> Touches:
-        """With neither speed nor radius told."""
+        """Return the contacts with unknown speed and radius."""
         nothing = np.full(len(signals), np.nan)
         return cls(signals, valid, fingers, nothing, nothing.copy(), rate)
 
@@ -83,7 +81,7 @@ class Touches:
 
     @property
     def lead(self) -> int:
-        """Samples before each contact."""
+        """Number of samples before each contact."""
         return samples_in(BEFORE, self.rate)
 
     @property
@@ -102,28 +100,27 @@ class Touches:
 
 
 def lengths(rate: float) -> tuple[int, int]:
-    """Fewest and most samples after a contact that an answer takes."""
+    """Return the smallest and largest number of samples after a contact for a prediction."""
     return samples_in(SHORTEST, rate), samples_in(LONGEST, rate)
 
 
 def cut_touch(volts: NDArray[Any], start: int, rate: float) -> Signals | None:
-    """Cut the signal of one contact and take its baseline off.
+    """Cut the signal of one contact and subtract its baseline.
 
     Parameters
     ----------
     volts
         One vibration channel as the device sends it, V, shape (samples,).
     start
-        Position of the contact. Where fewer samples come after it than are looked at, zeros
-        stand for them.
+        Position of the contact. Missing samples after it become zeros.
     rate
         Hz.
 
     Returns
     -------
     ndarray or None
-        Shape (samples,); None where too little comes before the contact or after it, where it
-        is not finite, or where the sensor does not move at all.
+        Signal, shape (samples,). None if there are too few samples before or after the contact, a
+        value is not finite, or the signal is constant.
     """
     lead, longest = samples_in(BEFORE, rate), samples_in(LONGEST, rate)
     segment = volts[max(start - lead, 0) : start + longest]
@@ -147,24 +144,24 @@ def cut_touches(
     contacts: Sequence[Contact | None],
     seconds: Sequence[Contact | None] | None = None,
 ) -> tuple[Touches, NDArray[np.intp]]:
-    """Touches of pinches.
+    """Cut the contacts of pinches.
 
     Parameters
     ----------
     dataset
         The pinches.
     contacts
-        The first contact of each, None where none is known.
+        First contact of each pinch; None if unknown.
     seconds
-        The second contacts; by default those that the pinches themselves know. Samples from
-        there on are not valid: none is where the first was placed no earlier.
+        Second contacts; by default the known ones of the pinches. Samples from there on are not
+        valid. A pinch whose first contact is not earlier has no valid samples.
 
     Returns
     -------
     touches : Touches
-        Of those pinches whose signal can be used.
+        Contacts of the pinches with a usable signal.
     which : ndarray
-        Their positions in the dataset, shape (n,).
+        Positions of these pinches in the dataset, shape (n,).
     """
     valid = np.minimum(
         valid_samples(dataset, contacts, seconds), samples_in(LONGEST, dataset.layout.rate)
@@ -204,9 +201,9 @@ def valid_samples(
     dataset
         The pinches.
     contacts
-        First contact of each, None where none is known.
+        First contact of each pinch; None if unknown.
     seconds
-        Second contacts; by default those that the pinches themselves know.
+        Second contacts; by default the known ones of the pinches.
 
     Returns
     -------
@@ -225,7 +222,7 @@ def valid_samples(
 
 
 def finger_number(finger: Finger | None) -> int:
-    """Place of a finger among all, -1 for none."""
+    """Return the number of a finger; -1 for None."""
     return -1 if finger is None else list(Finger).index(finger)
 
 
@@ -248,12 +245,12 @@ LEAST, MOST = 5.0, 200.0
 def parse_radius(text: str) -> float:
     """Return the radius in m of a hint, "flat" or a number of mm; infinite for flat.
 
-    NaN where nothing is told, as by "".
+    An empty hint gives NaN.
 
     Raises
     ------
     InputError
-        Neither, or a radius beyond what was learned from.
+        The hint is neither, or the radius is outside the training range.
     """
     word = text.strip().lower()
     if not word:

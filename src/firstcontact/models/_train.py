@@ -69,19 +69,19 @@ def train(
     """Train a contact detector and stiffness models from labelled pinches.
 
     Held-out sessions give scores and intervals; the returned model is then fitted to all pinches.
-    Where the labels are Shore A, the network is conditioned on the same pinches.
+    If the labels are Shore A, the network is conditioned on the same pinches.
 
     Parameters
     ----------
     data
         Pinches; those of role "test" are left out.
     estimator
-        Name in the registry of estimators; ``PACKAGE:NAME`` of a regressor or classifier in
-        scikit-learn's form; or such an object itself, as a class or an instance (a pipeline). It
-        is trained on rows of volts and saved by skops, which takes types of scikit-learn only.
-        "network" conditions the network alone, as :func:`adapt` does.
+        Name in the registry of estimators; ``PACKAGE:NAME`` of a scikit-learn regressor or
+        classifier; or such an object, as a class or an instance (a pipeline). It is trained on rows
+        of volts and saved by skops, which takes types of scikit-learn only. "network" conditions
+        the network alone, as :func:`adapt` does.
     detector
-        Name of the contact detector; the default one by default.
+        Name of the contact detector; None for the default one.
     task
         "regression" of Shore A, or "classification" into the levels of ``data``.
     contacts
@@ -90,10 +90,10 @@ def train(
     windows
         Lengths of the windows after the contact, s; one model each. The network has none.
     level
-        Coverage of the intervals; that of the network is fixed.
+        Coverage of the intervals. The network's coverage is fixed.
     rate
-        Sampling rate to resample the pinches to first, Hz; by default that of the network where
-        the labels are Shore A, and else their own.
+        Sampling rate to which the pinches are resampled, Hz. The default is the network's rate for
+        labels in Shore A, otherwise the pinches' own rate.
     seed
         Of folds, hyper-parameter search and training.
     workers
@@ -200,7 +200,7 @@ def train_detector(
     data
         Pinches; those of role "test" are left out. They need no label.
     detector
-        Name of the detector; the default one by default.
+        Name of the detector; None for the default one.
     rate
         Sampling rate to resample the pinches to first, Hz; by default their own.
 
@@ -232,7 +232,7 @@ def adapt(
     seed
         Of the folds that hold pinches out.
     progress
-        As of :func:`train`; the steps are the detector, the contacts and the network.
+        As in :func:`train`. The steps are the detector, the contacts and the network.
 
     Returns
     -------
@@ -271,7 +271,7 @@ def known_contacts(contacts: str, dataset: Dataset) -> bool:
     Raises
     ------
     InputError
-        Known contacts are demanded and there are none.
+        Known contacts are required, but there are none.
     """
     if contacts not in get_args(Contacts):
         raise InputError(
@@ -298,7 +298,7 @@ def detector_data(detector: Detector, dataset: Dataset) -> dict[str, Any]:
 
 
 def check_windows(windows: Sequence[float]) -> None:
-    """Refuse lengths of windows, s, that no model can have; InputError names the parameter."""
+    """Refuse impossible window lengths, s. InputError names the parameter."""
     least, most = WINDOWS
     if not windows or not all(least <= length <= most for length in windows):
         raise InputError("lengths must lie between 1 ms and 1 s", parameter="windows")
@@ -327,7 +327,7 @@ def _training_pinches(data: Dataset) -> Dataset:
 
 
 def _resampled(dataset: Dataset, rate: float | None) -> tuple[Dataset, list[str]]:
-    """Resample pinches where their rate differs; the note says what was done."""
+    """Resample pinches if their rate differs. Return a note on it."""
     check_rate("data: the rate", dataset.layout.rate)
     if rate is None or is_same_rate(rate, dataset.layout.rate):
         return dataset, []

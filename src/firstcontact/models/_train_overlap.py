@@ -1,9 +1,8 @@
 """Digests of training pinches, and their overlap with evaluation data.
 
-A digest is eight bytes of BLAKE2b of the piezo signals in V, as float32. It is the same for a
-recording, for its copy under other names, and for what was exported from it whole and
-imported again. Pinches that were resampled, filtered, scaled or cut otherwise have other
-digests, and so do those of another sensor's channels.
+A digest is eight bytes of BLAKE2b of the piezo signals in V, as float32. Copies under other names,
+and complete exports that are imported again, have the same digest. Resampled, filtered, scaled or
+newly cut pinches have other digests, as have channels of other sensors.
 """
 
 from __future__ import annotations
@@ -45,7 +44,7 @@ def to_array(digests: Digests) -> NDArray[np.uint8]:
 
 
 def from_array(array: NDArray[Any] | None) -> Digests:
-    """Return the digests of a file; InputError for an array that holds none."""
+    """Return the digests in a file's array. Raise InputError if it holds none."""
     if array is None:
         return np.zeros(0, np.uint64)
     if array.dtype != np.uint8 or array.ndim != 1 or len(array) % SIZE:
@@ -65,15 +64,14 @@ class TrainOverlap:
     Parameters
     ----------
     seen
-        Learned from: the same samples, whatever they are called.
+        Training pinches: the same samples, under any name.
     namesakes
-        Of a source, session and specimen that it learned from, with other
-        samples. They may be new, or the same ones resampled, filtered or cut
-        anew.
+        Pinches with the source, session and specimen of a training pinch, but other samples. They
+        may be new, or resampled, filtered or newly cut training pinches.
     same_session, same_specimen
-        Of a session, or else a specimen, that it learned from, by name.
+        Pinches of a training session, or else of a training specimen, by name.
     new
-        None of these.
+        All other pinches.
     """
 
     seen: Mask
@@ -83,7 +81,7 @@ class TrainOverlap:
     new: Mask
 
     def groups(self) -> Mapping[str, Mask]:
-        """Each group under its title, unseen ones first."""
+        """Return each group by its title, unseen pinches first."""
         return {
             "not seen in training": self.new,
             "sessions of the training by name, other specimens": self.same_session,
@@ -117,9 +115,9 @@ def train_overlap(dataset: Dataset, trained_on: TrainingData, digests: Digests) 
     Parameters
     ----------
     dataset
-        As it was loaded: resampled pinches have other samples.
+        Pinches as loaded, because resampled pinches have other digests.
     trained_on, digests
-        Of the model.
+        Training data of the model, and their digests.
     """
     seen = np.isin(pinch_digests(dataset.pinches), digests)
     specimen = np.isin(dataset.specimens, trained_on.specimens) & ~dataset.test & ~seen

@@ -1,4 +1,4 @@
-"""Labelled windows and contacts, training on one side of splits, prediction for the other."""
+"""Labelled windows and contacts, and held-out predictions over splits."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ DURATION = FINGERTIP_WINDOW
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LabelledWindows:
-    """Windows with what is known of them; all arrays share their first axis.
+    """Windows with their targets and groups. All arrays share their first axis.
 
     Parameters
     ----------
@@ -33,13 +33,13 @@ class LabelledWindows:
     y
         Target: Shore A, a hardness rank or a class, shape (n,).
     sessions, specimens, objects
-        Shape (n,).
+        Session, specimen and object of each window, shape (n,).
     test
-        Role ``test``, shape (n,).
+        Mask of the windows with role ``test``, shape (n,).
     rows
         Position in the dataset, shape (n,).
     rate
-        Of the windows, Hz.
+        Sampling rate of the windows, Hz.
     """
 
     X: Windows
@@ -56,7 +56,7 @@ class LabelledWindows:
 
     @property
     def has_sessions(self) -> bool:
-        """Return True if these windows lie in two known sessions or more."""
+        """Return True if these windows come from two or more known sessions."""
         return _tells_apart(self.sessions)
 
     @property
@@ -93,11 +93,10 @@ def _tells_apart(names: NDArray[np.str_]) -> bool:
 
 
 def distinct_specimens(dataset: Dataset) -> NDArray[np.str_]:
-    """Specimen of each pinch, one name for one thing, shape (pinches,).
+    """Return a unique specimen name for each pinch, shape (pinches,).
 
-    People number the specimens of each object, or call all of them after the
-    material. A name that comes with several objects, levels or ranks is several
-    specimens: it is then told with what it belongs to.
+    People number the specimens of each object, or name all of them after the material. A name with
+    several objects, levels or ranks means several specimens and gets these as a suffix.
     """
 
     def kind(label: Label) -> tuple[str, ...]:
@@ -125,20 +124,20 @@ def labelled_windows(
     *,
     conditioned: bool = True,
 ) -> LabelledWindows:
-    """Windows of the pinches that have a contact, a whole window and a target.
+    """Return the windows of the pinches with a contact, a complete window and a target.
 
     Parameters
     ----------
     dataset
         The pinches.
     contacts
-        Where each window starts, None where none was found.
+        Start of each window; None if no contact was detected.
     duration
-        Of the windows, s.
+        Length of the windows, s.
     target
-        Shape (pinches,), NaN where not known.
+        Targets, shape (pinches,), NaN if unknown.
     conditioned
-        As for :func:`firstcontact.signal.contact_windows`.
+        As in :func:`firstcontact.signal.contact_windows`.
     """
     X, has_window = contact_windows(dataset, contacts, duration, conditioned=conditioned)
     has_target = np.isfinite(target[has_window])
@@ -162,13 +161,13 @@ class LabelledTouches:
     Parameters
     ----------
     touches
-        The contacts.
+        Contacts.
     shore_a
-        Of what was touched, shape (n,).
+        Shore A of the object, shape (n,).
     rows
-        Their pinches' positions in the dataset, shape (n,).
+        Positions of their pinches in the dataset, shape (n,).
     sessions, specimens
-        "" where none is named, shape (n,).
+        Session and specimen of each, "" if unnamed, shape (n,).
     """
 
     touches: Touches
@@ -201,18 +200,18 @@ class LabelledTouches:
 
     @property
     def named_sessions(self) -> NDArray[np.str_] | None:
-        """The sessions, where there are several and all have a name."""
+        """Session of each contact; None unless there are several and all have a name."""
         return self.sessions if _tells_apart(self.sessions) else None
 
     @property
     def clusters(self) -> NDArray[np.str_]:
-        """Return the cluster of each: its specimen, or the pinch itself if that has no name."""
+        """Return the cluster of each contact: its specimen, or the pinch itself without a name."""
         return np.where(self.specimens == "", self.rows.astype(np.str_), self.specimens)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fit:
-    """One training and what is asked of its model.
+    """One training, and the windows to predict with its model.
 
     Parameters
     ----------
@@ -221,11 +220,11 @@ class Fit:
     task
         Regression or classification.
     learn
-        To learn from.
+        Training windows.
     ask
-        Windows to answer for, shape (m, samples, 1).
+        Windows to predict, shape (m, samples, 1).
     seed
-        Of the training.
+        Random seed of the training.
     options
         Further fields of the estimator.
     """
@@ -255,7 +254,7 @@ def fit_model(fit: Fit) -> WindowModel:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Question:
-    """A model, a task, the splits to do it in, and options of the estimator."""
+    """Estimator, task, splits and options of a held-out prediction."""
 
     model: object
     task: Task
@@ -265,18 +264,17 @@ class Question:
 
 
 def held_out(runner: Runner, questions: Sequence[Question], seed: int) -> list[Values]:
-    """Predictions for every pinch by a model that did not learn from it.
+    """Return predictions for each pinch by a model that did not learn from it.
 
     Returns
     -------
     list of ndarray
-        One a question, shape (n,); NaN where no split has the pinch in its
-        test side.
+        Predictions for each query, shape (n,); NaN for pinches in no test side.
 
     Raises
     ------
     ValueError
-        A split that mixes what it does not say it mixes.
+        A split has undeclared groups on both sides.
     """
     return [answers for answers, _ in held_out_with_spread(runner, questions, seed)]
 
@@ -309,7 +307,7 @@ def held_out_with_spread(
 def _held_out(
     fold: tuple[int, int], questions: Sequence[Question], seed: int
 ) -> tuple[Values, Values | None]:
-    """Answers for the test side of one split of one question."""
+    """Return predictions for the test side of one split."""
     question = questions[fold[0]]
     data, split = question.data, question.splits[fold[1]]
     learn, ask = data.take(split.train), data.X[split.test]

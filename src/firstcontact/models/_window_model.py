@@ -1,4 +1,4 @@
-"""A trained estimator: what all of them share around their own arithmetic."""
+"""Base class of window models: checks of inputs and outputs around their arithmetic."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ LARGEST = 1e9
 
 
 class WindowModel(ABC):
-    """A trained estimator, frozen: arrays and arithmetic, no training library.
+    """Trained window model: arrays and arithmetic, without the training library.
 
-    Windows that cannot be used are refused before its arithmetic, and what is not
-    a finite number after it: here, for every kind of model.
+    This base class refuses unusable windows before the arithmetic, and outputs that are not finite
+    after it.
     """
 
     #: Name of the runtime in model files.
@@ -45,19 +45,19 @@ class WindowModel(ABC):
     def outputs(self, X: Windows) -> NDArray[Any]:
         """Return outputs for usable windows (n, samples, channels).
 
-        Shape (n, outputs): one for a regression, for a classification whatever
-        :meth:`choose` chooses from. It need not be finite.
+        The shape is (n, outputs): one output for regression, and for classification the input of
+        :meth:`choose`. Outputs need not be finite.
         """
 
     def output(self, window: Windows) -> NDArray[Any]:
-        """Return outputs for one window (samples, channels), fast: shape (outputs,)."""
+        """Return outputs for one window (samples, channels), shape (outputs,), without overhead."""
         return np.asarray(self.outputs(window[None])[0])
 
     def spread(self, X: Windows) -> Values | None:
         """Return the model's own standard deviation of each prediction, or None.
 
         For usable windows (n, samples, channels), shape (n,), above 0, in the unit of the
-        answer. Intervals are then so many of them wide, conformal like any other.
+        prediction. Conformal intervals are then multiples of it.
         """
         return None
 
@@ -67,7 +67,7 @@ class WindowModel(ABC):
         Raises
         ------
         InputError
-            It has no such form; says why.
+            The model has no such form. The message gives the reason.
         """
         raise InputError(
             f"a model of kind {self.kind!r} does not describe its arithmetic in steps, which an "
@@ -80,7 +80,7 @@ class WindowModel(ABC):
         Parameters
         ----------
         X
-            Windows that it learned from, for what is fitted to its answers.
+            Training windows, to whose predictions smaller models are fitted.
         """
         return iter(())
 
@@ -98,12 +98,12 @@ class WindowModel(ABC):
         """Return the inverse of :meth:`to_arrays`; InputError if the arrays do not fit together."""
 
     def predict(self, X: Windows) -> Values:
-        """Answers for windows (n, samples, channels), shape (n,).
+        """Return predictions for windows (n, samples, channels), shape (n,).
 
         Raises
         ------
         InputError
-            A window that cannot be used, or whose answer is not finite.
+            A window cannot be used, or its prediction is not finite.
         """
         self.spec.check(X)
         with np.errstate(all="ignore"):  # what overflows is refused below
@@ -121,12 +121,12 @@ class WindowModel(ABC):
         return answers
 
     def predict_one(self, window: Windows) -> float:
-        """Answer for one window (samples, channels), the quick way of the live pipeline.
+        """Return the prediction for one window (samples, channels), fast for live use.
 
         Raises
         ------
         InputError
-            As :meth:`predict`.
+            As in :meth:`predict`.
         """
         with np.errstate(all="ignore"):
             self.spec.check_one(window)
@@ -150,12 +150,12 @@ class ArrayCheck:
     Parameters
     ----------
     shape
-        Length of each axis: a number, or a symbol. A symbol is a length that the class gives by
-        :meth:`ArraysModel.sizes`, or any length that is the same wherever the symbol stands.
+        Length of each axis: a number or a symbol. A symbol stands for a length from
+        :meth:`ArraysModel.sizes`, or for any length that is the same in all arrays.
     positive
-        Index of the values that must be above 0, ``...`` for all; None for none.
+        Index of values that must be above 0; ``...`` means all values, None means none.
     dtype
-        Type of the values; floating numbers, which must be finite, by default.
+        Type of the values; by default finite floating-point numbers.
     """
 
     shape: tuple[int | str, ...]
@@ -175,7 +175,7 @@ class ArrayCheck:
 
 
 class ArraysModel(WindowModel):
-    """A model whose constructor takes a spec and the arrays that it declares, in their order.
+    """Window model whose constructor takes a spec and its declared arrays, in order.
 
     An array ``target`` holds mean and scale of the targets of a regression.
 

@@ -36,7 +36,7 @@ class OpenClosing:
 
 
 class Strips:
-    """Contacts as the contact strips show them: where each closed first in a closing.
+    """First contact of each strip in a closing.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ class Strips:
         return tuple(sorted(self._closed, key=lambda contact: contact.sample))
 
     def watch(self, block: Block, end: int | None) -> None:
-        """Look at samples of the closing; those from ``end`` on belong to no pinch."""
+        """Process samples of the closing. Samples from ``end`` on are ignored."""
         for finger, columns in self._columns.items():
             if not columns or any(contact.finger is finger for contact in self._closed):
                 continue

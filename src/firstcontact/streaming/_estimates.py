@@ -14,7 +14,7 @@ from firstcontact.streaming._predictors import Prediction, Predictor
 
 
 class ClosingEstimates:
-    """Estimates of a closing, the same for all models and for all sizes of blocks.
+    """Estimates of a closing, from any model. Block sizes do not matter.
 
     Parameters
     ----------
@@ -34,9 +34,9 @@ class ClosingEstimates:
     Attributes
     ----------
     estimates
-        Estimates that count, the last one final once no more come.
+        Valid estimates so far. The last one is final if no more follow.
     reason
-        Reason why there is none, "" otherwise.
+        Reason for a missing estimate, else "".
     """
 
     def __init__(
@@ -64,7 +64,7 @@ class ClosingEstimates:
 
     @property
     def estimates(self) -> tuple[Estimate, ...]:
-        """Estimates that count so far."""
+        """Valid estimates so far."""
         return tuple(estimate for _, estimate in self._made)
 
     @property
@@ -73,12 +73,12 @@ class ClosingEstimates:
         return None if self._second is not None or self._is_settled else self._stream.due
 
     def prepare(self) -> None:
-        """Work ahead for the next estimate, when the events of a block are out."""
+        """Prepare the next estimate after the events of a block were delivered."""
         if self.due is not None:
             self._stream.prepare()
 
     def withdraw(self) -> None:
-        """Forget the first contact, which was none, with its estimates; another one may follow."""
+        """Discard the first contact and its estimates. Another contact may follow."""
         self._first = self._second = None
         self._is_settled = False
         self._made = []
@@ -91,7 +91,7 @@ class ClosingEstimates:
     def update(
         self, block: Block, contacts: Sequence[Contact], host: float, transport: float
     ) -> list[tuple[int, Event]]:
-        """Take the next samples.
+        """Process the next samples.
 
         Parameters
         ----------
@@ -107,7 +107,7 @@ class ClosingEstimates:
         Returns
         -------
         list of (int, Event)
-            Events, each with the sample with which it was known.
+            Events, each with the sample after which it was known.
         """
         first = contacts[0] if contacts and self._first is None else None
         self._first = self._first or first
@@ -138,7 +138,7 @@ class ClosingEstimates:
         host: float,
         transport: float,
     ) -> list[tuple[int, Event]]:
-        """Return estimates known before the second contact, and the final one if no more come."""
+        """Return estimates from before the second contact, and the final one if no more follow."""
         now = self._clock() if predictions else 0.0
         events: list[tuple[int, Event]] = []
         is_complete = True
@@ -183,7 +183,7 @@ class ClosingEstimates:
         return events
 
     def _stop(self, first: Contact, second: Contact, epoch: int) -> list[tuple[int, Event]]:
-        """Withdraw what depends on samples after the second contact; tell what stands if needed."""
+        """Drop estimates that depend on samples after the second contact. Return the final one."""
         made = len(self._made)
         self._made = [pair for pair in self._made if _stands(pair[0], second)]
         if self._is_settled and len(self._made) == made:
@@ -192,9 +192,9 @@ class ClosingEstimates:
         return [(second.decided, self._settle(first, second.decided, epoch))]
 
     def finish(self, sample: int, epoch: int, reason: str) -> list[Event]:
-        """Return the final estimate of a closing that ends before this sample, if not yet told.
+        """Return the final estimate of a closing that ends before this sample, if still missing.
 
-        ``reason`` says why it ends, for a closing without an estimate.
+        ``reason`` states why a closing has no estimate.
         """
         if self._first is None or self._is_settled:
             return []

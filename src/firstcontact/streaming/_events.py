@@ -247,7 +247,7 @@ class ObjectEstimate(msgspec.Struct, frozen=True, kw_only=True, tag="object_esti
     pinches
         Number of combined pinches; 1 for the first pinch of an object.
     is_named
-        True where somebody marked the object, so that its next pinches are combined with this one.
+        True if the object was marked, so that its next pinches are combined with this one.
     end
         One past the last sample of the last pinch.
     epoch

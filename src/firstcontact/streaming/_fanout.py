@@ -83,7 +83,7 @@ class _Feeder:
 
 
 class Fanout:
-    """Passes every update to every sink.
+    """Distributor that passes every update to every sink.
 
     Parameters
     ----------

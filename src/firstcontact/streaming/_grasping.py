@@ -23,27 +23,26 @@ SILENCE = "silence"
 
 
 class Grasping:
-    """Drives a hand through the closings of a live session; an actor of it.
+    """Actor that drives a hand through the closings of a live session.
 
     The start of the motor (:class:`ClosingStart`) begins a closing of a hand that closes by itself.
-    Other hands close on request. Such a closing lasts until somebody requests to open the hand, the
-    hand is released because of a silence, or the origin of the request is gone. The start of the
-    motor alone begins nothing there: it may be that of the opening.
+    Other hands close on request. Such a closing ends with a request to open, with a release after a
+    silence, or when the origin of the request disconnects. A motor start alone begins no closing
+    there, because it may open the hand.
 
     The policy gets the final estimate of a closing, and with ``early`` each one before it. An
     estimate that is out of range counts as none.
 
-    Times are those of the samples. The deadline counts until the hand gets the estimate: with the
-    computing, the delay of the samples beyond the least delayed ones, and the hand's pacing. The
-    shortest way through the cable is not known.
+    Times count on the samples' clock. The deadline ends when the hand gets the estimate. It
+    includes computing, the delay of samples beyond the least delayed ones, and the hand's pacing.
+    The shortest transport time is unknown.
 
     Parameters
     ----------
     policy
         Grasp policy.
     hand
-        Open hand. Each block tells a :class:`~firstcontact.grasp._safe.SafeHand` that the session
-        lives.
+        Open hand. Each block keeps a :class:`~firstcontact.grasp._safe.SafeHand` alive.
     layout
         Columns of the samples.
     deadline
@@ -87,7 +86,7 @@ class Grasping:
         self._released = 0
 
     def on_samples(self, block: Block, host: float) -> None:
-        """Take new samples before their events."""
+        """Process new samples before their events."""
         if self._transport is not None:
             self._transport.add(block, host)
             self._late = self._transport.delay(block.end - 1, host)
@@ -112,7 +111,7 @@ class Grasping:
                 self.loop.finish(event.second)
 
     def after_block(self, block: Block) -> Sequence[Event]:
-        """Pass force and time to the policy; carry out requests.
+        """Pass force and time to the policy, and carry out requests.
 
         Returns
         -------
@@ -136,7 +135,7 @@ class Grasping:
         self.hand.release()
 
     def _closing_starts(self, event: ClosingStart) -> None:
-        """Begin a closing of a hand that closes by itself; a requested one is in progress."""
+        """Begin a closing of a hand that closes by itself."""
         is_requested = self.requests.by is not None
         if not is_requested and Begins.OTHERS not in self.hand.begins:
             return
@@ -196,7 +195,7 @@ class Grasping:
         return self.hand.counts.released if isinstance(self.hand, SafeHand) else 0
 
     def _estimated(self, estimate: Estimate) -> None:
-        """Pass an estimate to the policy; the final one once, as a command cannot be taken back."""
+        """Pass an estimate to the policy; the final one only once."""
         if self._is_final or not (estimate.final or self.loop.policy.early):
             return
         self._is_final = estimate.final

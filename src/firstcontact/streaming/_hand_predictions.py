@@ -1,4 +1,4 @@
-"""Predictions of a device that predicts by itself, compared pinch by pinch with the host's own."""
+"""Predictions of a device, compared with the host's pinch by pinch."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class HandPredictions:
     def update(
         self, messages: Sequence[DevicePrediction], block: Block, host: float
     ) -> list[Event]:
-        """Take messages of the device and the newest samples; return what is known from them."""
+        """Process messages of the device and the newest samples. Return the resulting events."""
         begin = (block.epoch, block.first_sample)
         if self._heard is not None and self._heard < begin:
             self._gaps = [g for g in self._gaps if g[1] > self._away(self._heard, -4)]
@@ -104,12 +104,12 @@ class HandPredictions:
         )
 
     def add_pinch(self, pinch: PinchDone) -> None:
-        """Take a finished pinch of the host."""
+        """Add a finished pinch of the host."""
         if self._checked and pinch.contacts:
             self._done.append(pinch)
 
     def ended(self) -> list[Event]:
-        """Return the pinches that are left when no more samples come."""
+        """Return the remaining pinches at the end of the stream."""
         last = max((place for place, _ in self._events), default=(0, 0))
         host_last = max(map(_pinch_place, self._done), default=(0, 0))
         # The device may have predicted from samples that the host has not processed.

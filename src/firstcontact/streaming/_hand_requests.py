@@ -30,8 +30,8 @@ class Request:
 class HandRequests:
     """Queue of requests from any thread; the session's own thread carries them out.
 
-    Opening does not wait for that. The hand is released at once, and no command is sent to it until
-    the session's thread has taken the request.
+    A request to open releases the hand immediately. No command is sent to it until the session's
+    thread has processed the request.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ class HandRequests:
                 self._waiting.put(Request(ask, by))
 
     def gone(self, by: str) -> None:
-        """Open the hand if this origin, which is gone, had closed it."""
+        """Open the hand if this origin, now disconnected, had closed it."""
         with self._lock:
             self._gone.add(by)
             if self.by != by:

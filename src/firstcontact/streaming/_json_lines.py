@@ -90,7 +90,7 @@ class DescriptorLine(msgspec.Struct, frozen=True, kw_only=True, tag="descriptor"
 
 
 class MarkerLine(msgspec.Struct, frozen=True, tag="marker"):
-    """Marker that the operator or the device pinned to a sample.
+    """Marker of the operator or the device, attached to a sample.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ class LinkLine(msgspec.Struct, frozen=True, kw_only=True, tag="link"):
 
 
 class FailedLine(msgspec.Struct, frozen=True, tag="failed"):
-    """Line or output that failed; the rest goes on.
+    """Failure of a line or an output. The rest continues.
 
     Parameters
     ----------
@@ -159,9 +159,9 @@ class FailedLine(msgspec.Struct, frozen=True, tag="failed"):
 
 
 def json_line(record: msgspec.Struct) -> str:
-    """Return a record as one line of JSON, without its end; a ``failed`` line if it has none.
+    """Return a record as one line of JSON without line end, or a ``failed`` line on errors.
 
-    JSON has no NaN and no infinity: null stands for them.
+    Null replaces NaN and infinity, which JSON lacks.
     """
     try:
         return msgspec.json.encode(record).decode()
@@ -200,7 +200,7 @@ class JsonLinesSink:
         self._write([json_line(DescriptorLine.describe(descriptor))])
 
     def take(self, update: Update) -> None:
-        """Write markers and events, the state of the link if it changed, and failures.
+        """Write markers, events, failures, and the state of the link if it changed.
 
         Raises
         ------
@@ -221,7 +221,7 @@ class JsonLinesSink:
             self._write(lines)
 
     def close(self) -> None:
-        """Close the sink; it holds nothing back."""
+        """Close the sink. All lines are written already."""
 
     def _write(self, lines: Sequence[str]) -> None:
         write_now(self._stream, "".join(line + "\n" for line in lines))

@@ -1,4 +1,4 @@
-"""Time ledger: where the time between a contact and its estimate went, and its lines of text."""
+"""Time ledger: parts of the time between a contact and its estimate, and their text."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ class Ledger:
         """Return the figures so far: counts, and p50, p99 and max of each time, s.
 
         ``in_time``, ``too_late``, ``none`` and ``unjudged`` add up to ``pinches``; ``unheard`` are
-        those in time because no second contact was heard.
+        those in time because no second contact was detected.
         """
         figures = {
             "estimates": float(self.estimates),
@@ -130,7 +130,7 @@ def ledger_lines(
     cpu
         Processor time of the whole program, s.
     alone
-        True for a single sensor, which hears no second contact.
+        True for a single sensor, which has no second contact.
     speed
         Speed of the samples, times real time. At another speed than 1 the lines leave out times
         and verdicts, since the computer does not become faster with the samples.
@@ -169,7 +169,7 @@ def _with_estimate(figures: Mapping[str, float]) -> str:
 
 
 def _verdict_lines(figures: Mapping[str, float], alone: bool) -> Iterator[str]:
-    """Count each pinch once; a single sensor hears no second contact."""
+    """Return the counts of pinches by verdict. A single sensor has no second contact."""
     if alone:
         yield _with_estimate(figures)
         return

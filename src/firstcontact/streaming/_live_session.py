@@ -39,7 +39,7 @@ def live_session(
     recordings: Path = Path(),
     shape: str = "",
 ) -> Iterator[tuple[LiveSession, Grasping | None]]:
-    """Open a session; the hand is released on every way out.
+    """Open a session. The hand is always released at the end.
 
     Parameters
     ----------
@@ -48,8 +48,8 @@ def live_session(
     detector, predictor
         See :class:`Pipeline`.
     calibration
-        Function that returns the noise floors, or measures them. It is called when all that is slow
-        is done, since samples come from then on.
+        Function that returns or measures the noise floors. It is called after all slow
+        preparations, because samples arrive from then on.
     real_time
         True if samples come as fast as they were taken.
     hand, hand_port, policy, slip
@@ -111,7 +111,7 @@ def check_hand(
     device: str,
     is_live: bool,
 ) -> None:
-    """Refuse a hand that must not, or cannot, be driven.
+    """Refuse a hand that cannot be driven with these options or this source.
 
     Parameters
     ----------

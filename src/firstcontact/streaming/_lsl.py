@@ -29,7 +29,7 @@ class LslSink:
     Raises
     ------
     InputError
-        pylsl, or the library that it brings, is missing.
+        The package pylsl or its library is missing.
     """
 
     every = 0.02

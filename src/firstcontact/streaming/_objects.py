@@ -16,12 +16,12 @@ WAITING, PINCHES = 16, 100
 
 
 class ObjectCombiner:
-    """Combines the final estimates of pinches of one object.
+    """Combiner of the final estimates of several pinches of one object.
 
-    Pinches count together only if somebody marks them as of one object: with
-    :meth:`new_object`, with a marker that names an object, or with the labels of a replayed
-    recording. Another name, or :meth:`new_object`, begins another object. An unmarked pinch stands
-    by itself. Estimates that are out of range do not count.
+    Pinches are combined only if they are marked as one object: by :meth:`new_object`, by a marker
+    with an object's name, or by the labels of a replayed recording. Another name, or
+    :meth:`new_object`, begins another object. An unmarked pinch counts alone. Estimates that are
+    out of range do not count.
     """
 
     def __init__(self) -> None:
@@ -37,11 +37,11 @@ class ObjectCombiner:
         self._is_new = True
 
     def add_markers(self, markers: Iterable[Marker]) -> None:
-        """Take markers: each names the object of the next pinch."""
+        """Process markers. Each names the object of the next pinch."""
         self._markers += [m for m in markers if not concerns_hand(m.text)]
 
     def add_pinch(self, pinch: PinchDone) -> ObjectEstimate | None:
-        """Take a finished pinch. Return the estimate of its object; None if it does not count."""
+        """Add a finished pinch. Return the estimate of its object; None if it does not count."""
         if self._is_new:
             self._is_new = False
             self._estimates.clear()
@@ -58,7 +58,7 @@ class ObjectCombiner:
         return self._combined(pinch)
 
     def add_labels(self, marks: Iterable[PinchMark]) -> ObjectEstimate | None:
-        """Take labels of past pinches of a recording; return the corrected estimate if any."""
+        """Process labels of past pinches of a recording. Return the corrected estimate, if any."""
         if self._last is None:
             return None
         pinch, final = self._last
@@ -126,11 +126,14 @@ class ObjectNames:
         self._unnamed: deque[PinchDone] = deque(maxlen=WAITING)
 
     def add_markers(self, markers: Iterable[Marker]) -> None:
-        """Take markers."""
+        """Process markers."""
         self._markers += [m for m in markers if not concerns_hand(m.text)]
 
     def add_labels(self, marks: Iterable[PinchMark]) -> list[tuple[int, str]]:
-        """Take labels of a recording; return numbers and names of past pinches that they name."""
+        """Process labels of a recording.
+
+        Return numbers and names of the past pinches they label.
+        """
         self._marks += [m for m in marks if m.label.object]
         named = [(pinch, label) for pinch in self._unnamed if (label := self._label(pinch))]
         for pinch, _ in named:

@@ -49,8 +49,8 @@ _log = logging.getLogger(__name__)
 class Pipeline:
     """Live detection and estimation.
 
-    A closing gives exactly the contacts and estimates that the same detector and model give offline
-    for a pinch that is cut out from its start, whatever the blocks.
+    Contacts and estimates of a closing equal the offline results of the same detector and model for
+    a pinch cut out at its start. Block sizes do not matter.
 
     Parameters
     ----------
@@ -62,8 +62,8 @@ class Pipeline:
         Model that predicts, see :func:`firstcontact.streaming.live_predictor`; None for contacts
         alone.
     calibration
-        Noise floors of the fingers; without them a closing begins with each epoch. A warning is
-        logged where an epoch is longer than any closing, as a stream's is.
+        Noise floors of the fingers. Without them a closing begins with each epoch, and a warning is
+        logged if an epoch is longer than any closing.
     clock
         Clock of the host, s.
     delay
@@ -84,8 +84,8 @@ class Pipeline:
 
     Notes
     -----
-    The pipeline works on one simulated pinch before the first real one, so that the first real one
-    does not wait for what is loaded or built late.
+    The pipeline first processes one simulated pinch, so that the first real one does not wait for
+    lazy loading.
     """
 
     def __init__(
@@ -127,7 +127,7 @@ class Pipeline:
         self._epoch_start: tuple[int, int] | None = None  # epoch and its first sample
 
     def calibrate(self, calibration: Calibration | None) -> None:
-        """Take the noise floors; only before the first block."""
+        """Set the noise floors. Call it only before the first block."""
         self._closings = Closings(self.layout, self._detector, calibration)
         self._has_warned = self._closings.has_floors
 
@@ -165,7 +165,7 @@ class Pipeline:
 
     @property
     def is_predicting(self) -> bool:
-        """True from the first contact of a closing until no more estimate of it comes."""
+        """True from the first contact of a closing until its last estimate."""
         pinch = self._pinch
         return pinch is not None and pinch.estimates is not None and pinch.estimates.due is not None
 
@@ -225,7 +225,7 @@ class Pipeline:
         self.ledger.worked(self._clock() - start, len(block.data))
 
     def _prepare(self, pinch: OpenClosing, estimates: ClosingEstimates) -> None:
-        """Work ahead in the pause before the next block, so that the next estimate is quick."""
+        """Prepare the next estimate in the pause before the next block."""
         estimates.prepare()
         if self._transport is None or self.predictor is None or pinch.contacts:
             return
@@ -234,7 +234,7 @@ class Pipeline:
             self.predictor.warm()
 
     def _warn_of_long_epoch(self, block: Block) -> None:
-        """Warn once that only the first closing of an epoch can be found."""
+        """Warn once that only the first closing of an epoch can be detected."""
         if self._has_warned:
             return
         if self._epoch_start is None or self._epoch_start[0] != block.epoch:
@@ -295,7 +295,7 @@ class Pipeline:
         return ordered
 
     def _withdraw(self, contact: Contact, block: Block) -> list[Event]:
-        """Take back the contacts and estimates of the closing, which goes on."""
+        """Withdraw the contacts and estimates of the closing, which continues."""
         pinch = self._pinch
         if pinch is None:
             return []

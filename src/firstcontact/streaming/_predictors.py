@@ -50,7 +50,7 @@ class Prediction:
 
 
 class PredictionStream(Protocol):
-    """Predictions for the first contact of one closing, as its samples come."""
+    """Predictions for the first contact of one closing, while its samples arrive."""
 
     @property
     def reason(self) -> str:
@@ -65,16 +65,16 @@ class PredictionStream(Protocol):
         """True once no further prediction can come."""
 
     def update(self, block: Block, contact: Contact | None) -> Iterator[Prediction]:
-        """Take the next samples, and the first contact with the block that made it known.
+        """Process the next samples, and the first contact with the block that revealed it.
 
-        Iterate to the end. InputError where the model cannot predict from a signal.
+        Iterate to the end. InputError if the model cannot predict from the signal.
         """
 
     def prepare(self) -> None:
-        """Work ahead for the next prediction; called when the events of a block are out."""
+        """Prepare the next prediction. Called after the events of a block were delivered."""
 
     def withdraw(self) -> None:
-        """Forget the contact, which was none, and wait for another one."""
+        """Discard the contact, and wait for another one."""
 
 
 class Predictor(Protocol):
@@ -115,7 +115,7 @@ class Predictor(Protocol):
         """
 
     def warm(self) -> None:
-        """Predict for a made-up contact, so that the processor's caches hold the model."""
+        """Predict for an artificial contact, to load the model into the processor's caches."""
 
 
 class NetworkPredictor:

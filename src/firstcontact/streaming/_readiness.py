@@ -14,10 +14,10 @@ SWITCH = 1e-4
 
 
 class Readiness:
-    """Settings of the process for a session in real time, as they were before on leaving.
+    """Settings of the process for a real-time session, restored on leaving.
 
-    The session's thread gets the interpreter back soon from other threads. Where the system allows
-    it, this thread has a real-time priority. The garbage collector skips objects that exist now.
+    Other threads return the interpreter to the session's thread quickly. This thread has a
+    real-time priority if the system allows it. The garbage collector skips existing objects.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ class Readiness:
             sys.setswitchinterval(self._interval)
 
     def hurry(self, *, is_urgent: bool) -> None:
-        """Switch the garbage collector off while estimates are due."""
+        """Disable the garbage collector while estimates are due."""
         if not self._is_active or not self._collects:
             return
         if is_urgent:

@@ -36,23 +36,23 @@ POLL = 0.003
 
 
 class Actor(Protocol):
-    """Reacts to events in the session's own thread; must be quick."""
+    """Handler of events in the session's thread. It must be fast."""
 
     def on_samples(self, block: Block, host: float) -> None:
-        """Take new samples, with their time on the host's clock, s, before their events."""
+        """Process new samples, with their host time, s, before their events."""
 
     def on_event(self, event: Event) -> None:
-        """Take an event."""
+        """Process an event."""
 
     def after_block(self, block: Block) -> Sequence[Event]:
-        """Take new samples after their events; return events of the actor itself."""
+        """Process new samples after their events. Return the actor's own events."""
 
     def ended(self) -> None:
-        """End; called for any reason, before anything else is closed."""
+        """Handle the end of the session, before anything else is closed."""
 
 
 class LiveSession:
-    """Runs a pipeline on a source until either ends; viewers control it.
+    """Live session: runs a pipeline on a source, under the control of viewers.
 
     Parameters
     ----------
@@ -127,10 +127,10 @@ class LiveSession:
         stopped: Callable[[], bool] = lambda: False,
         patient: bool = False,
     ) -> None:
-        """Work until the source ends, no output is left, or one of these bounds.
+        """Run until the source ends, no output is left, or a limit is reached.
 
-        The source is closed at the end, before a recording. The recorder and the sinks have then
-        all samples that it counts as received.
+        At the end the source is closed first, then the recording. So the recorder and the sinks get
+        all samples that the source has received.
 
         Parameters
         ----------
@@ -161,7 +161,7 @@ class LiveSession:
         stopped: Callable[[], bool] = lambda: False,
         patient: bool = False,
     ) -> Iterator[Event]:
-        """Work as :meth:`run` does, and yield each event when the actors have seen it.
+        """Run like :meth:`run`, and yield each event after the actors have processed it.
 
         Leaving the iteration ends the session.
         """
@@ -221,7 +221,7 @@ class LiveSession:
                 return
 
     def _read(self, readiness: Readiness, last_arrival: float) -> list[Arrival]:
-        """Return the next samples; without a pause between looks while estimates are due."""
+        """Return the next samples. Poll without pauses while estimates are due."""
         is_predicting = self.pipeline.is_predicting
         readiness.hurry(is_urgent=is_predicting)
         if is_predicting and self._can_poll:
@@ -260,7 +260,7 @@ class LiveSession:
         self._recorder.stop()
 
     def mark(self, text: str) -> None:
-        """Pin a marker to the next sample."""
+        """Attach a marker to the next sample."""
         self.source.mark(text)
 
     def new_object(self) -> None:
@@ -308,7 +308,7 @@ class LiveSession:
         self._hand.ask(ask, by)
 
     def hand_gone(self, by: str) -> None:
-        """Open the hand if this origin, which is gone, had closed it."""
+        """Open the hand if this origin, now disconnected, had closed it."""
         if self._hand is not None:
             self._hand.gone(by)
 
@@ -325,7 +325,7 @@ class LiveSession:
 
     @property
     def _least(self) -> int:
-        """Number of samples to wait for; actors feel the force at all times."""
+        """Return the number of samples to wait for."""
         return 1 if self._actors and self.pipeline.is_closing else self.pipeline.due
 
     def _take(self, arrival: Arrival) -> bool:
@@ -396,7 +396,10 @@ class LiveSession:
         )
 
     def _note(self, pinch: PinchDone) -> None:
-        """Mark the pinch in the recording, if there is one; the strips are its truth."""
+        """Add a pinch mark to the recording, if one is running.
+
+        The strips give its true contacts.
+        """
         is_whole = self._start is not None and (pinch.epoch, pinch.start) >= self._start
         if self._noted is None or self.recording.path != self._noted or not is_whole:
             return
@@ -412,7 +415,7 @@ class LiveSession:
 
 
 def _fewer(arrivals: list[Arrival]) -> tuple[Arrival, ...]:
-    """Return the same samples in as few arrivals as possible, each as late as its last."""
+    """Merge samples into as few arrivals as possible, each with its last arrival time."""
     hosts = {(a.block.epoch, a.block.end): a.host for a in arrivals}
     blocks = merge_blocks(a.block for a in arrivals)
     markers = tuple(m for a in arrivals for m in a.markers)

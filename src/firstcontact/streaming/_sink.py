@@ -47,7 +47,7 @@ class Sink(Protocol):
 
     It may be slow or raise. Its queue is bounded; updates that do not fit are dropped and counted,
     and the rest of the session goes on. A sink for other programs sets ``is_prompt = True`` and
-    gets each event at once; all others may get the events of a closing up to 50 ms late.
+    gets each event immediately. Other sinks may get the events of a closing up to 50 ms late.
     """
 
     @property
@@ -59,17 +59,17 @@ class Sink(Protocol):
         """Longest time that samples may be held back for it, s."""
 
     def open(self, descriptor: Descriptor) -> None:
-        """Begin; called once, before the first update."""
+        """Start the output. Called once, before the first update."""
 
     def take(self, update: Update) -> None:
-        """Use an update."""
+        """Process an update."""
 
     def close(self) -> None:
-        """End; called once, on every way out."""
+        """Close the output. Always called once."""
 
 
 class Controls(Protocol):
-    """Requests that a viewer may make; safe to call from any thread."""
+    """Requests of viewers to the session, callable from any thread."""
 
     def start_recording(self) -> Path:
         """Begin a recording; InputError if one is running or cannot be made."""
@@ -78,7 +78,7 @@ class Controls(Protocol):
         """Close the recording, if one is running."""
 
     def mark(self, text: str) -> None:
-        """Pin a marker to the next sample."""
+        """Attach a marker to the next sample."""
 
     def hand_asks(self) -> tuple[Ask, ...]:
         """Return the possible requests to the hand; empty without a hand."""
@@ -87,7 +87,7 @@ class Controls(Protocol):
         """Send a request to the hand; InputError if it is not possible, or not now."""
 
     def hand_gone(self, by: str) -> None:
-        """Open the hand if the viewer that is gone had closed it."""
+        """Open the hand if this viewer, now disconnected, had closed it."""
 
     def new_object(self) -> None:
         """Begin another object: combine its pinches, and none of the previous object."""
@@ -106,8 +106,8 @@ def write_now(stream: TextIO, text: str) -> None:
     Raises
     ------
     OSError
-        The reader is gone (BrokenPipeError), or the stream cannot be written. Text that waits in
-        the stream is dropped: it would raise again when the program ends.
+        The reader is gone (BrokenPipeError), or the stream cannot be written. Buffered text is
+        dropped, because it would raise again at the end of the program.
     """
     try:
         stream.write(text)

@@ -88,9 +88,9 @@ class TextSink:
 
 
 def pinch_line(pinch: PinchDone, alone: bool = False) -> str:
-    """Return a pinch on one line; ``alone`` for a single sensor, which hears no second contact.
+    """Return a pinch on one line. ``alone`` marks a single sensor, without second contacts.
 
-    First the estimate in force at the second contact, then the final one if it came later.
+    The line has the estimate in force at the second contact, then the final one if it came later.
     """
     is_judged = not alone and pinch.verdict is not None
     judged = pinch.in_force if is_judged else pinch.final

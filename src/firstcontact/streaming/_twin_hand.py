@@ -1,4 +1,4 @@
-"""Simulated hand of the running twin, commanded over the twin's own line."""
+"""Simulated hand of the running twin, commanded over its serial line."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ RATE = 200.0
 
 
 class TwinHand(Hand):
-    """Each command is an order to the twin, about the closing that is going on.
+    """Hand that sends each command as an order to the twin for the current closing.
 
-    A hand that is at rest or opens takes no command; the twin says so in a marker, and goes on
-    with its next closing as it would have.
+    Outside a closing the twin ignores commands, reports this in a marker, and continues with its
+    next closing.
 
     Parameters
     ----------
     source
-        The twin's, open when the hand is and as long.
+        Source of the twin. It must be open as long as the hand.
     """
 
     name = "twin"
@@ -37,7 +37,7 @@ class TwinHand(Hand):
         self._open = False
 
     def send(self, command: Command) -> None:
-        """Order."""
+        """Send the command as an order."""
         if not self._open:
             raise HandError(f"the hand {self.name!r} is not open")
         try:
@@ -46,7 +46,7 @@ class TwinHand(Hand):
             raise HandError(str(error)) from error
 
     def release(self) -> None:
-        """Open."""
+        """Open the hand."""
         if not self._open:
             return
         # A twin that is gone has let go.
@@ -54,7 +54,7 @@ class TwinHand(Hand):
             self._source.order(order_text(None))
 
     def close(self) -> None:
-        """Release; the source stays open."""
+        """Release the hand. The source stays open."""
         self.release()
         self._open = False
 

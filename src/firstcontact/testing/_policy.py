@@ -20,8 +20,8 @@ def check_policy(kind: type[Policy]) -> None:
     """Assert that a policy meets its interface.
 
     Its commands are finite and within the hand's limits. It is never harder or faster on a softer
-    object, nor with a wider interval. After a missed deadline it is no harder or faster than the
-    softest object allows. A closing does not affect the next one. Its title, colour and settings
+    object, nor with a wider interval. After a missed deadline it presses as gently and slowly as
+    for the softest object. A closing does not affect the next one. Its title, colour and settings
     for tables and figures are complete.
 
     Parameters

@@ -32,7 +32,7 @@ class Calibrate:
     former: ClassVar[dict[str, str]] = {"--tap": "the default; leave it out"}
 
     def run(self) -> None:
-        """Measure, print the results, and write the file."""
+        """Measure, print the results, and write the calibration file."""
         from firstcontact import calibrate
         from firstcontact.cli.guided import entered
         from firstcontact.cli.stopping import stopping

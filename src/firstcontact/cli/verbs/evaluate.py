@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 class Evaluate:
     """Score a saved model on recordings.
 
-    Training pinches are scored apart.
+    Pinches that the model was trained on are scored separately.
     """
 
     model: Annotated[Path, Option(positional=True)]

@@ -23,7 +23,7 @@ class Export:
     """New file."""
 
     def run(self) -> None:
-        """Export, and print notes."""
+        """Export the recordings, and print notes on the result."""
         from firstcontact.core import require_extra
         from firstcontact.recording import export, load_dataset
 

@@ -26,7 +26,7 @@ class ExportModel:
     """Longest time of a prediction on a 600 MHz Cortex-M7, us."""
 
     def run(self) -> None:
-        """Export whole, or not at all."""
+        """Export the model. Write all files or none."""
         from firstcontact.export import export_model
         from firstcontact.recording import load_dataset
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FlashModel:
-    """Send a model to a device that runs it; the device keeps it whole or not at all."""
+    """Send a model to a device that runs it. The device stores the complete model or none of it."""
 
     model: Annotated[Path, Option(positional=True)]
     """Folder that `export-model --to hand` wrote."""
@@ -25,7 +25,7 @@ class FlashModel:
     """File of `calibrate`; by default the noise is measured first."""
 
     def run(self) -> None:
-        """Send the model; the device keeps its old one until the new one is checked."""
+        """Send the model. The device uses its old model until it has checked the new one."""
         from firstcontact.device import check_model_fits, flash_model
         from firstcontact.export import FORMAT, hand_image
 

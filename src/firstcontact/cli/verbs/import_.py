@@ -52,7 +52,7 @@ class Import:
     """CSV file with a row of labels per file; labels.csv by default."""
 
     def run(self) -> None:
-        """Import, and print what was read and assumed."""
+        """Import the files. Print their content, and assumptions about them."""
         from firstcontact import import_recordings
 
         dataset = import_recordings(

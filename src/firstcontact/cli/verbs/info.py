@@ -19,7 +19,7 @@ LISTEN = 2.0
 
 @dataclass(frozen=True)
 class Info:
-    """Print versions and ports for a bug report, or what a device says about itself."""
+    """Print versions and ports for a bug report, or the descriptor of a device."""
 
     device: Annotated[
         str | None, devices(more=" Its own description is printed, and its samples of 2 s counted.")
@@ -29,7 +29,7 @@ class Info:
     """Variation of the simulated hand."""
 
     def run(self) -> None:
-        """Print one property a line."""
+        """Print one property per line."""
         if self.device is not None:
             for line in _device(self.device, self.condition):
                 print(line)

@@ -31,7 +31,7 @@ class Label:
     """Print the address of the page, and open no browser."""
 
     def run(self) -> None:
-        """Find onsets, serve the page until all is done, and write the new recordings."""
+        """Find onsets, serve the page until labelling is finished, and write the new recordings."""
         from firstcontact.cli.stopping import stopping
         from firstcontact.collect import Labeller, Session, open_recordings
         from firstcontact.core import InputError, installed_versions

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Live:
-    """Show contacts and stiffness as they happen: in the terminal, on a page, to other programs."""
+    """Show contacts and stiffness live: in the terminal, on a page, and for other programs."""
 
     device: Annotated[str, devices()]
     """Where samples come from."""
@@ -82,7 +82,7 @@ class Live:
     """Stop after this number of pinches."""
 
     def run(self) -> None:
-        """Run until Ctrl-C or one of the bounds."""
+        """Run until Ctrl-C or a limit of time or pinches."""
         self._check()
         if self.page:
             require_modules("live", "websockets")
@@ -149,7 +149,7 @@ class Live:
             self._end(session, grasping)
 
     def _follow(self, session: LiveSession, stop: Stop, sinks: Sequence[Sink]) -> None:
-        """Pass events to the outputs until Ctrl-C or one of the bounds; print the figures."""
+        """Pass events to the outputs until Ctrl-C or a limit. Print the statistics."""
         from firstcontact.cli.session_keys import session_keys
 
         if self.one_object:
@@ -165,7 +165,7 @@ class Live:
         self._report(session, session.source, began, time.process_time() - used)
 
     def _end(self, session: LiveSession, grasping: Grasping | None) -> None:
-        """Print the figures of the hand; refuse outputs that failed."""
+        """Print the statistics of the hand. Raise InputError if an output failed."""
         from firstcontact.streaming import grasp_lines
 
         if grasping is not None:

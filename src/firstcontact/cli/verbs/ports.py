@@ -19,7 +19,7 @@ class Ports:
     """Ask each port for a fingertip, by sending a few bytes."""
 
     def run(self) -> None:
-        """Print one line a port."""
+        """Print one line per port."""
         from firstcontact.device import list_devices, ports
 
         serial_ports = ports()

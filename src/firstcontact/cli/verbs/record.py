@@ -17,7 +17,7 @@ MOST_SESSIONS = 1000
 
 @dataclass(frozen=True)
 class Record:
-    """Record labelled pinches: the hand closes, the terminal says which ones count."""
+    """Record labelled pinches. The terminal shows which closings are valid."""
 
     device: Annotated[str, devices(recorded=False)]
     """Where samples come from."""
@@ -57,7 +57,7 @@ class Record:
     former: ClassVar[dict[str, str]] = {"--shore": "--shore-a", "--hand": "--hand-name"}
 
     def run(self) -> None:
-        """Record one session after the other."""
+        """Record the sessions one after the other."""
         from firstcontact import record
         from firstcontact.cli.guided import Terminal
         from firstcontact.cli.stopping import stopping

@@ -1,4 +1,4 @@
-"""Policy with a force that grows with the estimated estimate."""
+"""Policy with a force that grows with the estimated stiffness."""
 
 from __future__ import annotations
 

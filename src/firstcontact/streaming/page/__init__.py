@@ -1,4 +1,4 @@
-"""The page: a sink that shows what happens to whoever opens it in a browser."""
+"""Live page: a sink that shows the session in a browser."""
 
 from firstcontact.streaming.page._sink import PageSink
 

@@ -22,12 +22,12 @@ def finger_place(finger: Finger | None) -> int:
 
 
 class Closeup:
-    """Fills itself as samples come, from before to after the contact.
+    """Close-up of the samples around the last first contact.
 
     Parameters
     ----------
     layout
-        Of the samples.
+        Layout of the samples.
     """
 
     def __init__(self, layout: Layout) -> None:
@@ -44,7 +44,7 @@ class Closeup:
         self._marks: list[dict[str, Any]] = []
 
     def add(self, block: Block) -> bool:
-        """Take a block. Return True if the picture changed."""
+        """Add a block. Return True if the picture changed."""
         self._blocks.append(block)
         self._held += len(block.data)
         while self._held - len(self._blocks[0].data) >= HELD * self._layout.rate:

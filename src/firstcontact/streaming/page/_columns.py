@@ -1,4 +1,4 @@
-"""Both traces, thinned so that no peak is lost: the least and the greatest of every few samples."""
+"""Traces thinned to minimum and maximum of every few samples, so that no peak is lost."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ EPOCHS = 8
 
 
 class Columns:
-    """A ring of columns, each the least and the greatest of a few samples of each channel.
+    """Ring buffer of columns: minimum and maximum of a few samples of each channel.
 
-    Columns are counted from 0 and never again: a gap in the samples leaves
-    empty columns (NaN), and so does the beginning of another epoch.
+    Columns are counted from 0 without restarts. A gap in the samples and a new epoch leave empty
+    columns (NaN).
 
     Parameters
     ----------
     layout
-        Of the samples.
+        Layout of the samples.
     """
 
     def __init__(self, layout: Layout) -> None:
@@ -44,16 +44,16 @@ class Columns:
 
     @property
     def end(self) -> int:
-        """One past the last complete column; the one at the top still grows."""
+        """One past the last complete column. The newest column is still growing."""
         return max(self._top, 0)
 
     @property
     def first(self) -> int:
-        """The oldest column still held."""
+        """Number of the oldest stored column."""
         return max(0, self._top - self._size + 1)
 
     def add(self, block: Block) -> None:
-        """Take the samples of a block; those that came before are left out."""
+        """Add the samples of a block. Repeated samples are ignored."""
         if len(block.data) == 0:
             return
         if block.epoch != self._epoch:
@@ -94,14 +94,14 @@ class Columns:
         return base + (sample - origin) / self.samples
 
     def since(self, column: int) -> tuple[int, NDArray[np.float32]]:
-        """Complete columns from this one on, as far as they are still held.
+        """Return the complete columns from this one on that are still stored.
 
         Returns
         -------
         first : int
-            Number of the first one given.
+            Number of the first returned column.
         ndarray
-            Shape (columns, vibration channels, 2): least and greatest, in the channel's unit.
+            Minimum and maximum in the channel's unit, shape (columns, vibration channels, 2).
         """
         first = min(max(column, self.first), self.end)
         return first, self._ring[np.arange(first, self.end) % self._size]

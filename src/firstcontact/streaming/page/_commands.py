@@ -1,4 +1,4 @@
-"""Requests of viewers: checked, and limited in number."""
+"""Validation, rate limit and execution of viewers' requests."""
 
 from __future__ import annotations
 
@@ -41,9 +41,9 @@ class Allowance:
     Parameters
     ----------
     burst
-        Most requests in one go, after a pause.
+        Largest number of requests at once after a pause.
     refill
-        Requests per second that come back, Hz.
+        Long-term limit of requests per second, Hz.
     clock
         Clock, s.
     """
@@ -58,7 +58,7 @@ class Allowance:
         self._seen = clock()
 
     def take(self) -> float:
-        """Take one and return 0.0, or return the time until there is one, s."""
+        """Take one request and return 0.0, or return the time until one is allowed, s."""
         now = self._clock()
         self._left = min(self._most, self._left + (now - self._seen) * self._refill)
         self._seen = now
@@ -69,12 +69,12 @@ class Allowance:
 
 
 class Commands:
-    """Carries out requests of viewers.
+    """Handler of viewers' requests.
 
     Parameters
     ----------
     controls
-        Controls of the session, None where viewers may only look.
+        Controls of the session; None if viewers may only look.
     """
 
     def __init__(self, controls: Controls | None) -> None:
@@ -84,7 +84,7 @@ class Commands:
     async def obey(
         self, message: str | bytes, allowance: Allowance, by: str
     ) -> tuple[dict[str, Any], float]:
-        """Carry out a message. There is always an answer, and no error.
+        """Carry out a message. It always returns a reply and raises nothing.
 
         Parameters
         ----------
@@ -93,7 +93,7 @@ class Commands:
         allowance
             Allowance of this viewer.
         by
-            Name of this viewer to the hand.
+            Name of this viewer as the origin of hand requests.
 
         Returns
         -------
@@ -126,7 +126,7 @@ class Commands:
         return {"ok": True, "do": request.do, "text": outcome}, 0.0
 
     def gone(self, by: str) -> None:
-        """Open the hand if the viewer that is gone had closed it."""
+        """Open the hand if this viewer, now disconnected, had closed it."""
         if self._controls is not None:
             self._controls.hand_gone(by)
 

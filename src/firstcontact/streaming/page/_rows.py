@@ -54,7 +54,7 @@ class PinchRows:
         self._losses: deque[Marker] = deque(maxlen=ROWS)
 
     def add_marker(self, marker: Marker) -> None:
-        """Take a marker: it names its pinch or the next one, or reports a loss of the object."""
+        """Process a marker: it names its pinch or the next one, or reports a lost object."""
         if lost_object(marker.text):
             self._losses.append(marker)
         if concerns_hand(marker.text):
@@ -65,7 +65,7 @@ class PinchRows:
         )
 
     def add_label(self, mark: PinchMark) -> None:
-        """Take the label of a replayed recording."""
+        """Process a label of a replayed recording."""
         if mark.label.object:
             self._update([row.pinch.overlaps(mark) for row in self._rows], name=mark.label.object)
 
@@ -75,7 +75,7 @@ class PinchRows:
         self._rows.append(Row(brief(pinch), last_marker(self._markers, pinch, previous)))
 
     def hand(self, event: HandPinch) -> None:
-        """Take the predictions of a device for a pinch."""
+        """Add the predictions of a device for a pinch."""
         if event.contacts:
             place = event.epoch, event.contacts[0].sample
             words = hand_line(event).strip()
@@ -88,7 +88,7 @@ class PinchRows:
 
     @property
     def rows(self) -> tuple[Row, ...]:
-        """Rows with the losses that the twin reported."""
+        """Rows of the table, with the twin's reports of lost objects."""
         rows = []
         following: PinchDone | None = None  # a loss after its start belongs to that one
         for row in reversed(self._rows):
@@ -100,7 +100,7 @@ class PinchRows:
 
 
 def _is_during(marker: Marker, pinch: PinchDone, following: PinchDone | None) -> bool:
-    """Return True if a marker came after the start of a pinch and before that of the next."""
+    """Return True if a marker lies between the start of a pinch and of the next one."""
     place = (marker.epoch, marker.sample)
     if place < (pinch.epoch, pinch.start) or marker.epoch != pinch.epoch:
         return False

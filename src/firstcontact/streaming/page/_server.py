@@ -38,16 +38,16 @@ _HEAD = struct.Struct("<IId")
 
 @dataclass(slots=True)
 class _Viewer:
-    """Viewer on the other end of a socket.
+    """Viewer of the page, connected by a socket.
 
     Parameters
     ----------
     name
-        Name of the viewer to the hand.
+        Name of the viewer as the origin of hand requests.
     heard
         Time of its newest message, s of the monotonic clock.
     closes
-        Whether it had the hand close, and has not had it open since.
+        True if it has requested to close the hand and not to open it since.
     """
 
     name: str
@@ -55,9 +55,9 @@ class _Viewer:
     closes: bool = False
 
     async def watch(self) -> None:
-        """Raise TimeoutError once the viewer is silent while it has the hand close.
+        """Raise TimeoutError once a viewer that has closed the hand is silent.
 
-        The library's own keepalive does not see a page that hangs: the browser answers for it.
+        The library's keepalive does not detect a hanging page, because the browser replies.
         """
         while not self.closes or time.monotonic() - self.heard < SILENCE:
             await asyncio.sleep(TICK)
@@ -65,18 +65,18 @@ class _Viewer:
 
 
 class PageServer:
-    """The page for as long as :meth:`run` runs.
+    """Web server of the page, active while :meth:`run` runs.
 
     Parameters
     ----------
     state
-        What is shown.
+        State of the page.
     guard
-        Who may see it.
+        Access control.
     files
-        What is served: content type and bytes, by path.
+        Served files: content type and bytes, by path.
     controls
-        What viewers may ask for, None for nothing.
+        Controls for viewers; None without any.
     """
 
     def __init__(

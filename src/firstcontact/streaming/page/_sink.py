@@ -1,4 +1,4 @@
-"""The page as a sink of the live session."""
+"""Sink of the live session that serves the page."""
 
 from __future__ import annotations
 
@@ -22,29 +22,29 @@ _NONE: Mapping[str, float] = MappingProxyType({})
 
 
 class PageSink:
-    """Shows what happens on a page, from :meth:`open` to :meth:`close`.
+    """Sink that serves the live page from :meth:`open` to :meth:`close`.
 
-    The port is taken here, so that a busy one is told before anything starts.
+    The constructor takes the port, so a busy port is reported before anything starts.
 
     Parameters
     ----------
     host
-        Address to serve on: this machine only unless another is asked for.
+        Address to serve on; by default this machine only.
     port
-        Of the page, 0 for a free one.
+        Port of the page; 0 selects a free one.
     token
-        What a viewer must know. Made up where ``host`` is not loopback and
-        none is given; None otherwise.
+        Secret for viewers. If ``host`` is not loopback, a missing token is generated; on loopback
+        None means no token.
     controls
-        What viewers may ask for; None where they may only look.
+        Controls for viewers; None if they may only look.
     landmarks
         Shore A of known objects by name, marked on the scale.
 
     Raises
     ------
     InputError
-        The port is taken, the address is not of this machine, the token is
-        too short, or a known object's Shore A is no number.
+        The port is in use, the address does not belong to this machine, the token is too short, or
+        a known object's Shore A is no number.
     """
 
     name = "page"
@@ -85,23 +85,23 @@ class PageSink:
 
     @property
     def url(self) -> str:
-        """Address to open in a browser, with the token, quoted, where there is one."""
+        """Address to open in a browser, with the quoted token if there is one."""
         return self._guard.url
 
     def open(self, descriptor: Descriptor) -> None:
-        """Serve from now on."""
+        """Start to serve the page."""
         self._state = State(descriptor, self._landmarks, self.controls)
         self._thread = threading.Thread(target=self._serve, name="page", daemon=True)
         self._thread.start()
         self._started.wait()
 
     def take(self, update: Update) -> None:
-        """Show an update; takes no longer with viewers than without.
+        """Show an update. Viewers do not slow it down.
 
         Raises
         ------
         RuntimeError
-            The page's thread has ended by a fault.
+            The page's thread has failed.
         """
         if self._died:
             raise RuntimeError(f"the page is served no more: {self._died}")
@@ -109,7 +109,7 @@ class PageSink:
             self._state.take(update)
 
     def close(self) -> None:
-        """Tell viewers, let them go and free the port. Closing twice is fine."""
+        """Notify viewers, disconnect them and release the port. Closing twice is fine."""
         if self._thread is not None and self._loop is not None and self._stop is not None:
             with contextlib.suppress(RuntimeError):  # the loop ended by itself
                 self._loop.call_soon_threadsafe(self._stop.set)

@@ -43,7 +43,7 @@ FORCE_SECONDS = 0.02
 
 
 class Now(msgspec.Struct, frozen=True):
-    """Present closing as the page shows it, in the events' own form.
+    """Current closing for the page, as events.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ class Now(msgspec.Struct, frozen=True):
     missing
         Reason why there is no estimate.
     pinch
-        Finished pinch with its verdict; None while it lasts.
+        Finished pinch with its verdict; None while the closing lasts.
     object
         Combined estimate of the object after this pinch.
     """
@@ -71,7 +71,7 @@ class Now(msgspec.Struct, frozen=True):
 
 @dataclass(slots=True, eq=False)
 class _Part:
-    """Part of the page, the number of its changes, and its JSON once a viewer needs it."""
+    """Part of the page with a change counter and cached JSON."""
 
     tree: Any
     count: int
@@ -79,10 +79,10 @@ class _Part:
 
 
 class State:
-    """Newest state of everything; one thread fills it, another reads it.
+    """Current state of the page. One thread fills it, another reads it.
 
-    A part has a count of its changes, so that a viewer gets only what is new to it, however long it
-    was away. A part that cannot be shown is reported as a fault, and the rest goes on.
+    Each part counts its changes, so a viewer gets only the parts that are new to it. A part that
+    cannot be shown is reported as a fault, and the other parts continue.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ class State:
         self.hello = msgspec.json.encode(hello).decode()
 
     def take(self, update: Update) -> None:
-        """Take an update."""
+        """Process an update."""
         with self._lock:
             self._pending.append(update)
             # Without a viewer, consecutive samples are processed together.
@@ -307,7 +307,7 @@ def _recording(status: RecorderStatus) -> dict[str, Any]:
 
 
 def _with(estimates: Sequence[Estimate], estimate: Estimate) -> tuple[Estimate, ...]:
-    """Return the estimates with another one: a final one replaces itself and all after it."""
+    """Return the estimates with a new one, which replaces itself and all later ones."""
     if estimate.final:
         estimates = [e for e in estimates if e.elapsed < estimate.elapsed]
     return (*estimates, estimate)

@@ -17,7 +17,7 @@ TOKEN_LENGTH = 16
 
 
 class NotAllowedError(Exception):
-    """A request that gets no page: its HTTP status, and one sentence."""
+    """Error for a refused request, with its HTTP status and one sentence."""
 
     def __init__(self, status: HTTPStatus, sentence: str) -> None:
         super().__init__(sentence)
@@ -26,7 +26,7 @@ class NotAllowedError(Exception):
 
 
 def is_loopback(host: str) -> bool:
-    """Return True if an address is of this machine only."""
+    """Return True if an address is reachable from this machine only."""
     try:
         return ipaddress.ip_address(host).is_loopback
     except ValueError:
@@ -35,16 +35,16 @@ def is_loopback(host: str) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Guard:
-    """Checks the head of every request, those for the socket too.
+    """Access control: checks the headers of every request, also for the socket.
 
     Parameters
     ----------
     host
-        Address that the page is served on, as it was asked for.
+        Address that the page is served on, as given by the user.
     port
-        Its port.
+        Port of the page.
     token
-        What a viewer must know, or None: then only loopback names are served.
+        Secret for viewers. None serves loopback names only.
     """
 
     host: str
@@ -53,17 +53,17 @@ class Guard:
 
     @property
     def cookie(self) -> str:
-        """Name of the cookie that holds the token: cookies do not tell ports apart."""
+        """Name of the token's cookie. It contains the port, because cookies ignore ports."""
         return f"firstcontact-{self.port}"
 
     @property
     def quoted(self) -> str:
-        """The token as it can stand in an address and in a cookie."""
+        """Token in a form for URLs and cookies."""
         return quote(self.token or "", safe="", errors="surrogateescape")
 
     @property
     def url(self) -> str:
-        """Address to open in a browser, with the token, quoted, where there is one."""
+        """Address to open in a browser, with the quoted token if there is one."""
         host = f"[{self.host}]" if ":" in self.host else self.host
         if self.host in {"0.0.0.0", "::"}:  # noqa: S104  # what a viewer elsewhere can open
             host = socket.gethostname()
@@ -76,13 +76,13 @@ class Guard:
         Returns
         -------
         bool
-            Whether the token came in the URL, and should become a cookie.
+            True if the token came in the URL and should become a cookie.
 
         Raises
         ------
         NotAllowedError
-            It comes under a name that is not ours (DNS rebinding), from another site's
-            page, or without the token.
+            The request has a foreign host name (DNS rebinding), comes from another site's page, or
+            lacks the token.
         """
         served = headers.get_all("Host")
         if len(served) != 1 or not self._ours(served[0]):

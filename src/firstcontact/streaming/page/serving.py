@@ -1,4 +1,4 @@
-"""Files and headers of the served pages."""
+"""Static files and response headers of the served pages."""
 
 from __future__ import annotations
 
@@ -43,9 +43,9 @@ TYPES = {
 
 
 def load(package: str, folder: str) -> Files:
-    """Read a folder of a package once: files that are not in this table do not exist.
+    """Return content type and bytes of each file in a package folder, by URL path.
 
-    Content type and bytes of each file, by the path under which it is served.
+    Files outside this table are not served.
     """
     table = {}
     for item in files(package).joinpath(folder).iterdir():
@@ -108,15 +108,15 @@ def serve_page(
     Parameters
     ----------
     view
-        Speaks with whoever opened the socket.
+        Handler of an opened socket.
     listening
-        Of :func:`listen`.
+        Socket from :func:`listen`.
     answers
-        What a request gets; None lets it open the socket.
+        Function that answers a request; None lets it open the socket.
     longest
-        Bytes of a message that a viewer may send.
+        Longest message of a viewer, bytes.
     more
-        What else the server is told.
+        Further options of the server.
     """
     # The log of a library is not a place where users look.
     log = logging.getLogger("firstcontact.page")

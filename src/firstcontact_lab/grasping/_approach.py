@@ -1,4 +1,4 @@
-"""A closing of the household's until both fingers touch: what all that is ordered then shares."""
+"""Approach of a household closing until both fingers touch, shared by all later commands."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Pick:
     hand
         Seed of the hand.
     specimen
-        Which one of its kind, in which session.
+        Number of the specimen, and of its session.
     """
 
     kind: str
@@ -50,20 +50,20 @@ class Pick:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Approached:
-    """State in which both fingers touch, and no command has been given since.
+    """State of a closing at the moment when both fingers touch.
 
     Parameters
     ----------
     plant
-        As it is then.
+        Simulated hand in that state.
     estimate
         Estimate that a policy has by then; None without one.
     answers
-        Estimates that came before the second contact.
+        Estimates from before the second contact.
     heard
-        From the first contact to where the second was known, s; None where it was not heard.
+        Time from the first contact to the detection of the second, s; None if it was not detected.
     offset
-        Between the contacts, s; None where the second finger had not touched.
+        Time between the contacts, s; None without a second contact.
     """
 
     plant: GraspPlant
@@ -89,7 +89,7 @@ def make_plant(pick: Pick, breaks: bool = True, lift: Lift | None = None) -> Gra
 
 
 class _Waiting(PlantHand):
-    """Passes on what is ordered until both fingers touch."""
+    """Hand that passes on commands until both fingers touch."""
 
     def __init__(self, plant: GraspPlant, policy: ByStiffness) -> None:
         super().__init__(plant)
@@ -101,18 +101,18 @@ class _Waiting(PlantHand):
 
 
 def approached(pick: Pick, speed: float, hands: OwnHand, breaks: bool = False) -> Approached:
-    """Close on it as every policy of the household does, until it would press.
+    """Close on an object like every household policy, until the policy would press.
 
     Parameters
     ----------
     pick
-        What.
+        Pick to simulate.
     speed
-        Of the approach, m/s.
+        Approach speed, m/s.
     hands
-        What the hand knows of itself.
+        Models of the hands.
     breaks
-        Whether it can be damaged.
+        True if the object can be damaged.
     """
     plant = make_plant(pick, breaks)
     policy = ByStiffness(Grip(), approach=speed)

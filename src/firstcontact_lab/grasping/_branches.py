@@ -32,11 +32,11 @@ class Branching:
     Parameters
     ----------
     speeds
-        Of the approach, m/s.
+        Approach speeds, m/s.
     forces
-        N.
+        Forces, N.
     boosts
-        Of the reflex.
+        Force factors of the slip reflex.
     """
 
     speeds: tuple[float, ...]
@@ -46,25 +46,25 @@ class Branching:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Branches:
-    """A pick approached at one speed.
+    """Outcomes of all forces for one pick and approach speed.
 
     Parameters
     ----------
     pick, speed
-        Which.
+        Pick, and its approach speed, m/s.
     mass, friction, limit
-        Of the very specimen: kg, and N at which it is damaged, infinite where nothing does.
+        Mass (kg), friction and damaging force (N, may be infinite) of this specimen.
     estimate
         Estimate that a policy has at the second contact; None without one.
     answers
-        Before the second contact.
+        Estimates from before the second contact.
     heard
-        As of :class:`firstcontact_lab.grasping._approach.Approached`.
+        As in :class:`firstcontact_lab.grasping._approach.Approached`.
     peak, hold
-        Largest contact force, N, and what both fingers hold with at last, N, by force.
+        Largest contact force, N, and final holding force of both fingers, N, for each force.
     slip_peak, slip_drop
-        Largest contact force, and whether it is dropped, with a reflex: by lift, detection,
-        boost and force; NaN where nothing slips.
+        Largest contact force with a reflex, and 1 if the object is dropped, by lift, detection,
+        boost and force; NaN without a slip.
     """
 
     pick: Pick
@@ -127,7 +127,7 @@ def _until(plant: GraspPlant, since: float) -> None:
 def _reflex(
     plant: GraspPlant, force: float, wait: float, boost: float, speed: float
 ) -> tuple[float, bool]:
-    """Largest contact force and whether it is dropped, of a reflex without a policy around it."""
+    """Return the largest contact force and the drop flag of a slip reflex."""
     watch = SlipWatch(wait)
     while not plant.ended and not plant.lost:
         plant.move(10)

@@ -25,14 +25,14 @@ LAYOUT = fingertip_layout()
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """A command, and when it was given, s after the closing's first sample."""
+    """Command with its time, s after the closing's first sample."""
 
     at: float
     command: Command
 
 
 class PlantHand(Hand):
-    """The hand plant as a hand; it is at hand from its first sample to its last."""
+    """Hand that drives the simulated plant."""
 
     name = "plant"
     limits = HandLimits(speed=0.25, force=12.0, rate=math.inf, watchdog=math.inf)
@@ -42,12 +42,12 @@ class PlantHand(Hand):
         self._plant = plant
 
     def send(self, command: Command) -> None:
-        """Order: the drive's latency begins with the newest sample."""
+        """Send the command. The drive's latency begins with the newest sample."""
         self.orders.append(Order(self._plant.now, command))
         self._plant.command(command)
 
     def release(self) -> None:
-        """Open."""
+        """Open the hand."""
         self.send(Command(-self.limits.speed, 0.0))
 
     def close(self) -> None:
@@ -58,7 +58,7 @@ class PlantHand(Hand):
 class ClosingRecord:
     """Commands of a closing and their causes.
 
-    ``estimates`` are those that the pipeline gave, whether or not they were used.
+    ``estimates`` are all estimates of the pipeline, also unused ones.
     """
 
     orders: tuple[Order, ...]
@@ -73,24 +73,24 @@ def close(
     windows: int = 0,
     feels: bool = True,
 ) -> ClosingRecord:
-    """Close the hand on what is in the plant, until the object is lifted or lost.
+    """Close the hand on the plant's object, until the object is lifted or lost.
 
-    Computing takes no time here, nor does the cable: both belong to the latency.
+    Computing and transport take no time here. The latency includes both.
 
     Parameters
     ----------
     plant
-        At its first sample.
+        Simulated hand at its first sample.
     policy
-        What decides.
+        Grasp policy.
     pipeline
-        New; None for a policy that does not look at the piezos. It is asked until the
-        first contact and all estimates are there.
+        New pipeline; None for a policy that does not use the piezos. It runs until the first
+        contact and all estimates are available.
     windows
-        How many estimates are to come; 0 for a policy that waits for none.
+        Number of expected estimates; 0 for a policy without estimates.
     feels
-        Whether the policy acts on the force arrays; of others no more is asked, and blocks
-        get long, once all is known.
+        True if the policy acts on the force arrays. Otherwise blocks become long once all estimates
+        are available.
     """
     hand = PlantHand(plant)
     grasping = Grasping(policy, hand, LAYOUT)

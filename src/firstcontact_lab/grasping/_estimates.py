@@ -31,7 +31,7 @@ def at_tuned_speed(tables: Tables, rows: Sequence[Branches], ours: Judged) -> li
 
 
 def _errors(rows: Sequence[Branches]) -> dict[str, list[float]]:
-    """Estimate less label, by window in ms and as used."""
+    """Return estimate minus label, by window in ms and as used."""
     errors: dict[str, list[float]] = {f"{1e3 * w:g}": [] for w in WINDOWS}
     errors[USED] = []
     for row in rows:
@@ -56,7 +56,7 @@ def estimates(
     ours: Judged,
     own_hands: Mapping[tuple[int, float], OwnHand],
 ) -> Estimates:
-    """Over all judged picks."""
+    """Return errors and times of the estimates over all judged picks."""
     approaches = at_tuned_speed(tables, rows, ours)
     within = [
         r for r in approaches if household_named(r.pick.kind).numbers.shore_a.value <= FIRMEST

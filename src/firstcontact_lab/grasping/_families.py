@@ -31,6 +31,6 @@ def family(kind: str) -> str:
 
 
 def folds(kinds: Sequence[str], count: int) -> dict[str, int]:
-    """Fold of each kind: families stay whole, and are dealt out in their order."""
+    """Return the fold of each object. All objects of a family are in one fold."""
     families = list(dict.fromkeys(family(kind) for kind in kinds))
     return {str(kind): families.index(family(kind)) % count for kind in kinds}

@@ -1,4 +1,4 @@
-"""A raspberry and a hammer, picked up by the same hand: without stiffness and with it."""
+"""Film of a raspberry and a hammer, picked up by one hand without and with stiffness."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ PICTURES, PACE = 72, 12
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Take:
-    """One closing: time from its first contact (s), grip force (N), and what became of it."""
+    """One closing: time from its first contact (s), grip force (N), and outcome."""
 
     policy: str
     kind: str
@@ -46,7 +46,7 @@ class Take:
 def take(
     pick: Pick, policy: str, settings: SettingsOf, hands: Mapping[tuple[int, float], OwnHand]
 ) -> Take:
-    """Close on it in full, as tuned without its family."""
+    """Simulate a full closing on an object, with settings tuned without its family."""
     played_closing = played(RealJob(pick, policy, settings(pick.kind)), hands)
     outcome, row = played_closing.plant.outcome, played_closing.row
     specimen = pick_specimen(pick)
@@ -73,20 +73,20 @@ def film(
     hands: Mapping[tuple[int, float], OwnHand],
     pictures: int = PICTURES,
 ) -> Filmed:
-    """Write an animated GIF: a row a thing, a column a policy.
+    """Write an animated GIF with one row per object and one column per policy.
 
     Parameters
     ----------
     path
-        Of the file.
+        Path of the file.
     kinds, hand, specimen
-        What is picked up, by whom.
+        Objects, seed of the hand, and number of the specimen.
     settings
-        Two policies and what each is tuned to, by kind.
+        Two policies and their tuned settings, by object.
     hands
-        What hands know of themselves.
+        Models of the hands.
     pictures
-        How many.
+        Number of pictures.
     """
     from matplotlib import rc_context
     from matplotlib.animation import FuncAnimation, PillowWriter

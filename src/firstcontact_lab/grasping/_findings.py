@@ -1,4 +1,4 @@
-"""Results of the household from the judged policies and their closings in full."""
+"""Results of the household study, from judged policies and full closings."""
 
 from __future__ import annotations
 
@@ -56,17 +56,17 @@ def findings(
     Parameters
     ----------
     tables, rows
-        Closings that were tuned and judged on; the judged ones once more, with their estimates.
+        Tables for tuning and judging, and the judged closings with their estimates.
     hands
-        What hands know of themselves.
+        Models of the hands.
     judgement
-        Who was judged.
+        Judged policies.
     full
-        How some of them closed in full.
+        Full closings of some policies.
     weights
-        Of resamples, shape (picks, resamples).
+        Weights of the bootstrap resamples, shape (picks, resamples).
     permutations
-        Of each control.
+        Number of permutations of each control.
     """
     table, blind, ours, everyone = (
         tables.judged,
@@ -117,7 +117,7 @@ def _controls(tables: Tables, count: int) -> dict[str, Between]:
 
 
 def _successes(everyone: Mapping[str, Judged], full: FullClosings, best: Front) -> dict[str, float]:
-    """Return the success of each policy as tuned, of closings in full where they exist."""
+    """Return the success of each tuned policy, from full closings where they exist."""
     return {
         **{name: _success(policy) for name, policy in everyone.items()},
         **{name: policy.success for name, policy in full.by_policy.items()},

@@ -1,4 +1,4 @@
-"""Drops against damage as a policy grows more or less cautious."""
+"""Trade-off between drops and damage as the caution of a policy changes."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ class Front:
     damaged: Values
 
     def drop_share(self, damage: float | Values = DAMAGE) -> Values:
-        """Share of drops where so much is damaged, shape () or (resamples,).
+        """Return the share of drops at a share of damage, shape () or (resamples,).
 
-        Where a policy damages less than that at any scale, the fewest drops; where more, those of
-        the boldest that damages no more than the most cautious, and one for each that is damaged
-        beyond.
+        If a policy damages less at every scale, this is its fewest drops. If it damages more at
+        every scale, this is the drops of the boldest scale with the least damage, plus the excess
+        damage.
         """
         dropped, damaged = np.atleast_2d(self.dropped.T), np.atleast_2d(self.damaged.T)
         wanted = np.broadcast_to(damage, len(dropped))
@@ -59,14 +59,14 @@ def find_scale(front: Front, damage: float = DAMAGE) -> float:
 
 
 def front(outcomes: Outcomes, weights: NDArray[np.float64] | None = None) -> Front:
-    """Shares of outcomes of shape (scales, picks).
+    """Return the shares of outcomes of shape (scales, picks).
 
     Parameters
     ----------
     outcomes
-        By scale and pick.
+        Outcomes by scale and pick.
     weights
-        How often each pick counts, shape (picks,) or (picks, resamples); once by default.
+        Weight of each pick, shape (picks,) or (picks, resamples); 1 by default.
     """
     count = np.ones(outcomes.dropped.shape[1]) if weights is None else weights
     total = count.sum(axis=0)
@@ -85,20 +85,20 @@ def resampled(
 ) -> NDArray[np.float64]:
     """Return the weight of each pick when kinds and hands are drawn with replacement.
 
-    Both are drawn: a rule that works on these things and hands might not on others. Kinds are
-    drawn within their groups, as how many a household has of each was not found by chance.
+    Both are resampled, because a policy that works for these objects and hands might not work for
+    others. Objects are resampled within their groups, because the group sizes are fixed by design.
 
     Parameters
     ----------
     kinds, hands, groups
-        Of each pick, shape (picks,).
+        Object, hand and group of each pick, shape (picks,).
     count, seed
-        Of resamples, and of their chance.
+        Number of resamples, and random seed.
 
     Returns
     -------
     ndarray
-        Shape (picks, resamples).
+        Weights, shape (picks, resamples).
     """
     rng = np.random.default_rng(seed)
     weights = np.ones((len(kinds), count))

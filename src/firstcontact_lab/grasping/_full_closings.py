@@ -1,4 +1,4 @@
-"""Policies as tuned in closings in full: shares with intervals, and what stiffness gains."""
+"""Tuned policies in full closings: shares with intervals, and the gain from stiffness."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from firstcontact_lab.grasping.results import Between, RealClosings
 
 @dataclass(frozen=True, slots=True)
 class FullClosings:
-    """Closings in full by policy, and the gain in success with stiffness."""
+    """Full closings by policy, and the gain in success from stiffness."""
 
     by_policy: Mapping[str, RealClosings]
     gain: Between
@@ -34,20 +34,20 @@ def full_closings(
     hands: Mapping[tuple[int, float], OwnHand],
     runner: Runner,
 ) -> FullClosings:
-    """Close on every judged pick: blind and with stiffness, each without a reflex and with one.
+    """Simulate full closings on every judged pick: blind and stiffness, without and with reflex.
 
     Parameters
     ----------
     judgement
-        What they are tuned to, and how they end in the table.
+        Tuned settings of the policies, and their outcomes in the table.
     table
-        The judged one.
+        Table of the judged picks.
     weights
-        Of resamples, shape (picks, resamples).
+        Weights of the bootstrap resamples, shape (picks, resamples).
     hands
-        What hands know of themselves.
+        Models of the hands.
     runner
-        Does the closings.
+        Runner for the closings.
     """
     kinds: list[type[Policy]] = [baseline(), candidate(), baseline(True), candidate(True)]
     chosen, everyone = judgement.chosen(), judgement.everyone

@@ -1,4 +1,4 @@
-"""The household's part of the study: hands, tables, tuning, judged closings, numbers."""
+"""Household part of the study: hands, tables, tuning, judged closings, numbers."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ OwnHands = dict[tuple[int, float], OwnHand]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HouseholdWork:
-    """Results, and the settings that a film needs."""
+    """Results of the household part, and the settings for a film."""
 
     results: Household
     hands: OwnHands
@@ -32,18 +32,18 @@ class HouseholdWork:
 def household(
     settings: HouseholdSettings, seed: int, runner: Runner, stage: Callable[[str], object]
 ) -> HouseholdWork:
-    """Run it all.
+    """Run the household part of the study.
 
     Parameters
     ----------
     settings
-        Size.
+        Size of the study.
     seed
-        Of everything.
+        Random seed.
     runner
-        Does the closings.
+        Runner for the closings.
     stage
-        Is told what comes next.
+        Function that is called with the title of each stage.
     """
     how = Branching(settings.speeds, settings.forces, settings.boosts)
     tuning_hands, judged_hands = settings.hand_seeds(seed)

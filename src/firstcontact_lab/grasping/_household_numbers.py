@@ -45,15 +45,15 @@ class Tables:
     Parameters
     ----------
     tuning, judged
-        Tables of the same speeds, forces and boosts.
+        Tables with the same speeds, forces and boosts.
     folds
-        In how many parts families are left out.
+        Number of folds of object families.
     budget
-        Settings of each policy.
+        Number of settings tried per policy.
     few
-        Whether few values of each setting are tried.
+        True to try few values of each setting.
     seed
-        Of settings, noise and intervals.
+        Random seed of settings, noise and intervals.
     """
 
     tuning: Table
@@ -66,14 +66,14 @@ class Tables:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judged:
-    """A policy on picks of kinds and hands that it was not tuned on.
+    """Outcomes of a policy on objects and hands that it was not tuned on.
 
     Parameters
     ----------
     outcomes
-        By scale, from more to less cautious than tuned, and judged pick.
+        Outcomes by scale, from more to less cautious than tuned, and by judged pick.
     chosen
-        By fold.
+        Chosen settings by fold.
     """
 
     outcomes: Outcomes
@@ -81,12 +81,12 @@ class Judged:
 
     @property
     def front(self) -> Front:
-        """Over all picks."""
+        """Trade-off of drops and damage over all picks."""
         return front(self.outcomes)
 
 
 def household_policies() -> dict[str, type[Policy]]:
-    """Policies of this task by name, in the order of the registry."""
+    """Return the policies of this task by name, in the order of the registry."""
     return {n: p for n, p in POLICIES.items() if p.task is Task.HOUSEHOLD}
 
 
@@ -134,18 +134,18 @@ def judged(
     estimates: tuple[Sequence[Told], Sequence[Told]] | None = None,
     reflex: tuple[int, int] | None = None,
 ) -> Judged:
-    """Tune a policy without each fold's families, and judge it on those.
+    """Tune a policy without each fold's families, and judge it on these families.
 
     Parameters
     ----------
     tables
-        To tune and to judge on.
+        Tables for tuning and judging.
     kind
-        The policy.
+        Class of the policy.
     estimates
-        What it is told on either table, by speed; the live estimates by default.
+        Estimates for both tables, by speed; by default the live estimates.
     reflex
-        Places of lift and detection.
+        Indices of lift and detection.
     """
     tuning, judging = (
         (tables.tuning.estimates, tables.judged.estimates) if estimates is None else estimates
@@ -217,7 +217,7 @@ def between(value: float, drawn: NDArray[np.float64]) -> Between:
 
 
 def drops(outcome_list: Judged, weights: NDArray[np.float64]) -> Between:
-    """Share of drops where a tenth is damaged, in resamples as over all picks."""
+    """Return the share of drops at 10 % damage, over all picks and in resamples."""
     return between(
         float(outcome_list.front.drop_share()), front(outcome_list.outcomes, weights).drop_share()
     )
@@ -233,18 +233,18 @@ def less(dropped: NDArray[np.float64], theirs: NDArray[np.float64]) -> NDArray[n
 
 
 def fewer(ours: Judged, theirs: Judged, weights: NDArray[np.float64] | None = None) -> Between:
-    """Return the share by which ours drops less where both damage a tenth.
+    """Return the relative reduction in drops at 10 % damage.
 
-    In each resample both are as bold as damages a tenth there: nothing that one of them damages
-    more is hidden, and what the choice of their boldness leaves to chance is in the interval.
-    How often such intervals hold a truth that is known: ``benchmarks/grasp_intervals.py``.
+    In each resample both policies are scaled to 10 % damage. So the comparison hides no damage, and
+    the interval includes the uncertainty of the scale. ``benchmarks/grasp_intervals.py`` measures
+    the coverage of such intervals.
 
     Parameters
     ----------
     ours, theirs
-        On the same picks.
+        Outcomes of both policies on the same picks.
     weights
-        Of resamples; None for none.
+        Weights of resamples; None without resampling.
     """
     value = float(less(ours.front.drop_share(), theirs.front.drop_share()))
     if weights is None:
@@ -254,10 +254,10 @@ def fewer(ours: Judged, theirs: Judged, weights: NDArray[np.float64] | None = No
 
 
 def fewer_as_bold(ours: Judged, theirs: Judged, weights: NDArray[np.float64]) -> Between:
-    """Return the same score with the scales of all picks also in the resamples.
+    """Return the same score with the scales fixed in all resamples.
 
-    The damage of the two then differs. Each object that ours damages more counts as a drop, and
-    each that it damages less as a drop less.
+    The damage of the policies then differs. Each additional damage of ours counts as a drop, and
+    each avoided damage as an avoided drop.
     """
     a, b = (int(np.argmin(np.abs(SCALES - find_scale(j.front)))) for j in (ours, theirs))
     mine, baseline_drops = front(ours.outcomes, weights), front(theirs.outcomes, weights)
@@ -279,7 +279,8 @@ def conditions() -> dict[str, tuple[int, int]]:
 def permuted(tables: Tables, count: int, mass: bool, damage: bool, seed: int) -> Between:
     """Return the gain of stiffness where objects get the weight or limit of other objects.
 
-    Everybody is tuned anew each time. The middle 95 % are over permutations.
+    Every policy is tuned again for each permutation. The interval is the middle 95 % of
+    permutations.
     """
     names = sorted(set(tables.judged.kinds))
     rng = np.random.default_rng([seed, mass, damage])

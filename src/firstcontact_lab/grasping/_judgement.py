@@ -29,16 +29,16 @@ SettingsOf = Callable[[str], Mapping[str, float]]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judgement:
-    """Everybody on picks that nothing was tuned on.
+    """All policies, judged on picks that were not used for tuning.
 
     Parameters
     ----------
     plain
-        Policies without a reflex and labels, by name.
+        Policies without a reflex, and labels, by name.
     reflexes
-        Without stiffness and with it, by what lift and detection are called.
+        Reflex without and with stiffness, by the name of lift and detection.
     fold_of
-        In which fold each kind is left out.
+        Fold in which each object is left out.
     """
 
     plain: Mapping[str, Judged]
@@ -70,7 +70,7 @@ class Judgement:
 
 
 def judgement(tables: Tables) -> Judgement:
-    """Tune everybody and judge them."""
+    """Tune and judge all policies."""
     plain = {n: judged(tables, k) for n, k in household_policies().items() if not k.has_reflex()}
     for noise in NOISES:
         estimates = (

@@ -34,7 +34,7 @@ def learn(settings: GraspStudySettings, out: Path) -> fc.Model:
     Raises
     ------
     InputError
-        Recordings or models are there that no study made.
+        The folder holds recordings or models that no study made.
     """
     models = out / "models"
     # Models come after recordings that bear the mark: without these, they are somebody's own.

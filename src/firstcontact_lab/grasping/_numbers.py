@@ -32,7 +32,7 @@ def milliseconds(latency: float) -> str:
 
 
 def summary(rows: Sequence[Row], seed: int) -> Summary:
-    """Means and shares over closings."""
+    """Return means and shares over closings."""
     steady = np.array([r.time is not None for r in rows], dtype=float)
     columns = np.stack(
         [
@@ -70,7 +70,7 @@ def summary(rows: Sequence[Row], seed: int) -> Summary:
 
 
 def by_policy(rows: Sequence[Row], seed: int) -> Policies:
-    """Variant to latency (ms) to group to :func:`summary`."""
+    """Return :func:`summary` by variant, latency (ms) and group."""
     policies: Policies = {}
     for variant, latency in dict.fromkeys((r.variant, r.latency) for r in rows):
         selected = [r for r in rows if r.variant == variant and r.latency == latency]

@@ -1,4 +1,4 @@
-"""Self-knowledge of a simulated hand from its own pinches of blocks."""
+"""Detector and model of a simulated hand, from its own block pinches."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ class OwnHand:
     Parameters
     ----------
     detector
-        Learned from them.
+        Detector that is fitted to them.
     model
-        The pre-trained network, told of the hand.
+        Pre-trained network, conditioned on the hand.
     pinches
-        How many.
+        Number of pinches.
     rmse
-        On those of them that were held out, Shore A.
+        RMSE on held-out pinches, Shore A.
     """
 
     detector: Detector
@@ -60,7 +60,7 @@ class HandSeed:
 def own_hand(hand: HandSeed, pinches: int) -> OwnHand:
     """Close a hand on each of the twin's five blocks, and fit its models.
 
-    It approaches as it will approach things: the detector finds the contacts, as it will later.
+    It approaches as in later closings, and the detector finds the contacts.
     """
     made = [_block(hand, place, n) for place in range(len(BLOCKS)) for n in range(pinches)]
     dataset = Dataset(tuple(made), "twin")
@@ -76,7 +76,7 @@ def own_hand(hand: HandSeed, pinches: int) -> OwnHand:
 
 
 def _block(hand: HandSeed, place: int, number: int) -> Pinch:
-    """One closing on a block at the hand's approach, until a little after the contact."""
+    """Return one closing on a block at the hand's approach speed, until shortly after contact."""
     rig = condition(CONDITION)
     specimen = draw_specimen(hand.seed, rig, BLOCKS[place], 0)
     session = f"blocks-{number % 3}"

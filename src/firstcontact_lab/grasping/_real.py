@@ -1,4 +1,4 @@
-"""A closing in full: plant, filter, detector, any-time estimator, loop with its deadline, slips."""
+"""Full closing: plant, filter, detector, any-time estimator, loop with deadline, slips."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ LOOK = 10
 
 @dataclass(frozen=True, slots=True)
 class RealJob:
-    """A pick, who closes on it, and how it is lifted.
+    """Pick with its policy and lift.
 
     ``detection`` is the latency of the declared slip detector, s; None without one.
     """
@@ -58,7 +58,7 @@ class Played:
 
 
 def real(job: RealJob, hands: Mapping[tuple[int, float], OwnHand]) -> RealRow:
-    """Close, press, lift."""
+    """Simulate a full closing: close, press and lift."""
     return played(job, hands).row
 
 

@@ -1,4 +1,4 @@
-"""Search for the best settings on pinches that are not reported."""
+"""Search for the best settings, on pinches that are not reported."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ class _Try:
 
 
 def search(settings: GraspStudySettings, runner: Runner) -> dict[str, Tuning]:
-    """Choose the settings of every policy that has some, for each force array.
+    """Choose the settings of every tunable policy, for each force array.
 
-    The best has the lowest mean peak force on soft objects among those with which every
-    object is held steadily and that take at most a tenth longer than no modulation. It is
-    chosen at the headline's latency. Objects that break have no part in it.
+    The best has the lowest mean peak force on soft objects among those with which every object is
+    held steadily and that take at most a tenth longer than no modulation. The choice uses the
+    headline's latency and no breakable objects.
     """
     everything = tuple(k for k in settings.kinds if KINDS[k].fragility is None)
     numbers = range(settings.tuning)
@@ -82,7 +82,7 @@ def _run(one: _Try) -> list[Row]:
 
 
 def _summary(rows: list[Row]) -> tuple[float, float, float]:
-    """Mean peak on soft objects, N; mean time, s; share without a steady grasp."""
+    """Return mean peak on soft objects, N, mean time, s, and share without a steady grasp."""
     soft = [r.peak for r in rows if r.shore_a <= SOFT]
     times = [r.time for r in rows if r.time is not None]
     unsteady = sum(r.time is None or r.dropped for r in rows) / len(rows)
@@ -90,6 +90,6 @@ def _summary(rows: list[Row]) -> tuple[float, float, float]:
 
 
 def _worth(summary: tuple[float, float, float], limit: float) -> tuple[float, float, float, float]:
-    """Sorts the best first: faults, then what is to be low; with the summary."""
+    """Return a sort key, best first: faults, then the value to minimise; with the summary."""
     peak, time, unsteady = summary
     return (unsteady + max(time / limit - 1, 0.0), peak, time, unsteady)

@@ -1,4 +1,4 @@
-"""A slip detector that is declared: it knows of a slip so long after it began."""
+"""Ideal slip detector with a declared latency."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ class SlipWatch:
     Parameters
     ----------
     latency
-        s.
+        Latency, s.
     """
 
     def __init__(self, latency: float) -> None:

@@ -1,4 +1,4 @@
-"""Branches side by side: what any force would have done to every pick, looked up."""
+"""Table of branches: outcomes of every force for every pick."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ Values = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reflexed:
-    """Reflex: way of lifting, latency of slip detection, and gain of the force.
+    """Slip reflex: lift, latency of slip detection, and force factor.
 
-    All are places in the table.
+    All are indices into the table.
     """
 
     lift: int
@@ -32,7 +32,8 @@ class Reflexed:
 class Outcomes:
     """Outcomes of every pick at every force; arrays have the shape of the forces, (..., picks).
 
-    1 where it happened and 0 where not; between where the pick stands for specimens that differ.
+    Values are 1 if it happened and 0 if not. They lie between for picks that represent scattered
+    specimens.
     """
 
     dropped: Values
@@ -48,17 +49,18 @@ class Table:
     how
         Speeds, forces and boosts.
     picks
-        In order, shape (picks,).
+        Picks in order, shape (picks,).
     needed
-        What both fingers have to hold with, N, shape (picks,).
+        Force that both fingers need to hold the object, N, shape (picks,).
     limit
         Contact force at which it is damaged, N, shape (picks,).
     estimates
         Estimate at the second contact by speed and pick; None where there is none.
     peak, hold
-        By speed, pick and force, N.
+        Largest contact force and final holding force, N, by speed, pick and force.
     slip_peak, slip_drop
-        By speed, pick, lift, detection, boost and force; NaN where nothing slips.
+        The same with a slip reflex, by speed, pick, lift, detection, boost and force; NaN without a
+        slip.
     """
 
     how: Branching
@@ -117,19 +119,19 @@ class Table:
         )
 
     def pressed(self, speed: int, forces: Values) -> tuple[Values, Values]:
-        """Largest contact force and what both fingers hold with, N.
+        """Return the largest contact force and the final holding force, N.
 
         Parameters
         ----------
         speed
-            Place of the approach.
+            Index of the approach speed.
         forces
-            N, shape (..., picks); between those of the table it is interpolated.
+            Forces, Forces, N, shape (..., picks). Values between the table's are interpolated.
 
         Returns
         -------
         tuple
-            Both of the shape of the forces.
+            Two arrays of the shape of the forces.
         """
         place, part = self._places(forces)
         rows = np.arange(len(self.picks))
@@ -158,14 +160,14 @@ class Table:
         Parameters
         ----------
         speed
-            Place of the approach.
+            Index of the approach speed.
         forces
-            N, shape (..., picks).
+            Forces, N, shape (..., picks).
         reflex
-            That acts, if one does.
+            Slip reflex; None without one.
         scatter
-            By how much specimens differ from these in what they need and bear, as a share;
-            0 for these very ones.
+            Relative scatter of specimens in needed and damaging force; 0 for exactly these
+            specimens.
         """
         peak, hold = self.pressed(speed, forces)
         plain = self.judge(peak, hold, scatter)
@@ -188,7 +190,7 @@ class Table:
 
 
 def exceeds(one: Values, other: Values, scatter: float) -> Values:
-    """Share of cases in which one is more than the other, where their ratio scatters so."""
+    """Return the share of cases in which one exceeds the other, with a scattered ratio."""
     if scatter <= 0:
         return (one > other).astype(np.float64)
     with np.errstate(divide="ignore"):

@@ -1,4 +1,4 @@
-"""The same pinch again and again, closed by every policy: rows of what became of it."""
+"""Trials: the same pinch closed by every policy, with outcomes as rows."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ class PinchSetup:
     kind
         Name of the object.
     session
-        Number; with the group and the seed it decides all chance.
+        Number of the session. With group and seed it determines all random draws.
     group
-        Sessions of the report and those of the search have names of their own.
+        Group of sessions: for the report, or for the search.
     seed
-        Of the hand and all else.
+        Random seed of the hand and all draws.
     """
 
     kind: str
@@ -82,7 +82,7 @@ def played(
     tuned: Tuned,
     model: Model | None,
 ) -> ClosingRecord:
-    """Close on the setup, with the variant's policy."""
+    """Simulate a closing on the setup, with the variant's policy."""
     # The approach is as it was drawn; the policy is told so.
     grip = Grip(speed=plant.nominal.speed, force=plant.nominal.force)
     policy = variant.make(grip, KINDS[setup.kind].shore_a, tuned.get(variant.key, {}))
@@ -97,7 +97,7 @@ def played(
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """A setup for all variants and latencies: a job."""
+    """Job of one setup with all variants and latencies."""
 
     setup: PinchSetup
     variants: tuple[Variant, ...]
@@ -106,7 +106,7 @@ class Trial:
 
 
 def run_trial(trial: Trial, model: Model | None = None) -> list[Row]:
-    """One row for each latency and variant, in this order."""
+    """Return one row for each latency and variant, in this order."""
     return [
         _row(trial, model, variant, latency)
         for latency in trial.latencies

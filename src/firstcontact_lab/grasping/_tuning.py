@@ -25,14 +25,14 @@ Told = Sequence[Estimate | None]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidate:
-    """A setting and what it would do to every pick, at any caution.
+    """Setting of a policy, with its outcomes for every pick at every caution.
 
     Parameters
     ----------
     settings
-        Of the policy.
+        Settings of the policy.
     outcomes
-        By scale and pick.
+        Outcomes by scale and pick.
     """
 
     settings: Settings
@@ -46,11 +46,11 @@ class Chosen:
     Parameters
     ----------
     settings
-        With the scale at which a tenth is damaged.
+        Settings, including the scale with 10 % damage.
     tried
-        How many.
+        Number of tried settings.
     drops, damage
-        Shares, of the picks that it was chosen on.
+        Shares of the picks that the choice was made on.
     """
 
     settings: dict[str, float]
@@ -77,7 +77,7 @@ def policy_settings(
 
 
 def policy_forces(kind: type[Policy], settings: Settings, table: Table, estimates: Told) -> Values:
-    """Force that a policy would press every pick with, N, shape (picks,)."""
+    """Return the force of a policy for every pick, N, shape (picks,)."""
     forces = np.empty(len(table.picks))
     for place, pick in enumerate(table.picks):
         numbers = household_named(pick.kind).numbers
@@ -96,7 +96,7 @@ def policy_forces(kind: type[Policy], settings: Settings, table: Table, estimate
 
 
 def speed_place(table: Table, settings: Settings) -> int:
-    """Place of the approach of a setting in the table."""
+    """Return the index of a setting's approach speed in the table."""
     return table.how.speeds.index(settings["approach"])
 
 
@@ -108,7 +108,7 @@ def swept(
     reflex: tuple[int, int] | None,
     scatter: float = 0.0,
 ) -> Outcomes:
-    """Outcomes by scale and pick; ``reflex`` are the places of lift and detection."""
+    """Return outcomes by scale and pick. ``reflex`` holds the indices of lift and detection."""
     forces = policy_forces(kind, settings, table, estimates) * settings.get("scale", 1.0)
     acting = None
     if reflex is not None and kind.has_reflex():
@@ -124,7 +124,7 @@ def candidates(
     estimates: Sequence[Told],
     reflex: tuple[int, int] | None = None,
 ) -> list[Candidate]:
-    """Every setting on every pick of a table; ``estimates`` by speed."""
+    """Return every setting with its outcomes on a table. ``estimates`` are by speed."""
     return [
         Candidate(s, swept(kind, s, table, estimates[speed_place(table, s)], reflex, SCATTER))
         for s in tried

@@ -29,18 +29,18 @@ _VELOSTAT: Mapping[ForceArray, VelostatParameters | None] = {
 
 @dataclass(frozen=True, slots=True)
 class Variant:
-    """One way of closing.
+    """Policy with one kind of force array.
 
     Parameters
     ----------
     key
-        In tables and files.
+        Key in tables and files.
     title, colour
-        As readers see it, and of its bars and lines.
+        Title for readers, and colour in figures.
     policy
-        What decides.
+        Class of the policy.
     velostat
-        The force array of both fingers; None for the twin's own, drawn for each pinch.
+        Force array of both fingers; None for the twin's, drawn for each pinch.
     """
 
     key: str
@@ -75,7 +75,7 @@ def variants() -> dict[str, Variant]:
 
 
 def playing(part: Part) -> list[Variant]:
-    """Return the variants of one part in the comparison."""
+    """Return the variants with this role in the comparison."""
     return [variant for variant in variants().values() if variant.policy.part is part]
 
 

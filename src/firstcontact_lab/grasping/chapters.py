@@ -1,4 +1,4 @@
-"""Report of the grasp study, made from its results alone."""
+"""Report of the grasp study, built from its results file alone."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ def _gains(
 
 
 def controls_table(household: Household) -> Table:
-    """Return the gain that is left in the controls."""
+    """Return the remaining gain in the controls."""
     return _gains(
         "Controls: fewer drops than blind where the same objects got others' weights or limits by "
         "chance, every policy tuned anew; mean and middle 95 % of permutations.",
@@ -123,7 +123,7 @@ def controls_table(household: Household) -> Table:
 
 
 def sensitivity_table(household: Household) -> Table:
-    """Return the gain where estimated numbers of the objects are others."""
+    """Return the gain with changed estimated numbers of the objects."""
     return _gains(
         "Numbers of the objects that are estimates, changed: the gain then, every policy tuned "
         "anew. The last row has the least and the most of its draws instead of an interval.",
@@ -134,7 +134,7 @@ def sensitivity_table(household: Household) -> Table:
 
 
 def closings_table(household: Household) -> Table:
-    """Return the outcomes of closings in full."""
+    """Return the outcomes of full closings."""
 
     def lookup(value: Callable[[RealClosings], Value]) -> Callable[[str], Value]:
         return lambda name: value(household.closings[name])
@@ -262,7 +262,7 @@ def _setting(policy: type[Policy], key: str, value: float) -> str:
 
 
 def payload_table(results: GraspResults) -> Table:
-    """Return the numbers of the older task."""
+    """Return the numbers of the payload task."""
     payload, ms = results.payload, results.latency
 
     def group(key: str, name: str) -> Callable[[str], Value]:
@@ -287,7 +287,7 @@ def payload_table(results: GraspResults) -> Table:
 
 
 def fronts(results: GraspResults) -> Figure:
-    """Return the figure that the report opens with."""
+    """Return the first figure of the report."""
     household = results.household
     return Figure(
         "fronts",
@@ -323,7 +323,7 @@ def render(results: GraspResults, film: Path) -> str:
     results
         Content of ``results.json``.
     film
-        Animated GIF that goes into the page.
+        Animated GIF to embed in the page.
     """
     run, household = results.study, results.household
     first, *further = tables(results)

@@ -31,7 +31,7 @@ def fronts_figure(household: Household) -> str:
 
 
 def fronts_picture(household: Household, image: Path) -> None:
-    """Write the same as a PNG."""
+    """Write the fronts as a PNG."""
     with canvas(size=SIZE) as (figure, axes):
         _draw(axes[0, 0], household)
         figure.savefig(image, format="png", dpi=150, metadata={"Software": None})

@@ -17,15 +17,15 @@ class Summary(Record, frozen=True, kw_only=True):
     Parameters
     ----------
     peak_n, squeeze_mm
-        Means over all closings.
+        Mean peak force, N, and mean compression, mm, over all closings.
     steady, dropped, broken
-        Shares of them.
+        Shares of closings.
     time_ms
-        Mean of the steady grasps, where there are some.
+        Mean time of the steady grasps, ms; None without any.
     n, misses
-        Closings, and how many deadlines were missed.
+        Number of closings, and of missed deadlines.
     intervals
-        By the name of the number.
+        Intervals by the name of the number.
     """
 
     peak_n: float
@@ -40,7 +40,7 @@ class Summary(Record, frozen=True, kw_only=True):
 
 
 class Tuning(Record, frozen=True, kw_only=True):
-    """Chosen settings, and their scores on the pinches for the choice."""
+    """Chosen settings, with their scores on the tuning pinches."""
 
     settings: dict[str, float]
     tried: int
@@ -75,7 +75,7 @@ class GraspData(Record, frozen=True, kw_only=True):
 
 
 class ModelErrors(Record, frozen=True, kw_only=True):
-    """On sessions held out, by length of the window, ms."""
+    """Errors on held-out sessions, by window length, ms."""
 
     rmse: dict[str, float]
     interval_width: dict[str, float]
@@ -114,7 +114,7 @@ class FrontPoints(Record, frozen=True, kw_only=True):
 
 
 class ChosenSettings(Record, frozen=True, kw_only=True):
-    """Choice of one fold, and its shares on the picks for the choice."""
+    """Chosen settings of one fold, with shares on the tuning picks."""
 
     left_out: list[str]
     settings: dict[str, float]
@@ -135,7 +135,7 @@ class TunedOn(Record, frozen=True, kw_only=True):
 
 
 class RealClosings(Record, frozen=True, kw_only=True):
-    """Closings of a policy as it was tuned, with plant, detector, estimator and loop in full.
+    """Full closings of a tuned policy, with plant, detector, estimator and loop.
 
     ``success`` is neither dropped nor damaged; ``steady_ms`` the mean time to a steady grasp,
     ``steady`` the share that has one; ``as_table`` the share with the table's outcome;
@@ -154,17 +154,17 @@ class RealClosings(Record, frozen=True, kw_only=True):
 
 
 class ReflexSuccess(Record, frozen=True, kw_only=True):
-    """Shares that are neither dropped nor damaged, with a reflex: without stiffness and with it."""
+    """Shares neither dropped nor damaged with a reflex, without and with stiffness."""
 
     blind: float
     stiffness: float
 
 
 class Reflexes(Record, frozen=True, kw_only=True):
-    """With a reflex, for one way of lifting and one detection latency.
+    """Drops with a reflex, for one kind of lift and one detection latency.
 
-    ``blind`` and ``stiffness`` are drops at the headline's damage; ``fewer`` is what stiffness
-    saves of those that a reflex alone drops.
+    ``blind`` and ``stiffness`` are drops at the headline's damage; ``fewer`` is the relative
+    reduction by stiffness.
     """
 
     blind: Between
@@ -174,7 +174,7 @@ class Reflexes(Record, frozen=True, kw_only=True):
 
 
 class ObjectErrors(Record, frozen=True, kw_only=True):
-    """Estimates of one object: RMSE by window (ms) and of what was used, and the mean of that."""
+    """Estimates of one object: RMSE by window (ms) and as used, and the mean as used."""
 
     shore_a: float
     family: str
@@ -190,8 +190,8 @@ class ObjectErrors(Record, frozen=True, kw_only=True):
 class Estimates(Record, frozen=True, kw_only=True):
     """Errors and times of the live estimates on judged picks.
 
-    ``rmse`` over all by window, ms, and "used"; ``bearing`` over things up to 70 Shore A;
-    ``decided`` is the share of pinches in which a window is whole before the second contact.
+    ``rmse`` over all by window, ms, and "used"; ``bearing`` over objects up to 70 Shore A;
+    ``decided`` is the share of pinches with a complete window before the second contact.
     """
 
     rmse: dict[str, float]
@@ -203,40 +203,39 @@ class Estimates(Record, frozen=True, kw_only=True):
 
 
 class Household(Record, frozen=True, kw_only=True):
-    """The household: what a hand that knows stiffness drops and damages less.
+    """Results of the household: drops and damage with and without stiffness.
 
     Parameters
     ----------
     objects, hands
-        How many are judged.
+        Number of judged objects and hands.
     picks
-        Judged ones: objects, hands and specimens.
+        Number of judged picks: objects times hands times specimens.
     damage
         Share of damage at which drops are compared.
     success
-        Share that is neither dropped nor damaged, by policy: as tuned, of real closings where
-        there are some.
+        Share neither dropped nor damaged, by tuned policy; from full closings where they exist.
     drops_at_10_damage
-        By policy.
+        Drops at 10 % damage, by policy.
     drops_between
         The same with intervals over objects and hands.
     fewer_drops_than_blind
-        Of the policy that acts on the live estimate; in each resample both damage a tenth.
+        Relative reduction by the policy with live estimates. In each resample both policies damage
+        10 %.
     fewer_drops_as_bold
-        The same where in resamples both stay as bold as over all picks, and each thing that
-        stiffness damages more than blind counts as dropped.
+        The same with scales fixed over resamples. Each additional damaged object counts as dropped.
     success_gain
-        By how much more of the same closings in full end well with stiffness than blind, as tuned.
+        Gain in success of tuned policies from stiffness, over the same full closings.
     fewer
-        As ``fewer_drops_than_blind``, of every policy that has no reflex.
+        As ``fewer_drops_than_blind``, for every policy without a reflex.
     target
-        What was to be reached.
+        Target of the reduction.
     controls
-        The gain that is left where weights, limits, or both are those of other things.
+        Remaining gain if weights, limits, or both belong to other objects.
     slip_reflex
         By lift and detection latency.
     sensitivity
-        The gain where estimated numbers of the objects are others.
+        Gain with changed estimated numbers of the objects.
     """
 
     objects: int
@@ -270,7 +269,7 @@ class Household(Record, frozen=True, kw_only=True):
 
 
 class Payload(Record, frozen=True, kw_only=True):
-    """The older task: hold a declared payload as gently as can be; one table."""
+    """Payload task: hold a declared payload as gently as possible."""
 
     data: GraspData
     models: ModelErrors
@@ -288,5 +287,5 @@ class GraspResults(Record, frozen=True, kw_only=True):
 
     @property
     def latency(self) -> str:
-        """The payload's, ms, as a key of policies."""
+        """Latency of the payload task, ms, as a key of policies."""
         return f"{self.payload.data.latencies_ms[0]:g}"

@@ -1,4 +1,4 @@
-"""A whole grasp study: models, search, closings, files."""
+"""Run of a whole grasp study: models, search, closings, files."""
 
 from __future__ import annotations
 
@@ -43,9 +43,9 @@ def run_grasp_study(settings: GraspStudySettings, out: Path, quick: bool, comman
     out
         Folder of the study; recordings and models in it are made again.
     quick
-        Whether the settings are the small ones: the report says so.
+        True if the settings are the quick ones. The report states it.
     command
-        What was typed: the report says so.
+        Command line. The report states it.
 
     Returns
     -------
@@ -122,7 +122,7 @@ def _filmed(path: Path, work: HouseholdWork, settings: GraspStudySettings, pictu
 
 
 def _payload(settings: GraspStudySettings, model: Model, runner: Runner) -> Payload:
-    """Run the older task, with a payload, in small."""
+    """Run the payload task."""
     tuned = search(settings, runner)
     rows = close_all(settings, tuned, model, runner)
     return Payload(

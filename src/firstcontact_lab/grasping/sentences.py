@@ -58,7 +58,7 @@ def headline(household: Household) -> str:
 
 
 def reflex_sentence(household: Household) -> str:
-    """Return the gain that is left with a slip reflex, in a sentence."""
+    """Return the remaining gain with a slip reflex, in a sentence."""
     parts = [
         f"{percent(reflex.blind.value)} to {percent(reflex.stiffness.value)} ({name})"
         for name, reflex in household.slip_reflex.items()
@@ -71,7 +71,7 @@ def reflex_sentence(household: Household) -> str:
 
 
 def shortly(household: Household) -> str:
-    """Return the gain, and the gain with a slip reflex, in few numbers."""
+    """Return the gain, and the gain with a slip reflex, in short form."""
     gain = household.fewer_drops_than_blind
     proof = "" if gain.low > 0 else ", an interval that includes zero"
     by = household.slip_reflex
@@ -95,7 +95,7 @@ def shortly(household: Household) -> str:
 
 
 def sentences(results: GraspResults) -> list[str]:
-    """Return the sentences on the gain, on the gain beside a reflex, and on the trust in both."""
+    """Return sentences on the gain, on the gain with a reflex, and on their uncertainty."""
     household = results.household
     return [
         headline(household),

@@ -24,23 +24,23 @@ class HouseholdSettings:
     Parameters
     ----------
     tuning_hands, judged_hands
-        How many there are of each; none is both.
+        Number of hands for tuning and for judging. No hand is used for both.
     tuning_specimens, judged_specimens
         Numbers of the specimens of every object.
     blocks
-        Pinches of each block that a hand is known by.
+        Number of pinches of each block, on which a hand's model is conditioned.
     speeds, boosts
-        Approaches, m/s, and reflexes that closings are made with.
+        Approach speeds, m/s, and force factors of the reflex.
     forces
-        Likewise, N: from one to the next about a factor of the root of two.
+        Forces, N, in steps of about the root of two.
     folds
-        In how many parts families are left out of the tuning.
+        Number of folds of object families for the tuning.
     budget
-        Settings of each policy.
+        Number of settings tried per policy.
     few
-        Whether few values of each setting are tried.
+        True to try few values of each setting.
     permutations
-        Of each control.
+        Number of permutations of each control.
     kinds
         Names of the objects.
     """
@@ -60,7 +60,7 @@ class HouseholdSettings:
     kinds: tuple[str, ...] = tuple(item.name for item in HOUSEHOLD)
 
     def hand_seeds(self, seed: int) -> tuple[list[int], list[int]]:
-        """Seeds of the hands that are tuned on, and of those that are judged."""
+        """Return the seeds of the hands for tuning, and of the hands for judging."""
         first = 1000 * (seed + 1)
         tuning = [first + 100 + n for n in range(self.tuning_hands)]
         return tuning, [first + 200 + n for n in range(self.judged_hands)]
@@ -91,27 +91,27 @@ class GraspStudySettings:
     Parameters
     ----------
     household
-        Of the household's part; what follows is of the older task's table.
+        Settings of the household part. All others belong to the payload task.
     sessions
-        Each has one pinch of every object, each pinch with a specimen of its own.
+        Number of sessions. Each has one pinch of every object, with a new specimen.
     latencies
-        Of the brake, s.
+        Latencies of the brake, s.
     training
-        Pinches of each of the five blocks that detector and models learn from.
+        Number of training pinches of each of the five blocks.
     windows
-        Of the models, s.
+        Window lengths of the models, s.
     tuning
-        Pinches of each object that force feedback is chosen on.
+        Number of tuning pinches of each object, for force feedback.
     coarse
-        Whether the search for force feedback is a small one.
+        True for a small search for force feedback.
     kinds
         Names of the objects.
     model, detector
         Names of the estimator and of the contact detector; None for the usual one.
     seed
-        Of everything drawn.
+        Random seed.
     workers
-        Processes.
+        Number of processes.
     """
 
     household: HouseholdSettings = HouseholdSettings()

@@ -1,1 +1,1 @@
-"""Makes the network that any rig uses: random rigs, their contexts, and training."""
+"""Pre-training of the network for any rig: random rigs, their contexts, and training."""

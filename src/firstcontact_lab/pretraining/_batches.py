@@ -34,16 +34,16 @@ _BEFORE, _AFTER = samples_in(BEFORE, _RATE), samples_in(LONGEST, _RATE)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Batch:
-    """Inputs that are not scaled yet, and the target.
+    """Batch of unscaled inputs with their targets.
 
     Parameters
     ----------
     x, general
-        Shape (n, INPUTS) and (n, GENERAL).
+        Inputs, shape (n, INPUTS), and general features, shape (n, GENERAL).
     row
-        Place of the tokens among all tokens of the set, see :func:`token_rows`, shape (n,).
+        Row of the tokens among all tokens of the set, see :func:`token_rows`, shape (n,).
     known
-        Whether anything is known of the rig, shape (n,).
+        Mask of contacts with a known rig, shape (n,).
     shore_a
         Shape (n,).
     """
@@ -62,20 +62,20 @@ def draw_batch(
     samples: int | None = None,
     context: int | None = None,
 ) -> Batch:
-    """Contacts as they might have been placed, after some time, beside one of the contexts.
+    """Draw contacts with random placement errors, lengths and contexts.
 
     Parameters
     ----------
     examples
-        The set.
+        Set of examples.
     indices
-        Positions in it, shape (n,).
+        Positions in the set, shape (n,).
     rng
-        Of all that is drawn.
+        Random generator.
     samples
-        Valid ones after each contact; None draws them.
+        Number of valid samples after each contact; None draws it.
     context
-        Which of the contexts, with nothing told; None draws one, and what is told.
+        Index of the context, without hints; None draws the context and the hints.
     """
     n = len(indices)
     shortest, longest = lengths(_RATE)
@@ -118,12 +118,12 @@ def cut(signals: NDArray[np.float32], late: NDArray[np.intp]) -> NDArray[np.floa
 
 
 def token_rows(examples: Examples) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Tokens of each rig, context and stage in a row, and which levels there are.
+    """Return the tokens of each rig, context and stage, one row each, and a mask of their levels.
 
     Returns
     -------
     tokens, there : ndarray
-        Shape (rows, LEVELS, TOKEN) and (rows, LEVELS).
+        Tokens, shape (rows, LEVELS, TOKEN), and mask, shape (rows, LEVELS).
     """
     present = np.arange(LEVELS) < examples.levels.reshape(-1, 1)
     return (

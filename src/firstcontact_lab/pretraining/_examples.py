@@ -1,4 +1,4 @@
-"""Contacts of one random rig: its own blocks, and things that it is asked about."""
+"""Contacts of one random rig: block pinches as context, and objects to predict."""
 
 from __future__ import annotations
 
@@ -61,30 +61,30 @@ _BEFORE, _AFTER = samples_in(BEFORE, _RATE), samples_in(LONGEST, _RATE)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Examples:
-    """Contacts that are asked about, with their contexts; the first five share their first axis.
+    """Contacts to predict, with their contexts. The first five arrays share their first axis.
 
     Parameters
     ----------
     signals
-        In 1/32 counts, with ``MARGIN`` samples more at either end than
-        :class:`firstcontact.models._touches.Touches` has, shape (n, samples).
+        Signals in 1/32 counts, shape (n, samples), with ``MARGIN`` samples more at either end than
+        :class:`firstcontact.models._touches.Touches`.
     shore_a
         Shape (n,).
     radii, speeds
-        Of the thing, m, and of the closing relative to the rig's usual one (ln), shape (n,).
+        Radius of the object, m, and ln(closing speed / the rig's usual one), shape (n,).
     things
-        Number of the thing, -1 for blocks, shape (n,).
+        Number of the object, -1 for blocks, shape (n,).
     heard
-        :func:`firstcontact.models._network_inputs.facts` without what is told, for each context,
+        Result of :func:`firstcontact.models._network_inputs.facts` without hints, for each context,
         shape (n, CONTEXTS, BESIDE).
     rigs
-        Position of the rig in what follows, shape (n,).
+        Position of the rig in the following arrays, shape (n,).
     tokens
-        Shape (rigs, CONTEXTS, stages, LEVELS, TOKEN); zeros beyond the rig's own levels.
+        Tokens, shape (rigs, CONTEXTS, stages, LEVELS, TOKEN); zeros beyond the rig's levels.
     levels
-        How many levels there are, shape (rigs, CONTEXTS).
+        Number of levels, shape (rigs, CONTEXTS).
     general
-        Shape (rigs, CONTEXTS, GENERAL).
+        General features, shape (rigs, CONTEXTS, GENERAL).
     scale
         Level (V) and sign, shape (rigs, CONTEXTS, 2).
     """
@@ -106,7 +106,7 @@ class Examples:
 
 
 def joined(parts: Sequence[Examples]) -> Examples:
-    """One set of several."""
+    """Return several sets joined to one."""
     offsets = np.cumsum([0, *(len(part.tokens) for part in parts)])
     arrays = {f.name: [getattr(part, f.name) for part in parts] for f in fields(Examples)}
     arrays["rigs"] = [rigs + offset for rigs, offset in zip(arrays["rigs"], offsets, strict=False)]
@@ -114,7 +114,7 @@ def joined(parts: Sequence[Examples]) -> Examples:
 
 
 def volts(signals: NDArray[np.int16]) -> NDArray[np.float32]:
-    """Signals in V."""
+    """Return the signals in V."""
     return signals.astype(np.float32) * np.float32(ADC_VOLTS / (ADC_COUNTS * SUBCOUNTS))
 
 
@@ -125,9 +125,9 @@ def placing(rng: Rng, n: int) -> NDArray[np.intp]:
 
 
 def rig_examples(number: int, seed: int, family: Family | None = None, again: int = 0) -> Examples:
-    """One rig; its numbers depend on these alone.
+    """Return the examples of one rig, which depend on these arguments alone.
 
-    With ``again``, each thing is pinched so often, in one session.
+    ``again`` sets the number of pinches of each object in one session.
     """
     rng = np.random.default_rng([seed, number])
     rig = draw_rig(rng)
@@ -176,7 +176,7 @@ def _touch(
 def _context(
     rig: RandomRig, blocks: list[float], days: list[Day], rng: Rng
 ) -> tuple[tuple[NDArray[np.int16], Values], Values]:
-    """Signals and speeds of the rig's block pinches, and their Shore A."""
+    """Return signals, speeds and Shore A of the rig's block pinches."""
     each = int(rng.integers(*CONTEXT))
     signals, speeds, levels = [], [], []
     for shore_a in blocks:
@@ -191,7 +191,7 @@ def _context(
 
 
 def _touches(signals: NDArray[np.int16], rng: Rng) -> Touches:
-    """Return contacts as a detector would cut them, ended by a second contact."""
+    """Return contacts as a detector would cut them, up to a second contact."""
     cut, valid = [], []
     shortest, longest = lengths(_RATE)
     for signal, late in zip(volts(signals), placing(rng, len(signals)), strict=True):
@@ -249,7 +249,7 @@ def _example_set(
 
 
 def _subset(shore_a: Values, share: float, rng: Rng) -> NDArray[np.intp]:
-    """Positions of a share of the pinches of each level, two at least."""
+    """Return positions of a share of the pinches of each level, at least two."""
     chosen = []
     for level in np.unique(shore_a):
         members = rng.permutation(np.flatnonzero(shore_a == level))

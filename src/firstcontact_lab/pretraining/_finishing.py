@@ -1,6 +1,6 @@
 """Calibration of a trained network: widths of its intervals and limits of its range.
 
-Both come from rigs that it has not learned from.
+Both come from rigs outside its training.
 """
 
 from __future__ import annotations
@@ -50,16 +50,16 @@ def answers(
 
 
 def finished(network: Network, examples: Examples, seed: int) -> InContextModel:
-    """Return the model that is not conditioned on a rig.
+    """Return the calibrated model, not conditioned on a rig.
 
     Parameters
     ----------
     network
         Trained.
     examples
-        Of rigs that it has not learned from.
+        Examples of rigs outside its training.
     seed
-        Of what is drawn.
+        Random seed.
     """
     factors = np.array([_factor(network, examples, stage, seed) for stage in STAGES])
     seen = [_traits(examples, stage, seed) for stage in STAGES]
@@ -67,9 +67,9 @@ def finished(network: Network, examples: Examples, seed: int) -> InContextModel:
 
 
 def _factor(network: Network, examples: Examples, samples: int, seed: int) -> float:
-    """Half width, in the network's own spreads, that holds ``LEVEL`` of the things.
+    """Return the half width, in predicted spreads, that covers a share ``LEVEL`` of objects.
 
-    Split conformal (Papadopoulos et al. 2008), the error over the spread as its score.
+    Split conformal prediction (Papadopoulos et al. 2008) with the error over the spread as score.
     """
     values, spreads = answers(network, examples, samples, seed)
     is_object = examples.object_ids >= 0

@@ -18,7 +18,7 @@ PINCHES = 5
 def object_estimates(
     model: InContextModel, examples: Examples, samples: int, seed: int
 ) -> tuple[Values, Values, Values]:
-    """Answers, half widths, shape (things, PINCHES), and Shore A of things, shape (things,)."""
+    """Return predictions, half widths (objects, PINCHES), and Shore A of objects (objects,)."""
     values, spreads = answers(model.network, examples, samples, seed)
     half = model.half_widths(spreads, samples)
     is_object = examples.object_ids >= 0
@@ -29,10 +29,10 @@ def object_estimates(
 
 
 def shared_part(values: Values, half_widths: Values, truth: Values) -> float:
-    """Part of a pinch's error that others of the same thing have, as a standard deviation.
+    """Return the share of a pinch's error that pinches of one object have in common.
 
-    Errors are counted in half widths of their own intervals: the mean product of two of a thing
-    over the mean square of one is the square of what they share.
+    Errors are divided by the half widths of their intervals. The mean product of two errors of one
+    object over the mean square of one error is the square of this share.
     """
     z = (values - truth[:, None]) / half_widths
     n = z.shape[1]
@@ -56,18 +56,18 @@ def same_object(
     samples: Mapping[str, int],
     seed: int,
 ) -> dict[str, Any]:
-    """Return the shared error on some rigs, and the coverage of combined intervals on others.
+    """Return the shared error on calibration rigs, and combined coverage on test rigs.
 
     Parameters
     ----------
     model
-        Knows no rig; the examples have their contexts.
+        Model that is not conditioned on a rig. The examples have their contexts.
     calibration, test
-        Of different rigs, each thing pinched ``PINCHES`` times.
+        Examples of different rigs, with ``PINCHES`` pinches of each object.
     samples
-        After the contact, by the name of the time.
+        Number of samples after the contact, by the name of the time.
     seed
-        Of what is drawn.
+        Random seed.
     """
     out = {}
     for time, length in samples.items():

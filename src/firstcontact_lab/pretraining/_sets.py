@@ -1,4 +1,4 @@
-"""Sets of examples in files: made in parts, so that what was made is not made again."""
+"""Files with sets of examples, made in parts that can be reused after a stop."""
 
 from __future__ import annotations
 
@@ -29,22 +29,22 @@ def example_set(
     again: int = 0,
     progress: Callable[[int], object] = lambda count: None,
 ) -> Examples:
-    """Examples of rigs number ``first`` and on.
+    """Return the examples of ``rigs`` rigs from number ``first`` on.
 
     Parameters
     ----------
     folder
-        Where the parts are kept; those that are there are read.
+        Folder of the parts. Existing parts are read.
     first, rigs
-        Number of the first rig, and how many.
+        Number of the first rig, and number of rigs.
     seed
-        Of all of them.
+        Random seed of all rigs.
     runner
-        Makes the parts.
+        Runner that makes the parts.
     family
-        One of the held-out families; "" for those that training draws.
+        Held-out family; "" for the training distribution.
     again
-        Pinches of each thing in one session; 0 for what the network learns from.
+        Number of pinches of each object in one session; 0 for the training data.
     progress
         Called with the number of rigs just finished.
     """

@@ -1,4 +1,4 @@
-"""The network as PyTorch trains it; :mod:`firstcontact.models._context_network` runs it."""
+"""PyTorch form of the network for training; :mod:`firstcontact.models._context_network` runs it."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _KEYS = 16 * HEADS
 
 
 class TorchNetwork(nn.Module):
-    """The same layers by the same names."""
+    """Network in PyTorch, with the layers and names of the NumPy network."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -56,14 +56,14 @@ class TorchNetwork(nn.Module):
         present: torch.Tensor,
         general: torch.Tensor,
     ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-        """Mixtures for contacts of several rigs.
+        """Return the mixtures for contacts of several rigs.
 
         Parameters
         ----------
         x, tokens, general
             Scaled inputs (n, INPUTS), tokens (n, levels, TOKEN), general (n, GENERAL).
         present
-            Which levels there are, 1 or 0, shape (n, levels).
+            Mask of the existing levels, 1 or 0, shape (n, levels).
 
         Returns
         -------
@@ -91,7 +91,7 @@ class TorchNetwork(nn.Module):
         return torch.log_softmax(weight, 1), MEAN_SCALE * centre, spread.clamp(*SPREAD)
 
     def arrays(self) -> dict[str, NDArray[np.float32]]:
-        """Weights and biases as :class:`firstcontact.models.Network` takes them."""
+        """Return weights and biases in the form of :class:`firstcontact.models.Network`."""
         return {
             f"{name}.{kind}": getattr(self.layers[name], kind).detach().numpy().copy()
             for name in LAYERS

@@ -1,4 +1,4 @@
-"""Training of the in-context network, epoch by epoch, from where it was stopped."""
+"""Training of the in-context network, epoch by epoch, which can be resumed."""
 
 from __future__ import annotations
 
@@ -29,19 +29,19 @@ Lot = tuple[torch.Tensor, ...]
 
 
 class Training:
-    """A network on its way.
+    """Training in progress, with its state after each epoch.
 
     Parameters
     ----------
     examples
-        To learn from.
+        Training examples.
     epochs
-        Passes over all of them.
+        Number of passes over the examples.
     seed
-        Of the first weights and of all that is drawn.
+        Random seed of the initial weights and all draws.
     state
-        File where everything is kept after each epoch: a training that was stopped goes on
-        from there, and gives what it would have given.
+        File for the state after each epoch. A stopped training resumes from it, with the same
+        result.
     """
 
     def __init__(self, examples: Examples, epochs: int, seed: int, state: Path) -> None:
@@ -58,7 +58,7 @@ class Training:
             self._go_on()
 
     def run(self, progress: Callable[[int, float], object] = lambda epoch, loss: None) -> Network:
-        """Train what is left; ``progress`` is called with each epoch's number and mean loss."""
+        """Run the remaining epochs. ``progress`` gets each epoch's number and mean loss."""
         for epoch in range(self._done, self._epochs):
             losses = []
             lots = list(self._order(epoch))
@@ -135,14 +135,14 @@ class Training:
 
 
 def _shape(gone: float) -> float:
-    """Learning rate, as a share of the largest, when a share of the training is gone."""
+    """Return the relative learning rate after a share of the training."""
     if gone < WARM_UP:
         return 0.04 + 0.96 * gone / WARM_UP
     return 0.5 * (1 + math.cos(math.pi * min((gone - WARM_UP) / (1 - WARM_UP), 1.0)))
 
 
 def _scales(examples: Examples, seed: int) -> dict[str, NDArray[np.float32]]:
-    """Mean and standard deviation of the inputs, over examples spread evenly."""
+    """Return mean and standard deviation of the inputs, over evenly spaced examples."""
     rng = np.random.default_rng([seed, 0, 0, 1])
     indices = np.unique(np.linspace(0, len(examples) - 1, 20_000).round().astype(np.intp))
     batch = draw_batch(examples, indices, rng)

@@ -35,11 +35,12 @@ class Size:
     Parameters
     ----------
     rigs
-        To learn from.
+        Number of training rigs.
     calibration, judgement, held_out
-        For the intervals; of the same kind, to be judged by; and of each held-out family.
+        Number of rigs for the intervals, for scores on the training distribution, and of each
+        held-out family.
     epochs
-        Passes over the examples.
+        Number of passes over the examples.
     """
 
     rigs: int = 6000
@@ -68,20 +69,20 @@ def pretrain(
     runner: Runner,
     say: Callable[[str], object],
 ) -> InContextModel:
-    """Make the network, or go on where that was stopped.
+    """Pre-train the network, or resume a stopped pre-training.
 
     Parameters
     ----------
     out
         Folder for the model.
     work
-        Folder for what is made on the way.
+        Folder for intermediate files.
     size, seed
-        Same size and seed on the same machine: same weights.
+        Size, and random seed. On one machine the same size and seed give the same weights.
     runner
-        Makes the sets.
+        Runner that makes the sets.
     say
-        Called with what is done.
+        Function that is called with lines on the progress.
     """
 
     def made(first: int, rigs: int, family: str = "", again: int = 0) -> Examples:
@@ -110,7 +111,7 @@ def pretrain(
 
 
 def judged(model: InContextModel, examples: Examples, seed: int) -> Mapping[str, Any]:
-    """Error, coverage and mean width for things, beside each rig's fullest context."""
+    """Return error, coverage and mean width on objects, with each rig's full context."""
     is_object = examples.object_ids >= 0
     out: dict[str, Any] = {}
     for time, samples in SAMPLES.items():

@@ -10,7 +10,7 @@ from firstcontact_lab.report.results import NOTHING, Entry, SubjectResults
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """A figure of a report.
+    """Figure of a report.
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ class Figure:
     image
         Data URI.
     wide
-        Whether the figure is as wide as two.
+        True for a figure of double width.
     """
 
     key: str

@@ -30,14 +30,14 @@ def sole_use(out: Path, options: Mapping[str, Any]) -> Iterator[None]:
     out
         The folder.
     options
-        What the results depend on; stands in them as ``study.asked``. The same study
-        again replaces its own.
+        Settings that the results depend on, stored as ``study.asked``. The same study may replace
+        its own results.
 
     Raises
     ------
     InputError
-        It cannot be made, another study is at work in it, or it holds the results of
-        another study or of nobody knows what.
+        The folder cannot be made, another study is running in it, or it holds results of another or
+        an unknown study.
     """
     made = not out.exists()
     try:
@@ -67,14 +67,14 @@ def sole_use(out: Path, options: Mapping[str, Any]) -> Iterator[None]:
 
 @contextmanager
 def without_worker_warnings() -> Iterator[None]:
-    """Hide warnings of workers that ended early: others take their jobs."""
+    """Hide warnings about workers that ended early, because others take their jobs."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "A worker stopped while some jobs", UserWarning)
         yield
 
 
 def _claim(out: Path, options: Mapping[str, Any]) -> None:
-    """Refuse to write over results that something else was asked for."""
+    """Refuse to overwrite results of other settings."""
     results = out / RESULTS
     if not results.exists():
         if (out / REPORT).exists():
@@ -114,7 +114,7 @@ def check_fresh(directory: Path) -> None:
     Raises
     ------
     InputError
-        It was not made by a study.
+        The folder was not made by a study.
     """
     if directory.exists() and not (directory / MARK).exists():
         raise InputError(f"{directory} was not made by a study: {_REMEDY}")

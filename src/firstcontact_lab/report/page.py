@@ -74,7 +74,7 @@ class Page:
     how
         Terms and sentences about the method.
     warning
-        Why the numbers are not to be quoted, if they are not.
+        Reason why the numbers must not be quoted; empty if they may.
     notice
         Progress of an unfinished study: state and details.
     claims
@@ -82,13 +82,13 @@ class Page:
     terms
         Definitions of words that the sections use.
     compared, compared_text
-        Published numbers beside those here, and a sentence about them.
+        Table of published and measured numbers, and a sentence about it.
     left_out
         Reasons for what was left out, by subject.
     times
         Time of each step.
     several
-        Whether there are several subjects.
+        True for several subjects.
     """
 
     title: str

@@ -49,17 +49,17 @@ class State:
     settings
         Sizes and seeds.
     quick
-        Whether it is the small form, whose numbers are not to be quoted.
+        True for a quick study, whose numbers must not be quoted.
     findings
         Findings of each subject; the first is the top level of ``results.json``.
     steps
         Titles of all steps, in order.
     completed
-        Number of steps that are done.
+        Number of completed steps.
     interrupted
-        Whether the user ended it.
+        True if the user interrupted it.
     stopped
-        Step that ended it and its error, else empty.
+        Step that failed and its error; empty otherwise.
     options
         Settings that the results depend on. They protect the folder from other studies.
     """
@@ -79,7 +79,7 @@ class State:
 
     @property
     def pending(self) -> Sequence[str]:
-        """Titles of the steps that are not done."""
+        """Titles of the remaining steps."""
         return self.steps[self.completed :]
 
     @property

@@ -1,4 +1,4 @@
-"""One look for all figures: sizes, colours that colour-blind eyes tell apart, units."""
+"""Common style of all figures: sizes, colour-blind safe colours, units."""
 
 from __future__ import annotations
 
@@ -111,9 +111,9 @@ def vibration_unit(layout: Layout) -> str:
 
 
 def vibration_axis(layout: Layout, milli: bool = False) -> tuple[str, float]:
-    """Label of a vibration axis and what values are multiplied by for it.
+    """Return the label of a vibration axis, and the factor for its values.
 
-    ``milli`` asks for mV, which only data in V can be figure_label in.
+    ``milli`` selects mV, for data in V only.
     """
     unit = vibration_unit(layout)
     name = str(layout.vibration[0].sensor).capitalize()
@@ -121,7 +121,7 @@ def vibration_axis(layout: Layout, milli: bool = False) -> tuple[str, float]:
 
 
 def shades(n: int) -> list[Any]:
-    """Colours of n ordered levels, soft light to stiff dark; safe for colour-blind eyes."""
+    """Return colours of n ordered levels, from light (soft) to dark (stiff), colour-blind safe."""
     import matplotlib as mpl
 
     return list(mpl.colormaps["viridis_r"](np.linspace(0.12, 0.95, n)))

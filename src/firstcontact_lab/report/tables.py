@@ -20,7 +20,7 @@ ABSENT = "–"
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """A value, and a detail in small letters below it."""
+    """Table cell: a value, and a detail in small letters below it."""
 
     text: str
     small: str = ""
@@ -28,7 +28,7 @@ class Cell:
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A line of a table; quiet lines are drawn pale."""
+    """Line of a table. Quiet lines are drawn pale."""
 
     cells: Sequence[Cell]
     quiet: bool = False
@@ -36,7 +36,7 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """A table with its caption."""
+    """Table with its caption."""
 
     caption: str
     head: Sequence[str]
@@ -54,9 +54,9 @@ class Claim:
     tolerance
         Difference that still counts as reproduced, where the row has no interval.
     lower
-        Whether lower values are better.
+        True if lower values are better.
     note
-        Verdict where a comparison means nothing: "input of the twin".
+        Verdict if a comparison is meaningless: "input of the twin".
     """
 
     value: float
@@ -80,14 +80,14 @@ class Claim:
 
 @dataclass(frozen=True)
 class Row(Generic[R]):
-    """A number that reports, docs tables and the README show.
+    """Row definition: a number in reports, docs tables and the README.
 
     Parameters
     ----------
     label
         Name of the number.
     value
-        Takes the number from the results of one subject.
+        Function that takes the number from the results of one subject.
     unit
         Key of ``UNITS``.
     published
@@ -96,7 +96,7 @@ class Row(Generic[R]):
         Explanation in the report's comparison; None keeps the row out of it. A function gets the
         results of all subjects by title.
     headline
-        Whether the README and the top of the report show the row.
+        True to show the row in the README and at the top of the report.
     claim
         Published value for the verdict at the top of the report.
     """
@@ -198,7 +198,7 @@ def row_table(
 
 
 def claims_table(rows: Iterable[Row[R]], subjects: Mapping[str, R]) -> Table:
-    """Return a line for each claim and headline: published, measured, and the verdict."""
+    """Return a table with a line for each claim and headline: published, measured, verdict."""
     lines = []
     for row in rows:
         cells = [Cell(row.cell(results).text) for results in subjects.values()]

@@ -1,4 +1,4 @@
-"""Everybody is asked the same about the same rigs: what studies and benchmarks share."""
+"""Evaluation protocol shared by the study and the benchmark: same rigs for all competitors."""
 
 from __future__ import annotations
 
@@ -36,11 +36,11 @@ NETWORK = (
 
 
 class Generalised(Record, frozen=True, kw_only=True):
-    """Estimators on rigs and specimens of their own seeds; one single pinch unless said otherwise.
+    """Scores of competitors on rigs with separate seeds, mostly for single pinches.
 
-    ``floor`` learned from the same kinds of object on the very rig. ``ceiling``: what an estimator
-    could do that is told the modulus, or the stiffness of the contact. ``pinches``: of each set by
-    its use; ``too_short``: share whose second contact left no answer, which nobody is asked about.
+    ``floor`` learned from the same objects on the same rig. ``ceiling`` are estimators that know
+    the modulus, or the stiffness of the contact. ``pinches`` of each set, by use. ``too_short``:
+    share of pinches without any estimate before the second contact, which are not scored.
     """
 
     sets: int
@@ -66,18 +66,18 @@ def compared(
     seed: int,
     runner: Runner,
 ) -> Generalised:
-    """Scores of all entrants over all sets.
+    """Return the scores of all competitors over all sets.
 
     Parameters
     ----------
     entrants
-        Who is asked about the set at a place, beside those told more.
+        Function that returns the competitors for the set at a position, besides the references.
     sets, seeds
-        The sets, and what they were made from.
+        Sets, and their seeds.
     seed
-        Of trainings and intervals.
+        Random seed of trainings and intervals.
     runner
-        Does trainings.
+        Runner for the trainings.
     """
     places = [
         (entrant, place, question)

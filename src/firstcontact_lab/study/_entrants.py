@@ -34,11 +34,11 @@ class Entrant:
     Parameters
     ----------
     name
-        In results.
+        Name in results.
     method
-        Which of ``WAYS`` answers.
+        Prediction method, one of ``WAYS``.
     options
-        For that one.
+        Options of the method.
     """
 
     name: str
@@ -48,7 +48,7 @@ class Entrant:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Query:
-    """One question to one entrant: which pinches of which set to know, and which to tell."""
+    """Query to one competitor: pinches to learn from, and pinches to predict, of one set."""
 
     entrant: Entrant
     place: int
@@ -57,7 +57,7 @@ class Query:
 
 
 def answer(query: Query, sets: Sequence[RigSet], seed: int) -> Values:
-    """Shore A of each pinch that is asked about, shape (n,)."""
+    """Return the predicted Shore A of each queried pinch, shape (n,)."""
     entrant = query.entrant
     return WAYS[entrant.method](entrant, sets[query.place], query.learn, query.ask, seed)
 
@@ -72,7 +72,7 @@ def _trained(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int
 
 
 def _in_context(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int) -> Values:
-    """Predict by the network conditioned on these pinches, and on radii if asked for."""
+    """Predict by the network conditioned on these pinches, with radii if requested."""
     query = rigs.touches.take(ask)
     if entrant.options.get("radii"):
         query = replace(query, radii=rigs.radii[ask])
@@ -117,7 +117,7 @@ def fit_predictor(
 
 
 def _modulus(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int) -> Values:
-    """Gent's reading of the modulus at that very pinch."""
+    """Return Gent's Shore A for the modulus at that pinch."""
     return np.array([gent_shore_a(modulus) for modulus in rigs.moduli[ask]])
 
 

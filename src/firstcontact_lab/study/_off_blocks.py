@@ -19,10 +19,10 @@ TOGETHER = 3
 
 
 class OffBlocks(Record, frozen=True, kw_only=True):
-    """An estimator off its training blocks: RMSE and bias in Shore A over ``sets`` rigs.
+    """Scores of an estimator beyond its training blocks, in Shore A over ``sets`` rigs.
 
-    ``accuracy``: share of blocks whose answer lies nearest to their own level. ``options``:
-    fields with which it learned, where they are not the usual ones.
+    ``accuracy``: share of block pinches whose prediction is nearest to their own level.
+    ``options``: unusual settings of the estimator.
     """
 
     sets: int
@@ -45,7 +45,7 @@ class OffBlocks(Record, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Answered:
-    """Answers to one question about one set; arrays share their first axis."""
+    """Predictions for one query on one set. Arrays share their first axis."""
 
     question: str
     place: int
@@ -55,7 +55,7 @@ class Answered:
 
 
 def off_blocks(answered: Sequence[Answered], options: Mapping[str, Any], seed: int) -> OffBlocks:
-    """Scores of one entrant over all sets that it was asked about."""
+    """Return the scores of one competitor over all its sets."""
     tally = _Tally(seed)
     objects = [_part(batch, Use.OBJECTS) for batch in answered]
     softest, hardest = _ends([batch for batch in objects if len(batch.values)])
@@ -98,7 +98,7 @@ def _ends(parts: Sequence[Answered]) -> tuple[float, float]:
 
 
 def _together(answered: Answered, seed: int) -> Values:
-    """Errors of means over pinches of one object, drawn in threes without replacement."""
+    """Return errors of means over three pinches of one object, drawn without replacement."""
     rng = np.random.default_rng([seed, answered.place])
     errors = []
     for specimen in np.unique(answered.queries.specimens):
@@ -109,7 +109,7 @@ def _together(answered: Answered, seed: int) -> Values:
 
 
 def _nearest(answered: Answered) -> Values:
-    """1 where the answer lies nearest to its own block's level, shape (n,)."""
+    """Return 1 where the prediction is nearest to its own block's level, else 0, shape (n,)."""
     levels = np.unique(answered.queries.y)
     if not len(levels):
         return np.empty(0)
@@ -119,7 +119,7 @@ def _nearest(answered: Answered) -> Values:
 
 
 def _rmse(groups: int) -> Callable[[Values], Values]:
-    """Mean over groups of the root mean square, from their counts, sums and sums of squares."""
+    """Return the mean over groups of the root mean square, from counts, sums and squares."""
 
     def statistic(sums: Values) -> Values:
         by_group = sums.reshape(*sums.shape[:-1], groups, 3)

@@ -32,9 +32,9 @@ class Job:
     title
         Title for the progress bar and the report.
     run
-        Measures.
+        Function that measures.
     vital
-        Whether the study ends where the job fails.
+        True if the study ends when the job fails.
     cost
         Relative time of the job.
     """
@@ -53,7 +53,7 @@ def plan(
     runner: Runner,
     set_name: str = "recordings",
 ) -> list[Job]:
-    """Return all jobs: quick steps of every subject first, then those that take long.
+    """Return all jobs: quick steps of every subject first, then slow steps.
 
     Parameters
     ----------
@@ -100,7 +100,7 @@ def run(
     steps
         From :func:`plan`.
     state
-        Gets the findings.
+        State that collects the findings.
     out
         Folder of the two files.
     tick
@@ -111,10 +111,10 @@ def run(
     Raises
     ------
     InputError
-        The data of a subject cannot be used. In any other part it becomes a
-        sentence among what was left out, and the study goes on.
+        The data of a subject cannot be used. Errors of other parts are listed in the report, and
+        the study continues.
     Exception
-        Whatever else a part raises; the report then says where it stopped.
+        Any other error of a part. The report then states where the study stopped.
     """
     by_name: dict[str, Findings] = {f.name: f for f in state.findings}
     title = ""

@@ -1,6 +1,6 @@
-"""Sets of twin pinches of their own seeds: home and other hand, blocks and objects.
+"""Sets of twin pinches with separate seeds: home and other hand, blocks and objects.
 
-Only the moments around the contacts are made.
+Only the time around the contacts is simulated.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ FLAT = 1.0
 
 
 class Use(StrEnum):
-    """Use of a pinch of a set."""
+    """Use of a pinch in a set."""
 
     #: Blocks that the rig is known by, and those of further sessions.
     BLOCKS = "blocks"
@@ -71,17 +71,17 @@ class RigSet:
     Parameters
     ----------
     windows
-        As the estimators of a fixed window get them.
+        Windows for estimators of a fixed window.
     touches
-        The same contacts as they go on.
+        The same contacts for estimators at any time.
     uses
-        Of :class:`Use`, shape (n,).
+        Use of each pinch, see :class:`Use`, shape (n,).
     radii
-        Of what was touched, m, infinite for what is flat, shape (n,).
+        Radius of the object, m, infinite for a flat one, shape (n,).
     moduli, stiffnesses
         Young's modulus at that pinch (Pa) and stiffness of the contact (N/m^1.5), shape (n,).
     too_short
-        Share of pinches that have no answer: the second contact came before.
+        Share of pinches whose second contact came before any estimate.
     """
 
     windows: LabelledWindows
@@ -93,24 +93,24 @@ class RigSet:
     too_short: float
 
     def indices(self, use: Use) -> NDArray[np.intp]:
-        """Positions of the pinches that are for this."""
+        """Return the positions of the pinches with this use."""
         return np.flatnonzero(self.uses == use)
 
 
 def rig_set(seed: int, condition: Condition, sizes: Sizes, late: Sequence[int]) -> RigSet:
-    """One set.
+    """Return one set.
 
     Parameters
     ----------
     seed
-        Of hands, specimens, sessions and pinches.
+        Random seed of hands, specimens, sessions and pinches.
     condition
-        How much they differ.
+        Condition, which sets their variation.
     sizes
-        How many pinches.
+        Numbers of pinches.
     late
-        How late a detector places contacts on whole pinches of the condition, samples: each
-        contact is as late as one of these.
+        Delays of a detector's contacts on whole pinches of the condition, samples. Each contact
+        gets one of these delays.
     """
     drawn = list(_planned(seed, condition, sizes))
     placed = generator(seed, condition.name, "placed")

@@ -1,4 +1,4 @@
-"""Sources of pinches: the twin, recordings, or data that can be imported."""
+"""Sources of pinches: the twin, recordings, or importable data."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ def simulated(
     out: Path,
     progress: Callable[[int], object] = lambda count: None,
 ) -> Dataset:
-    """Simulate a condition into ``out/recordings`` and load it as any recording.
+    """Simulate a condition into ``out/recordings`` and load it like any recording.
 
-    Recordings that a study left there before are made again.
+    Recordings of an earlier study there are replaced.
 
     Raises
     ------
     InputError
-        The folder holds recordings that no study made.
+        The folder holds recordings that were not made by a study.
     """
     from firstcontact.twin import simulate
 
@@ -58,17 +58,16 @@ def recorded(path: Path, out: Path) -> Dataset:
     Parameters
     ----------
     path
-        A recording, a folder of them, or what ``firstcontact import`` takes;
-        the latter is imported into ``out/recordings`` first.
+        Recording, folder of recordings, or data for ``firstcontact import``, which are first
+        imported into ``out/recordings``.
     out
         Folder of the study.
 
     Raises
     ------
     InputError
-        Nothing is there that can be used, or recordings that a study left
-        behind, beside others or by themselves: those are studied again only
-        when their own folder is given.
+        There are no usable data, or the folder contains recordings of an earlier study. To study
+        these again, name their own folder.
     """
     recordings = _recordings(path)
     dataset = load_dataset(recordings) if recordings else _imported(path, out)
@@ -81,7 +80,7 @@ def check_sources(path: Path | None, out: Path) -> None:
     Raises
     ------
     InputError
-        As of :func:`recorded` and :func:`simulated`.
+        See :func:`recorded` and :func:`simulated`.
     """
     if path is None:
         for condition in CONDITIONS:

@@ -1,4 +1,4 @@
-"""Closings of rigs whose structure is none of the twin's: motor, noise floor, start-up and contact.
+"""Closings of rigs with another structure than the twin: motor, noise floor, start-up and contact.
 
 Only the mechanics of the contact come from the twin, with a silent motor and parameters outside the
 training range. All other signals are made here, and nothing is trained on them.
@@ -105,14 +105,14 @@ def _ring(x: Values, frequency: float, damping: float) -> Values:
 
 
 def _brushes(rng: Rng, n: int, pace: Values, size: Mapping[str, float]) -> Values:
-    """Commutator of a brushed motor: pulses of uneven height."""
+    """Return the noise of a brushed motor's commutator: pulses of uneven height."""
     turns = _phase(rng, 3 * size["rate"] * pace, n, 0.01)
     heights = np.exp(0.5 * rng.standard_normal(997)) * rng.choice((-1.0, 1.0), 997)
     return _unit(_ring(_pulses(turns, heights), size["ring"], 0.08) + 0.02 * _white(rng, n))
 
 
 def _gearbox(rng: Rng, n: int, pace: Values, size: Mapping[str, float]) -> Values:
-    """Gears: mesh lines with side bands, and a bad tooth that knocks once a turn."""
+    """Return gear noise: mesh lines with side bands, and a bad tooth that knocks once a turn."""
     shaft = _phase(rng, size["rate"] / 9.0 * pace, n, 0.01)
     mesh = (1.0 + 0.5 * np.sin(2 * np.pi * shaft)) * np.sin(2 * np.pi * 17 * shaft)
     mesh += 0.5 * np.sin(2 * np.pi * 34 * shaft + 1.0)
@@ -123,12 +123,12 @@ def _gearbox(rng: Rng, n: int, pace: Values, size: Mapping[str, float]) -> Value
 
 
 def _stick_slip(rng: Rng, n: int, pace: Values, size: Mapping[str, float]) -> Values:
-    """Dry guide: pink rubbing in bursts."""
+    """Return the noise of a dry guide: pink rubbing in bursts."""
     return _unit(_pink(rng, n) * np.exp(0.5 * _slow(rng, n, 0.02)))
 
 
 def _stepper(rng: Rng, n: int, pace: Values, size: Mapping[str, float]) -> Values:
-    """Stepper: a rough square wave of the steps that beats with its chopper."""
+    """Return stepper noise: a rough square wave of steps that beats with its chopper."""
     turns = _phase(rng, 2.5 * size["rate"] * pace, n, 0.002)
     beat = 1.0 + 0.4 * np.sin(2 * np.pi * _phase(rng, 0.13 * size["rate"], n, 0.02))
     square = np.sign(np.sin(2 * np.pi * turns)) * beat
@@ -136,7 +136,7 @@ def _stepper(rng: Rng, n: int, pace: Values, size: Mapping[str, float]) -> Value
 
 
 def _servo(rng: Rng, n: int, pace: Values, size: Mapping[str, float]) -> Values:
-    """Hunting servo: whine whose loudness and pitch swing several times a second."""
+    """Return hunting-servo noise: a whine whose loudness and pitch swing several times a second."""
     hunt = np.sin(2 * np.pi * _phase(rng, size["hunt"], n, 0.1))
     turns = _phase(rng, 4 * size["rate"] * pace * (1.0 + 0.1 * hunt), n, 0.01)
     whine = (1.0 + 0.6 * hunt) * (np.sin(2 * np.pi * turns) + 0.4 * np.sin(6 * np.pi * turns))
@@ -144,7 +144,7 @@ def _servo(rng: Rng, n: int, pace: Values, size: Mapping[str, float]) -> Values:
 
 
 def _belt(rng: Rng, n: int, pace: Values, size: Mapping[str, float]) -> Values:
-    """Belt: a narrow band of noise over a slow rumble."""
+    """Return belt noise: a narrow band over a slow rumble."""
     band = _unit(_ring(_white(rng, n), 0.4 * size["ring"], 0.06))
     return _unit(band * np.exp(0.3 * _slow(rng, n, 0.03)) + _slow(rng, n, 0.02))
 
@@ -184,7 +184,7 @@ def _hum(rng: Rng, n: int) -> Values:
 
 
 def _bursts(rng: Rng, n: int) -> Values:
-    """Interference: white, with single bursts of 0.2 to 3 ms, one in two seconds."""
+    """Return white noise with single bursts of 0.2 to 3 ms, one in two seconds."""
     out = _white(rng, n)
     for start in rng.integers(0, n, rng.poisson(0.5 * n / FINGERTIP_RATE)):
         length = int(rng.integers(1, 16))
@@ -193,7 +193,7 @@ def _bursts(rng: Rng, n: int) -> Values:
 
 
 def _popcorn(rng: Rng, n: int) -> Values:
-    """Popcorn noise: pink, with a level that jumps."""
+    """Return popcorn noise: pink, with a level that jumps."""
     jumps = np.cumsum(rng.random(n) < 8.0 / FINGERTIP_RATE) % 2
     return _pink(rng, n) + 1.5 * jumps
 
@@ -208,12 +208,12 @@ FLOORS: Mapping[str, Callable[[Rng, int], Values]] = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StructuredRig:
-    """Rig whose structure is none of the twin's.
+    """Rig with another structure than the twin.
 
     Parameters
     ----------
     seed
-        Random seed of all that it makes.
+        Random seed of all its draws.
     motor, floor
         Names in :data:`MOTORS` and :data:`FLOORS`.
     rig
@@ -226,7 +226,7 @@ class StructuredRig:
         Start of the motor: peak of the jolt in RMS of the motor, loudness over the steady one, and
         the time in which both fade, s.
     coarse
-        Steps of the converter that are one.
+        Number of converter steps merged into one.
     holder
         Frequency in Hz and damping of another resonance of the sensor.
     """
@@ -245,7 +245,7 @@ class StructuredRig:
     holder: tuple[float, float]
 
     def closing(self, key: str, target: RandomObject | None, label: Label, free: float) -> Pinch:
-        """Return a closing from rest, on an object or (None) on nothing."""
+        """Return a closing from rest on an object, or without an object (None)."""
         rng = generator(self.seed, "closing", key)
         begin = round(REST * FINGERTIP_RATE)
         first = begin + round(free * FINGERTIP_RATE)

@@ -25,12 +25,11 @@ class Subject:
     dataset
         Its pinches, at the models' rate.
     detections
-        First contact of each pinch as the detector found it, out of fold;
-        empty until contacts were looked for.
+        Out-of-fold detected first contact of each pinch; empty before detection has run.
     predictions
-        By (model, split): examples and what was predicted for them.
+        Examples with their predictions, by (model, split).
     set_name
-        What the recordings are called in results.
+        Name of the recordings in results.
     """
 
     name: str
@@ -41,20 +40,20 @@ class Subject:
 
     @property
     def truth(self) -> Contacts:
-        """First contact of each pinch as the strips or labels tell it."""
+        """First contact of each pinch from the strips or labels."""
         return tuple(p.first for p in self.dataset.pinches)
 
     @property
     def has_known_contacts(self) -> bool:
-        """True if the strips or labels know a first contact of any pinch.
+        """True if the strips or labels give the first contact of any pinch.
 
-        Otherwise nothing says that what a detector fires at is a contact.
+        Otherwise detections cannot be verified.
         """
         return any(contact is not None for contact in self.truth)
 
     @property
     def starts(self) -> Contacts:
-        """Starts of windows: detected contacts where detection has run, else the truth."""
+        """Starts of windows: detected contacts if detection has run, else the true ones."""
         return self.detections or self.truth
 
     @property

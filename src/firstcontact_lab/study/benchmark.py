@@ -1,4 +1,4 @@
-"""Anybody's regressor beside ours: the same rigs, splits, times and intervals."""
+"""Benchmark of any regressor against ours, with the same rigs, splits, times and intervals."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Benchmarked(Record, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, slots=True)
 class Size:
-    """Seeds of the sets, and how many pinches each has."""
+    """Seeds of the sets, and their numbers of pinches."""
 
     seeds: tuple[int, ...] = StudySettings().rig_seeds
     sizes: Sizes = field(default_factory=Sizes)
@@ -58,7 +58,7 @@ def contender(name: str) -> Entrant:
     Raises
     ------
     InputError
-        Nobody of that name.
+        No competitor has this name.
     """
     ESTIMATORS.find(name)
     if ":" in name:
@@ -85,22 +85,22 @@ def benchmark(
     Parameters
     ----------
     name
-        As of :func:`contender`.
+        As in :func:`contender`.
     conditions
-        Of the twin.
+        Conditions of the twin.
     size
-        Which sets.
+        Sets to use.
     seed
-        Of trainings and bootstrap intervals.
+        Random seed of trainings and bootstrap intervals.
     runner
-        Makes sets and trainings.
+        Runner for sets and trainings.
     say
-        Called with what is done.
+        Function that is called with lines on the progress.
 
     Raises
     ------
     InputError
-        Nobody of that name, or answers that are none.
+        No competitor has this name, or its predictions are invalid.
     """
     everybody = competitors(name)
     out = {}
@@ -122,7 +122,7 @@ def benchmark(
 
 
 def _timed(query: tuple[Entrant, int], sets: Sequence[RigSet], seed: int) -> dict[int, Predictions]:
-    """Predictions about the unseen objects of a set, by the time after the contact."""
+    """Return predictions for the unseen objects of a set, by the time after the contact."""
     entrant, place = query
     name = sets[place]
     learn, _ = sides(name, HOME)

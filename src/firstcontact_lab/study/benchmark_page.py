@@ -27,7 +27,7 @@ from firstcontact_lab.study.scores import AnytimeScores
 class BenchmarkResults(Record, frozen=True, kw_only=True):
     """``results.json`` of a benchmark: estimator, settings and scores.
 
-    Scores are by condition of the twin, or those of ``recordings``.
+    Scores are by condition of the twin, or of ``recordings``.
     """
 
     contender: str
@@ -73,7 +73,7 @@ def scores_by_time_figure(
 
 
 def tables(results: Benchmarked) -> list[Table]:
-    """Off the blocks as studies have it, then unseen objects by the time after the contact."""
+    """Return the tables beyond the blocks, then of unseen objects by time after the contact."""
     off = NOTHING.replace([GENERALISE(results.generalise)])
     made = (
         objects_off_blocks(off),
@@ -109,7 +109,7 @@ def recorded_parts(results: RecordedData) -> list[tuple[str, Table, Figure]]:
 
 
 def _intervals(scored: RecordedScores) -> str:
-    """Say what intervals resample."""
+    """Return a sentence on what the intervals resample."""
     if scored.clusters < 2:
         return f"There is no bootstrap interval: all pinches are of one {scored.cluster}."
     return f"In brackets: 95 % bootstrap interval over {scored.clusters} {scored.cluster}s."
@@ -129,7 +129,7 @@ _TWIN_OBJECTS = (
 
 
 def about(results: BenchmarkResults) -> list[str]:
-    """Say which data were used."""
+    """Return sentences on the data."""
     outcome = results.recordings
     if outcome is None:
         return ["Twin results: contacts of simulated rigs, with hands and specimens of their own "
@@ -167,7 +167,7 @@ def by_time(results: Mapping[str, AnytimeScores], caption: str) -> Table:
 
 
 def render(results: BenchmarkResults) -> str:
-    """HTML."""
+    """Return the report, HTML."""
     parts = [
         (
             name,

@@ -1,4 +1,4 @@
-"""The twin's pinches over other noises: found and estimated by what learned over its own."""
+"""Detection and estimation of the twin's pinches under other noises."""
 
 from __future__ import annotations
 
@@ -31,19 +31,18 @@ SAID = "noise of "
 
 
 class NoiseScores(Record, frozen=True, kw_only=True):
-    """The twin's pinches over some noise, by what learned from others over the modelled one.
+    """Scores on the twin's pinches with another noise, by models trained with the modelled one.
 
     Parameters
     ----------
     noise
-        What lies under them, in words.
+        Description of the noise.
     detectors
-        By detector.
+        Scores by detector.
     estimator, estimated
-        What read 15 ms from the default detector's contacts, and of how many pinches.
+        Estimator of 15 ms windows at the default detector's contacts, and number of its pinches.
     rmse, rmse_unseen
-        Of those, of objects that it had learned from (on other rigs) and of others, Shore A; None
-        where there are none.
+        RMSE on training objects (of other rigs) and on unseen objects, Shore A; None without any.
     """
 
     noise: str
@@ -55,16 +54,16 @@ class NoiseScores(Record, frozen=True, kw_only=True):
 
 
 class NoiseScorer:
-    """Detectors and the default estimator, learned once from the twin.
+    """Scorer with detectors and the default estimator, trained once on the twin.
 
     Parameters
     ----------
     twin
-        To learn from.
+        Simulated training pinches.
     seed
-        Of folds and trainings.
+        Random seed of folds and trainings.
     say
-        Told what is being done.
+        Function that is called with lines on the progress.
     """
 
     def __init__(
@@ -87,14 +86,14 @@ class NoiseScorer:
         return self._detectors[DETECTORS.default]
 
     def score(self, name: str, dataset: Dataset) -> NoiseScores:
-        """Pinches that nothing was learned from.
+        """Score pinches outside the training.
 
         Parameters
         ----------
         name
-            Theirs, for what is said.
+            Name of the pinches, for messages.
         dataset
-            At the rate of what was learned from.
+            Pinches at the rate of the training data.
         """
         self._say(f"{name}: {len(dataset)} pinches of the twin")
         windows = labelled_windows(

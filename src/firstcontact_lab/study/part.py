@@ -29,11 +29,11 @@ class Step:
     title
         Title for the progress bar and the report.
     run
-        Measures a subject.
+        Function that measures a subject.
     late
-        Whether the step takes long. Late steps run after the other steps of all subjects.
+        True for a slow step. It runs after the other steps of all subjects.
     vital
-        Whether the study ends where the step fails.
+        True if the study ends when the step fails.
     cost
         Relative time of the step, for the time left.
     """
@@ -73,7 +73,7 @@ def no_figure(subjects: Subjects) -> Figure | None:
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """One question of a study: measurement, figures, tables, rows and text.
+    """Part of a study: measurement, figures, tables, rows and text for one topic.
 
     The report, ``results.json`` and the tables in the docs iterate over the registered parts.
 
@@ -88,8 +88,8 @@ class Part:
     text
         Introduction to the section, from the results so far.
     tables
-        Make tables of one subject; None where the subject has no such results. The report shows the
-        first with the subjects side by side, and folds the others.
+        Functions that make tables of one subject; None if it has no such results. The report shows
+        the first with the subjects side by side, and folds the others.
     rows
         Numbers for the comparison with the paper, the docs tables and the README.
     columns
@@ -100,7 +100,7 @@ class Part:
     needs
         Parts whose results the measurements use. They run first.
     by_default
-        Whether a study without a choice of parts includes the part.
+        True if a study without a choice of parts includes the part.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""A whole study: sources, workers, progress, files."""
+"""Run of a whole study: sources, workers, progress, files."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Sources = Sequence[tuple[str, Callable[[], Dataset]]]
 def run_study(
     settings: StudySettings, out: Path, recordings: Path | None, quick: bool, command: str
 ) -> Path:
-    """Run every part; files are newer after each.
+    """Run every part of a study, and update the files after each.
 
     Parameters
     ----------
@@ -32,11 +32,11 @@ def run_study(
     out
         Folder of the study.
     recordings
-        What to study; None simulates both conditions of the twin.
+        Recordings to study; None simulates both conditions of the twin.
     quick
-        Whether the settings are the small ones: the report says so.
+        True if the settings are the quick ones. The report states it.
     command
-        What was typed: the report says so.
+        Command line. The report states it.
 
     Returns
     -------
@@ -49,8 +49,7 @@ def run_study(
         The data cannot be used, or ``out`` cannot be written to, is another running
         study's, or holds the results of another one.
     KeyboardInterrupt
-        On Ctrl-C, with all processes ended and the report as far
-        as it came.
+        On Ctrl-C, after all processes have ended and the partial report is written.
     """
     from tqdm import tqdm
 
@@ -96,7 +95,7 @@ def _options(settings: StudySettings, recordings: Path | None) -> dict[str, Any]
 
 
 def _set_name(recordings: Path | None) -> str:
-    """Name of their folder or file, as results can hold it."""
+    """Return the name of the recordings' folder or file, for results."""
     name = "" if recordings is None else resolve_path(recordings).stem
     return name.encode("utf-8", "replace").decode() or "recordings"
 

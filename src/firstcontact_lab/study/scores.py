@@ -23,10 +23,10 @@ from firstcontact.signal import samples_in
 
 
 class AnytimeScores(Record, frozen=True, kw_only=True):
-    """Answers for ``n`` pinches by the time after the contact, ms; later signal is not looked at.
+    """Scores over ``n`` pinches by the time after the contact, ms. Later signal is not used.
 
-    ``coverage`` and ``width`` are of the model's intervals, the width in Shore A; ``strange`` is
-    the share that the model says not to know. ``intervals`` by score, then by time.
+    ``coverage`` and ``width`` (Shore A) belong to the model's intervals. ``strange`` is the share
+    of contacts out of range. ``intervals`` are by score, then by time.
     """
 
     n: int
@@ -38,7 +38,7 @@ class AnytimeScores(Record, frozen=True, kw_only=True):
 
 
 class MeanErrors(Record, frozen=True, kw_only=True):
-    """Errors of the specimens' mean predictions: ``n`` specimens, all alike."""
+    """Errors of the specimens' mean predictions, over ``n`` equally weighted specimens."""
 
     rmse: float
     mae: float
@@ -48,9 +48,9 @@ class MeanErrors(Record, frozen=True, kw_only=True):
 
 
 class RankCorrelation(Record, frozen=True, kw_only=True):
-    """Spearman's rho over ``n`` groups with its two-sided p; without both where a side is constant.
+    """Spearman's rho over ``n`` groups with its two-sided p; both None if a side is constant.
 
-    ``exact`` says whether all permutations were gone through.
+    ``exact`` is True if all permutations were tried.
     """
 
     rho: float | None = None
@@ -76,23 +76,23 @@ def predictions_by_time(
 def anytime_scores(
     predictions: Mapping[int, Predictions], truth: Values, clusters: NDArray[Any], seed: int
 ) -> AnytimeScores:
-    """Errors and intervals at each time, with bootstrap intervals over whole clusters.
+    """Return errors and interval scores at each time, with bootstrap intervals over clusters.
 
     Parameters
     ----------
     predictions
-        By time, ms, of the same contacts at each.
+        Predictions by time, ms, of the same contacts.
     truth
         Shore A, shape (n,).
     clusters
-        What is resampled as a whole, shape (n,).
+        Cluster of each contact, resampled as a whole, shape (n,).
     seed
         Of the resampling.
 
     Raises
     ------
     ValueError
-        No contact.
+        There is no contact.
     """
     if not len(truth):
         raise ValueError("there is no contact to score")
@@ -136,7 +136,7 @@ def join_by_time(parts: Sequence[Mapping[int, Predictions]]) -> dict[int, Predic
 
 
 def over_objects(each: Mapping[str, SpecimenErrors]) -> MeanErrors:
-    """Errors of the objects' mean predictions: one number an object, all alike."""
+    """Return errors of the objects' mean predictions, with equal weights."""
     error = np.array([o.mean - o.true for o in each.values()])
     return MeanErrors(
         rmse=float(np.sqrt((error**2).mean())),
@@ -148,14 +148,14 @@ def over_objects(each: Mapping[str, SpecimenErrors]) -> MeanErrors:
 
 
 def rank_correlation(truth: Values, score: Values, seed: int) -> RankCorrelation:
-    """Spearman's rho with a permutation p-value, exact for small n.
+    """Return Spearman's rho with a permutation p-value, exact for small n.
 
     Parameters
     ----------
     truth, score
-        One value a group, shape (n,); ties take their mean rank.
+        One value per group, shape (n,). Ties get their mean rank.
     seed
-        Used only where n! is too many to go through.
+        Random seed, used only if n! is too large.
     """
     from itertools import permutations
     from math import factorial

@@ -16,20 +16,20 @@ RECORDINGS, NOISE, FRONT_ENDS, RESULTS = "recordings", "noise", "front_ends.csv"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RealSet:
-    """A set that was found.
+    """Set of real recordings in a folder.
 
     Parameters
     ----------
     dataset
-        Its pinches, at the rate they were recorded at.
+        Pinches at their recorded rate.
     noise
-        Unbroken samples in which nothing is touched.
+        Unbroken samples without contacts.
     front_ends
-        What each session was recorded through, in words; "*" stands for all.
+        Description of the front end of each session; "*" stands for all.
     study
-        What a study of it found, None where there was none.
+        Results of a study of the set; None without one.
     early
-        How much earlier than its label a contact may be, s.
+        Longest time by which a contact may precede its label, s.
     """
 
     name: str
@@ -40,7 +40,7 @@ class RealSet:
     early: float
 
     def front_end(self, session: str) -> str:
-        """In words, "" where it is not said."""
+        """Return the description of the front end; "" if unknown."""
         return self.front_ends.get(session, self.front_ends.get("*", ""))
 
     @property
@@ -55,7 +55,7 @@ def find_sets(folder: Path) -> list[RealSet]:
     Raises
     ------
     InputError
-        There are none, or a file of one cannot be used.
+        There are no sets, or a file of one cannot be used.
     """
     if not folder.is_dir():
         raise InputError(f"{folder} is not a folder: give the one with a folder for each set")

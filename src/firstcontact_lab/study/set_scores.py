@@ -39,12 +39,12 @@ class Placement(Record, frozen=True, kw_only=True):
     n
         Labelled contacts.
     placed_2_ms
-        Share whose first trigger places the contact within 2 ms of its label (and of what
-        a label that comes from a trigger may be late).
+        Share whose first trigger places the contact within 2 ms of its label, or up to the label's
+        largest lateness earlier.
     early_triggers
         Contacts whose first trigger is placed more than 2 ms too early.
     delay_ms
-        From the label to the sample that decided, over those within 2 ms.
+        Time from the label to the decision, over contacts placed within 2 ms.
     """
 
     n: int
@@ -61,8 +61,8 @@ class DetectorScores(Placement, frozen=True, kw_only=True):
     late, missed
         Contacts whose first trigger is placed more than 2 ms too late, and those without one.
     noise_false_alarms_per_minute
-        In recordings of the set's own noise, of the worst of the trainings; None where it has
-        none.
+        False alarms in recordings of the set's noise, in the worst of the trainings; None without
+        noise.
     """
 
     late: int
@@ -87,7 +87,7 @@ class FinderScores(Record, frozen=True, kw_only=True):
 
 
 class Recorded(Placement, frozen=True, kw_only=True):
-    """One file of a set, by the detector that the set is scored with."""
+    """Scores of one file of a set, with the set's detector."""
 
     front_end: str
 
@@ -98,24 +98,24 @@ class SetResults(Record, frozen=True, kw_only=True):
     Parameters
     ----------
     n, placed_2_ms, early_triggers, delay_ms, noise_false_alarms_per_minute
-        Of the default detector with ``training``; see :class:`DetectorScores`.
+        Scores of the default detector with ``training``; see :class:`DetectorScores`.
     sensor, rate_hz, front_end
-        What it was recorded with.
+        Sensor, rate and front end of the recordings.
     training
-        What that detector had learned from, a key of ``detectors``' entries.
+        Training data of that detector, a key in the entries of ``detectors``.
     early_ms
-        How much earlier than its label a contact may be.
+        Longest time by which a contact may precede its label.
     noise_seconds
-        How much noise was listened to.
+        Length of the recorded noise.
     detectors
-        By detector, and by what it had learned from: the ``twin``, or the set's ``others``, with
-        the tested specimen left out.
+        Scores by detector and training data: the ``twin``, or the set's ``others``, which leave out
+        the tested specimen.
     files
-        By recording, of the same detector and training.
+        Scores by recording, with the same detector and training.
     finder
-        Of the onset finder, which looks ahead.
+        Scores of the onset finder, which looks ahead.
     order_rho, order_p
-        Of hardness, by a score that nothing was fitted to.
+        Rank correlation of hardness with an unfitted score.
     class_held_out
         Balanced accuracy of the hardness class with the material held out, by length in ms.
     chance
@@ -147,16 +147,16 @@ class SetResults(Record, frozen=True, kw_only=True):
 def score_set(
     recorded_set: RealSet, twin: Dataset, say: Callable[[str], object] = lambda line: None
 ) -> SetResults:
-    """Every detector on one set.
+    """Score every detector on one set.
 
     Parameters
     ----------
     recorded_set
-        The set.
+        Set to score.
     twin
-        Simulated pinches to learn from; they are brought to the set's rate.
+        Simulated training pinches. They are resampled to the set's rate.
     say
-        Told what is being done.
+        Function that is called with lines on the progress.
     """
     heard = cut_closings(recorded_set.dataset)
     has_contact = np.array([p.first is not None for p in heard.pinches])
@@ -201,7 +201,10 @@ def score_set(
 def _judged(
     name: str, training: str, labelled: Dataset, twin: Dataset, early: float
 ) -> tuple[Firsts, list[Detector]]:
-    """First trigger of each pinch, by one that never heard its specimen; and all that did so."""
+    """Return each pinch's first trigger by a detector that is not trained on its specimen.
+
+    The detectors are returned too.
+    """
 
     def firsts(detector: Detector, pinches: Dataset) -> Firsts:
         pairs = zip(judged(detector, pinches), pinches.pinches, strict=True)

@@ -21,27 +21,26 @@ class StudySettings:
     durations
         Window lengths to compare, s.
     folds
-        Folds of a split by session.
+        Number of folds of a split by session.
     brief
-        Whether estimators learn quickly rather than well.
+        True for quick trainings with worse models.
     calls
-        Single-window predictions that are timed.
+        Number of single-window predictions to time.
     detector
-        Name of the contact detector that says where windows start.
+        Name of the contact detector that places the windows.
     early
-        How much earlier than its label a contact may be, s: labels that come
-        from a trigger are late.
+        Longest time by which a contact may precede its label, s. Labels from a trigger are late.
     rig_seeds
-        Of the twin's rigs that estimators are asked about off their blocks.
+        Seeds of the twin's rigs for scores beyond the blocks.
     board
-        ``embedded.json`` with what models cost on the microcontroller, shown beside what
-        they take here; "" for no such table.
+        ``embedded.json`` with the cost of models on the microcontroller, to compare with the time
+        here; "" for no such table.
     parts
         Names of the parts to run, besides those that they need; the default parts if empty.
     seed
-        Of everything drawn but those.
+        Random seed of all other draws.
     workers
-        Processes.
+        Number of processes.
     """
 
     block_pinches: int = 500
@@ -72,5 +71,5 @@ class StudySettings:
         )
 
     def options(self, estimator: str) -> Mapping[str, Any]:
-        """Fields with which an estimator learns here."""
+        """Return the estimator's options for this study."""
         return ESTIMATORS[estimator].quick if self.brief else {}

@@ -17,7 +17,10 @@ RANDOM_TEST = 0.1
 
 
 def random_90_10(classes: NDArray[Any], seed: int) -> list[Split]:
-    """Split at random, stratified: what the paper did. Shares sessions and specimens."""
+    """Split at random with stratification, as in the paper.
+
+    Sessions and specimens are on both sides.
+    """
     from sklearn.model_selection import StratifiedShuffleSplit
 
     splitter = StratifiedShuffleSplit(1, test_size=RANDOM_TEST, random_state=seed)
@@ -29,12 +32,12 @@ def random_90_10(classes: NDArray[Any], seed: int) -> list[Split]:
 
 
 def random_folds(classes: NDArray[Any], seed: int, folds: int = FOLDS) -> list[Split]:
-    """Cut at random into stratified folds: optimistic, a warning beside honest splits.
+    """Return random stratified folds. Their scores are optimistic, and shown for comparison only.
 
     Raises
     ------
     ValueError
-        A class with fewer than two pinches, or no pinch at all.
+        A class has fewer than two pinches, or there are no pinches.
     """
     from sklearn.model_selection import StratifiedKFold
 
@@ -50,7 +53,7 @@ def random_folds(classes: NDArray[Any], seed: int, folds: int = FOLDS) -> list[S
 
 
 def unseen_objects(test: NDArray[np.bool_], shares: Sequence[Group] = ()) -> Split:
-    """Learn from all pinches with the role ``train``, ask about those with ``test``."""
+    """Return the split with role ``train`` for training and role ``test`` for testing."""
     learn, ask = np.flatnonzero(~test), np.flatnonzero(test)
     return Split("unseen objects", learn, ask, frozenset(shares))
 
@@ -61,9 +64,9 @@ def learns_one_value(splits: Sequence[Split], values: NDArray[Any]) -> bool:
 
 
 def never_learned(splits: Sequence[Split], classes: NDArray[Any]) -> NDArray[Any]:
-    """Classes that some split asks about without having learned them, ascending.
+    """Return classes that a split tests without training them, ascending.
 
-    No model can answer with them: an accuracy over such a split says nothing.
+    No model can predict them, so an accuracy over such a split is meaningless.
     """
     lacking = [np.setdiff1d(classes[split.test], classes[split.train]) for split in splits]
     return np.unique(np.concatenate(lacking)) if lacking else classes[:0]

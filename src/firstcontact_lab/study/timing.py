@@ -1,4 +1,4 @@
-"""Inference time of one window, beside that of the training library."""
+"""Inference time of one window, compared with the training library."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ _WHOSE = getattr(resource, "RUSAGE_THREAD", resource.RUSAGE_SELF)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Timed:
-    """Single calls, each of shape (calls,).
+    """Times of single calls. Arrays have the shape (calls,).
 
     Parameters
     ----------
     microseconds
-        How long each took.
+        Time of each call.
     preempted
-        Whether the core was taken away during it: its time is another program's, too.
+        True if another process preempted the call.
     """
 
     microseconds: NDArray[np.float64]
@@ -45,7 +45,7 @@ class Timed:
 
     @property
     def uninterrupted(self) -> NDArray[np.float64]:
-        """Times of the calls that ran through; of all where none did."""
+        """Times of the calls without preemption; of all calls if there are none."""
         return self.microseconds if self.preempted.all() else self.microseconds[~self.preempted]
 
 
@@ -72,15 +72,15 @@ def preemptions() -> int:
 
 
 def load() -> float:
-    """Return the mean number of processes that wanted a core in the last minute."""
+    """Return the mean number of runnable processes in the last minute."""
     return os.getloadavg()[0]
 
 
 class InferenceTime(Record, frozen=True, kw_only=True):
-    """Single-window inference on one thread, µs: of the calls that no other process interrupted.
+    """Single-window inference time on one thread, µs, without preempted calls.
 
     ``reference`` is the training library, ``speedup`` the ratio of the medians; ``load`` and
-    ``cores`` are of the machine when it began.
+    ``cores`` describe the machine at the start.
     """
 
     p50: float
@@ -101,18 +101,18 @@ class InferenceTime(Record, frozen=True, kw_only=True):
 def time_inference(
     model: WindowModel, X: Windows, reference: Reference | None, calls: int = 10_000
 ) -> InferenceTime:
-    """Measure single-window inference on one thread, and that of the training library.
+    """Measure single-window inference on one thread, for the model and the training library.
 
     Parameters
     ----------
     model
         Trained.
     X
-        Windows (n, samples, channels) to ask about in turn.
+        Windows (n, samples, channels) to predict in turn.
     reference
-        What to compare with, if there is anything.
+        Prediction by another library; None without comparison.
     calls
-        Single calls to time.
+        Number of calls to time.
     """
     import threadpoolctl
 
@@ -135,7 +135,7 @@ def time_inference(
 
 
 def time_calls(call: Call, inputs: Sequence[Any] | NDArray[Any], calls: int) -> InferenceTime:
-    """Single calls on one thread over the inputs in turn, with nothing to compare them with."""
+    """Measure single calls on one thread over the inputs in turn, without comparison."""
     import threadpoolctl
 
     busy = load()

@@ -1,7 +1,7 @@
 """Ladder of window models: one for each of several lengths after a contact.
 
-One model a length, each with a conformal interval from sessions that it had not seen: so the
-registered estimators, and anybody's regressor, stand beside what answers at any time.
+Each length has one model with a conformal interval from held-out sessions. So registered estimators
+and users' regressors are comparable with the any-time network.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def registered(estimator: object, options: Mapping[str, Any] | None = None) -> L
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _OneLength:
-    """Model of one window length, without an interval where too few windows were held out."""
+    """Model of one window length, without an interval if too few windows were held out."""
 
     samples: int
     ask: Ask
@@ -76,16 +76,16 @@ class _OneLength:
 
 
 class WindowLadder:
-    """Models of several lengths; each contact is answered for by the longest that it fills.
+    """Models of several window lengths. The longest window that fits predicts each contact.
 
     Parameters
     ----------
     models
-        Shortest first.
+        Models, the shortest window first.
     rate
-        Of the windows, Hz.
+        Sampling rate of the windows, Hz.
     conditioned
-        Whether windows are filtered as those of the published chain are.
+        True if windows pass the published filters.
     """
 
     def __init__(self, models: Sequence[_OneLength], rate: float, conditioned: bool) -> None:
@@ -93,7 +93,7 @@ class WindowLadder:
 
     @property
     def lengths(self) -> tuple[int, ...]:
-        """Samples of the windows."""
+        """Window lengths in samples."""
         return tuple(model.samples for model in self._models)
 
     def predict(self, touches: Touches) -> Predictions:
@@ -105,7 +105,7 @@ class WindowLadder:
         Raises
         ------
         InputError
-            Predictions that are not one finite number a window.
+            Predictions are not one finite number per window.
         """
         n, shortest = len(touches), self._models[0]
         out = Predictions(
@@ -143,31 +143,30 @@ def fit_window_ladder(
     lengths: Sequence[float] = LENGTHS,
     conditioned: bool = False,
 ) -> WindowLadder:
-    """Train a model for each length, on the contacts that fill it before the second one.
+    """Train a model for each length, on contacts with a full window before the second contact.
 
     Parameters
     ----------
     learn
-        Made by :func:`registered`.
+        Learner from :func:`registered`.
     touches, shore_a
-        To learn from, shape (n,).
+        Training contacts, shape (n,).
     groups
-        Session or specimen of each, shape (n,): whole ones are held out for the intervals. None:
-        pinches are, which flatters.
+        Session or specimen of each contact, shape (n,), held out whole for the intervals. None
+        holds out single pinches, which is optimistic.
     seed
-        Of trainings and folds.
+        Random seed of trainings and folds.
     level
-        Share that intervals are to hold.
+        Nominal coverage of the intervals.
     lengths
-        Of the windows, s.
+        Window lengths, s.
     conditioned
-        Whether windows are filtered as those of the published chain are, as far as that can be
-        done without looking further than the window.
+        True to use the published filters, as far as possible without samples after the window.
 
     Raises
     ------
     InputError
-        Too few contacts, or answers that are not one finite number a window.
+        There are too few contacts, or predictions are not one finite number per window.
     """
     models = []
     for length in lengths:
@@ -220,12 +219,12 @@ def windows(touches: Touches, samples: int, conditioned: bool = False) -> Window
     Parameters
     ----------
     touches
-        Contacts that have so many valid samples.
+        Contacts with at least this number of valid samples.
     samples
-        Of each window.
+        Number of samples in each window.
     conditioned
-        Whether they go through the published chain's Savitzky–Golay filter. Where it would look
-        further than the window, the last sample stands for what comes.
+        True to apply the published Savitzky–Golay filter. The last sample replaces samples after
+        the window.
     """
     end = touches.lead + samples
     if not conditioned:

@@ -18,7 +18,7 @@ from firstcontact.core import InputError, require_modules
 class Benchmark:
     """Score a regressor, the default one and the in-context network on the same pinches.
 
-    These are of simulated rigs, or recordings with whole sessions held out.
+    The pinches come from simulated rigs, or from recordings with whole sessions held out.
     """
 
     regressor: Annotated[str, Option(positional=True)]
@@ -39,7 +39,7 @@ class Benchmark:
     """Number of processes; 0 takes all cores."""
 
     def run(self) -> None:
-        """Run it, print the tables and write the report."""
+        """Run the benchmark, print the tables and write the report."""
         from firstcontact.core import parallel, worker_count
 
         require_modules("study", "matplotlib", "jinja2", *([] if self.recordings else ["numba"]))

@@ -16,7 +16,7 @@ from firstcontact.models import ESTIMATORS
 
 @dataclass(frozen=True)
 class GraspStudy:
-    """Pick up a household with the twin's hands and every policy; write report and results."""
+    """Pick up household objects with the twin's hands and every policy; write a report."""
 
     out: Path = Path("firstcontact-grasp-study")
     """Folder for report, results, film and models; no other study's."""

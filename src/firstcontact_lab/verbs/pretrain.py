@@ -12,7 +12,7 @@ from firstcontact.core import require_modules
 class Pretrain:
     """Pre-train the any-time network on simulated rigs.
 
-    What is made on the way is kept: the same command goes on where it was stopped.
+    Intermediate files are kept, so the same command resumes a stopped run.
     """
 
     out: Path

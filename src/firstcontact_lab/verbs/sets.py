@@ -51,7 +51,7 @@ class Sets:
 
 
 def _check_alike(twin: Dataset, noises: Sequence[tuple[str, Dataset]]) -> None:
-    """Before anything is computed: what is asked about has names, contacts and one layout."""
+    """Check before computing that the sets have names, contacts and one layout."""
     names = [name for name, _ in noises]
     for name, dataset in noises:
         if names.count(name) > 1:

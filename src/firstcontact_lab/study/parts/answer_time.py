@@ -32,9 +32,10 @@ from firstcontact_lab.study.settings import StudySettings
 
 
 class Answers(Record, frozen=True, kw_only=True):
-    """Times from the contact to a complete window of one length, ms: ``n`` of ``of`` pinches.
+    """Times from the contact to a complete window, ms, in ``n`` of ``of`` pinches.
 
-    ``before_second``: share that this was before the second contact, of ``with_second`` pinches.
+    ``before_second``: share with a complete window before the second contact, of ``with_second``
+    pinches.
     """
 
     n: int
@@ -52,14 +53,12 @@ class AnswerTimes(Answers, frozen=True, kw_only=True):
 
 
 def answer_time(subject: Subject, settings: StudySettings) -> PartResult:
-    """Time from the known contact to a complete window, for each window length.
+    """Measure the time from the known contact to a complete window, by window length.
 
-    A window answers when it is complete after the filter's look-ahead and the
-    contact has been decided, whichever is later; the resampler's look-ahead is
-    added. The arithmetic of the estimate is not in it, nor is transport. A
-    pinch has an answer where the first trigger is the right finger's, not early
-    and followed by a whole window. Pinches without one count as not answered. So
-    ``before_second`` is of samples, and not the "in time" of live output.
+    The time ends when the window with its filter look-ahead is complete and the contact is decided.
+    The resampler's look-ahead is added. Computing and transport are not included, so
+    ``before_second`` is not the "in time" of live output. A pinch counts if its first trigger is on
+    the right finger, not early, and followed by a complete window.
     """
     answer_sample = [i for i, p in enumerate(subject.dataset.pinches) if p.first is not None]
     if answer_sample and not subject.detections:
@@ -90,19 +89,19 @@ def waits(
     answer_sample: Callable[[Pinch, Contact], int],
     early: float,
 ) -> Iterator[tuple[Pinch, float | None]]:
-    """Yield each pinch with a known first contact and its time to an answer, s.
+    """Yield each pinch with a known first contact and the time to its estimate, s.
 
-    The resampler's look-ahead is added. A contact that is another finger's, or early, is no
-    answer: None.
+    The resampler's look-ahead is added. The time is None if the contact is early or on the other
+    finger.
 
     Parameters
     ----------
     dataset, contacts
-        The pinches, and the contacts to answer about; None where there is nothing to answer.
+        Pinches, and the detected contacts; None without one.
     answer_sample
-        Number of the sample with which the answer about a contact is known.
+        Function that returns the sample after which a contact's estimate is known.
     early
-        So much before the true one a contact may be placed, s.
+        Longest time by which a contact may be placed early, s.
     """
     waited = resampler_lookahead(dataset)
     for pinch, contact in zip(dataset.pinches, contacts, strict=True):
@@ -116,9 +115,9 @@ def waits(
 
 
 def before_second(answers: Sequence[tuple[Pinch, float | None]]) -> tuple[float | None, int | None]:
-    """Return the share of pinches with samples for an answer before the second contact.
+    """Return the share of pinches with an estimate before the second contact, and their number.
 
-    The second number is of how many pinches. None where no pinch has a second contact.
+    None if no pinch has a second contact.
     """
     both = [(p.offset, seconds) for p, seconds in answers if p.offset is not None]
     early = sum(seconds is not None and seconds < offset for offset, seconds in both)
@@ -167,7 +166,7 @@ def _text(subjects: Subjects) -> str:
 
 
 def answer_table(results: SubjectResults) -> Table | None:
-    """Return the time to a complete window, and how often the other finger touches later."""
+    """Return a table of the time to a complete window, and the share before the second contact."""
     times = results[ANSWER]
     if not times:
         return None

@@ -62,12 +62,12 @@ class FixedWindow(Record, frozen=True, kw_only=True):
 
 
 class AnytimeResults(AnytimeScores, frozen=True, kw_only=True):
-    """Scores of unseen objects, or of blocks of other sessions (``asked``).
+    """Scores on unseen objects, or on blocks of other sessions (``asked``).
 
-    ``before_second``: share of ``with_second`` pinches of any role with an answer before the
-    second contact, all delays counted. ``too_short``: pinches asked about whose second contact
-    came before any answer; they have no error. ``way``: how the rig is known; ``level``: share
-    that intervals are to hold.
+    ``before_second``: share of ``with_second`` pinches of any role with an estimate before the
+    second contact, including all delays. ``too_short``: pinches whose second contact came before
+    any estimate; they are not scored. ``way``: conditioning scheme. ``level``: nominal coverage of
+    the intervals.
     """
 
     asked: str
@@ -84,10 +84,10 @@ _TITLE = "Answers at any time"
 
 
 def anytime(subject: Subject, settings: StudySettings) -> PartResult:
-    """Know the rig by the pinches to learn from; ask about unseen objects and other sessions.
+    """Condition the network on training pinches, and predict unseen objects and other sessions.
 
-    Nothing is trained. Samples from the second contact on are not looked at. Pinches whose
-    second contact comes before any answer are counted and not scored.
+    Nothing is trained. Samples from the second contact on are ignored. Pinches whose second contact
+    comes before any estimate are counted but not scored.
     """
     model = pretrained()
     rate = subject.dataset.layout.rate
@@ -132,20 +132,20 @@ def _none(why: str) -> PartResult:
 
 
 def conditioning_contacts(labelled: LabelledTouches, subject: Subject) -> LabelledTouches | None:
-    """Return the contacts that the network is conditioned on; None where they are too few."""
+    """Return the contacts for conditioning the network; None if there are too few."""
     home = labelled.take(labelled.touches.answerable & ~subject.dataset.test[labelled.rows])
     return None if len(home) < 4 or len(np.unique(home.shore_a)) < 2 else home
 
 
 def conditioned_model(model: InContextModel, home: LabelledTouches, seed: int) -> Adapted:
-    """Condition the model on the rig by these contacts."""
+    """Return the model conditioned on these contacts of the rig."""
     return adapt_network(model, home.touches, home.shore_a, home.named_sessions, seed)
 
 
 def _blocks(
     model: InContextModel, home: LabelledTouches, settings: StudySettings
 ) -> AnytimeScores | None:
-    """Scores of the pinches to learn from, with whole sessions held out."""
+    """Return the scores on training pinches, with whole sessions held out."""
     if home.named_sessions is None:
         return None
     folds = by_session(home.sessions, home.shore_a, settings.seed, settings.folds)
@@ -179,10 +179,9 @@ def _fixed(subject: Subject, queries: LabelledTouches, seed: int) -> FixedWindow
 
 
 def _before_second(subject: Subject, early: float) -> tuple[float | None, int | None]:
-    """Return the share of pinches with samples for an answer before the second contact.
+    """Return the share of pinches with an estimate before the second contact.
 
-    The first answer comes when the contact has been decided and the shortest length is there,
-    whichever is later.
+    The first estimate needs the decided contact and the samples of the shortest length.
     """
     dataset = subject.dataset
     if not subject.detections:

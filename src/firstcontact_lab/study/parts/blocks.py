@@ -42,16 +42,16 @@ from firstcontact_lab.study.splits import learns_one_value, never_learned, rando
 
 
 class WindowCounts(Record, frozen=True, kw_only=True):
-    """Pinches with a label, and how many of them have a window."""
+    """Number of labelled pinches, and of those with a window."""
 
     pinches: int
     with_window: int
 
 
 class SplitScores(Record, frozen=True, kw_only=True):
-    """Regression and classification in one split, as far as they were asked for.
+    """Regression and classification scores in one split, if computed.
 
-    ``per_level`` has the errors of each Shore A level by itself.
+    ``per_level`` has the errors of each Shore A level.
     """
 
     rmse: float | None = None
@@ -68,7 +68,7 @@ class SplitScores(Record, frozen=True, kw_only=True):
 
 
 class BlockScores(Record, frozen=True, kw_only=True):
-    """An estimator in the splits of the blocks.
+    """Scores of an estimator in each split of the blocks.
 
     ``strip_aligned`` has the same with windows that start at the known contact.
     """
@@ -106,7 +106,7 @@ def blocks(
 ) -> PartResult:
     """Score these models in the random split, by session, and with a level left out.
 
-    The default estimator is scored at the strip-aligned contact as well, where that is known.
+    The default estimator is also scored at the strip-aligned contact, if known.
     """
     if len(subject.levels) < 2:
         return PartResult(
@@ -259,7 +259,7 @@ def _figures(subject: Subject, scores_by_model: Mapping[str, BlockScores]) -> li
 
 
 def confusion_figure(model: str, split: str, scores: SplitScores, unit: str = "Shore A") -> Figure:
-    """Confusion matrix of a classification, rows as shares of the true class."""
+    """Draw the confusion matrix of a classification, with rows as shares of the true class."""
     counts = np.array(scores.confusion)
     share = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
     ticks = [f"{c:g}" if isinstance(c, float) else str(c) for c in scores.classes or ()]
@@ -296,7 +296,7 @@ def confusion_figure(model: str, split: str, scores: SplitScores, unit: str = "S
 
 
 def leave_one_out_figure(drawn: Mapping[str, tuple[LabelledWindows, Values]]) -> Figure:
-    """Predictions with the pinch's own Shore level left out of training."""
+    """Draw predictions with the pinch's own Shore level left out of training."""
     with canvas() as (figure, axes):
         ax = axes[0, 0]
         levels = np.unique(next(iter(drawn.values()))[0].y)

@@ -60,14 +60,14 @@ from firstcontact_lab.study.splits import random_folds
 
 @dataclass(frozen=True, slots=True)
 class Accepted:
-    """Distances at which placements and triggers count, ms.
+    """Accepted distances of placements and decisions, ms.
 
     Parameters
     ----------
     early
-        How much earlier than its label a contact may be.
+        Longest time by which a contact may precede its label.
     tolerance
-        How far from the contact it may be placed.
+        Largest distance of a placement from the contact.
     """
 
     early: float = 0.0
@@ -75,18 +75,18 @@ class Accepted:
 
     @classmethod
     def from_results(cls, subjects: Subjects) -> Accepted:
-        """Return the distances of a study; all its subjects have the same."""
+        """Return the distances of a study, which all subjects share."""
         early = (results[CONTACT].about.early_ms or 0.0 for results in subjects.values())
         return cls(max(early, default=0.0))
 
     @property
     def place(self) -> str:
-        """Zero of the times."""
+        """Origin of the times, in words."""
         return "label" if self.early else "known contact"
 
     @property
     def placed(self) -> str:
-        """Short, after "placed"."""
+        """Accepted placements in short form, after "placed"."""
         if not self.early:
             return f"within ±{self.tolerance:g} ms"
         return f"−{self.early + self.tolerance:g} to +{self.tolerance:g} ms from its label"
@@ -103,7 +103,7 @@ class Accepted:
 
     @property
     def decided(self) -> str:
-        """Short, after "decided"."""
+        """Accepted decisions in short form, after "decided"."""
         if not self.early:
             return f"within {self.tolerance:g} ms"
         return f"−{self.early:g} to +{self.tolerance:g} ms from its label"
@@ -126,7 +126,7 @@ class DetectionFolds(Record, frozen=True, kw_only=True):
 
 
 class MissingContacts(Record, frozen=True, kw_only=True):
-    """Pinches in which a detector found no contact, of how many."""
+    """Number of pinches without a detected contact, and of all pinches."""
 
     by: str
     pinches: int
@@ -136,8 +136,8 @@ class MissingContacts(Record, frozen=True, kw_only=True):
 class ContactConditions(Record, frozen=True, kw_only=True):
     """Conditions of all detectors: start of windows ("known" for the labels) and of closings.
 
-    ``folds`` and ``early_ms`` (how late a label may be) are of scores; ``not_found`` is of the one
-    that places windows.
+    ``folds`` and ``early_ms`` (largest lateness of a label) belong to the scores. ``not_found``
+    belongs to the detector that places windows.
     """
 
     windows_start_at: str | None = None
@@ -160,12 +160,11 @@ FOLDS = 3
 
 
 def contacts(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Find all first contacts out of fold, and score every detector against the truth.
+    """Detect all first contacts out of fold, and score every detector against the truth.
 
-    Sets ``subject.detections``, by the detector of the settings. Detectors hear each pinch from
-    where its closing starts. Where that detector cannot be trained, windows start at the
-    contacts that the labels know or, if it finds more than those, at those of one that
-    needs no training.
+    The function sets ``subject.detections`` from the detector in the settings. Detectors get each
+    pinch from the start of its closing. If that detector cannot be trained, windows start at
+    labelled contacts, or at those of an untrained detector if it finds more.
     """
     starts = closing_starts(subject.dataset)
     dataset = cut_closings(subject.dataset, starts)
@@ -222,11 +221,10 @@ def contacts(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
 
 
 def detection_splits(dataset: Dataset, seed: int) -> list[Split]:
-    """Folds over all pinches that learn from those with the role ``train`` only.
+    """Return folds over all pinches, with training pinches of role ``train`` only.
 
-    Whole sessions are held out where sessions are known; else folds are drawn
-    at random and say that they share sessions and specimens. None where there
-    is a single pinch.
+    Whole sessions are held out if known. Otherwise folds are random and declare shared sessions and
+    specimens. None for a single pinch.
     """
     if len(dataset) < 2:
         return []
@@ -241,20 +239,20 @@ def detection_splits(dataset: Dataset, seed: int) -> list[Split]:
 def judge(
     job: tuple[str, int], dataset: Dataset, splits: Sequence[Split], early: float
 ) -> list[WindowDecisions] | str:
-    """Fit a detector where there is something to learn, and judge a split's other pinches.
+    """Fit a detector if it needs training, and apply it to the test side of a split.
 
-    Answers with a sentence where it cannot learn from these pinches.
+    Return a sentence if it cannot learn from these pinches.
 
     Parameters
     ----------
     job
-        Name of the detector, and which of the splits.
+        Name of the detector, and index of the split.
     dataset
-        Pinches from where their closings start; only vibration channels are needed.
+        Pinches from the start of their closings, with at least the vibration channels.
     splits
-        What to learn from and what to judge.
+        Splits of the pinches.
     early
-        How much earlier than its label a contact may be, s.
+        Longest time by which a contact may precede its label, s.
     """
     name, split = job[0], splits[job[1]]
     detector = make_detector(name)
@@ -269,7 +267,7 @@ def judge(
 def _judge(
     dataset: Dataset, splits: Sequence[Split], early: float, runner: Runner
 ) -> tuple[dict[str, list[WindowDecisions]], dict[str, str]]:
-    """Decisions of every detector, and why some have none."""
+    """Return the decisions of every detector, and reasons for missing ones."""
     failed: dict[str, str] = {}
     for name, kind in DETECTORS.items():
         if kind.learns and not (splits and len(splits[0].train)):
@@ -317,7 +315,7 @@ def _describe_folds(splits: Sequence[Split]) -> DetectionFolds:
 def _firsts(
     dataset: Dataset, verdicts: Mapping[str, Sequence[WindowDecisions]]
 ) -> dict[str, NDArray[np.float64]]:
-    """Decision of the first trigger after the truth, ms; NaN where unknown or missed."""
+    """Return the delays of first decisions after true contacts, ms; NaN if missing."""
     out = {}
     for name, given in verdicts.items():
         delays = np.full(len(dataset), np.nan)
@@ -347,9 +345,9 @@ EDGE = 15.0
 def delay_figure(
     dataset: Dataset, delays: Mapping[str, NDArray[np.float64]], early: float
 ) -> Figure:
-    """Histogram of the first decision after the known contact (ms), by detector.
+    """Draw a histogram of the first decision after the known contact (ms), by detector.
 
-    ``early`` is how much earlier than its label a contact may be, s.
+    ``early`` is the longest time by which a contact may precede its label, s.
     """
     late = f" (labels may come up to {1e3 * early:g} ms late)" if early else ""
     waited = 1e3 * resampler_lookahead(dataset)
@@ -405,10 +403,10 @@ def detectors_figure(
     n_early: float = 0.090,
     suffix: float = 0.030,
 ) -> Figure:
-    """Vibration of the finger that touched first, the 3σ band, and the windows that fired.
+    """Draw the vibration of the first finger, the 3σ band, and the windows that fired.
 
-    ``start`` is the sample at which the closing starts, and with it the steady state;
-    ``early`` how much earlier than its label a contact may be, s.
+    ``start`` is the sample at which the closing and its steady state start. ``early`` is the
+    longest time by which a contact may precede its label, s.
     """
     assert pinch.first is not None
     rate, fingers = pinch.layout.rate, pinch.layout.vibration_fingers
@@ -496,7 +494,7 @@ NEAR = 0.02
 
 
 class Target(NamedTuple):
-    """Least share of windows and of pinches, and longest median delay, ms."""
+    """Target of a detector: least shares of windows and pinches, and longest median delay, ms."""
 
     windows: float
     pinches: float

@@ -30,9 +30,9 @@ from firstcontact_lab.study.part import Part, Step, Subjects
 
 
 class DataSummary(Record, frozen=True, kw_only=True):
-    """Counts of a dataset, where it comes from, and what its import assumed.
+    """Counts of a dataset, its origin, and assumptions of its import.
 
-    ``model_rate_hz`` is there where the models' rate is another than the recordings'.
+    ``model_rate_hz`` is set if the models' rate differs from the recordings'.
     """
 
     source: str
@@ -48,7 +48,7 @@ class DataSummary(Record, frozen=True, kw_only=True):
 
 
 class Offsets(Record, frozen=True, kw_only=True):
-    """Times from the first to the second contact, ms; ``sd`` of two pinches or more."""
+    """Times from the first to the second contact, ms. ``sd`` needs two pinches."""
 
     mean: float
     sd: float | None = None
@@ -114,10 +114,9 @@ COLOURS = {Finger.INDEX: BLUE, Finger.THUMB: ORANGE, None: BLUE}
 
 
 def timing_figure(pinch: Pinch, before_s: float = 0.030, after_s: float = 0.110) -> Figure:
-    """Vibration and, where there, force of both fingers around the contacts of a pinch.
+    """Draw vibration and available force of both fingers around the contacts of a pinch.
 
-    ``before_s`` and ``after_s`` are seconds around the first contact, which the
-    pinch must have.
+    ``before_s`` and ``after_s`` are seconds around the first contact. The pinch must contain them.
     """
     rows = 2 if pinch.layout.has_force else 1
     rate = pinch.layout.rate
@@ -173,7 +172,7 @@ def timing_figure(pinch: Pinch, before_s: float = 0.030, after_s: float = 0.110)
 
 
 def offset_figure(offsets: NDArray[np.float64]) -> Figure:
-    """Histogram of offsets (ms) with mean and SD, here and published."""
+    """Draw a histogram of offsets (ms) with measured and published mean and SD."""
     mean, sd = float(offsets.mean()), float(offsets.std(ddof=min(1, len(offsets) - 1)))
     window = 1e3 * DURATION
     with canvas() as (figure, axes):

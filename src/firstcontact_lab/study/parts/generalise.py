@@ -36,8 +36,8 @@ SLOW_SETS = 1
 def generalise(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
     """Score every competitor on twin sets that were not used for tuning.
 
-    Contacts are as late as the detector placed this subject's own, where it was right; pinches
-    whose second contact leaves no answer are asked of nobody.
+    Contacts get the delays of this subject's correctly detected contacts. Pinches whose second
+    contact comes before any estimate are not scored.
     """
     if subject.name not in CONDITIONS:
         return PartResult()
@@ -50,7 +50,7 @@ def generalise(subject: Subject, settings: StudySettings, runner: Runner) -> Par
 
 
 def _entrants(settings: StudySettings, place: int) -> list[Entrant]:
-    """Everybody that is asked about a set."""
+    """Return all competitors for a set."""
     out = []
     for name, entry in window_estimators().items():
         if entry.baseline or Task.REGRESSION not in entry.tasks or missing_modules(entry.modules):
@@ -84,7 +84,7 @@ _PANELS = {
 
 
 def generalise_figure(generalised: Generalised) -> Figure:
-    """RMSE with intervals over rigs; the floor and the ceilings as lines."""
+    """Draw RMSE with intervals over rigs, and the floor and ceilings as lines."""
     rows = list(generalised.estimators)
     rigs = "1 rig" if generalised.sets == 1 else f"{generalised.sets} rigs"
     size = (6.2, 1.4 + 0.46 * len(rows))

@@ -63,23 +63,23 @@ class Material(Record, frozen=True, kw_only=True):
 
 
 class RankRegression(RankCorrelation, frozen=True, kw_only=True):
-    """Over materials, and errors over pinches in ranks."""
+    """Rank regression: correlation over materials, and errors over pinches in ranks."""
 
     errors: RegressionScores
 
 
 class MaterialLeftOut(Record, frozen=True, kw_only=True):
-    """Each material answered by models that did not learn from it."""
+    """Class scores with each material left out of training."""
 
     rank_regression: RankRegression | None = None
     classification: dict[str, ClassificationScores] | None = None
 
 
 class HardnessOrder(Record, frozen=True, kw_only=True):
-    """Rank correlations over materials, and classes, as far as these pinches permit.
+    """Rank correlations over materials, and class scores, if the pinches permit them.
 
-    ``n_pinches`` of ``pinches`` with a rank have a window; ``score`` says what orders materials
-    without training.
+    ``n_pinches`` of ``pinches`` with a rank have a window; ``score`` describes the score that
+    orders materials without training.
     """
 
     n_pinches: int
@@ -114,7 +114,7 @@ HELD, MIXED = "leave_one_material_out", "random_folds"
 
 
 def spectral_centroid(X: np.ndarray[Any, np.dtype[np.float32]], rate: float) -> Values:
-    """Centre of gravity of the power spectrum of Hann-weighted windows.
+    """Return the centroid of the power spectrum of Hann-weighted windows.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def spectral_centroid(X: np.ndarray[Any, np.dtype[np.float32]], rate: float) -> 
 
 
 def hardness(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Spearman over materials, and models with a whole material left out."""
+    """Measure Spearman's rho over materials, and scores with a whole material left out."""
     if not subject.has_known_contacts:
         return PartResult(left_out=["Hardness order: no pinch has a known first contact."])
     dataset = subject.dataset
@@ -241,7 +241,7 @@ def _questions(
 
 
 def _classifiers() -> list[str]:
-    """Return the classifiers that train quickly, floors last."""
+    """Return the classifiers that train quickly, baselines last."""
     able = [
         n for n, e in window_estimators().items() if Task.CLASSIFICATION in e.tasks and not e.slow
     ]
@@ -264,7 +264,7 @@ def _by_material(
 
 
 def hardness_figure(data: LabelledWindows, centroid: Values) -> Figure:
-    """Spectral centroid of every pinch, a row a material."""
+    """Draw the spectral centroid of every pinch, one row per material."""
     materials = sorted(
         set(data.objects.tolist()),
         key=lambda m: (float(data.y[data.objects == m].mean()), m),
@@ -307,7 +307,7 @@ def hardness_figure(data: LabelledWindows, centroid: Values) -> Figure:
 
 
 def materials_figure(left_out: ClassificationScores, random: ClassificationScores) -> Figure:
-    """Accuracy with a material left out, beside random folds and the best constant prediction."""
+    """Draw the accuracy with a material left out, in random folds, and of the best constant."""
     chance = left_out.best_constant
     with canvas(size=(6.2, 2.6)) as (figure, axes):
         ax = axes[0, 0]

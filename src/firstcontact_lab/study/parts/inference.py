@@ -76,11 +76,11 @@ _Positive = Annotated[int, msgspec.Meta(gt=0)]
 
 
 class BoardTime(Record, frozen=True, kw_only=True):
-    """An answer of one form of a model on the board.
+    """Cost of a prediction by one form of a model on the board.
 
-    ``estimator`` and ``task`` say which model it was made from, ``samples`` how many from the
-    contact on it takes, at ``rate_hz``; ``instructions`` are those of its dearest answer, counted
-    by the emulator.
+    ``estimator`` and ``task`` identify the model. ``samples`` is its number of samples from the
+    contact on, at ``rate_hz``. ``instructions`` of its most expensive prediction are counted by the
+    emulator.
     """
 
     estimator: Name
@@ -114,12 +114,12 @@ class _Board(msgspec.Struct):
 
 
 def read_board(path: Path) -> dict[str, BoardTime]:
-    """Answers in an ``embedded.json``, by the names of their forms.
+    """Return the costs in an ``embedded.json``, by the names of the forms.
 
     Raises
     ------
     InputError
-        It cannot be read, is none, or has no answers.
+        The file cannot be read, is no such file, or has no costs.
     """
     remedy = "give the embedded.json of `make embedded` of this version"
     rows = read_record(read_regular(path, LONGEST), _Board, str(path), remedy).models
@@ -146,8 +146,8 @@ ASKED = 100
 def inference(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
     """Measure p50 and p99 of single-window inference, and of the training library.
 
-    Models learn from all blocks, as they would for use: a support vector
-    machine takes the longer the more support vectors its data asked for.
+    Models learn from all blocks, as in use, because the time of a support vector machine depends on
+    its number of support vectors.
     """
     data = subject.windows(DURATION)
     blocks = data.take(~data.test)
@@ -311,7 +311,7 @@ def _form_title(time: BoardTime) -> str:
 
 
 def _ends(board: Mapping[str, BoardTime]) -> list[str]:
-    """Return the cheapest and the dearest form of each model, in the order of the file."""
+    """Return the cheapest and the most expensive form of each model, in file order."""
     models: dict[tuple[str, str], list[str]] = {}
     for form, time in board.items():
         models.setdefault((time.estimator, time.task), []).append(form)

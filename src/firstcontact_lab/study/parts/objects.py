@@ -57,7 +57,7 @@ from firstcontact_lab.study.splits import learns_one_value, unseen_objects
 
 
 class ObjectScores(RegressionScores, frozen=True, kw_only=True):
-    """An estimator on unseen objects: per pinch, per specimen, and of their means."""
+    """Scores of an estimator on unseen objects: per pinch, per specimen, and of means."""
 
     per_object: dict[str, SpecimenErrors]
     over_objects: MeanErrors
@@ -135,7 +135,7 @@ def object_splits(subject: Subject, data: LabelledWindows) -> list[Split]:
 
 
 def object_scores(data: LabelledWindows, predicted: Values, seed: int) -> ObjectScores:
-    """Scores per pinch (objects resampled whole) and per object."""
+    """Return scores per pinch (whole objects are resampled) and per object."""
     is_predicted = np.isfinite(predicted)
     selected, answers = data.take(is_predicted), predicted[is_predicted]
     scores = regression_scores(selected.y, answers, specimen_names(selected), seed)
@@ -144,7 +144,7 @@ def object_scores(data: LabelledWindows, predicted: Values, seed: int) -> Object
 
 
 def specimen_names(data: LabelledWindows) -> NDArray[np.str_]:
-    """Specimen of each window, or its object where no specimen is named."""
+    """Return the specimen of each window, or its object if no specimen is named."""
     return np.where(data.specimens == "", data.objects, data.specimens)
 
 
@@ -153,7 +153,7 @@ def _sessions_unknown(subject: Subject) -> bool:
 
 
 def why_not_unseen(subject: Subject) -> str:
-    """Return why a dataset has no unseen objects to score, "" if it has some."""
+    """Return the reason why a dataset has no unseen objects to score, else ""."""
     dataset = subject.dataset
     if not (dataset.test & np.isfinite(dataset.shore_a)).any():
         return "Unseen objects: no pinch has the role `test` and a Shore A."
@@ -175,8 +175,7 @@ def why_not_unseen(subject: Subject) -> str:
 def _specimens(dataset: Dataset) -> set[tuple[str, str]]:
     """Return object (or level without a name) and specimen of each pinch.
 
-    Not the level beside the object: what is measured twice may differ, and is
-    the same thing all the same.
+    The level of a named object is not used, because repeated measurements of one object may differ.
     """
     labels = [pinch.label for pinch in dataset.pinches]
     return {

@@ -30,7 +30,7 @@ from firstcontact_lab.study.settings import StudySettings
 
 
 class SecondContact(Record, frozen=True, kw_only=True):
-    """Errors by where the second contact lies: "with", "without" or "misplaced"."""
+    """Errors by the position of the second contact: "with", "without" or "misplaced"."""
 
     blocks: dict[str, RegressionScores] | None = None
     objects: dict[str, RegressionScores] | None = None
@@ -39,7 +39,7 @@ class SecondContact(Record, frozen=True, kw_only=True):
 def by_side(
     scores_by_side: Mapping[str, SecondContact],
 ) -> list[tuple[str, str, str, RegressionScores]]:
-    """Estimator, side, where and errors: first all of the blocks, then all of the objects."""
+    """Yield estimator, side, position and errors: first of the blocks, then of the objects."""
     sides = [("blocks", model, side_scores.blocks) for model, side_scores in scores_by_side.items()]
     sides += [("objects", model, scores.objects) for model, scores in scores_by_side.items()]
     return [
@@ -50,10 +50,10 @@ def by_side(
 
 
 def second_contact(subject: Subject, settings: StudySettings) -> PartResult:
-    """Errors of the predictions made so far, by where the second contact lies.
+    """Score the existing predictions by the position of the second contact.
 
-    A window that begins elsewhere than at the first contact (a false trigger, another
-    finger's, a late one) says nothing of this: such windows are scored by themselves.
+    Windows that do not begin at the first contact (a false, late or other finger's trigger) are
+    scored separately.
     """
     room = samples_to_spare(subject)
     astray = misplaced(subject, settings.early)
@@ -87,7 +87,7 @@ def second_contact(subject: Subject, settings: StudySettings) -> PartResult:
 
 
 def misplaced(subject: Subject, early: float) -> NDArray[np.bool_]:
-    """Pinches whose window does not begin at their first contact, shape (pinches,)."""
+    """Return a mask of pinches whose window does not begin at their first contact."""
     pairs = zip(subject.dataset.pinches, subject.starts, strict=True)
     return np.array(
         [
@@ -102,9 +102,9 @@ def misplaced(subject: Subject, early: float) -> NDArray[np.bool_]:
 def samples_to_spare(subject: Subject) -> Values:
     """Return the samples from the end of each window to the second contact, shape (pinches,).
 
-    Negative: the second contact is in the window, or came before it. NaN where
-    it is not known or there is no window. A window begins where its contact was
-    found, which is not quite where the first contact was.
+    A negative number means that the second contact is in the window or before it. NaN if it is
+    unknown or there is no window. A window begins at the detected contact, which can differ
+    slightly from the true one.
     """
     out = np.full(len(subject.dataset), np.nan)
     for i, (pinch, start) in enumerate(zip(subject.dataset.pinches, subject.starts, strict=True)):

@@ -48,20 +48,20 @@ SHOWN_MS = ("3", "15")
 
 
 class Reading(Record, frozen=True, kw_only=True):
-    """One way to read the windows.
+    """Scores of one estimator with one kind of windows.
 
     Parameters
     ----------
     estimator
-        Name of it.
+        Name of the estimator.
     conditioned
-        Whether the signal was smoothed and filtered as published, or is as the device sent it.
+        True if the signal is smoothed and filtered as published; False for the signal as sent.
     known_contacts
-        Whether windows start at the contacts of the labels, or where the detector found them.
+        True if windows start at labelled contacts; False for detected ones.
     n
         Pinches with a window of 15 ms.
     material_held_out
-        Balanced accuracy by length in ms: the mean over materials, then over classes.
+        Balanced accuracy by length in ms: mean over materials, then over classes.
     """
 
     estimator: str
@@ -72,7 +72,7 @@ class Reading(Record, frozen=True, kw_only=True):
 
 
 class RealMaterial(Record, frozen=True, kw_only=True):
-    """One material, left out: accuracy by length in ms, and its mean centroids, Hz."""
+    """Scores of one left-out material: accuracy by length in ms, and mean centroids, Hz."""
 
     rank: float
     n: int
@@ -89,21 +89,21 @@ class RealSet(Record, frozen=True, kw_only=True):
     n
         Pinches with a window.
     materials
-        How many there are.
+        Number of materials.
     material_held_out
         Of the first reading.
     chance
-        Balanced accuracy of any constant prediction: all score the same.
+        Balanced accuracy of any constant prediction.
     score
-        That orders materials and that nothing was fitted to, in words.
+        Description of the unfitted score that orders materials.
     rho, p
         Spearman over materials of that score on the signal as the device sent it.
     most_rho
-        What a perfect order would give: materials of one rank are ties.
+        Rho of a perfect order, given ties between materials of one rank.
     conditioned_order
-        The same score behind the published conditioning.
+        Order by the same score after the published conditioning.
     readings
-        The first is the one above; the others differ from it in what they say.
+        Scores of all kinds of windows. The first one gives ``material_held_out``.
     by_material
         Of the first reading.
     """
@@ -133,7 +133,7 @@ class _Variant:
 
 
 def short_windows(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Classes of materials left out from short windows, and their order by a fixed score."""
+    """Score classes of left-out materials from short windows, and their order by a fixed score."""
     if not subject.has_known_contacts:
         return PartResult(
             left_out=["Short windows of materials left out: no pinch has a known first contact."]
@@ -196,7 +196,10 @@ def _ways(subject: Subject) -> list[_Variant]:
 
 
 def _windows(subject: Subject, reading: _Variant, duration: float) -> LabelledWindows:
-    """Windows of known materials; a material is one session, so that choices leave out whole."""
+    """Return windows of known materials.
+
+    Each material is one session, so folds hold it out whole.
+    """
     dataset = subject.dataset
     rank = np.where(dataset.objects != "", dataset.hardness_rank, np.nan)
     contacts = subject.truth if reading.labelled else subject.starts
@@ -205,7 +208,7 @@ def _windows(subject: Subject, reading: _Variant, duration: float) -> LabelledWi
 
 
 def _lacking(data: LabelledWindows) -> str:
-    """Return the reason why these windows do not permit the part, "" if they do."""
+    """Return the reason why these windows do not permit the part, else ""."""
     materials, ranks = np.unique(data.objects), np.unique(data.y)
     if len(ranks) < 2 or len(materials) < 4:
         return "fewer than two hardness ranks or four materials have a window"
@@ -218,7 +221,7 @@ def _lacking(data: LabelledWindows) -> str:
 
 
 def _by_material(data: LabelledWindows, predicted: Values) -> dict[str, float]:
-    """Share of each material's windows that are classed right."""
+    """Return the share of correctly classified windows of each material."""
     right = predicted == data.y
     return {str(m): float(right[data.objects == m].mean()) for m in np.unique(data.objects)}
 
@@ -277,7 +280,7 @@ def _centroids(data: LabelledWindows) -> dict[str, float]:
 
 
 def _most(order: Values) -> float:
-    """Spearman of a score without ties that keeps the order."""
+    """Return Spearman's rho of a score without ties in the same order."""
     from scipy.stats import spearmanr
 
     return float(spearmanr(np.sort(order), np.arange(len(order))).statistic)
@@ -316,7 +319,7 @@ def accuracy_figure(real: RealSet) -> Figure:
 
 
 def by_material_figure(real: RealSet) -> Figure:
-    """Accuracy of each material at each length, as a map with numbers."""
+    """Draw the accuracy of each material at each length, as a map with numbers."""
     lengths = list(real.material_held_out)
     order = _sorted(real)
     shares = np.array(
@@ -346,7 +349,7 @@ def by_material_figure(real: RealSet) -> Figure:
 
 
 def order_figure(real: RealSet) -> Figure:
-    """Mean centroid of each material, as sent and behind the published conditioning."""
+    """Draw the mean centroid of each material, as sent and after the published conditioning."""
     order = _sorted(real)[::-1]
     ranks = sorted({material.rank for _, material in order})
     colours = dict(zip(ranks, shades(len(ranks)), strict=True))

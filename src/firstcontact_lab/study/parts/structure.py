@@ -48,7 +48,7 @@ OUTCOMES = ("success", "false_alarms", "late", "misses", "wrong_finger")
 
 
 class StructureScores(Record, frozen=True, kw_only=True):
-    """A detector on rigs of another structure. Shares are of pinches of unseen objects.
+    """Scores of a detector on rigs of another structure. Shares are of pinches of unseen objects.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ class StructureScores(Record, frozen=True, kw_only=True):
         Shares whose first contact is placed within 3 ms, before or after that, or not at all. A
         contact of the wrong finger counts as missed.
     false_alarms_per_minute
-        Contacts on nothing per minute of the motor, heard in closings of 0.25 s.
+        Detected contacts per minute of motor time in empty closings of 0.25 s.
     rmse
         RMSE in Shore A at 5 ms of the network that is conditioned on the rig, from these contacts.
     predicted
@@ -150,7 +150,7 @@ def structure(subject: Subject, settings: StudySettings, runner: Runner) -> Part
 def _judge_rig(
     place: tuple[str, int], count: int
 ) -> tuple[dict[str, _Counts], list[tuple[float, float]]]:
-    """Return the sums of each detector on a rig, and the errors of the model that knows no rig."""
+    """Return the sums of each detector on a rig, and the errors of the unconditioned model."""
     motor, seed = place
     rig = draw_structured(seed, motor)
     blocks = draw_blocks(rig, LEVELS, BLOCKS_EACH, 3)
@@ -186,7 +186,7 @@ def _squares(values: Values, dataset: Dataset) -> Values:
 
 
 def _alarms(detector: Detector, empty: Dataset, *, confirm: bool) -> tuple[int, float]:
-    """Return the contacts on nothing, and the minutes in which they could come."""
+    """Return the number of contacts in empty closings, and the observed minutes."""
     part = round(HEARD * FINGERTIP_RATE)
     alarms, seconds = 0, 0.0
     for pinch in cut_closings(empty):

@@ -50,7 +50,7 @@ def _peaks(values: NDArray[np.float64]) -> PeakVoltage:
 
 
 def response_figure(blocks: LabelledWindows, unit: str) -> Figure:
-    """Median waveform of each level with its middle half, from contact on, in ``unit``."""
+    """Draw the median waveform of each level with its middle half, from the contact on."""
     levels = np.unique(blocks.y)
     time = 1e3 * np.arange(blocks.X.shape[1]) / blocks.rate
     with canvas() as (figure, axes):
@@ -75,7 +75,7 @@ def response_figure(blocks: LabelledWindows, unit: str) -> Figure:
 
 
 def peak_figure(shore_a: NDArray[np.float64], peaks: NDArray[np.float64], unit: str) -> Figure:
-    """Largest amplitude within the window (in ``unit``) against Shore A."""
+    """Draw the largest amplitude within the window (in ``unit``) against Shore A."""
     levels = np.unique(shore_a)
     rng = np.random.default_rng(0)
     with canvas() as (figure, axes):

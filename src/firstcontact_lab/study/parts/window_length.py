@@ -38,15 +38,15 @@ class WindowErrors(Record, frozen=True, kw_only=True):
 
 
 class WindowSearch(Record, frozen=True, kw_only=True):
-    """On how many windows hyper-parameters were searched."""
+    """Number of windows in the hyper-parameter search."""
 
     windows: int
 
 
 def window_length(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Error of the default estimator against the length of the window, blocks and objects.
+    """Measure the error of the default estimator by window length, on blocks and objects.
 
-    It learns quickly: there is a training for every length and fold. All lengths are alike.
+    Training is quick and the same for all lengths, because every length and fold needs one.
     """
     questions, places = [], []
     model = ESTIMATORS.default
@@ -99,7 +99,7 @@ def window_length(subject: Subject, settings: StudySettings, runner: Runner) -> 
 def lengths_figure(
     model: str, scores_by_length: Mapping[str, Mapping[str, WindowErrors]]
 ) -> Figure:
-    """RMSE of a model with intervals against window length (ms), blocks and objects."""
+    """Draw the RMSE of a model with intervals against window length (ms), blocks and objects."""
     title = names.estimator(model).title
     with canvas() as (figure, axes):
         ax = axes[0, 0]

@@ -99,7 +99,9 @@ def import_recordings(
     from firstcontact.recording import import_path
 
     if sensor is not None and sensor not in tuple(VibrationSensor):
-        raise InputError(f"{sensor!r} is none of {', '.join(VibrationSensor)}", parameter="sensor")
+        raise InputError(
+            f"{sensor!r} must be one of {', '.join(VibrationSensor)}", parameter="sensor"
+        )
     kind = None if sensor is None else VibrationSensor(sensor)
     return import_path(path, out, rate, source, kind, events, channels, labels)
 

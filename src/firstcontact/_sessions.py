@@ -141,7 +141,7 @@ def live(
     is_live = real_time and not recorded
     if hand is not None and HANDS.find(hand).begins is Begins.US:
         raise InputError(
-            f"{hand} closes only when it is asked to, which `firstcontact live --hand {hand}` "
+            f"{hand} closes only on request, which `firstcontact live --hand {hand}` "
             "offers on its page and keyboard",
             parameter="hand",
         )

@@ -222,7 +222,7 @@ def layout_of_one() -> Layout:
     ("more", "words"),
     [
         (("--plot", "pinch.txt"), "must end in .png"),
-        (("--plot", "pinch.png", "--pinch", "7"), "no whole pinch 7"),
+        (("--plot", "pinch.png", "--pinch", "7"), "pinch 7"),
     ],
 )
 def test_inspect_refuses_what_it_cannot_draw(recordings, capsys, monkeypatch, more, words):

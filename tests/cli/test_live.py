@@ -246,7 +246,7 @@ def test_the_page_is_where_it_says(paged: tuple[subprocess.Popen[str], str]) -> 
         (["--device", "twin", "--speed", "0"], "--speed"),
         (["--device", "twin", "--seconds", "-1"], "--seconds"),
         (["--device", "twin", "--pinches", "0"], "--pinches"),
-        (["--device", "twin", "--shape", "a ball"], "cannot be told"),
+        (["--device", "twin", "--shape", "a ball"], "a ball"),
         (["--device", "twin", "--calibration", "none.json"], "none.json"),
         (["--device", "twin", "--model", "nowhere"], "nowhere"),
         (["--device", "twin", "--hand", "nobody's"], "nobody's"),

@@ -49,7 +49,7 @@ def test_what_is_no_baseline_learns_much_more_than_the_mean(name: str, task: Tas
 def test_a_task_that_it_does_not_learn_is_refused() -> None:
     for name, kind in window_estimators().items():
         for task in set(Task) - set(kind.tasks):
-            with pytest.raises(InputError, match=f"{name} does not learn {task}"):
+            with pytest.raises(InputError, match=f"{name} .* {task}"):
                 make_estimator(name, task, RATE)
 
 

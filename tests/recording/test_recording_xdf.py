@@ -194,7 +194,7 @@ HOLED[9] = np.nan
 @pytest.mark.parametrize(
     ("streams", "words"),
     [
-        ((vibration(), vibration(number=2)), ("two streams of the name 'finger'",)),
+        ((vibration(), vibration(number=2)), ("two streams named 'finger'",)),
         ((vibration(), vibration("other", 2)), ("2 streams of numbers", "--channels")),
         ((slow(), marks()), ("0 streams of numbers",)),
         ((vibration(stamps=BACKWARDS), marks()), ("go back by 0.5 s", "sample 4000")),

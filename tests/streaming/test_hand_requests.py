@@ -1,4 +1,4 @@
-"""Closings that are begun here: who may ask, what ends them, and that the hand is let go."""
+"""Closings on request: their origins, their end, and the release of the hand."""
 
 from __future__ import annotations
 

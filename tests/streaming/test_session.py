@@ -289,7 +289,7 @@ def test_a_shape_that_a_viewer_tells_holds_for_one_object(
         assert pipeline.radius == pytest.approx(0.04)
         session.new_object()
         assert pipeline.radius == np.inf
-        with pytest.raises(InputError, match="cannot be told"):
+        with pytest.raises(InputError, match="egg"):
             session.set_shape("egg")
         assert pipeline.radius == np.inf
         with pytest.raises(InputError, match="only the network"):

@@ -78,8 +78,8 @@ def fit_force(weighings: Sequence[Weighing], resistor: float = DIVIDER_OHM) -> F
     volts = np.array([w.volts for w in points])
     if len({w.newtons for w in points}) < LEAST:
         raise InputError(
-            f"{subject} are {len({w.newtons for w in points})} different ones and the curve needs "
-            f"{LEAST} or more: add some"
+            f"{subject} have {len({w.newtons for w in points})} different values and the curve "
+            f"needs {LEAST} or more: add some"
         )
     if not (force >= 0).all() or not (force <= HEAVIEST).all():
         raise InputError(f"{subject} must be forces in newtons from 0 to {HEAVIEST:g}")

@@ -84,7 +84,7 @@ def read_plan(path: Path) -> tuple[Item, ...]:
             )
     items = tuple(_item(path, line, row) for line, row in rows)
     if not items:
-        raise InputError(f"{path} plans nothing: add a line for each object")
+        raise InputError(f"{path} has no objects: add a line for each object")
     labels = [item.label("") for item in items]
     for k, label in enumerate(labels):
         if label in labels[:k]:

@@ -181,7 +181,7 @@ def _items(
     if (plan is None) == (not object):
         raise InputError("give one object, or a plan for several", parameter="object")
     if role not in tuple(Role):
-        raise InputError(f"{role!r} is none of {', '.join(Role)}", parameter="role")
+        raise InputError(f"{role!r} must be one of {', '.join(Role)}", parameter="role")
     if plan is None:
         items: tuple[Item, ...] = (Item(object, pinches, shore_a, specimen, Role(role)),)
     elif isinstance(plan, str | os.PathLike):

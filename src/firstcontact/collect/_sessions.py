@@ -64,7 +64,7 @@ def so_far(folder: Path, session: str, descriptor: Descriptor) -> SoFar:
         header = recording.header
         if header.session != session:
             raise InputError(
-                f"{part} belongs to session {header.session!r} and not to {session!r}: choose "
+                f"{part} belongs to session {header.session!r}, not to {session!r}: choose "
                 "another name or folder",
                 parameter="session",
             )

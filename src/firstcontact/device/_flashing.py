@@ -166,7 +166,7 @@ def check_model_fits(port: str, form: int, sizes: int, length: int) -> None:
     if slot.format != form:
         raise _refused(port, f"it takes format {slot.format}, and this is {form}")
     if slot.sizes != sizes:
-        raise _refused(port, "it is for kernels of other sizes than the firmware has")
+        raise _refused(port, "it needs kernels of other sizes than the firmware's")
     if slot.room < length:
         raise _refused(port, f"{length} bytes, and there is room for {slot.room}")
 

@@ -235,5 +235,5 @@ def open_source(
     with SOURCES.calling(kind.name):
         source = kind.make(device, SourceOptions(speed, condition, seed, objects))
         if not hasattr(source, "__enter__"):
-            raise TypeError(f"{type(source).__name__} is no source")
+            raise TypeError(f"{type(source).__name__} is not a source")
     return source

@@ -115,8 +115,8 @@ def _fitting(
         X, has_window = contact_windows(dataset, contacts, model.spec.duration)
         if len(X) < FEWEST_WINDOWS:
             raise InputError(
-                f"{len(X)} contacts in --data are too few to fit a smaller model to: name what "
-                "it learned from"
+                f"{len(X)} contacts in --data are too few to fit a smaller model: name its "
+                "training recordings"
             )
         candidates = forms(named, X, dataset.sessions[has_window])
     took = [microseconds(form.model.program().instructions) for form in candidates]

@@ -64,8 +64,8 @@ def write_detector(detector: Detector, rate: float | None = None) -> CUnit:
     """
     if not isinstance(detector, WindowDetector):
         raise InputError(
-            f"the detector {detector.name!r} does not judge windows, and C is written of those "
-            "that do: train with another --detector-type"
+            f"the detector {detector.name!r} has no form in C, because it does not judge "
+            "windows: train with another --detector-type"
         )
     rate = detector.rate or rate or FINGERTIP_RATE
     lengths, judgement = detector.sizes(rate), detector.judgement(rate)

@@ -54,7 +54,7 @@ def export_model(
     require_extra(exporter)
     place = Path(out)
     if place.exists() and (not place.is_dir() or any(place.iterdir())):
-        raise InputError("it is there already: name a folder that is empty or new", parameter="out")
+        raise InputError("the folder is not empty: name an empty or new one", parameter="out")
     if budget_us is not None and not 0.0 < budget_us <= 1e6:
         raise InputError("it must lie between 0 and 1000000", parameter="budget_us")
     learned = None if data is None else data.take(~data.test)

@@ -19,7 +19,7 @@ def write(trained: Trained, out: Path) -> list[str]:
     """Write detector and compact model. Raise InputError if the hand lacks kernels for them."""
     if trained.detector is None or trained.anytime is None:
         raise InputError(
-            "a hand predicts with a detector and the network, and not both are here: name a "
+            "a hand needs a detector and the network, and the model lacks one of them: name a "
             "folder that `firstcontact adapt` wrote"
         )
     model_image(trained.detector, trained.anytime, None)  # refused before anything is written
@@ -41,7 +41,7 @@ def hand_image(folder: Path, calibration: Calibration | None = None) -> ModelIma
     model = load_model(folder)
     if model.network is None:
         raise InputError(
-            f"{folder}: no network is here: write one with `firstcontact export-model "
+            f"{folder}: the folder has no network: write one with `firstcontact export-model "
             "MODEL --to hand --data RECORDINGS`"
         )
     try:

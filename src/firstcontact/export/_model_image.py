@@ -123,8 +123,8 @@ def model_image(
     ).encode()
     if len(text) > TEXT_MOST:
         raise InputError(
-            f"what there is to say of the model takes {len(text)} bytes and the hand has room for "
-            f"{TEXT_MOST}: train with a detector of a shorter name than {detector.name!r}"
+            f"the model's description has {len(text)} bytes and the hand stores {TEXT_MOST}: "
+            f"train with a detector of a shorter name than {detector.name!r}"
         )
     sizes_crc = zlib.crc32(np.array([sizes[name] for name in TOLD], "<u4").tobytes())
     head = struct.pack("<4sIII", MAGIC, FORMAT, sizes_crc, len(text))

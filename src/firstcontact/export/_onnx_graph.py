@@ -87,7 +87,7 @@ def checked(named: NamedModel, raw: bytes) -> float:
         scale = max(1.0, float(np.abs(wanted).max()))
         wrong = float(np.abs(got[:, 0] - wanted[:, 0]).max()) / scale
     if not wrong <= TOLERANCE:
-        raise InputError(f"{named.name}: ONNX Runtime answers otherwise ({wrong:g}): use --to c")
+        raise InputError(f"{named.name}: outputs of ONNX Runtime differ ({wrong:g}): use --to c")
     return wrong
 
 
@@ -95,8 +95,7 @@ def write(trained: Trained, out: Path) -> list[str]:
     """Write the graphs. Return notes."""
     if not trained.models:
         raise InputError(
-            f"ONNX is written of models of a window, and none is here ({', '.join(trained.parts)}"
-            "): use --to c"
+            f"ONNX needs a window model, and there is none ({', '.join(trained.parts)}): use --to c"
         )
     lines = []
     for named in trained.models:

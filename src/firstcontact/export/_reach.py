@@ -29,7 +29,7 @@ def check_reach(model: InContextModel, network: CompactNetwork) -> None:
         bounded = _bounded(model, network)
     if not bounded:
         raise InputError(
-            "the network has numbers so large that its answers may overflow on the hand: "
+            "the network has such large numbers that its predictions may overflow on the hand: "
             "make it again with `firstcontact adapt`"
         )
 

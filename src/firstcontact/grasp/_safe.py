@@ -144,7 +144,7 @@ class SafeHand(Hand):
 
     def __enter__(self) -> Self:
         if self._closed or self._thread is not None:
-            raise HandError(f"the hand {self.name!r} can be opened once")
+            raise HandError(f"the hand {self.name!r} can be opened only once")
         # A program with its own signal handlers leaves its ``with`` blocks by itself.
         self._leaving.take()
         try:

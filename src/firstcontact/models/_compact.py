@@ -186,7 +186,7 @@ def _rounded(
         or (np.abs(weight) > 32_767).any()
         or (np.abs(weight).sum(axis=1) > 65_535).any()
     ):
-        raise InputError(f"the array {at}.weight holds what is no integer of 16 bits")
+        raise InputError(f"the array {at}.weight holds values that are not 16-bit integers")
     return Rounded(weight.astype(np.int16), scale.astype(np.float32), bias.astype(np.float32))
 
 
@@ -261,8 +261,8 @@ def compacted(
     """
     if len(touches) < FEWEST:
         raise InputError(
-            f"{len(touches)} contacts are too few to make the network small: give the "
-            f"pinches of a training, {FEWEST} or more"
+            f"{len(touches)} contacts are too few for the compact network: give training "
+            f"pinches, {FEWEST} or more"
         )
     model = _told_nothing(model, listening)
     ears = _Listening(model.network)

@@ -70,7 +70,7 @@ def conformal_interval(
     """
     least = least_answers(level)
     if len(answers) < least:
-        raise ValueError(f"{len(answers)} answers are too few for a level of {level:g}")
+        raise ValueError(f"{len(answers)} predictions are too few for a level of {level:g}")
     ranges = min(RANGES, len(answers) // least)
     edges = np.unique(np.quantile(answers, np.arange(1, ranges) / ranges))
     member = np.searchsorted(edges, answers, side="right")

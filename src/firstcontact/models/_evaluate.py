@@ -174,7 +174,9 @@ def evaluate(
     (True, True)
     """
     if not model.moments:
-        raise InputError("it holds a detector only: train with an estimator", parameter="model")
+        raise InputError(
+            "the model holds a detector only: train with an estimator", parameter="model"
+        )
     require_dataset(data)
     at_rate: dict[float, tuple[Dataset, Alignment]] = {}
 

@@ -213,8 +213,8 @@ class InContextModel:
             )
         if len(touches) and touches.valid.min() < self.shortest:
             raise InputError(
-                f"an answer takes {self.shortest} samples after the contact, and "
-                f"{touches.valid.min()} are there: wait for more"
+                f"a prediction needs {self.shortest} samples after the contact, but only "
+                f"{touches.valid.min()} exist: wait for more"
             )
 
     def by_rig(self, touches: Touches) -> list[tuple[int, NDArray[np.intp]]]:
@@ -281,7 +281,7 @@ def _finger(name: str) -> int:
     except ValueError:
         raise InputError(f"the array {name} names no finger") from None
     if finger not in (ANY, *range(len(Finger))):
-        raise InputError(f"the array {name} names a finger that no hand here has")
+        raise InputError(f"the array {name} names an unknown finger")
     return finger
 
 

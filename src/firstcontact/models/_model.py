@@ -226,7 +226,7 @@ class Model:
         """Contact detector. InputError if the folder had none."""
         if self.detector is None:
             raise InputError(
-                f"{self.folder}: there is no detector here: name a folder that `firstcontact "
+                f"{self.folder}: the folder has no detector: name a folder that `firstcontact "
                 "train` wrote"
             )
         return self.detector

@@ -155,7 +155,7 @@ def check_former(folder: Path) -> None:
     for pattern in _FORMER:
         for card in folder.glob(pattern):
             raise InputError(
-                f"{card}: an earlier version wrote this model: make it again in a new folder with "
+                f"{card}: an earlier version wrote this model: train it again in a new folder with "
                 "`firstcontact train` or `firstcontact adapt`"
             )
 
@@ -271,8 +271,8 @@ def _check_made_again(out: Path, windows: Sequence[float], network: bool) -> Non
         lost = []  # one window replaces another
     if lost or (len(former) < len(parts) and not network):
         raise InputError(
-            f"{out}: a model is here that would not be made again: "
-            "name another folder for --out, or remove it"
+            f"{out}: the folder holds a model that would be lost: name another folder for --out, "
+            "or remove it"
         )
 
 

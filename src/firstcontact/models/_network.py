@@ -87,7 +87,7 @@ def _checked(raw: bytes, window: tuple[int, ...], outputs: int) -> Any:
     try:
         model.ParseFromString(raw)
     except DecodeError:
-        raise _refusal("it is no ONNX") from None
+        raise _refusal("it is not an ONNX file") from None
     model.DiscardUnknownFields()
     graph = model.graph
     _require(

@@ -132,7 +132,7 @@ def adapt_network(
     sessions = None if sessions is None else sessions[lasting]
     if len(np.unique(shore_a)) < 2 or len(longest) < 4:
         raise InputError(
-            f"a rig is known by pinches of two Shore A levels at least, and {len(longest)} of "
+            f"a rig needs pinches of two Shore A levels or more, and {len(longest)} of "
             f"{len(np.unique(shore_a))} are here: record more blocks"
         )
 
@@ -286,7 +286,7 @@ class NetworkEstimator(Estimator):
     def fit(self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0) -> Any:
         """Refuse windows, because the network needs whole contacts with the quiet before them."""
         raise InputError(
-            "network takes whole contacts and not windows: use train or adapt",
+            "the network needs whole contacts, not windows: use train or adapt",
             parameter="estimator",
         )
 
@@ -318,7 +318,9 @@ def check_network(task: str, windows: Sequence[float], level: float, rate: float
     """Refuse options that the network does not support. InputError names the parameter."""
     base = pretrained()
     if task != Task.REGRESSION:
-        raise InputError(f"network does not learn {task}: choose regression", parameter="task")
+        raise InputError(
+            f"the network does not support {task}: choose regression", parameter="task"
+        )
     if tuple(windows) != (DURATION,):
         raise InputError(
             "the network predicts from 2 to 15 ms after a contact: leave the lengths out",
@@ -359,7 +361,7 @@ def condition(
         )
     if not np.isfinite(dataset.shore_a).any():
         raise UnknownRigError(
-            "no pinch has a Shore A, and a rig is known by objects of known Shore A: record with "
+            "no pinch has a Shore A, which the network needs: record with "
             "--shore-a or a plan with a column shore, or import with a column shore_a",
             parameter="data",
         )

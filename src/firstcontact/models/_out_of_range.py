@@ -94,7 +94,7 @@ class Familiar:
     def __post_init__(self) -> None:
         shapes = ((len(STAGES), TRAITS), (len(STAGES), TRAITS, TRAITS), (len(STAGES),))
         if (self.mean.shape, self.whitening.shape, self.limit.shape) != shapes:
-            raise InputError("the arrays of what is familiar do not fit together")
+            raise InputError("the arrays of the out-of-range limits do not fit together")
 
     @classmethod
     def fit(cls, seen: list[NDArray[np.float64]]) -> Familiar:

@@ -101,7 +101,7 @@ class WindowPredictor:
             return out
         values, spreads = self.model.predict(X), self.model.spread(X)
         if spreads is None and self.interval is not None and self.interval.scaled:
-            raise InputError("the model's interval is scaled by a spread that it has not")
+            raise InputError("the model's interval needs a spread, but the model has none")
         spreads = np.full(len(values), nan) if spreads is None else spreads
         low = high = values
         if self.interval is not None:

@@ -100,6 +100,6 @@ def make_estimator(estimator: object, task: Task, rate: float, **options: Any) -
     with ESTIMATORS.calling(entry.name):
         if task not in entry.tasks:
             raise InputError(
-                f"{entry.name} does not learn {task}: choose {' or '.join(entry.tasks)}"
+                f"{entry.name} does not support {task}: choose {' or '.join(entry.tasks)}"
             )
         return entry(task, rate, **options)

@@ -72,7 +72,7 @@ class Rig:
             There is no contact.
         """
         if not len(touches):
-            raise InputError("a rig is learned from pinches of known Shore A: there is none")
+            raise InputError("no pinch has a known Shore A, which a rig needs")
         signals = touches.waves.astype(np.float64)
         heard = spectra(touches.signals, touches.lead, touches.rate)
         pitch = MotorPitch.fit(heard)

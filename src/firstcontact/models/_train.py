@@ -126,7 +126,7 @@ def train(
     if issubclass(kind, RegressorEstimator):
         kind.check_saved(seed)
     if task not in tuple(Task):
-        raise InputError(f"{task!r} is none of {', '.join(Task)}", parameter="task")
+        raise InputError(f"{task!r} must be one of {', '.join(Task)}", parameter="task")
     takes_windows = kind.takes_windows
     network_kind = kind if issubclass(kind, NetworkEstimator) else NetworkEstimator
     if not takes_windows:
@@ -275,7 +275,7 @@ def known_contacts(contacts: str, dataset: Dataset) -> bool:
     """
     if contacts not in get_args(Contacts):
         raise InputError(
-            f"{contacts!r} is none of {', '.join(get_args(Contacts))}", parameter="contacts"
+            f"{contacts!r} must be one of {', '.join(get_args(Contacts))}", parameter="contacts"
         )
     has_known = any(p.first is not None for p in dataset.pinches)
     if contacts == "known" and not has_known:

@@ -248,7 +248,7 @@ def fit_model(fit: Fit) -> WindowModel:
     with ESTIMATORS.calling(estimator.name):
         model = estimator.fit(fit.learn.X, fit.learn.y, groups, seed=fit.seed)
         if not isinstance(model, WindowModel):
-            raise TypeError(f"{type(model).__name__} is no model, and fit returned it")
+            raise TypeError(f"{type(model).__name__} was returned by fit, but is no model")
     return model
 
 

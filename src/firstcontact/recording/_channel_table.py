@@ -72,7 +72,7 @@ def _signal(origin: str, row: Mapping[str, str]) -> Signal:
     if sensor and sensor not in set(VibrationSensor):
         raise InputError(
             f"{origin}: sensor is {quote(sensor)} and must be one of {', '.join(VibrationSensor)}, "
-            "or empty for what is no vibration"
+            "or empty for other signals"
         )
     try:
         finger = cells.finger(row.get("finger", ""))

@@ -145,7 +145,7 @@ def read_settings(
     of_unit = f"{sensor}_unit"
     for name in ("sample_rate_hz", of_unit):
         if name not in given:
-            raise InputError(f"{origin} does not say {name}: add it")
+            raise InputError(f"{origin} does not state {name}: add it")
     rate = check_rate(f"{origin}: sample_rate_hz", given["sample_rate_hz"])
     unit = as_text(given[of_unit])
     if unit not in UNITS:

@@ -198,12 +198,13 @@ def _rate(
         statements += [("time_s", _rate_of_time(path, columns, *b)) for b in bounds]
     if not statements:
         raise InputError(
-            f"{path} does not say its rate: add a column time_s or sample_rate_hz, or give --rate"
+            f"{path} does not state its rate: add a column time_s or sample_rate_hz, or give --rate"
         )
     for name, rate in statements[1:]:
         if abs(rate - statements[0][1]) > _RATES_AGREE * statements[0][1]:
             raise InputError(
-                f"{path}: {name} says {rate:g} Hz and {statements[0][0]} {statements[0][1]:g} Hz: "
+                f"{path}: {name} states {rate:g} Hz and {statements[0][0]} {statements[0][1]:g} "
+                "Hz: "
                 "correct one"
             )
     return statements[0][1]

@@ -116,7 +116,7 @@ def _with_source(dataset: Dataset, path: Path, source: str | None) -> Dataset:
     """Set the dataset's source: the file's statement, or else the user's."""
     if source is not None and dataset.source not in ("unknown", source):
         raise InputError(
-            f"{path} says that its source is {dataset.source} and --source {source}: leave "
+            f"{path} states the source {dataset.source}, but --source is {source}: leave "
             "--source out, or correct the file"
         )
     dataset = replace(dataset, source=source or dataset.source)
@@ -174,7 +174,7 @@ def find_importer(path: Path, rate: float | None = None, given: Sequence[str] = 
         importer = next((i for i in every if i.marker is not None), None)
     if rate is not None and (importer is None or not importer.asks_rate):
         titles = " or ".join(i.title for i in IMPORTERS.values() if i.asks_rate)
-        raise InputError(f"{path} says its own rate: leave --rate out (it is for {titles})")
+        raise InputError(f"{path} states its rate: leave --rate out (it is for {titles})")
     if importer is None:
         hint = ": it is a recording already" if path.suffix == ".mcap" else ""
         *titles, last = (i.title for i in IMPORTERS.values())

@@ -77,7 +77,7 @@ def _check_member(path: Path, name: str, info: ZipInfo) -> None:
     if info.flag_bits & _ENCRYPTED:
         raise InputError(f"{path}: {name} is encrypted: {_REMEDY}")
     if info.compress_type not in (ZIP_STORED, ZIP_DEFLATED):
-        raise InputError(f"{path}: {name} is compressed as NumPy never does: {_REMEDY}")
+        raise InputError(f"{path}: {name} has a compression that NumPy does not write: {_REMEDY}")
 
 
 def _array(path: Path, name: str, member: IO[bytes], size: int) -> NDArray[Any]:
@@ -96,5 +96,5 @@ def _array(path: Path, name: str, member: IO[bytes], size: int) -> NDArray[Any]:
         )
     values: NDArray[Any] = np.frombuffer(member.read(), dtype)
     if dtype.kind == "U" and values.view(f"{dtype.byteorder}u4").max(initial=0) > sys.maxunicode:
-        raise InputError(f"{path}: {name} holds characters that there are none of: {_REMEDY}")
+        raise InputError(f"{path}: {name} holds invalid characters: {_REMEDY}")
     return values.reshape(shape, order="F" if fortran else "C")

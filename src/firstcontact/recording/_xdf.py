@@ -69,7 +69,7 @@ def import_xdf(
     _check(path, streams)
     signals = guessed_signals(path, streams, sensor) if channels is None else read_signals(channels)
     if channels is not None and sensor is not None:
-        raise InputError(f"{channels} says what the sensor is: leave --sensor out")
+        raise InputError(f"{channels} names the sensor: leave --sensor out")
     notes = [
         f"stream {s.name}: its recording was not ended properly, samples may lack at the end"
         for s in streams
@@ -103,8 +103,8 @@ def _check(path: Path, streams: Sequence[Stream]) -> None:
     doubled = sorted({name for name in names if names.count(name) > 1})
     if doubled:
         raise InputError(
-            f"{path} has two streams of the name {quote(doubled[0])}: record them again under "
-            "names of their own, or remove one"
+            f"{path} has two streams named {quote(doubled[0])}: record them again under "
+            "different names, or remove one"
         )
     for stream in streams:
         if not 0 <= stream.rate <= HIGHEST_RATE:

@@ -158,13 +158,13 @@ def _check_slip(slip: str, hand: str | None, policy: str) -> None:
     SLIP_DETECTORS.find(slip)
     if hand is None or Begins.US not in HANDS.find(hand).begins:
         raise InputError(
-            "it needs a hand whose closings are begun here: name such a hand, or leave it out",
+            "it needs a hand that closes on request: name such a hand, or leave it out",
             parameter="slip",
         )
     if not POLICIES.find(policy).has_reflex():
         raise InputError(
-            f"the policy {policy} does nothing when something slips: leave it out, or name a "
-            "policy with a reflex",
+            f"the policy {policy} does not react to slips: leave it out, or name a policy with a "
+            "reflex",
             parameter="slip",
         )
 

@@ -338,7 +338,7 @@ class _WindowsStream:
         if (interval := entry.interval) is not None:
             spread = entry.model.spread(window.samples[None]) if interval.scaled else np.ones(1)
             if spread is None:
-                raise InputError("the model's interval is scaled by a spread that it has not")
+                raise InputError("the model's interval needs a spread, but the model has none")
             low, high = interval.around(value, float(spread[0]))
             level = interval.level
         if not all(map(math.isfinite, (value, low, high))):
@@ -381,8 +381,8 @@ def live_predictor(model: Model, estimator: str | None = None) -> Predictor | No
     windows = [w for w in model.windows if _fits(w.model.spec.rate, rate)]
     if not windows:
         raise InputError(
-            f"the detector takes {rate:g} samples a second, and no model here does: train them "
-            f"together, with --rate {rate:g} or another"
+            f"the detector takes {rate:g} samples a second, and no model has this rate: train "
+            f"them together, with --rate {rate:g} or another"
         )
     return WindowLadder(windows)
 

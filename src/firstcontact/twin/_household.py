@@ -48,7 +48,7 @@ def household_named(name: str) -> HouseholdObject:
         if one.name == name:
             return one
     names = ", ".join(one.name for one in HOUSEHOLD)
-    raise InputError(f"object {name!r} is not of the household: use one of {names}")
+    raise InputError(f"object {name!r} is not a household object: use one of {names}")
 
 
 def draw_household_specimen(

@@ -80,7 +80,7 @@ def read_noise(path: Path) -> RecordedNoise:
     units = {c.unit for c in layout.vibration}
     if not units <= {"V", "full scale"}:
         raise InputError(
-            f"{path} is in {', '.join(sorted(units))}: its noise is needed in V, so import it with "
+            f"{path} is in {', '.join(sorted(units))}: the noise must be in V, so import it with "
             "its unit"
         )
     data = max((s.data for s in recording.stretches), key=len, default=None)

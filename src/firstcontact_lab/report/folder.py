@@ -50,7 +50,7 @@ def sole_use(out: Path, options: Mapping[str, Any]) -> Iterator[None]:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise InputError(
-                f"{out}: another study is at work in it: wait for its end, or choose another --out"
+                f"{out}: another study is running in it: wait for its end, or choose another --out"
             ) from None
         except OSError:
             pass  # a disk without locks

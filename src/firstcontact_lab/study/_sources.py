@@ -98,8 +98,8 @@ def _recordings(path: Path) -> list[Path]:
     if made and (recordings or not (path / LABELS).is_file()):
         only = "recordings of their own beside those" if recordings else "only recordings"
         raise InputError(
-            f"{path} holds {only} that an earlier study left in {made[0]}: give the one folder "
-            "that is to be studied"
+            f"{path} holds {only} that an earlier study left in {made[0]}: name the one folder "
+            "to study"
         )
     return recordings
 

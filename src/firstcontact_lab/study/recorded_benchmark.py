@@ -155,7 +155,7 @@ def _load(path: Path, say: Callable[[str], object]) -> Dataset:
     for sentence in dataset.losses:
         say(f"warning: {sentence}")
     if dataset.test.all():
-        raise InputError(f'{path}: all pinches have role "test": none is there to learn from')
+        raise InputError(f'{path}: all pinches have role "test": record training pinches')
     if not np.isfinite(dataset.shore_a[~dataset.test]).any():
         raise InputError(
             f"{path}: no pinch to learn from has a Shore A: record with --shore-a, or import "

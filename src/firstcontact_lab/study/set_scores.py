@@ -218,7 +218,7 @@ def _judged(
     specimens = labelled.specimens
     fitted = []
     if len(np.unique(specimens)) < 2:
-        raise InputError("the set has one specimen, and none is left to learn from")
+        raise InputError("the set has only one specimen, so none is left for training")
     for one in np.unique(specimens):
         left_out = specimens == one
         detector = make_detector(name).fit(labelled.take(~left_out), early)

@@ -240,8 +240,9 @@ def _checked(answers: Values, n: int) -> Values:
     values = np.asarray(answers, dtype=np.float64)
     if values.shape != (n,) or not np.isfinite(values).all():
         raise InputError(
-            f"the regressor answered {n} windows with an array of shape {values.shape}"
-            f"{'' if np.isfinite(values).all() else ' that holds what is no number'}: it must give "
+            f"the regressor predicted {n} windows with an array of shape {values.shape}"
+            f"{'' if np.isfinite(values).all() else ' with values that are no numbers'}: it must "
+            "give "
             "one finite Shore A value a window"
         )
     return values

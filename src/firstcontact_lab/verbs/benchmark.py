@@ -32,7 +32,7 @@ class Benchmark:
     ] = None
     """Condition of the twin; each of them by default."""
     quick: bool = False
-    """Run on little data; quote no number of it."""
+    """Run on little data; do not quote its numbers."""
     seed: int = 0
     """Random seed of training and bootstrap intervals."""
     workers: int = 0
@@ -59,7 +59,9 @@ class Benchmark:
         if (self.out / RESULTS).exists():
             read_results(self.out / RESULTS, BenchmarkResults)  # nothing else is written over
         elif (self.out / REPORT).exists():
-            raise InputError(f"{self.out / REPORT} is of no benchmark: choose another --out")
+            raise InputError(
+                f"{self.out / REPORT} was not made by a benchmark: choose another --out"
+            )
         began = time.monotonic()
         # The folder of the command is where one's own class most likely is.
         sys.path.insert(0, "")

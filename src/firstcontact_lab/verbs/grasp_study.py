@@ -19,9 +19,9 @@ class GraspStudy:
     """Pick up household objects with the twin's hands and every policy; write a report."""
 
     out: Path = Path("firstcontact-grasp-study")
-    """Folder for report, results, film and models; no other study's."""
+    """Folder for report, results, film and models of this study only."""
     quick: bool = False
-    """Run each part on little data; quote no number of it."""
+    """Run each part on little data; do not quote its numbers."""
     estimator: Annotated[str, choice(ESTIMATORS)] = ESTIMATORS.default
     """Estimator of the stiffness that policies act on."""
     detector_type: Annotated[str | None, choice(DETECTORS)] = None

@@ -29,7 +29,7 @@ class Sets:
     twin: Path
     """Recordings of the twin to learn from."""
     noises: tuple[Path, ...] = ()
-    """Folders of the twin's same pinches over other noises."""
+    """Folders of the twin's same pinches with other noises."""
 
     def run(self) -> None:
         """Score every set, and write report.html and results.json into the folder."""

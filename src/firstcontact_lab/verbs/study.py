@@ -21,11 +21,11 @@ class Study:
     recordings: Path | None = None
     """Recordings, or data that `import` reads; the twin by default."""
     out: Path = Path("firstcontact-study")
-    """Folder for report, results and recordings; no other study's."""
+    """Folder for report, results and recordings of this study only."""
     quick: bool = False
-    """Run each part on little data; quote no number of it."""
+    """Run each part on little data; do not quote its numbers."""
     parts: Annotated[tuple[str, ...], choice(PARTS)] = ()
-    """Parts to run, with what they need; the paper's by default."""
+    """Parts to run, and those they need; the paper's parts by default."""
     detector_type: Annotated[str, choice(DETECTORS)] = DETECTORS.default
     """Detector of the contacts at which windows start."""
     estimator: tuple[str, ...] = ()

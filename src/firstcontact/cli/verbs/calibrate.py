@@ -15,7 +15,7 @@ class Calibrate:
     """Measure noise floors, taps and the Velostat curve of a pair of fingertips."""
 
     device: Annotated[str, devices(recorded=False)]
-    """Where samples come from."""
+    """Source of the samples."""
     out: Path = Path("calibration.json")
     """File for the result; an existing one is replaced."""
     seconds: float = 2.0

@@ -36,8 +36,8 @@ class FlashModel:
         digest = flash_model(self.device, image.data, FORMAT, image.sizes)
         if digest != image.digest:
             raise InputError(
-                f"{self.device}: the device answers with the model {digest} and not with "
-                f"{image.digest}: flash it again"
+                f"{self.device}: the device has the model {digest}, not {image.digest}: flash it "
+                "again"
             )
         print(
             f"{self.device} answers with the model {digest}, {len(image.data)} bytes: {bare} of "

@@ -51,7 +51,7 @@ class Inspect:
             numbers = [m.number for m in recording.pinches]
             existing = f"{min(numbers)} to {max(numbers)}" if numbers else "none"
             raise InputError(
-                f"{self.path} holds no whole pinch {self.pinch} (existing: {existing}): "
+                f"{self.path} holds no complete pinch {self.pinch} (existing: {existing}): "
                 "choose another --pinch"
             )
         plot_pinch(pinch, f"Pinch {self.pinch}: {_label_words(pinch.label)}", path)

@@ -29,9 +29,9 @@ class Live:
     """Show contacts and stiffness live: in the terminal, on a page, and for other programs."""
 
     device: Annotated[str, devices()]
-    """Where samples come from."""
+    """Source of the samples."""
     model: Annotated[Path | None, Option(group="model")] = None
-    """Folder of the model; by default the shipped one for this source."""
+    """Folder of the model; by default the shipped model."""
     estimator: Annotated[str | None, Option(group="model", advanced=True)] = None
     """Estimator of the model that predicts; by default its network."""
     detector: Annotated[Path | None, Option(group="model", advanced=True)] = None
@@ -43,7 +43,7 @@ class Live:
     port: Annotated[int, Option(group="output", advanced=True)] = 8765
     """TCP port of the page; 0 takes a free one."""
     address: Annotated[str, Option(group="output", advanced=True)] = "127.0.0.1"
-    """Address of the page; any but this machine's needs a token."""
+    """Address of the page; other machines then need a token."""
     token: Annotated[str | None, Option(group="output", advanced=True)] = None
     """Token for viewers on other machines; random by default."""
     json: Annotated[bool, Option(group="output")] = False
@@ -61,7 +61,7 @@ class Live:
     one_object: Annotated[bool, Option(group="model", advanced=True)] = False
     """Pool all pinches as one object until you press N."""
     slip: Annotated[str | None, choice(SLIP_DETECTORS, "hand", advanced=True)] = None
-    """Slip detector for a policy with a reflex; untried on real slips."""
+    """Slip detector for a policy with a reflex; not tested on real slips."""
     record: Annotated[bool, Option(group="output")] = False
     """Record from the start."""
     recordings: Annotated[Path, Option(group="output", advanced=True)] = Path(

@@ -20,7 +20,7 @@ class Record:
     """Record labelled pinches. The terminal shows which closings are valid."""
 
     device: Annotated[str, devices(recorded=False)]
-    """Where samples come from."""
+    """Source of the samples."""
     out: Annotated[Path, Option(group="recording")]
     """Folder for recordings; existing sessions are continued."""
     object: Annotated[str, Option(group="object")] = ""
@@ -32,11 +32,11 @@ class Record:
     pinches: Annotated[int, Option(group="object")] = 10
     """Number of valid pinches of the object."""
     role: Annotated[Literal["train", "test"], Option(advanced=True, group="object")] = "train"
-    """Use of the pinches; models learn from those of role train."""
+    """Use of the pinches: training, or test on unseen objects."""
     plan: Annotated[Path | None, Option(group="object")] = None
     """CSV file of several objects: object,pinches,shore,specimen,role."""
     session: Annotated[str, Option(group="recording", advanced=True)] = "1"
-    """Name of the session; the set-up does not change within one."""
+    """Name of the session; keep the set-up unchanged within one."""
     sessions: Annotated[int, Option(group="recording", advanced=True)] = 1
     """Number of sessions; --session is then the number of the first."""
     hand_name: Annotated[str, Option(group="recording", advanced=True)] = ""

@@ -23,7 +23,7 @@ class Replay:
     speed: float = 1.0
     """Speed as a multiple of real time; inf is as fast as possible."""
     once: bool = False
-    """End after the last sample, and do not start again."""
+    """End after the last sample instead of starting again."""
     link: Path | None = None
     """Path of the port; by default in a temporary folder."""
 

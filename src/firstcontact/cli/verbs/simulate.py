@@ -18,7 +18,7 @@ class Simulate:
     out: Path
     """Folder for the recordings; it must be empty or new."""
     condition: Condition = "paper-rig"
-    """Variation as in the published set-up, or as in daily life."""
+    """Variation between pinches: published set-up, or everyday use."""
     pinches_per_block: int = 500
     """Number of pinches of each of the five blocks."""
     pinches_per_object: int = 50

@@ -34,7 +34,7 @@ class Train:
     detector_only: Annotated[bool, Option(advanced=True, group="model")] = False
     """Train the detector only, which needs contacts and no hardness."""
     task: Annotated[Literal["regression", "classification"], Option(group="model")] = "regression"
-    """Predict any Shore A, or one of the trained ones."""
+    """Predict any Shore A value, or one of the trained levels."""
     contacts: Annotated[
         Literal["auto", "known", "detected"], Option(advanced=True, group="data")
     ] = "auto"

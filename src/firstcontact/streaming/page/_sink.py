@@ -63,7 +63,7 @@ class PageSink:
         if token is not None and len(token) < TOKEN_LENGTH:
             raise InputError(
                 f"the page's token has {len(token)} characters, too few to keep others out: "
-                f"give at least {TOKEN_LENGTH}, or none and one is made up"
+                f"give at least {TOKEN_LENGTH}, or none for a random one"
             )
         odd = [name for name, shore in landmarks.items() if not math.isfinite(shore)]
         if odd:
@@ -104,7 +104,7 @@ class PageSink:
             The page's thread has failed.
         """
         if self._died:
-            raise RuntimeError(f"the page is served no more: {self._died}")
+            raise RuntimeError(f"the page is no longer served: {self._died}")
         if self._state is not None:
             self._state.take(update)
 

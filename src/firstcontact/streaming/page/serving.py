@@ -80,7 +80,7 @@ def listen(host: str, port: int) -> socket.socket:
     """Return a listening socket; raise InputError if the address cannot be used."""
     if not 0 <= port <= LAST_PORT:  # the system takes the rest of its division for it
         raise InputError(
-            f"port {port} is none: name one from 1 to {LAST_PORT}, or 0 for a free port"
+            f"port {port} does not exist: name one from 1 to {LAST_PORT}, or 0 for a free port"
         )
     try:
         addresses = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE)

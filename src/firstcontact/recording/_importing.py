@@ -177,6 +177,6 @@ def find_importer(path: Path, rate: float | None = None, given: Sequence[str] = 
         raise InputError(f"{path} states its rate: leave --rate out (it is for {titles})")
     if importer is None:
         hint = ": it is a recording already" if path.suffix == ".mcap" else ""
-        *titles, last = (i.title for i in IMPORTERS.values())
-        raise InputError(f"{path} cannot be imported{hint}: give {', '.join(titles)}, or {last}")
+        *first, last = (i.title for i in IMPORTERS.values())
+        raise InputError(f"{path} cannot be imported{hint}: give {', '.join(first)}, or {last}")
     return importer

@@ -49,12 +49,12 @@ class Terminal:
     stop
         Request to stop: signals are only noted while samples are recorded.
     asks
-        Whether a person changes the objects.
+        True if a person changes the objects.
 
     Attributes
     ----------
     complete
-        Whether every pinch was recorded.
+        True if every pinch was recorded.
     """
 
     def __init__(self, source: Source, stop: Stop, asks: bool) -> None:

@@ -50,7 +50,7 @@ def logged(verbose: bool) -> Iterator[None]:
     Parameters
     ----------
     verbose
-        Whether all records go to standard error, not only warnings.
+        True to print all records on standard error, not only warnings.
     """
     _kept.clear()
     logger = logging.getLogger("firstcontact")

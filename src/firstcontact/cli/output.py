@@ -26,7 +26,7 @@ class Output:
     stream
         Stream that is written to.
     raises
-        Whether the first write that fails raises; otherwise only ``failed`` is set.
+        True to raise an error at the first failed write. If False, only ``failed`` is set.
 
     Attributes
     ----------
@@ -83,7 +83,7 @@ def outputs(raises: bool = False) -> Iterator[tuple[Output, Output]]:
     Parameters
     ----------
     raises
-        Whether standard output raises; standard error never does.
+        True if standard output raises errors. Standard error never raises.
     """
     former = sys.stdin, sys.stdout, sys.stderr
     # The next files that are opened would get the numbers of closed descriptors.

@@ -34,7 +34,7 @@ class Journal:
     opened
         Recordings and onsets that are labelled.
     is_new_allowed
-        Whether to begin a journal without actions; otherwise it is refused and stays as it is.
+        True to accept a journal without actions. If False, it is refused and stays unchanged.
 
     Attributes
     ----------

@@ -49,7 +49,7 @@ class Session:
     by
         Author, date and tool.
     is_new_allowed
-        Whether to begin in a folder without labels; otherwise it is refused and stays as it is.
+        True to accept a folder without labels. If False, it is refused and stays unchanged.
 
     Raises
     ------

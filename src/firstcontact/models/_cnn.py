@@ -46,7 +46,7 @@ class Cnn(Estimator):
     Parameters
     ----------
     task, rate
-        As for every estimator.
+        See :class:`Estimator`.
     epochs
         Passes over the windows.
     published

@@ -227,7 +227,7 @@ def adapt_combined(
     Raises
     ------
     InputError
-        As of :func:`adapt_network`.
+        As in :func:`adapt_network`.
     """
     adapted = adapt_network(base, touches, shore_a, sessions, seed)
     lasting = touches.answerable

@@ -133,11 +133,11 @@ def held_out_bounds(
     Parameters
     ----------
     answers, truth
-        As for :func:`conformal_interval`.
+        As in :func:`conformal_interval`.
     folds
         Fold number of each prediction, shape (n,). All pinches of a session are in one fold.
     level, limits, spreads
-        As for :func:`conformal_interval`.
+        As in :func:`conformal_interval`.
 
     Yields
     ------

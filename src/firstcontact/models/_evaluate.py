@@ -37,12 +37,12 @@ class GroupScores:
     n
         Number of pinches.
     scores
-        By elapsed time, s: errors in Shore A (or ranks) or accuracy, with bootstrap intervals.
+        Errors in Shore A (or ranks) or accuracy by elapsed time, s, with bootstrap intervals.
     coverage, width
-        By elapsed time, s: share of truths in the interval, and its mean width. Empty for a model
+        Share of truths in the interval, and its mean width, by elapsed time, s. Empty for a model
         without intervals.
     out_of_range
-        By elapsed time, s: share of contacts that are marked out of range. Empty for window models.
+        Share of contacts that are marked out of range, by elapsed time, s. Empty for window models.
     objects
         Errors of each specimen at the latest time.
     constant

@@ -83,7 +83,7 @@ def train_final_model(
     runner
         Runner for the trainings.
     shore
-        Whether the target is on the Shore A scale, which has ends.
+        True if the target is on the Shore A scale, which has ends.
 
     Raises
     ------

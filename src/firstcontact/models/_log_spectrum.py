@@ -105,7 +105,7 @@ class LogSpectrum(Estimator):
     Parameters
     ----------
     task, rate
-        As for every estimator.
+        See :class:`Estimator`.
     search_windows
         Largest number of windows for the search. The final model is fitted to all windows.
     """

@@ -96,7 +96,7 @@ def regression_scores(
     clusters
         Cluster of each pinch, resampled as a whole, shape (pinches,).
     seed
-        Of the resampling.
+        Random seed of the resampling.
     """
     from scipy.stats import spearmanr
 

@@ -54,7 +54,7 @@ class SavedModel:
     trained_on
         Training data.
     digests
-        Of the training pinches.
+        Digests of the training pinches.
     """
 
     predictors: tuple[Predictor, ...]
@@ -70,7 +70,7 @@ def write_model(
     Raises
     ------
     InputError
-        The card could not be read again.
+        The card is invalid, so that it could not be loaded again.
     ValueError
         JSON cannot hold the card.
     """

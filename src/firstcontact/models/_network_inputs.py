@@ -45,7 +45,7 @@ def facts(speed: Values, alike: Values, radii: Values) -> NDArray[np.float64]:
     alike
         Confidence in the speed, from 0 to 1, shape (n,).
     radii
-        As of :class:`firstcontact.models._touches.Touches`.
+        As in :class:`firstcontact.models._touches.Touches`.
     """
     believed = alike > BELIEVED
     has_radius = ~np.isnan(radii)
@@ -75,7 +75,7 @@ def relative_inputs(
     Parameters
     ----------
     waves, valid
-        As of :class:`firstcontact.models._touches.Touches`.
+        As in :class:`firstcontact.models._touches.Touches`.
     level, sign
         Level and sign of each contact's rig, V, shape (n,).
     rig_features

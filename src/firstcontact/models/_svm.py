@@ -39,7 +39,7 @@ class Svm(Estimator):
     Parameters
     ----------
     task, rate
-        As for every estimator.
+        See :class:`Estimator`.
     search_windows
         Largest number of windows for the search. The final model is fitted to all windows.
     """

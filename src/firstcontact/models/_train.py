@@ -95,7 +95,7 @@ def train(
         Sampling rate to which the pinches are resampled, Hz. The default is the network's rate for
         labels in Shore A, otherwise the pinches' own rate.
     seed
-        Of folds, hyper-parameter search and training.
+        Random seed of folds, hyper-parameter search and training.
     workers
         Processes; 0 takes all cores.
     progress
@@ -230,7 +230,7 @@ def adapt(
     detector
         Name of the contact detector; the default one, or without data that of the package.
     seed
-        Of the folds that hold pinches out.
+        Random seed of the folds that hold pinches out.
     progress
         As in :func:`train`. The steps are the detector, the contacts and the network.
 

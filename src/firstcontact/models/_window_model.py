@@ -163,7 +163,7 @@ class ArrayCheck:
     dtype: type[np.generic] = np.floating
 
     def is_met(self, array: NDArray[Any], sizes: dict[str, int]) -> bool:
-        """Return True if an array is as declared; ``sizes`` takes the lengths of new symbols."""
+        """Return True if an array is as declared. Add the lengths of new symbols to ``sizes``."""
         if array.ndim != len(self.shape) or not np.issubdtype(array.dtype, self.dtype):
             return False
         for size, wanted in zip(array.shape, self.shape, strict=True):

@@ -19,7 +19,7 @@ Columns = Mapping[str, Sequence[Any]]
 
 
 def place(columns: Columns, number: int) -> str:
-    """Return the position of a pinch's labels, a line or array index, for messages."""
+    """Return where a pinch's labels are (line or array index), for messages."""
     return columns.place(number) if isinstance(columns, Table) else f"pinch {number}"
 
 

@@ -264,7 +264,10 @@ class LiveSession:
         self.source.mark(text)
 
     def new_object(self) -> None:
-        """Begin another object: combine the next pinches, and none of the previous object."""
+        """Begin another object.
+
+        The next pinches are combined, without those of the previous object.
+        """
         self._objects.new_object()
         self.pipeline.radius = parse_radius(self._shape)
 

@@ -88,7 +88,7 @@ class PinchFingertips(Fingertips):
     Parameters
     ----------
     draw
-        Pinch. It uses up some of its random numbers.
+        Pinch. Its random generator advances.
     times
         Sampling instants of the longest pinch, s, shape (samples,).
     sheets

@@ -40,7 +40,7 @@ UNDATED = "undated"
 
 @dataclass(frozen=True, slots=True)
 class HouseholdSource:
-    """Publication that a number comes from."""
+    """Publication that is the source of a number."""
 
     key: str
     authors: str

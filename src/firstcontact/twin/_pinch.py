@@ -63,7 +63,7 @@ def simulate_pinch(
     Parameters
     ----------
     draw
-        Pinch. It uses up some of its random numbers.
+        Pinch. Its random generator advances.
     label
         Label of the object.
     first_sample

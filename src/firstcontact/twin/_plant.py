@@ -51,7 +51,7 @@ class GraspPlant:
     Parameters
     ----------
     draw
-        Pinch. The plant uses up some of its random numbers.
+        Pinch. Its random generator advances.
     drive
         Drive that limits the commands.
     held_object

@@ -51,7 +51,7 @@ class PinchRun:
     Parameters
     ----------
     draw
-        Pinch. The run uses up some of its random numbers.
+        Pinch. Its random generator advances.
     duration
         Longest duration of the run, s, without ``lead``.
     lead

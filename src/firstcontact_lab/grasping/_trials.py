@@ -106,7 +106,7 @@ class Trial:
 
 
 def run_trial(trial: Trial, model: Model | None = None) -> list[Row]:
-    """Return one row for each latency and variant, in this order."""
+    """Return the outcome (:class:`Row`) for each latency and variant, in this order."""
     return [
         _row(trial, model, variant, latency)
         for latency in trial.latencies

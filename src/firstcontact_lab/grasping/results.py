@@ -233,7 +233,7 @@ class Household(Record, frozen=True, kw_only=True):
     controls
         Remaining gain if weights, limits, or both belong to other objects.
     slip_reflex
-        By lift and detection latency.
+        Drops with a slip reflex, by lift and detection latency.
     sensitivity
         Gain with changed estimated numbers of the objects.
     """

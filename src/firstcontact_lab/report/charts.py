@@ -29,7 +29,7 @@ class Dot:
 
 @dataclass(frozen=True, slots=True)
 class Panel:
-    """Values of one subject, and lines by name."""
+    """Panel of a chart: values of one subject, and reference lines by name."""
 
     title: str
     dots: tuple[Dot, ...]
@@ -49,7 +49,7 @@ def dot_figure(
     Parameters
     ----------
     key, title, caption
-        As of :class:`Figure`.
+        As in :class:`Figure`.
     axis
         Label of the values.
     panels

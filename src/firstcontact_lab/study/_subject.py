@@ -74,7 +74,7 @@ class Subject:
         *,
         conditioned: bool = True,
     ) -> LabelledWindows:
-        """Return windows with a target, shape (pinches,); specimens differ by name."""
+        """Return labelled windows for a target of shape (pinches,), with unique specimen names."""
         starts = self.starts if contacts is None else contacts
         data = labelled_windows(self.dataset, starts, duration, target, conditioned=conditioned)
         return replace(data, specimens=distinct_specimens(self.dataset)[data.rows])

@@ -87,7 +87,7 @@ def anytime_scores(
     clusters
         Cluster of each contact, resampled as a whole, shape (n,).
     seed
-        Of the resampling.
+        Random seed of the resampling.
 
     Raises
     ------

@@ -86,7 +86,7 @@ class Accepted:
 
     @property
     def placed(self) -> str:
-        """Accepted placements in short form, after "placed"."""
+        """Accepted placements in words, such as "within ±3 ms"."""
         if not self.early:
             return f"within ±{self.tolerance:g} ms"
         return f"−{self.early + self.tolerance:g} to +{self.tolerance:g} ms from its label"
@@ -103,7 +103,7 @@ class Accepted:
 
     @property
     def decided(self) -> str:
-        """Accepted decisions in short form, after "decided"."""
+        """Accepted decisions in words, such as "within 3 ms"."""
         if not self.early:
             return f"within {self.tolerance:g} ms"
         return f"−{self.early:g} to +{self.tolerance:g} ms from its label"

@@ -65,7 +65,7 @@ class ObjectScores(RegressionScores, frozen=True, kw_only=True):
 
 
 class ObjectConditions(Record, frozen=True, kw_only=True):
-    """Conditions of all estimators on objects; ``shares``: groups that both roles may share."""
+    """Conditions under which estimators are scored on objects. ``shares``: groups on both sides."""
 
     windows: WindowCounts | None = None
     shares: list[str] | None = None

@@ -91,7 +91,7 @@ class RealSet(Record, frozen=True, kw_only=True):
     materials
         Number of materials.
     material_held_out
-        Of the first reading.
+        Balanced accuracy of the first reading, by length in ms.
     chance
         Balanced accuracy of any constant prediction.
     score
@@ -105,7 +105,7 @@ class RealSet(Record, frozen=True, kw_only=True):
     readings
         Scores of all kinds of windows. The first one gives ``material_held_out``.
     by_material
-        Of the first reading.
+        Scores of each material in the first reading.
     """
 
     n: int

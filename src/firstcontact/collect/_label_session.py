@@ -94,7 +94,7 @@ class Session:
 
     @property
     def earlier(self) -> str:
-        """Number of actions of earlier sessions, in words."""
+        """Text with the number of actions of earlier sessions."""
         lost = self._journal.lost_bytes
         damage = f" ({self._journal.path} ends in {lost} bytes that are no label)" if lost else ""
         return f"{len(self._journal.actions)} actions done before{damage}"

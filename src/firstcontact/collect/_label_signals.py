@@ -82,7 +82,7 @@ def find_marks(recordings: Sequence[Recording]) -> list[Mark]:
         )
     if len(out) > MOST:
         raise InputError(
-            f"{recordings[0].path} and what was given with it have {len(out)} onsets, more than "
+            f"{recordings[0].path} and the other recordings have {len(out)} onsets, more than "
             f"{MOST}: label in several parts"
         )
     return out

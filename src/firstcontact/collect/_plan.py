@@ -62,7 +62,7 @@ class Item:
             raise InputError(f"{self.object}: shore {self.shore:g} is not between 0 and 100")
 
     def label(self, session: str) -> Label:
-        """Return the label of its pinches in a session."""
+        """Return the label of the object's pinches in a session."""
         specimen = self.specimen or self.object
         return Label(self.object, self.shore, None, specimen, session, self.role)
 

@@ -177,7 +177,7 @@ def _items(
     role: str,
     plan: AnyPath | Sequence[Item] | None,
 ) -> tuple[Item, ...]:
-    """Return what is to be recorded, with the Shore A of objects that the source knows."""
+    """Return the objects to record, with the Shore A of objects that the source knows."""
     if (plan is None) == (not object):
         raise InputError("give one object, or a plan for several", parameter="object")
     if role not in tuple(Role):

@@ -33,7 +33,7 @@ class ClosingSamples:
         Contacts that these samples revealed.
     withdrawn
         First contact that these samples disproved, with all contacts after it; None if there is
-        none. The closing goes on without contacts.
+        none. The closing continues without contacts.
     """
 
     block: Block

@@ -46,7 +46,7 @@ class ThresholdDetector(WindowDetector):
 
     @classmethod
     def untrained(cls, layout: Layout) -> Self:
-        """Return the published threshold above a motor, and a higher one above rest."""
+        """Return the published threshold for hands with a motor, else a higher one."""
         return cls(ABOVE_REST) if None in layout.vibration_fingers else cls()
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:

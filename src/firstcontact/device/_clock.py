@@ -78,7 +78,7 @@ class ClockFit:
     Attributes
     ----------
     rate
-        Samples per second of the host's clock, Hz; 0 before it can be told.
+        Samples per second of the host's clock, Hz; 0 before it is measured.
     """
 
     def __init__(self, rate: float) -> None:

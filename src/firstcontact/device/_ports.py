@@ -21,7 +21,7 @@ class Port:
     description
         Description, without opening the port.
     teensy
-        True if the USB vendor number is that of a Teensy.
+        True if the USB vendor number belongs to a Teensy.
     """
 
     name: str

@@ -312,7 +312,7 @@ class SerialSource:
                 self._turn.release()
 
     def _step(self, transport: SerialTransport, patience: float = math.inf) -> None:
-        """Ask a silent device, and take what it sends. The caller holds the turn."""
+        """Request data from a silent device, and process its data. The caller holds the turn."""
         now = time.monotonic()
         if now - self._heard > SILENCE and now - self._asked > AGAIN:
             if self._assembler.epoch < 0 and now - self._opened > self._patience:

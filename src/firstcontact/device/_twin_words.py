@@ -1,7 +1,6 @@
 """Texts of the orders to the twin and of its markers.
 
-Orders have frames of their own. A marker is never an order, whatever its text: any program can set
-markers.
+Orders have separate frames. A marker is never an order, because any program can set markers.
 """
 
 from __future__ import annotations

@@ -50,7 +50,7 @@ class ConstantModel(ArraysModel):
 
 @dataclass(frozen=True)
 class TrainMean(Estimator):
-    """The mean of the training targets, or the most frequent class."""
+    """Estimator that predicts the mean of the training targets, or the most frequent class."""
 
     name: ClassVar[str] = "train_mean"
     title: ClassVar[str] = "Train mean"
@@ -76,7 +76,7 @@ def _log_peak(X: NDArray[Any]) -> Values:
 
 
 class PeakModel(ArraysModel):
-    """A parabola in the log peak, or the class with the nearest mean log peak.
+    """Parabola in the log peak, or the class with the nearest mean log peak.
 
     For regression, ``weights`` holds the parabola (highest power first) and the range of the
     training targets, to which predictions are clipped. For classification it holds the mean log
@@ -123,7 +123,7 @@ class PeakModel(ArraysModel):
 
 @dataclass(frozen=True)
 class Peak(Estimator):
-    """Parabola in the logarithm of the peak amplitude alone."""
+    """Estimator of a parabola in the logarithm of the peak amplitude."""
 
     name: ClassVar[str] = "peak"
     title: ClassVar[str] = "Peak amplitude"

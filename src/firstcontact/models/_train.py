@@ -228,7 +228,8 @@ def adapt(
     data
         Pinches; those of role "test" are left out. None gives a model that knows no rig.
     detector
-        Name of the contact detector; the default one, or without data that of the package.
+        Name of the contact detector. None selects the default one, or the package's detector
+        without data.
     seed
         Random seed of the folds that hold pinches out.
     progress

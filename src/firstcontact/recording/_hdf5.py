@@ -130,7 +130,7 @@ def _check(path: Path, name: str, dataset: Any) -> None:
     if dataset.shape is None:
         raise InputError(f"{path}: {name} is empty: give it values, or leave it out")
     if dataset.dtype.hasobject and check_string_dtype(dataset.dtype) is None:
-        raise InputError(f"{path}: {name} holds neither numbers nor texts: write it as such")
+        raise InputError(f"{path}: {name} holds neither numbers nor texts: store one of them")
 
 
 def _declared(dataset: Any) -> int:

@@ -23,7 +23,7 @@ ONSET = "onset_s"
 
 
 def is_track(path: Path) -> bool:
-    """Return True if the name of a table of contacts is that of a label track."""
+    """Return True if a table of contacts has the file name of a label track."""
     return path.suffix.lower() == ".txt"
 
 

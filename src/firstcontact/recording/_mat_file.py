@@ -110,5 +110,5 @@ def _plain(path: Path, name: str, values: Any) -> NDArray[Any]:
             return np.array([str(c.reshape(-1)[0]) if c.size else "" for c in cells])
         array = None
     if array is None or array.dtype.kind not in "iufbU":
-        raise InputError(f"{path}: {name} holds neither numbers nor texts: save it as such")
+        raise InputError(f"{path}: {name} holds neither numbers nor texts: save one of them")
     return array

@@ -27,7 +27,7 @@ def quote(value: Any) -> str:
 
 
 def listed(names: Sequence[str]) -> str:
-    """Return some of the names, and the number of others."""
+    """Return the first names, and the number of remaining ones."""
     more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
     return ", ".join(quote(n).strip("'") for n in names[:_LISTED]) + more
 

@@ -74,7 +74,7 @@ class ExponentialSmoothing:
 def missing_smoothing(
     layout: Layout, columns: tuple[int, ...] | None = None
 ) -> ExponentialSmoothing | None:
-    """Return the microcontroller's smoothing for the columns that are not smoothed yet.
+    """Return the microcontroller's smoothing for columns that are not smoothed yet.
 
     Parameters
     ----------

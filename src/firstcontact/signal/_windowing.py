@@ -39,7 +39,7 @@ class Conditioner:
     layout
         Rate and smoothing of the samples.
     columns
-        Columns of the input, by default those of vibration.
+        Columns of the input; by default the vibration columns.
     """
 
     def __init__(self, layout: Layout, columns: tuple[int, ...] | None = None) -> None:
@@ -215,7 +215,7 @@ class WindowStream:
         return min(ends, default=None)
 
     def withdraw(self) -> None:
-        """Drop all incomplete windows, because their contacts were none."""
+        """Drop all incomplete windows after their contact was withdrawn."""
         self._pending = []
 
     def update(self, block: Block, contacts: Sequence[Contact] = ()) -> list[ContactWindow]:

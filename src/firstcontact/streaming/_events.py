@@ -76,10 +76,10 @@ class ContactEvent(msgspec.Struct, frozen=True, tag="contact"):
 
 
 class ContactWithdrawn(msgspec.Struct, frozen=True, tag="contact_withdrawn"):
-    """First contact that was none: the signal after it faded, as after a click of the gears.
+    """Withdrawn first contact: the signal after it faded, as after a click of the gears.
 
     It takes back the contact, all later contacts and all estimates of the closing so far. The
-    closing goes on, and its true contact may follow.
+    closing continues, and its true contact may follow.
 
     Parameters
     ----------

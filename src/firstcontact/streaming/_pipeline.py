@@ -132,7 +132,7 @@ class Pipeline:
         self._has_warned = self._closings.has_floors
 
     def update(self, block: Block, host: float) -> Iterator[Event]:
-        """Yield the events of the next block in order, each as soon as it is known.
+        """Yield the events of the next block in order, without delay.
 
         Iterate to the end before the next block.
 

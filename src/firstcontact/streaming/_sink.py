@@ -46,8 +46,8 @@ class Sink(Protocol):
     """Output of a session. It takes updates in a separate thread.
 
     It may be slow or raise. Its queue is bounded; updates that do not fit are dropped and counted,
-    and the rest of the session goes on. A sink for other programs sets ``is_prompt = True`` and
-    gets each event immediately. Other sinks may get the events of a closing up to 50 ms late.
+    and the session continues. A sink for other programs sets ``is_prompt = True`` and gets each
+    event immediately. Other sinks may get the events of a closing up to 50 ms late.
     """
 
     @property

@@ -129,7 +129,7 @@ class HouseholdObject:
 
     @property
     def scatter(self) -> SpecimenScatter:
-        """Scatter of its specimens."""
+        """Scatter between specimens of the object."""
         return SCATTER[self.origin]
 
     @property

@@ -166,6 +166,6 @@ def stiffened(parameters: ObjectParameters, factor: float) -> ObjectParameters:
 
 
 def specimen(kind: TwinObject, deviate: float, widen: float = 1.0) -> TwinObject:
-    """Return a specimen whose modulus is ``deviate`` standard deviations off, times ``widen``."""
+    """Return a specimen whose ln(modulus) is off by ``deviate * widen`` standard deviations."""
     factor = math.exp(kind.modulus_scatter * widen * deviate)
     return replace(kind, nominal=stiffened(kind.nominal, factor))

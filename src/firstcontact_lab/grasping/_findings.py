@@ -51,7 +51,7 @@ def findings(
     weights: NDArray[np.float64],
     permutations: int,
 ) -> Household:
-    """Return all results.
+    """Return all results of the household part.
 
     Parameters
     ----------

@@ -82,7 +82,7 @@ def benchmark_recordings(
 ) -> RecordedData:
     """Score a regressor, the default estimator and the in-context network on the same folds.
 
-    Contacts are those that a detector finds which learned from other sessions.
+    Contacts come from a detector that was trained on other sessions.
 
     Parameters
     ----------
@@ -158,7 +158,7 @@ def _load(path: Path, say: Callable[[str], object]) -> Dataset:
         raise InputError(f'{path}: all pinches have role "test": record training pinches')
     if not np.isfinite(dataset.shore_a[~dataset.test]).any():
         raise InputError(
-            f"{path}: no pinch to learn from has a Shore A: record with --shore-a, or import "
+            f"{path}: no training pinch has a Shore A: record with --shore-a, or import "
             "with a column shore_a"
         )
     rate = pretrained().rate
@@ -195,7 +195,7 @@ def _groups(
     if len(set(specimens)) < 2 or "" in specimens:
         raise InputError(
             f"{path}: neither several named sessions nor several named specimens with contacts and "
-            "a Shore A are here, so none can be held out: record two sessions or more"
+            "a Shore A exist, so none can be held out: record two sessions or more"
         )
     return "specimen", labelled.specimens
 

@@ -99,7 +99,7 @@ class WindowLadder:
     def predict(self, touches: Touches) -> Predictions:
         """Return predictions from the valid part of each contact.
 
-        A window that is constant, or shorter than any that was learned from, gets the mean of the
+        A window that is constant, or shorter than all training windows, gets the mean of the
         training contacts with the whole scale as its interval, and is out of range.
 
         Raises

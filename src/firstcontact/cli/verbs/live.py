@@ -284,7 +284,10 @@ class Live:
 
 
 def _at_rate(source: Source, detector: Detector | None, predictor: Predictor | None) -> Source:
-    """Resample a source at another rate than that of the detector or the model; say so."""
+    """Resample a source if its rate differs from the detector's or the model's.
+
+    Print both rates.
+    """
     from firstcontact.device import ResampledSource
 
     stated = source.descriptor.layout.rate

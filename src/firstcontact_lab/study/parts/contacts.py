@@ -134,7 +134,7 @@ class MissingContacts(Record, frozen=True, kw_only=True):
 
 
 class ContactConditions(Record, frozen=True, kw_only=True):
-    """Conditions of all detectors: start of windows ("known" for the labels) and of closings.
+    """Conditions of the detection scores: how windows and closings start ("known" for labels).
 
     ``folds`` and ``early_ms`` (largest lateness of a label) belong to the scores. ``not_found``
     belongs to the detector that places windows.
@@ -512,7 +512,7 @@ def window_starts(subjects: Subjects) -> list[str]:
 
 
 def is_learned(results: SubjectResults) -> bool:
-    """Return True if a detector that learned from pinches places the windows."""
+    """Return True if a trained detector places the windows."""
     return names.learned(results[CONTACT].about.windows_start_at)
 
 

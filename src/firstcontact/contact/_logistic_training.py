@@ -60,7 +60,7 @@ class Looks:
     begins: tuple[int, ...]
 
     def levels(self, line: NDArray[np.float64]) -> tuple[float, float]:
-        """Return the highest agreed scores of :data:`LOOKS` looks: before a contact, in time."""
+        """Return the highest scores of :data:`LOOKS` consecutive looks, before and at a contact."""
         score = scores(self.features, line)
         agreed = np.full(len(score), -np.inf)
         for a, b in zip(self.begins[:-1], self.begins[1:], strict=True):

@@ -88,8 +88,8 @@ def write_anytime(model: InContextModel) -> tuple[CUnit, CUnit]:
     network = model.network
     if not isinstance(network, CompactNetwork):
         raise InputError(
-            "the network has a megabyte of weights, and C is written of a small one: name "
-            "the recordings that it was told of with --data, in which it is made small"
+            "the network is too large for C: name its rig's recordings with --data, so that the "
+            "export can reduce it"
         )
     check_reach(model, network)
     texts: list[str] = []
@@ -166,8 +166,8 @@ def write_anytime(model: InContextModel) -> tuple[CUnit, CUnit]:
         heard_samples = quiet_samples(samples_in(BEFORE, model.rate), model.rate)
         if heard_samples > MOST_HEARD:
             raise InputError(
-                f"at {model.rate:g} Hz {heard_samples} samples before a contact tell of the motor, "
-                f"and C listens to {MOST_HEARD} at most: name a smaller --budget-us"
+                f"at {model.rate:g} Hz {heard_samples} samples before a contact show the motor's "
+                f"pitch, and C uses {MOST_HEARD} at most: name a smaller --budget-us"
             )
         hears: Fields = ear_constants(model.rate)
         constants += constant_bytes(hears)

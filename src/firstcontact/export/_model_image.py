@@ -87,14 +87,13 @@ def model_image(
     network = model.network
     if not isinstance(model, CompactModel) or not isinstance(network, CompactNetwork):
         raise InputError(
-            "the network has a megabyte of weights, and the hand takes a small one: make "
-            "it small with `firstcontact export-model MODEL --to hand --data RECORDINGS`, of the "
-            "recordings that it was told of"
+            "the network is too large for the hand: reduce it with `firstcontact export-model "
+            "MODEL --to hand --data RECORDINGS`, with its rig's recordings"
         )
     if listens(model):
         raise InputError(
-            "this form of the network listens to the motor, and the hand's kernels do "
-            "not: export it with a smaller --budget-us or without one"
+            "this form of the network uses the motor's pitch, and the hand's kernels do not: "
+            "export it with a smaller --budget-us or without one"
         )
     check_reach(model, network)
     judge = detector.judgement(model.rate).constants

@@ -238,7 +238,7 @@ class Fit:
 
 
 def fit_model(fit: Fit) -> WindowModel:
-    """Train the model of a fit."""
+    """Train the model that a :class:`Fit` describes."""
     from firstcontact.models._registry import ESTIMATORS, make_estimator
     from firstcontact.models._window_model import WindowModel
 

@@ -43,7 +43,7 @@ class TextSink:
         self._failed: Mapping[str, str] = {}
 
     def open(self, descriptor: Descriptor) -> None:
-        """Write the source."""
+        """Write a line about the source."""
         rate = descriptor.layout.rate
         self._alone = len(descriptor.layout.vibration_fingers) < 2
         names = ", ".join(s for s in (descriptor.firmware, descriptor.sensor) if s)

@@ -155,7 +155,7 @@ Day = Mapping[str, float]
 
 
 def draw_rig(rng: Rng) -> RandomRig:
-    """Draw a rig. Its gain makes a hard block visible."""
+    """Draw a rig, with a gain at which a hard block gives a visible signal."""
     finger = MIDDLE._replace(
         **{name: getattr(MIDDLE, name) * _about(rng, sd) for name, sd in RIG_SPREAD.items()}
     )
@@ -190,7 +190,7 @@ def draw_rig(rng: Rng) -> RandomRig:
 
 
 def adjusted(rig: RandomRig, rng: Rng) -> RandomRig:
-    """Return the rig with a gain that makes a hard block visible."""
+    """Return the rig with a gain at which a hard block gives a visible signal."""
     quiet = replace(
         rig,
         finger=rig.finger._replace(gain=1.0),

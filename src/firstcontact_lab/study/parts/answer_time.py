@@ -47,7 +47,7 @@ class Answers(Record, frozen=True, kw_only=True):
 
 
 class AnswerTimes(Answers, frozen=True, kw_only=True):
-    """Times of the usual window, and of every window length by its name, ms."""
+    """Times of the default window, and of each window length by its name, ms."""
 
     window_length_ms: dict[str, Answers]
 

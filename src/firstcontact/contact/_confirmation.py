@@ -98,11 +98,16 @@ class ConfirmingLatch:
         if not self.is_confirmed:
             self._remember(block)
         events: list[Contact | Withdrawal] = []
-        for row in np.flatnonzero(decisions.fired.any(axis=1)):
-            events += self._confirm(int(decisions.ends[row]) + 1)
+        rows = np.flatnonzero(decisions.fired.any(axis=1))
+        for row, fired in zip(rows.tolist(), decisions.fired[rows].tolist(), strict=True):
+            if self._first is not None:
+                events += self._confirm(int(decisions.ends[row]) + 1)
+            columns = zip(self._fingers, fired, strict=True)
+            if all(finger in self.latched for finger, is_fired in columns if is_fired):
+                continue
             ends, onsets = decisions.ends[row : row + 1], decisions.onsets[row : row + 1]
-            fired = decisions.fired[row : row + 1] & (onsets >= self._not_before)
-            contacts = latch(WindowDecisions(ends, fired, onsets), self._fingers, self.latched)
+            later = decisions.fired[row : row + 1] & (onsets >= self._not_before)
+            contacts = latch(WindowDecisions(ends, later, onsets), self._fingers, self.latched)
             if contacts and not self.is_confirmed and self._first is None:
                 self._first = contacts[0]
             events += contacts

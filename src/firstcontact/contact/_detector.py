@@ -39,7 +39,7 @@ def latch(
 
     Parameters
     ----------
-    verdicts
+    decisions
         Decisions in time order.
     fingers
         Fingers of the columns; None means a sensor that belongs to no finger.
@@ -52,14 +52,16 @@ def latch(
         Contacts in window order; within one window, the earlier onset first.
     """
     contacts: list[Contact] = []
-    for row in np.flatnonzero(decisions.fired.any(axis=1)):
-        end = int(decisions.ends[row])
-        columns = zip(fingers, decisions.fired[row], decisions.onsets[row], strict=True)
-        new_contacts = [
-            Contact(f, int(o), end) for f, fired, o in columns if fired and f not in latched
-        ]
-        latched.update(contact.finger for contact in new_contacts)
-        contacts += sorted(new_contacts, key=lambda contact: contact.sample)
+    rows = np.flatnonzero(decisions.fired.any(axis=1))
+    # Detectors go on firing for as long as a finger touches: most rows hold nothing new.
+    for row, fired in zip(rows.tolist(), decisions.fired[rows].tolist(), strict=True):
+        is_new = [f and finger not in latched for finger, f in zip(fingers, fired, strict=True)]
+        if any(is_new):
+            end, onsets = int(decisions.ends[row]), decisions.onsets[row].tolist()
+            columns = zip(fingers, is_new, onsets, strict=True)
+            new_contacts = [Contact(finger, onset, end) for finger, new, onset in columns if new]
+            latched.update(contact.finger for contact in new_contacts)
+            contacts += sorted(new_contacts, key=lambda contact: contact.sample)
     return contacts
 
 

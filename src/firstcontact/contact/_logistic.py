@@ -116,22 +116,28 @@ class LogisticDetector(TrainedDetector):
 
     def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return a mask of the windows above the threshold in all of the last looks."""
-        n, fingers, samples = windows.shape
-        each = windows.reshape(n * fingers, samples)
-        weights = self._weights if n == 1 else np.tile(self._weights, (n, 1))
-        step, length = self._sizes.step, samples - (LOOKS - 1) * self._sizes.step
         assert self._line is not None
+        step = self._sizes.step
+        length = windows.shape[2] - (LOOKS - 1) * step
+        known = np.full((*windows.shape[:2], LOOKS), np.nan)
+        # Windows that follow each other share looks: the newer ones of the earlier window.
+        shared = (windows[1:, :, :-step] == windows[:-1, :, step:]).all(axis=2)
         # A second detection of a finger would be ignored.
-        above = np.array([finger not in self._latched for finger in self._fingers] * n, np.bool_)
-        for start in range((LOOKS - 1) * step, -1, -step):
-            candidates = np.flatnonzero(above)
-            if not len(candidates):
+        above = np.tile(
+            [finger not in self._latched for finger in self._fingers], (len(windows), 1)
+        )
+        for look in reversed(range(LOOKS)):
+            if look + 1 < LOOKS:
+                known[1:, :, look] = np.where(shared, known[:-1, :, look + 1], np.nan)
+            rows, fingers = np.nonzero(above & np.isnan(known[:, :, look]))
+            if len(rows):
+                part = windows[rows, fingers, look * step : look * step + length]
+                features = loudness_features(part, self._weights[fingers], self._rate)
+                known[rows, fingers, look] = scores(features, self._line)
+            above &= known[:, :, look] > 0.0
+            if not above.any():
                 break
-            look = np.ascontiguousarray(each[candidates, start : start + length])
-            above[candidates] = (
-                scores(loudness_features(look, weights[candidates], self._rate), self._line) > 0.0
-            )
-        return above.reshape(n, fingers)
+        return above
 
     def judgement(self, rate: float) -> Judgement:
         """Return the decision in logarithms of levels, whose sums grow sample by sample."""

@@ -187,6 +187,12 @@ def test_contacts_are_detected(data: fc.Dataset) -> None:
     assert np.median(np.abs(late)) < 0.003
 
 
+def test_contacts_are_detected_by_the_detector_of_a_model(
+    data: fc.Dataset, model: fc.Model
+) -> None:
+    assert fc.detect(data, model) == fc.detect(data, model.own_detector)
+
+
 def test_live_gives_a_final_estimate_for_each_pinch() -> None:
     with fc.open("twin", speed=8.0, seed=2) as source:
         calibration = fc.calibrate(source, seconds=0.5)

@@ -12,6 +12,7 @@ from firstcontact.core import InputError
 if TYPE_CHECKING:
     from firstcontact.contact import Detector
     from firstcontact.core import AnyPath, Contact, Dataset, Progress
+    from firstcontact.models import Model
 
 
 def load(path: AnyPath | Iterable[AnyPath]) -> Dataset:
@@ -165,7 +166,7 @@ def simulate(
     return load(out)
 
 
-def detect(data: Dataset, detector: Detector | str | None = None) -> list[Contact | None]:
+def detect(data: Dataset, detector: Detector | Model | str | None = None) -> list[Contact | None]:
     """Detect the first contact in each pinch, as the live detector reports it.
 
     Parameters
@@ -173,8 +174,8 @@ def detect(data: Dataset, detector: Detector | str | None = None) -> list[Contac
     data
         Pinches; their labelled contacts are not used, unless a name is given.
     detector
-        A fitted detector; or the name of one, which is then fitted to ``data``. The default is
-        the detector that is shipped with the package.
+        A fitted detector; a model, whose detector is taken; or the name of one, which is then
+        fitted to ``data``. The default is the detector that is shipped with the package.
 
     Returns
     -------
@@ -196,10 +197,12 @@ def detect(data: Dataset, detector: Detector | str | None = None) -> list[Contac
     True
     """
     from firstcontact.contact import pretrained_detector
-    from firstcontact.models import detect_alignment, fit_detector
+    from firstcontact.models import Model, detect_alignment, fit_detector
 
     if detector is None:
         detector = pretrained_detector()
+    elif isinstance(detector, Model):
+        detector = detector.own_detector
     elif isinstance(detector, str):
         detector = fit_detector(data, detector)
     return list(detect_alignment(data, detector).contacts)

@@ -20,6 +20,7 @@ from firstcontact.contact import (
     Withdrawal,
     confirmed_contacts,
     detect,
+    first_contact,
 )
 from firstcontact.contact._confirmation import CONFIRMED, KEPT, ConfirmingLatch
 from firstcontact.contact._detector import WindowDecisions
@@ -88,6 +89,12 @@ def test_contacts_that_stand_are_those_of_decisions(clicked: Pinch) -> None:
     detector.start(LAYOUT)
     decisions = detector.judge(Block(clicked.data, clicked.first_sample))
     assert confirmed_contacts(decisions, clicked) == detect(detector, clicked)
+
+
+def test_first_contact_is_that_of_all_contacts(clicked: Pinch) -> None:
+    detector = ThresholdDetector(8.0)
+    for pinch in (clicked, replace(clicked, data=clicked.data[:300])):
+        assert first_contact(detector, pinch) == next(iter(detect(detector, pinch)), None)
 
 
 def test_listener_ends_with_both_contacts_and_reports_when_it_is_due(clicked: Pinch) -> None:

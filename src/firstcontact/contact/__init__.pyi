@@ -14,6 +14,7 @@ from ._confirmation import ContactListener as ContactListener
 from ._confirmation import Withdrawal as Withdrawal
 from ._confirmation import confirmed_contacts as confirmed_contacts
 from ._confirmation import detect as detect
+from ._confirmation import first_contact as first_contact
 from ._detector import Detector as Detector
 from ._detector import WindowDecisions as WindowDecisions
 from ._detector import latch as latch

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +27,8 @@ CLEAR = 12.0
 BEFORE, GUARD = 0.017, 0.001
 #: Part of a closing that is kept, s: longer than all these and the delay of a decision.
 KEPT = 0.1
+#: Pieces in which pinches are judged, s: what comes after the last contact is not looked at.
+PIECE = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,6 +202,11 @@ class ContactListener:
         return self._latch.is_confirmed and len(self._latch.latched) == self._fingers
 
     @property
+    def is_confirmed(self) -> bool:
+        """True if no contact can be withdrawn any more."""
+        return self._latch.is_confirmed
+
+    @property
     def due(self) -> int:
         """Number of samples until the next event is possible."""
         # Other detectors do not announce their next decision: it may come with any sample.
@@ -219,9 +226,11 @@ def confirmed_contacts(decisions: WindowDecisions, pinch: Pinch) -> list[Contact
     return _standing(ConfirmingLatch(pinch.layout).update(_block(pinch), decisions))
 
 
-def _standing(events: Sequence[Contact | Withdrawal]) -> list[Contact]:
-    """Return the contacts that no later event withdraws."""
-    contacts: list[Contact] = []
+def _standing(
+    events: Sequence[Contact | Withdrawal], earlier: Sequence[Contact] = ()
+) -> list[Contact]:
+    """Return these and the earlier contacts, unless a later event withdraws them."""
+    contacts = list(earlier)
     for event in events:
         if isinstance(event, Contact):
             contacts.append(event)
@@ -251,8 +260,38 @@ def detect(detector: Detector, pinch: Pinch, *, confirm: bool = True) -> list[Co
         False to return the detector's contacts without withdrawals, like a device that predicts by
         itself.
     """
-    block = _block(pinch, closing_start(pinch).sample)
     if not confirm:
         detector.start(pinch.layout)
-        return detector.update(block)
-    return _standing(ContactListener(detector, pinch.layout).update(block))
+        return detector.update(_block(pinch, closing_start(pinch).sample))
+    return [contacts for contacts, _ in _listen(detector, pinch)][-1]
+
+
+def first_contact(detector: Detector, pinch: Pinch) -> Contact | None:
+    """Return the first contact of :func:`detect`, or None; what comes after it is not judged.
+
+    Parameters
+    ----------
+    detector
+        Fitted or loaded detector.
+    pinch
+        Pinch.
+    """
+    contacts: list[Contact] = []
+    for contacts, is_confirmed in _listen(detector, pinch):
+        if contacts and is_confirmed:
+            break
+    return contacts[0] if contacts else None
+
+
+def _listen(detector: Detector, pinch: Pinch) -> Iterator[tuple[list[Contact], bool]]:
+    """Yield the contacts so far, and whether they stand, until no further one is possible."""
+    block = _block(pinch, closing_start(pinch).sample)
+    listener = ContactListener(detector, pinch.layout)
+    size = samples_in(PIECE, pinch.layout.rate)
+    contacts: list[Contact] = []
+    for start in range(0, max(len(block.data), 1), size):
+        piece = Block(block.data[start : start + size], block.first_sample + start, block.epoch)
+        contacts = _standing(listener.update(piece), contacts)
+        yield contacts, listener.is_confirmed
+        if listener.ended:
+            return

@@ -15,7 +15,7 @@ from firstcontact.contact import (
     count_starts,
     cut_closings,
     describe_starts,
-    detect,
+    first_contact,
     general_detector,
     is_pretrained,
     make_detector,
@@ -54,7 +54,7 @@ def detect_alignment(dataset: Dataset, detector: Detector, how: str = "") -> Ali
     """Return the contacts that a detector finds, from the start of each closing."""
     starts = closing_starts(dataset)
     heard = cut_closings(dataset, starts).pinches
-    contacts = [next(iter(detect(detector, pinch)), None) for pinch in heard]
+    contacts = [first_contact(detector, pinch) for pinch in heard]
     return Alignment(
         contacts, f"detected ({detector.name}{how}; {describe_starts(count_starts(starts))})"
     )

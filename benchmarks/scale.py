@@ -1,0 +1,144 @@
+"""Time and memory of each step against the number of pinches.
+
+Each step runs in a process of its own on simulated recordings. The table shows wall time,
+processor time and peak memory, and the growth of processor time per pinch relative to the smallest
+number. 100,000 pinches take some 12 GB of disk. Run it with
+``OMP_NUM_THREADS=1 python benchmarks/scale.py --pinches 1000 10000 100000``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+#: Blocks of the simulated recordings.
+BLOCKS = 5
+#: Pinches of unseen objects that the models are evaluated on, of each of the eight objects.
+OBJECT_PINCHES = 25
+
+LOAD = """
+import sys
+import firstcontact as fc
+dataset = fc.load(sys.argv[1])
+print(sum(len(pinch.data) for pinch in dataset))
+"""
+DETECT = """
+import sys
+import firstcontact as fc
+dataset = fc.load(sys.argv[1])
+model = fc.load_model(sys.argv[2])
+print(sum(contact is not None for contact in fc.detect(dataset, model)))
+"""
+
+
+@dataclass(frozen=True)
+class Step:
+    """Cost of one step.
+
+    Parameters
+    ----------
+    pinches
+        Number of pinches of blocks.
+    name
+        Step.
+    wall, cpu
+        Wall time and processor time of the process and its children, s.
+    peak
+        Largest resident memory of one process, MB.
+    """
+
+    pinches: int
+    name: str
+    wall: float
+    cpu: float
+    peak: float
+
+
+def measured(pinches: int, name: str, arguments: list[str]) -> Step:
+    """Run a command and return its cost.
+
+    Raises
+    ------
+    SystemExit
+        The command fails.
+    """
+    with tempfile.TemporaryFile("w+") as output:
+        began = time.perf_counter()
+        process = subprocess.Popen(arguments, stdout=output, stderr=output)
+        _, status, usage = os.wait4(process.pid, 0)
+        wall = time.perf_counter() - began
+        if status:
+            output.seek(0)
+            raise SystemExit(f"{name} of {pinches} pinches failed:\n{output.read()[-2000:]}")
+    cpu = usage.ru_utime + usage.ru_stime
+    return Step(pinches, name, round(wall, 2), round(cpu, 2), round(usage.ru_maxrss / 1024, 1))
+
+
+def steps(pinches: int, folder: Path) -> list[Step]:
+    """Return the cost of all steps with a number of pinches of blocks."""
+    verb = [sys.executable, "-m", "firstcontact.cli.main"]
+    data, unseen = folder / "pinches", folder / "unseen"
+    model, network = folder / "model", folder / "network"
+    made = ["simulate", "--out", str(data), "--pinches-per-object", "0"]
+    made += ["--pinches-per-block", str(pinches // BLOCKS)]
+    other = ["simulate", "--out", str(unseen), "--pinches-per-block", "0", "--seed", "1"]
+    other += ["--pinches-per-object", str(OBJECT_PINCHES)]
+    out = [measured(pinches, "simulate", verb + made)]
+    subprocess.run(verb + other, check=True, capture_output=True)
+    python = [sys.executable, "-c"]
+    train = ["train", str(data), "--out", str(model)]
+    adapt = ["adapt", str(data), "--out", str(network)]
+    out += [
+        measured(pinches, "load", [*python, LOAD, str(data)]),
+        measured(pinches, "train", verb + train),
+        measured(pinches, "adapt", verb + adapt),
+        measured(pinches, "detect", [*python, DETECT, str(data), str(model)]),
+        measured(pinches, "evaluate", [*verb, "evaluate", str(model), str(data)]),
+        measured(
+            pinches, "evaluate on unseen objects", [*verb, "evaluate", str(model), str(unseen)]
+        ),
+    ]
+    return out
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument(
+        "--pinches", type=int, nargs="+", default=[500, 2000], help="pinches of blocks"
+    )
+    parser.add_argument("--folder", type=Path, help="folder for recordings and models")
+    parser.add_argument("--out", type=Path, help="JSON file for the figures")
+    settings = parser.parse_args()
+    rows: list[Step] = []
+    for pinches in settings.pinches:
+        with tempfile.TemporaryDirectory(dir=settings.folder) as folder:
+            for step in steps(pinches, Path(folder)):
+                first = next((row for row in rows if row.name == step.name), step)
+                growth = (step.cpu / step.pinches) / (first.cpu / first.pinches)
+                print(
+                    f"{pinches} pinches, {step.name}: {step.wall:.1f} s, {step.cpu:.1f} s of "
+                    f"processor ({growth:.2f} x per pinch), peak {step.peak:.0f} MB",
+                    flush=True,
+                )
+                rows.append(step)
+    if settings.out is not None:
+        report = {
+            "machine": platform.processor() or platform.machine(),
+            "cores": os.cpu_count(),
+            "load": os.getloadavg()[0],
+            "steps": [asdict(row) for row in rows],
+        }
+        settings.out.write_text(json.dumps(report, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -122,6 +122,14 @@ def test_reordered_frame_counts_as_lost() -> None:
     assert line.counts == Counts(samples=15, lost_samples=5, lost_frames=1, doubled_frames=1)
 
 
+@pytest.mark.parametrize("repeated", [1, 2, 5, 20])
+def test_new_frame_that_repeats_samples_is_ignored(repeated: int) -> None:
+    line = Line()
+    line.feed(*frames(0, 20, 1), *frames(20 - repeated, 1, 5), *frames(20, 5, 6))
+    assert line.stretches == [(0, 0, 25)]
+    assert line.counts == Counts(samples=25, doubled_frames=1)
+
+
 @pytest.mark.parametrize("offset", range(0, 12))
 def test_sample_numbers_continue_beyond_32_bits(offset: int) -> None:
     line = Line()

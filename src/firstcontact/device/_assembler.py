@@ -216,7 +216,7 @@ class Assembler:
                 self.counts.doubled_frames += 1
                 return False
             self.counts.lost_frames += ahead
-        self._counter = (counter + 1) % _WRAP
+        self._counter = counter + 1
         return True
 
     def _samples(self, payload: bytes, assembled: Assembled) -> None:

@@ -1,7 +1,7 @@
 """Programs in processes of their own, without the seconds that imports take.
 
 A server process, one for each process that runs tests, imports once what commands need. It is
-forked for each program, which then has its own number, working directory, environment and output.
+forked for each program, which then has its own number, working directory, environment and streams.
 """
 
 from __future__ import annotations
@@ -11,42 +11,37 @@ import os
 import runpy
 import subprocess
 import sys
-import tempfile
 import warnings
-from collections.abc import Mapping
+from multiprocessing.reduction import DupFd
 from pathlib import Path
+from pkgutil import resolve_name, walk_packages
 from typing import Any
 
 #: Longest wait for a program, s: only a failing test waits so long.
 LONG = 240.0
-#: Slow imports that many commands share, but none that starts threads.
-PRELOADED = (
-    "firstcontact.cli.main",
-    "firstcontact.cli.session_keys",
-    "firstcontact.models",
-    "firstcontact.recording",
-    "firstcontact.streaming",
-    "scipy.signal",
-    "scipy.stats",
+#: Modules with imports that few commands share, or that start threads.
+_RARE = (
+    "._cluster",
+    "._efficientnet",
+    "._network_export",
+    "._ability",
+    ".pretraining",
+    ".pretrain",
 )
+#: Slow imports that many commands share, but none that starts threads.
+PRELOADED = [
+    module.name
+    for package in ("firstcontact", "firstcontact_lab")
+    for module in walk_packages(resolve_name(package).__path__, f"{package}.")
+    if not any(name in module.name for name in _RARE)
+] + ["scipy.stats", "sklearn.svm", "sklearn.pipeline", "matplotlib.backends.backend_svg"]
 
 _SERVER = multiprocessing.get_context("forkserver")
-_SERVER.set_forkserver_preload(list(PRELOADED))
+_SERVER.set_forkserver_preload(PRELOADED)
 
 
-def firstcontact(*words: object, **options: Any) -> subprocess.CompletedProcess[str]:
-    """Run the command line, with the options of `run`."""
-    return run("command", *words, **options)
-
-
-def run(
-    kind: str,
-    *words: object,
-    cwd: Path | None = None,
-    environment: Mapping[str, str] | None = None,
-    strict: bool = False,
-) -> subprocess.CompletedProcess[str]:
-    """Run a program to its end.
+class Program(subprocess.Popen[str]):
+    """Program that runs in a forked process.
 
     Parameters
     ----------
@@ -54,46 +49,91 @@ def run(
         "command" for the command line, "script" for a file, "code" for a text of Python.
     *words
         Arguments, after the file or the text.
-    cwd
-        Working directory.
-    environment
-        Environment; that of this process by default.
     strict
         Turn warnings into errors.
+    **options
+        Streams, ``cwd`` and ``env`` of ``subprocess.Popen``.
     """
-    command = [str(word) for word in words]
-    with tempfile.TemporaryDirectory() as folder:
-        streams = [str(Path(folder) / name) for name in ("stdout", "stderr")]
-        arguments = (kind, command, cwd or Path.cwd(), dict(environment or os.environ))
-        process = _SERVER.Process(target=_program, args=(*arguments, streams, strict))
-        process.start()
-        process.join(LONG)
-        if process.exitcode is None:
-            process.kill()
-            process.join()
-        texts = [Path(stream).read_text(encoding="utf-8") for stream in streams]
-        return subprocess.CompletedProcess(command, process.exitcode or 0, *texts)
+
+    def __init__(self, kind: str, *words: object, strict: bool = False, **options: Any) -> None:
+        self._kind, self._strict = kind, strict
+        super().__init__([str(word) for word in words], text=True, **options)
+
+    def _execute_child(  # type: ignore[no-untyped-def]
+        self, args, executable, preexec_fn, close_fds, pass_fds, cwd, env, startupinfo,
+        creationflags, shell, p2cread, p2cwrite, c2pread, c2pwrite, errread, errwrite, *_,
+    ):  # fmt: skip
+        given = (p2cread, c2pwrite, errwrite)
+        streams = [_Stream(own if fd == -1 else fd) for own, fd in enumerate(given)]
+        place, environment = str(cwd or Path.cwd()), dict(os.environ if env is None else env)
+        arguments = (self._kind, args, place, environment, streams, self._strict)
+        self._process = _SERVER.Process(target=_program, args=arguments)
+        self._process.start()
+        self.pid, self._child_created = self._process.pid, True
+        self._close_pipe_fds(p2cread, p2cwrite, c2pread, c2pwrite, errread, errwrite)
+
+    def _internal_poll(self, *_: Any, **__: Any) -> int | None:
+        self.returncode = self._process.exitcode
+        return self.returncode
+
+    def _wait(self, timeout: float | None) -> int:
+        self._process.join(timeout)
+        if self.poll() is None:
+            raise subprocess.TimeoutExpired(self.args, timeout or 0.0)
+        return self.returncode
+
+
+class _Stream:
+    """Open file that travels to the forked process, and arrives as its number there."""
+
+    def __init__(self, number: int) -> None:
+        self._number = number
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _arrived, (DupFd(self._number),)
+
+
+def _arrived(descriptor: Any) -> int:
+    return int(descriptor.detach())
+
+
+def firstcontact(*words: object, **options: Any) -> subprocess.CompletedProcess[str]:
+    """Run the command line, with the options of `run`."""
+    return run("command", *words, **options)
+
+
+def run(kind: str, *words: object, **options: Any) -> subprocess.CompletedProcess[str]:
+    """Run a program to its end, with the parameters of `Program`."""
+    pipes = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with Program(kind, *words, **{**pipes, **options}) as program:
+        try:
+            texts = program.communicate(timeout=LONG)
+        finally:
+            program.kill()
+    return subprocess.CompletedProcess(program.args, program.returncode, *texts)
 
 
 def _program(
     kind: str,
     words: list[str],
-    cwd: Path,
+    cwd: str,
     environment: dict[str, str],
-    streams: list[str],
+    streams: list[int],
     strict: bool,
 ) -> None:
     os.chdir(cwd)
     os.environ.clear()
     os.environ.update(environment)
     sys.path[:0] = environment.get("PYTHONPATH", "").split(os.pathsep)
-    for number, path in enumerate(["/dev/null", *streams]):
-        made = os.open(path, os.O_RDWR | os.O_CREAT)
-        os.dup2(made, number)
-        os.close(made)
+    for number, stream in enumerate(streams):
+        os.dup2(stream, number)
+    for stream in streams:
+        os.close(stream)
     sys.stdin = open(0, encoding="utf-8", closefd=False)  # noqa: SIM115
     sys.stdout = open(1, "w", encoding="utf-8", closefd=False)  # noqa: SIM115
-    sys.stderr = open(2, "w", encoding="utf-8", closefd=False, buffering=1)  # noqa: SIM115
+    sys.stderr = open(  # noqa: SIM115
+        2, "w", 1, encoding="utf-8", errors="backslashreplace", closefd=False
+    )
     if strict:
         warnings.simplefilter("error")
     if kind == "command":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,12 +20,28 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return recordings(tmp_path_factory.mktemp("train") / "pinches")
 
 
+@pytest.fixture(scope="module")
+def svm(data: Path, small_searches: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A model of the pinches; no test changes it."""
+    return trained(data, tmp_path_factory.mktemp("svm") / "m")
+
+
+@pytest.fixture(scope="module")
+def peak(data: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A model that is quicker to train; no test changes it."""
+    return trained(data, tmp_path_factory.mktemp("peak") / "m", "--estimator", "peak")
+
+
+def trained(data: Path, out: Path, *words: str) -> Path:
+    assert run("train", data, "--out", out, *words) == 0
+    return out
+
+
 def test_seen_and_unseen_are_told_apart(
-    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    data: Path, svm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run("train", data, "--out", tmp_path / "m") == 0
     capsys.readouterr()
-    assert run("evaluate", tmp_path / "m", data) == 0
+    assert run("evaluate", svm, data) == 0
     output = capsys.readouterr().out
     assert "warning: 60 pinches are ones that the model learned from, sample by sample" in output
     # Of the any-time model first, then of the one of a window.
@@ -35,7 +52,7 @@ def test_seen_and_unseen_are_told_apart(
     assert "block 60" in seen
 
     other = recordings(tmp_path / "other", ("e", "f"), seed=1)
-    assert run("evaluate", tmp_path / "m", other) == 0
+    assert run("evaluate", svm, other) == 0
     output = capsys.readouterr().out
     assert "warning" not in output
     of_window = output[output.index("\n15 ms, ") :]
@@ -46,9 +63,8 @@ def test_seen_and_unseen_are_told_apart(
 
 
 def test_a_stranger_with_the_same_session_name_is_not_seen_in_training(
-    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    data: Path, svm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run("train", data, "--out", tmp_path / "m") == 0
     rng = np.random.default_rng(5)
     label = Label("ball", 40.0, None, "ball 1", "a")
     pinches = tuple(touch(40.0, label, rng, True) for _ in range(5))
@@ -56,31 +72,30 @@ def test_a_stranger_with_the_same_session_name_is_not_seen_in_training(
     folder.mkdir()
     write_dataset(Dataset(pinches, "synthetic"), folder, Header(LAYOUT, "synthetic"))
     capsys.readouterr()
-    assert run("evaluate", tmp_path / "m", folder) == 0
+    assert run("evaluate", svm, folder) == 0
     output = capsys.readouterr().out
     assert "warning" not in output
     assert "sessions of the training by name, other specimens:" in output
 
 
 def test_a_specimen_of_one_pinch_has_no_spread(
-    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    data: Path, svm: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run("train", data, "--out", tmp_path / "m") == 0
     pinch = touch(40.0, Label("ball", 40.0, None, "b", "z"), np.random.default_rng(6), True)
     folder = tmp_path / "one"
     folder.mkdir()
     write_dataset(Dataset((pinch,), "synthetic"), folder, Header(LAYOUT, "synthetic"))
-    assert run("evaluate", tmp_path / "m", folder) == 0
+    assert run("evaluate", svm, folder) == 0
     assert "–" in capsys.readouterr().out.splitlines()[-1]
 
 
 def test_a_model_whose_detector_was_lost_says_so(
-    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    data: Path, peak: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run("train", data, "--estimator", "peak", "--out", tmp_path / "m") == 0
-    (tmp_path / "m" / "detector.json").unlink()
-    assert run("evaluate", tmp_path / "m", data) == 0
-    assert run("evaluate", tmp_path / "m", data, "--contacts", "detected") == 2
+    bare = shutil.copytree(peak, tmp_path / "m")
+    (bare / "detector.json").unlink()
+    assert run("evaluate", bare, data) == 0
+    assert run("evaluate", bare, data, "--contacts", "detected") == 2
     assert "detector" in capsys.readouterr().err
 
 
@@ -94,14 +109,18 @@ def test_a_folder_without_a_model(
 @pytest.mark.parametrize("contacts", ["known", "detected"])
 @pytest.mark.parametrize("rate", [5200.0, 16000.0])
 def test_recordings_of_another_rate_are_resampled_with_a_note(
-    data: Path, tmp_path: Path, rate: float, contacts: str, capsys: pytest.CaptureFixture[str]
+    data: Path,
+    peak: Path,
+    tmp_path: Path,
+    rate: float,
+    contacts: str,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    assert run("train", data, "--estimator", "peak", "--out", tmp_path / "m") == 0
     capsys.readouterr()
-    assert run("evaluate", tmp_path / "m", data, "--contacts", contacts) == 0
+    assert run("evaluate", peak, data, "--contacts", contacts) == 0
     present = capsys.readouterr().out
     other = resampled(data, rate, tmp_path / "other")
-    assert run("evaluate", tmp_path / "m", other, "--contacts", contacts) == 0
+    assert run("evaluate", peak, other, "--contacts", contacts) == 0
     output = capsys.readouterr().out
     assert f"Resampled from {rate:g} Hz to 4936 Hz" in output
     scored = "60 pinches, " if contacts == "known" else " pinches, "
@@ -112,20 +131,18 @@ def test_recordings_of_another_rate_are_resampled_with_a_note(
 
 
 def test_recordings_slower_than_the_training_give_a_warning(
-    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    data: Path, peak: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run("train", data, "--estimator", "peak", "--out", tmp_path / "m") == 0
     slow = resampled(data, 2500.0, tmp_path / "slow")
     capsys.readouterr()
-    assert run("evaluate", tmp_path / "m", slow) == 0
+    assert run("evaluate", peak, slow) == 0
     assert "hold nothing above 1250 Hz" in capsys.readouterr().out
 
 
 def test_names_alone_do_not_make_a_training_pinch(
-    data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    data: Path, peak: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Another lab names its blocks, sessions and source the same."""
-    assert run("train", data, "--estimator", "peak", "--out", tmp_path / "m") == 0
     rng = np.random.default_rng(77)
     pinches = [
         touch(shore, Label(f"block {shore:g}", shore, None, f"block {shore:g}", "a"), rng)
@@ -136,7 +153,7 @@ def test_names_alone_do_not_make_a_training_pinch(
     folder.mkdir()
     write_dataset(Dataset(tuple(pinches), "synthetic"), folder, Header(LAYOUT, "synthetic"))
     capsys.readouterr()
-    assert run("evaluate", tmp_path / "m", folder) == 0
+    assert run("evaluate", peak, folder) == 0
     output = capsys.readouterr().out
     assert "warning" not in output
     assert "note: 15 pinches have the session and specimen of others" in output
@@ -146,9 +163,8 @@ def test_names_alone_do_not_make_a_training_pinch(
 
 @pytest.mark.parametrize("route", ["renamed", "csv", "hdf5"])
 def test_pinches_learned_from_are_known_by_any_name(
-    data: Path, tmp_path: Path, route: str, capsys: pytest.CaptureFixture[str]
+    data: Path, peak: Path, tmp_path: Path, route: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run("train", data, "--estimator", "peak", "--out", tmp_path / "m") == 0
     again = tmp_path / "again"
     if route == "renamed":
         pinches = tuple(
@@ -161,7 +177,7 @@ def test_pinches_learned_from_are_known_by_any_name(
         assert run("export", data, "--to", route, "--out", tmp_path / f"all.{route}") == 0
         assert run("import", tmp_path / f"all.{route}", "--out", again) == 0
     capsys.readouterr()
-    assert run("evaluate", tmp_path / "m", again) == 0
+    assert run("evaluate", peak, again) == 0
     output = capsys.readouterr().out
     assert "warning: 60 pinches are ones that the model learned from, sample by sample" in output
     assert "\nseen in training: " in output

@@ -35,7 +35,11 @@ def environment(user_cache: Path) -> dict[str, str]:
 
 
 def live(environment: dict[str, str], *arguments: str) -> subprocess.CompletedProcess[str]:
-    return forked.firstcontact("live", *arguments, environment=environment)
+    return forked.firstcontact("live", *arguments, env=environment)
+
+
+def started(environment: dict[str, str], *arguments: str, **streams: int) -> forked.Program:
+    return forked.Program("command", "live", *arguments, env=environment, **streams)
 
 
 def estimates(text: str) -> list[tuple[float, ...]]:
@@ -126,9 +130,7 @@ def test_a_signal_ends_it_in_order(
     number: signal.Signals, code: int, environment: dict[str, str], tmp_path: Path
 ) -> None:
     arguments = ["--device", "twin", "--speed", "4", "--record", "--recordings", str(tmp_path)]
-    process = subprocess.Popen(
-        [*COMMAND, *arguments], env=environment, stdout=subprocess.PIPE, text=True
-    )
+    process = started(environment, *arguments, stdout=subprocess.PIPE)
     assert process.stdout is not None
     for line in process.stdout:
         if line.startswith("pinch 2"):
@@ -183,13 +185,8 @@ def test_a_signal_releases_the_hand(
     number: signal.Signals, code: int, environment: dict[str, str]
 ) -> None:
     arguments = ["--device", "twin", "--hand", "print", "--policy", "touch", "--speed=4"]
-    process = subprocess.Popen(
-        [*COMMAND, *arguments],
-        env=environment,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+    pipe = subprocess.PIPE
+    process = started(environment, *arguments, stdout=pipe, stderr=pipe)
     assert process.stdout is not None
     for line in process.stdout:
         if line.startswith("pinch 1"):
@@ -206,13 +203,10 @@ def test_an_output_that_cannot_be_written_is_no_success(
     kind: list[str], environment: dict[str, str]
 ) -> None:
     with Path("/dev/full").open("w") as full:
-        process = subprocess.run(
-            [*COMMAND, "--device", "twin", "--speed", "4", "--seconds", "20", *kind],
+        process = forked.firstcontact(
+            *("live", "--device", "twin", "--speed", "4", "--seconds", "20", *kind),
             env=environment,
             stdout=full,
-            stderr=subprocess.PIPE,
-            text=True,
-            timeout=LONG,
         )
     assert process.returncode == 2, process.stderr
     assert "No space left" in process.stderr.splitlines()[-1]
@@ -221,9 +215,7 @@ def test_an_output_that_cannot_be_written_is_no_success(
 @pytest.fixture
 def paged(environment: dict[str, str]) -> Iterator[tuple[subprocess.Popen[str], str]]:
     arguments = ["--device", "twin", "--page", "--port", "0"]
-    process = subprocess.Popen(
-        [*COMMAND, *arguments], env=environment, stderr=subprocess.PIPE, text=True
-    )
+    process = started(environment, *arguments, stderr=subprocess.PIPE)
     assert process.stderr is not None
     address = next(line.split()[-1] for line in process.stderr if line.startswith("page: "))
     yield process, address
@@ -281,16 +273,10 @@ def closing_by_lines(
 ) -> Iterator[tuple[EmulatedAbility, subprocess.Popen[str]]]:
     """A hand that ``live`` has closed because a line asked for it."""
     arguments = ["--device", "twin", "--hand", "ability", "--hand-port", str(port), "--json"]
+    pipe, nowhere = subprocess.PIPE, subprocess.DEVNULL
     with (
         EmulatedAbility(port) as hand,
-        subprocess.Popen(
-            [*COMMAND, *arguments],
-            env=environment,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            text=True,
-        ) as process,
+        started(environment, *arguments, stdin=pipe, stdout=pipe, stderr=nowhere) as process,
     ):
         try:
             assert process.stdout is not None

@@ -9,12 +9,13 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import forked
 from firstcontact.cli.main import main
 from firstcontact.core import Calibration, Finger, VibrationCalibration, write_calibration
 from firstcontact.device._twin_device import TwinDevice
@@ -42,21 +43,27 @@ def options(out: Path, calibration: Path, pinches: int) -> list[str]:
     ]  # fmt: skip
 
 
+STREAMS = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.PIPE)
+
+
 @contextmanager
 def running(*command: str, **streams: int) -> Iterator[subprocess.Popen[str]]:
     """A command that goes on; it is ended at the latest with the block."""
-    pipe = subprocess.PIPE
-    streams = {"stdin": pipe, "stdout": pipe, "stderr": pipe, **streams}
-    with subprocess.Popen(command, text=True, **streams) as child:
+    with subprocess.Popen(command, text=True, **{**STREAMS, **streams}) as child:
         try:
             yield child
         finally:
             child.kill()
 
 
-def recording(*arguments: str) -> AbstractContextManager[subprocess.Popen[str]]:
+@contextmanager
+def recording(*arguments: str, device: str = "twin") -> Iterator[forked.Program]:
     """A recording that goes on."""
-    return running(*COMMAND, *arguments)
+    with forked.Program("command", "record", "--device", device, *arguments, **STREAMS) as child:
+        try:
+            yield child
+        finally:
+            child.kill()
 
 
 def read_until(child: subprocess.Popen[str], word: str) -> None:
@@ -177,8 +184,8 @@ def port() -> Iterator[TwinDevice]:
 def test_where_objects_are_changed_by_hand_a_reader_is_needed(tmp_path, calibration, port):
     out, plan = tmp_path / "out", tmp_path / "plan.csv"
     plan.write_text("object,pinches\nblock 29,1\nblock 10,1\n")
-    arguments = ["--device", port.port, f"--plan={plan}", f"--out={out}"]
-    with running(*COMMAND[:-2], *arguments, f"--calibration={calibration}") as child:
+    arguments = [f"--plan={plan}", f"--out={out}", f"--calibration={calibration}"]
+    with recording(*arguments, device=port.port) as child:
         read_until(child, "next: block 29")
         child.stdout.close()
         # Said or not: the first object is put there, and nobody can be asked for the second.
@@ -192,8 +199,8 @@ def test_where_objects_are_changed_by_hand_a_reader_is_needed(tmp_path, calibrat
 
 
 def test_a_pulled_cable_is_said_and_so_is_its_return(tmp_path, calibration, port):
-    arguments = ["--device", port.port, "--object=a", f"--out={tmp_path / 'out'}"]
-    with running(*COMMAND[:-2], *arguments, f"--calibration={calibration}") as child:
+    arguments = ["--object=a", f"--out={tmp_path / 'out'}", f"--calibration={calibration}"]
+    with recording(*arguments, device=port.port) as child:
         read_until(child, "next: a")
         port.unplug()
         read_until(child, "link: the device is gone; waiting for it")

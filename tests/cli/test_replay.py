@@ -5,18 +5,20 @@ from __future__ import annotations
 import re
 import signal
 import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import forked
 from firstcontact.cli.main import main
 from firstcontact.core import Block, fingertip_layout
 from firstcontact.device import SerialSource
 from firstcontact.recording import Header, RecordingWriter
 
-COMMAND = [sys.executable, "-m", "firstcontact.cli.main", "replay"]
+
+def replaying(recording: Path, *options: object) -> forked.Program:
+    return forked.Program("command", "replay", recording, *options, stdout=subprocess.PIPE)
 
 
 @pytest.fixture
@@ -34,9 +36,7 @@ def test_a_recording_as_a_port_until_it_is_told_to_stop(
     recording: Path, tmp_path: Path, named: bool, number: signal.Signals
 ) -> None:
     options = ["--speed", "inf", *(["--link", str(tmp_path / "port")] if named else [])]
-    with subprocess.Popen(
-        [*COMMAND, str(recording), *options], stdout=subprocess.PIPE, text=True
-    ) as process:
+    with replaying(recording, *options) as process:
         assert process.stdout is not None
         word, port = process.stdout.readline().split()
         assert word == "port:"
@@ -58,10 +58,7 @@ def test_once_it_leaves_when_a_host_had_all_of_it(
     recording: Path, tmp_path: Path, patient: bool
 ) -> None:
     port = tmp_path / "port"
-    with subprocess.Popen(
-        [*COMMAND, str(recording), "--once", "--speed", "inf", "--link", str(port)],
-        stdout=subprocess.PIPE,
-    ) as process:
+    with replaying(recording, "--once", "--speed", "inf", "--link", port) as process:
         assert process.stdout is not None
         process.stdout.readline()
         with SerialSource(str(port)) as source:
@@ -76,15 +73,10 @@ def test_once_it_leaves_when_a_host_had_all_of_it(
 
 def test_a_replay_is_a_device_like_any(recording: Path, tmp_path: Path) -> None:
     port = tmp_path / "port"
-    with subprocess.Popen(
-        [*COMMAND, str(recording), "--link", str(port)], stdout=subprocess.PIPE
-    ) as process:
+    with replaying(recording, "--link", port) as process:
         assert process.stdout is not None
         process.stdout.readline()
-        child = subprocess.run(
-            [*COMMAND[:-1], "info", "--device", str(port)],
-            capture_output=True, text=True, timeout=240.0,
-        )  # fmt: skip
+        child = forked.firstcontact("info", "--device", port)
         process.terminate()
         assert process.wait(60.0) == 0
     assert child.returncode == 0, child.stderr

@@ -173,7 +173,7 @@ def run_part(command: str, folder: Path, cache: Path) -> subprocess.CompletedPro
             command += " --speed 8"
         if "live --device twin" in command:
             environment["XDG_CACHE_HOME"] = str(cache)
-        return forked.firstcontact(*shlex.split(command)[1:], cwd=folder, environment=environment)
+        return forked.firstcontact(*shlex.split(command)[1:], cwd=folder, env=environment)
     environment["PATH"] = str(Path(sys.executable).parent) + os.pathsep + os.environ["PATH"]
     return subprocess.run(
         ["bash", "-c", "set -euo pipefail\n" + command],

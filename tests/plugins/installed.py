@@ -9,11 +9,11 @@ import forked
 
 def run(environment: dict[str, str], *arguments: object) -> subprocess.CompletedProcess[str]:
     """Run code of Python with these arguments."""
-    return forked.run("code", *arguments, environment=environment)
+    return forked.run("code", *arguments, env=environment)
 
 
 def firstcontact(
     environment: dict[str, str], *arguments: object
 ) -> subprocess.CompletedProcess[str]:
     """Run the command line."""
-    return forked.firstcontact(*arguments, environment=environment)
+    return forked.firstcontact(*arguments, env=environment)

@@ -52,7 +52,7 @@ class Program(subprocess.Popen[str]):
     strict
         Turn warnings into errors.
     **options
-        Streams, ``cwd`` and ``env`` of ``subprocess.Popen``.
+        Streams, ``cwd``, ``env`` and ``start_new_session`` of ``subprocess.Popen``.
     """
 
     def __init__(self, kind: str, *words: object, strict: bool = False, **options: Any) -> None:
@@ -61,12 +61,13 @@ class Program(subprocess.Popen[str]):
 
     def _execute_child(  # type: ignore[no-untyped-def]
         self, args, executable, preexec_fn, close_fds, pass_fds, cwd, env, startupinfo,
-        creationflags, shell, p2cread, p2cwrite, c2pread, c2pwrite, errread, errwrite, *_,
+        creationflags, shell, p2cread, p2cwrite, c2pread, c2pwrite, errread, errwrite,
+        restore_signals, gid, gids, uid, umask, start_new_session, process_group,
     ):  # fmt: skip
         given = (p2cread, c2pwrite, errwrite)
         streams = [_Stream(own if fd == -1 else fd) for own, fd in enumerate(given)]
         place, environment = str(cwd or Path.cwd()), dict(os.environ if env is None else env)
-        arguments = (self._kind, args, place, environment, streams, self._strict)
+        arguments = (self._kind, args, place, environment, streams, start_new_session, self._strict)
         self._process = _SERVER.Process(target=_program, args=arguments)
         self._process.start()
         self.pid, self._child_created = self._process.pid, True
@@ -119,8 +120,11 @@ def _program(
     cwd: str,
     environment: dict[str, str],
     streams: list[int],
+    start_new_session: bool,
     strict: bool,
 ) -> None:
+    if start_new_session:
+        os.setsid()
     os.chdir(cwd)
     os.environ.clear()
     os.environ.update(environment)

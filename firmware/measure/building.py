@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import atexit
+import hashlib
 import shutil
 import subprocess
+import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -62,27 +66,53 @@ class Program:
     defines: Mapping[str, str]
     more: Sequence[str] = ()
 
-    def _common(self) -> list[str]:
+    def _objects(self, compiler: Sequence[str], *machine: Path) -> list[str]:
         definitions = [f"-D{name}={value}" for name, value in self.defines.items()]
-        library = [str(path) for path in sorted(self.sources.glob("*.c"))]
-        includes = [f"-I{HERE}", f"-I{self.sources}"]
-        return [*definitions, *includes, str(HERE / self.main), *library, *self.more]
+        command = [*compiler, *definitions, f"-I{HERE}", f"-I{self.sources}"]
+        sources = [HERE / self.main, *sorted(self.sources.glob("*.c")), *machine]
+        return [*(compiled(command, source) for source in sources), *self.more]
 
     def native(self, to: Path, strict: bool = False) -> Path:
         """Build for this machine. ``strict`` stops the program at undefined behaviour."""
-        options = STRICT if strict else ()
-        run(["gcc", *WARN, *PLAIN, *options, *self._common(), str(HERE / "machine_native.c"),
-             "-lm", "-o", str(to)])  # fmt: skip
+        compiler = ["gcc", *WARN, *PLAIN, *(STRICT if strict else ())]
+        objects = self._objects(compiler, HERE / "machine_native.c")
+        run([*compiler, *objects, "-lm", "-o", str(to)])
         return to
 
     def m7(self, to: Path) -> Path:
         """Build for the emulated Cortex-M7."""
-        board = [str(BOARD / name) for name in ("start.c", "semihosting.c")]
-        board.append(str(HERE / "machine_m7.c"))
-        run([f"{ARM}gcc", *WARN, *PLAIN, *M7, "-ffunction-sections", "-fdata-sections",
-             f"-I{BOARD}", *self._common(), *board, "-nostartfiles", "--specs=nano.specs", "-T",
+        compiler = [f"{ARM}gcc", *WARN, *PLAIN, *M7, "--specs=nano.specs", f"-I{BOARD}",
+                    "-ffunction-sections", "-fdata-sections"]  # fmt: skip
+        board = [BOARD / "start.c", BOARD / "semihosting.c", HERE / "machine_m7.c"]
+        run([*compiler, *self._objects(compiler, *board), "-nostartfiles", "-T",
              str(BOARD / "memory.ld"), "-Wl,--gc-sections", "-lm", "-o", str(to)])  # fmt: skip
         return to
+
+
+@cache
+def _object_folder() -> Path:
+    folder = Path(tempfile.mkdtemp(prefix="objects"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
+
+
+def compiled(command: Sequence[str], source: Path) -> str:
+    """Return the object file of a C file. Equal code with equal options is compiled once.
+
+    Parameters
+    ----------
+    command
+        Compiler with its options.
+    source
+        The C file.
+    """
+    text = run([*command, "-E", "-P", str(source)])
+    options = [word for word in command if not word.startswith(("-I", "-D"))]
+    name = hashlib.sha256(repr((options, text)).encode()).hexdigest()
+    path = _object_folder() / f"{name}.o"
+    if not path.exists():
+        run([*command, "-c", str(source), "-o", str(path)])
+    return str(path)
 
 
 def run(command: Sequence[str]) -> str:

@@ -81,7 +81,8 @@ def test_a_model_learned_there_is_the_same(tmp_path: Path) -> None:
     location: list[dict[str, Any]] = []
     with cluster(tmp_path, 1) as one:
         for name, address in (("here", None), ("there", one.address)):
-            Train(data, tmp_path / name, contacts="detected", cluster=address).run()
+            options = {"estimator": "peak", "contacts": "detected", "cluster": address}
+            Train(data, tmp_path / name, **options).run()
             location.append(contents(tmp_path / name))
     assert location[0] == location[1]
 

@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from io import StringIO
 
 import pytest
 
+from firstcontact.models import ESTIMATORS
+
 
 @pytest.fixture(scope="module", autouse=True)
-def _quick_searches(small_searches: None) -> None:
-    """Limit the hyperparameter search of every estimator."""
+def _quick_training(small_searches: None) -> Iterator[None]:
+    """Limit the hyperparameter search of every estimator, and the epochs of the CNN."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("firstcontact.models._cnn.Cnn.quick", {"epochs": 1})
+        yield
+
+
+@pytest.fixture
+def own_estimators(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Hide estimators of other packages: whole studies treat them as ours."""
+    monkeypatch.setattr(ESTIMATORS, "_plugins", {})
 
 
 @pytest.fixture

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pickle
 import subprocess
 import sys
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,9 @@ from firstcontact.models._network_export import export
 from firstcontact.testing._windows import RATE, toy_windows
 from saved import load_window, save_window
 
+#: The shortest, the usual and the longest window; the slow tests have all combinations.
+FEW = {(10, 2, 1), (74, 1, 5), (241, 2, 5)}
+
 
 def used(channels: int, outputs: int, samples: int = 74) -> tuple[EfficientNet, torch.Tensor]:
     """A network with normalisations that are not the identity, and windows (n, samples)."""
@@ -32,9 +36,13 @@ def used(channels: int, outputs: int, samples: int = 74) -> tuple[EfficientNet, 
     return network.eval(), x
 
 
-@pytest.mark.parametrize("outputs", [1, 5])
-@pytest.mark.parametrize("channels", [1, 2])
-@pytest.mark.parametrize("samples", [10, 15, 25, 39, 74, 241])
+@pytest.mark.parametrize(
+    ("samples", "channels", "outputs"),
+    [
+        pytest.param(*shape, marks=() if shape in FEW else pytest.mark.slow)
+        for shape in product((10, 15, 25, 39, 74, 241), (1, 2), (1, 5))
+    ],
+)
 def test_the_export_is_the_network(samples: int, channels: int, outputs: int) -> None:
     network, x = used(channels, outputs, samples)
     with torch.no_grad():

@@ -8,17 +8,21 @@ from pathlib import Path
 import pytest
 from installed import firstcontact, run
 
-#: The smallest study in which every part runs.
+#: Contacts, scores and times alone: tests/lab has the other parts. Ours learn as little as can be.
 STUDY = """
 import sys
 from dataclasses import replace
 from pathlib import Path
+from firstcontact.models import _cnn, _log_spectrum, _svm
 from firstcontact_lab.study.run import run_study
 from firstcontact_lab.study.settings import StudySettings
 small = replace(
     StudySettings(), block_pinches=20, object_pinches=4, durations=(0.015,), folds=3, brief=True,
-    calls=20, detector="energy", workers=1,
+    calls=20, detector="energy", workers=1, parts=("contacts", "objects", "inference"),
 )
+_cnn.Cnn.quick = {"epochs": 1}
+_svm.C_GRID, _svm.GAMMA_GRID, _svm.EPSILON_GRID = (10.0,), (0.3,), (0.15,)
+_log_spectrum.C_GRID = (1.0,)
 run_study(small, Path(sys.argv[1]), Path(sys.argv[2]), True, "none")
 """
 CHECKS = """

@@ -14,7 +14,7 @@ from firstcontact.recording import load_dataset
 STUDY = """
 import sys
 from pathlib import Path
-from firstcontact_lab.grasping.run import run_grasp_study
+from firstcontact_lab.grasping import run
 from firstcontact_lab.grasping.settings import GraspStudySettings, HouseholdSettings
 things = ("raspberry", "apple", "wrench")
 household = HouseholdSettings(
@@ -22,7 +22,8 @@ household = HouseholdSettings(
 )
 kinds = ("block 5", "block 60", "egg shell")
 small = GraspStudySettings(household, 1, (0.02,), 20, (0.015,), 1, True, kinds, workers=1)
-run_grasp_study(small, Path(sys.argv[1]), True, "none")
+run.PICTURES = 6
+run.run_grasp_study(small, Path(sys.argv[1]), True, "none")
 """
 CHECKS = """
 import sys

@@ -4,11 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from importlib.resources import files
+from typing import TYPE_CHECKING
 
 from firstcontact.core import sanitize
 from firstcontact_lab.report.findings import Figure
 from firstcontact_lab.report.tables import Table
+
+if TYPE_CHECKING:
+    from jinja2 import Template
 
 #: Largest number of columns of a table that stands beside another.
 _HALF = 8
@@ -111,11 +116,17 @@ class Page:
 
     def html(self) -> str:
         r"""Return the page in HTML. Control characters come out as ``\u001b``."""
-        from jinja2 import Environment, StrictUndefined
-
-        environment = Environment(
-            autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-        )
-        text = files("firstcontact_lab.report").joinpath("report.html").read_text(encoding="utf-8")
         # Names of files, recordings and plug-ins need be neither UTF-8 nor free of escapes.
-        return sanitize(environment.from_string(text).render(page=self))
+        return sanitize(_template().render(page=self))
+
+
+@cache
+def _template() -> Template:
+    # Compiled once: a study writes its page after each step.
+    from jinja2 import Environment, StrictUndefined
+
+    environment = Environment(
+        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    text = files("firstcontact_lab.report").joinpath("report.html").read_text(encoding="utf-8")
+    return environment.from_string(text)

@@ -33,8 +33,10 @@ def model(tmp_path_factory: pytest.TempPathFactory) -> Model:
     return learn(SMALL, tmp_path_factory.mktemp("grasp"))
 
 
-def closings(model: Model, session: int = 0, latency: float = 0.020) -> dict[str, Row]:
-    trial = Trial(PinchSetup("block 20", session), VARIANTS, (latency,), TUNED)
+@pytest.fixture(scope="module")
+def rows(model: Model) -> dict[str, Row]:
+    """Closings of all variants on the same pinch."""
+    trial = Trial(PinchSetup("block 20", 0), VARIANTS, (0.020,), TUNED)
     return {row.variant: row for row in run_trial(trial, model)}
 
 
@@ -61,8 +63,7 @@ def test_scenes_differ_randomly_and_none_is_in_the_training() -> None:
     assert len({plant.advance(500).tobytes() for plant in plants}) == len(setups)
 
 
-def test_at_the_first_contact_they_still_share_their_past(model: Model) -> None:
-    rows = closings(model)
+def test_at_the_first_contact_they_still_share_their_past(rows: dict[str, Row]) -> None:
     assert len({row.touched for row in rows.values()}) == 1
     assert all(row.offset is not None for row in rows.values())
 
@@ -82,8 +83,7 @@ def test_the_estimate_comes_and_the_hand_is_told_after_the_contact(model: Model)
     assert predictions.counts.misses + predictions.counts.estimates >= 1
 
 
-def test_gentle_at_touch_presses_less_than_no_modulation(model: Model) -> None:
-    rows = closings(model)
+def test_gentle_at_touch_presses_less_than_no_modulation(rows: dict[str, Row]) -> None:
     for variant in ("touch", "first_contact", "early_exit"):
         assert rows[variant].peak < rows["none"].peak
         assert not rows[variant].dropped

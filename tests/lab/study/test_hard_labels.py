@@ -31,7 +31,7 @@ from firstcontact_lab.study.parts.waveforms import PEAK, waveforms
 from firstcontact_lab.study.parts.window_length import window_length
 from firstcontact_lab.study.settings import StudySettings
 
-pytestmark = pytest.mark.usefixtures("unpainted")
+pytestmark = pytest.mark.usefixtures("unpainted", "own_estimators")
 
 SMALL = replace(StudySettings(), durations=(0.005, 0.015), folds=3, brief=True, calls=30, workers=1)
 MODELS = ("train_mean", "peak", "svm")

@@ -6,12 +6,12 @@ import json
 import os
 import signal
 import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import forked
 from firstcontact.core import InputError
 from firstcontact_lab.verbs.study import Study
 
@@ -39,15 +39,10 @@ def arrays(tmp_path: Path) -> Path:
     return path
 
 
-def start(path: Path, out: Path, *words: str) -> subprocess.Popen[str]:
-    arguments = ["study", "--quick", "--recordings", str(path), "--out", str(out), *words]
-    return subprocess.Popen(
-        [sys.executable, "-m", "firstcontact.cli.main", *arguments],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
+def start(path: Path, out: Path, *words: str) -> forked.Program:
+    arguments = ["study", "--quick", "--recordings", path, "--out", out, *words]
+    streams = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    return forked.Program("command", *arguments, start_new_session=True, **streams)
 
 
 def test_a_study_of_arrays_writes_both_files(arrays: Path, tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from firstcontact.testing._closings import LAYOUT, closing
 STEADY = samples_in(WindowDetector.steady, LAYOUT.rate)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(n, marks=pytest.mark.slow) for n in (1, 2))])
 @pytest.mark.parametrize("name", DETECTORS)
 def test_registered_detector_passes_the_conformance_check(name: str, seed: int) -> None:
     check_detector(DETECTORS[name], seed)

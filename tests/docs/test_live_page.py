@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 from pages import ROOT
+
+import forked
 
 
 def test_the_tables_are_written_from_the_records(tmp_path: Path) -> None:
@@ -14,7 +14,7 @@ def test_the_tables_are_written_from_the_records(tmp_path: Path) -> None:
     script = (ROOT / "docs/write_live.py").read_text(encoding="utf-8")
     script = script.replace("Path(__file__).parent", f"Path({str(ROOT / 'docs')!r})")
     (tmp_path / "live_of_docs.py").write_text(script, encoding="utf-8")
-    subprocess.run([sys.executable, "-c", code], cwd=tmp_path, check=True)
+    assert forked.run("code", code, cwd=tmp_path).returncode == 0
     now = (tmp_path / "now.md").read_text(encoding="utf-8")
     page_text = (ROOT / "docs/reference/live-output.md").read_text(encoding="utf-8")
     assert page_text == now, "python docs/write_live.py"

@@ -25,6 +25,8 @@ from firstcontact.models import (
 )
 from firstcontact.testing._windows import RATE, toy_windows
 
+pytestmark = pytest.mark.usefixtures("small_searches")
+
 EACH = [(name, task) for name, kind in window_estimators().items() for task in kind.tasks]
 INTERVAL = Interval(0.9, edges=(20.0, 40.0), half_widths=(1.0, 2.5, 4.0))
 

@@ -6,50 +6,57 @@ import sys
 from pathlib import Path
 
 import pytest
-from firmware_build import make, need_arm
+from firmware_build import make, need, need_arm
 from firmware_core import Core
 from hand import models
+
+from shared_runs import made_once
 
 # The modules that measure exported C are part of the firmware.
 sys.path.append(str(Path(__file__).parents[2] / "firmware" / "measure"))
 
 
-@pytest.fixture(scope="session")
-def build(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("firmware")
+def built(factory: pytest.TempPathFactory, name: str, target: str, *settings: str) -> Path:
+    """Build once for all processes of the test run."""
+    return made_once(factory, f"firmware-{name}", lambda folder: make(folder, target, *settings))
 
 
 @pytest.fixture(scope="session")
-def core(build: Path) -> Core:
+def core(tmp_path_factory: pytest.TempPathFactory) -> Core:
     """Build the portable core as a shared library."""
-    make(build, "library")
-    return Core(build / "libfirstcontact.so")
+    return Core(built(tmp_path_factory, "core", "library") / "libfirstcontact.so")
 
 
 @pytest.fixture(scope="session")
-def program(build: Path) -> Path:
+def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Build the device as a program of this machine."""
-    make(build, "native")
-    return build / "firstcontact-device"
+    return built(tmp_path_factory, "native", "native") / "firstcontact-device"
 
 
 @pytest.fixture(scope="session")
 def strict_program(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Build the same program with sanitizers, which stop it at undefined behaviour."""
-    build = tmp_path_factory.mktemp("strict")
-    make(build, "native", "SANITIZE=address,undefined,float-cast-overflow")
-    return build / "firstcontact-device"
+    sanitizers = "SANITIZE=address,undefined,float-cast-overflow"
+    return built(tmp_path_factory, "strict", "native", sanitizers) / "firstcontact-device"
+
+
+@pytest.fixture(scope="session")
+def sketch(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Build the Teensy's sketch with sanitizers, on a simulated board."""
+    need("the Teensy's sketch on a simulated board", "c++")
+    settings = ("SANITIZE=address,undefined", "CXX=c++")
+    return built(tmp_path_factory, "teensy", "sketch-native", *settings) / "firstcontact-teensy"
 
 
 @pytest.fixture(scope="session")
 def hand_models(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     """Write two folders of models for predictions on the device."""
-    return models(tmp_path_factory.mktemp("models"))
+    folder = made_once(tmp_path_factory, "hand-models", models)
+    return folder / "first", folder / "second"
 
 
 @pytest.fixture
-def image(request: pytest.FixtureRequest, build: Path) -> Path:
+def image(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Build the firmware of the emulated board."""
     need_arm(request, "arm-none-eabi-gcc", "qemu-system-arm")
-    make(build, "arm")
-    return build / "mps2-an500.elf"
+    return built(tmp_path_factory, "board", "arm") / "mps2-an500.elf"

@@ -53,8 +53,8 @@ def trained() -> tuple[Dataset, Trained]:
     return dataset, Trained((), detector, compacted(network, touches, 8))
 
 
-def models(folder: Path) -> tuple[Path, Path]:
-    """Write two different models for the device and return their folders."""
+def models(folder: Path) -> None:
+    """Write two different models for the device, ``first`` and ``second``."""
     _, first = trained()
     assert isinstance(first.anytime, CompactModel)
     wider = CompactModel(
@@ -66,9 +66,8 @@ def models(folder: Path) -> tuple[Path, Path]:
     )
     paths = folder / "first", folder / "second"
     for path, anytime in zip(paths, (first.anytime, wider), strict=True):
-        path.mkdir()
+        path.mkdir(parents=True)
         write(Trained((), first.detector, anytime), path)
-    return paths
 
 
 def host_events(folder: Path, data: np.ndarray) -> list[Event]:

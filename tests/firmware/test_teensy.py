@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from device_process import Running, random_scans, running
-from firmware_build import make, need
 from hand import FLOORS, Predictions, assert_same, host_events, of_device, of_host
 from numpy.typing import NDArray
 from serial_host import Host
@@ -28,15 +27,6 @@ from firstcontact.twin import DeviceFilter, TwinStream
 SAMPLES = 12 * 4936
 #: Bytes of a slot's head, of a page and of a sector of the flash.
 HEAD, PAGE, SECTOR = 16, 256, 4096
-
-
-@pytest.fixture(scope="session")
-def sketch(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Build the sketch with sanitizers, which stop it at undefined behaviour."""
-    need("the Teensy's sketch on a simulated board", "c++")
-    build = tmp_path_factory.mktemp("teensy")
-    make(build, "sketch-native", "SANITIZE=address,undefined", "CXX=c++")
-    return build / "firstcontact-teensy"
 
 
 @pytest.fixture

@@ -25,6 +25,8 @@ from firstcontact.models._registry import model_kind
 from firstcontact.testing import check_estimator
 from firstcontact.testing._windows import RATE, toy_windows
 
+pytestmark = pytest.mark.usefixtures("small_searches")
+
 EACH = [(name, task) for name, kind in window_estimators().items() for task in kind.tasks]
 
 

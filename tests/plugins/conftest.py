@@ -10,23 +10,22 @@ from pathlib import Path
 
 import pytest
 
+from shared_runs import made_once
+
 EXAMPLE = Path(__file__).parent / "example"
 
 
 @pytest.fixture(scope="session")
 def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     """With the example installed, for commands only."""
-    folder = tmp_path_factory.mktemp("plugin")
-    source = shutil.copytree(EXAMPLE, folder / "source")  # building leaves files behind
-    pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "install", "--quiet"]
-    location = [
-        "--no-deps",
-        "--no-build-isolation",
-        "--no-index",
-        "--target",
-        folder / "site",
-        source,
-    ]
-    subprocess.run([*pip, *location], check=True)
-    paths = [str(folder / "site"), *filter(None, [os.environ.get("PYTHONPATH")])]
+
+    def install(site: Path) -> None:
+        # Building leaves files behind.
+        source = shutil.copytree(EXAMPLE, tmp_path_factory.mktemp("plugin") / "source")
+        pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "install", "--quiet"]
+        options = ("--no-deps", "--no-build-isolation", "--no-index", "--target", site)
+        subprocess.run([*pip, *options, source], check=True)
+
+    site = made_once(tmp_path_factory, "plugin-site", install)
+    paths = [str(site), *filter(None, [os.environ.get("PYTHONPATH")])]
     return {**os.environ, "PYTHONPATH": os.pathsep.join(paths), "COLUMNS": "200"}

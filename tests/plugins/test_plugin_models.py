@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 from installed import firstcontact, run
 
+from shared_runs import made_once
+
 #: Contacts, scores and times alone: tests/lab has the other parts. Ours learn as little as can be.
 STUDY = """
 import sys
@@ -36,22 +38,26 @@ check_estimator(ESTIMATORS["loudness"])
 
 @pytest.fixture(scope="session")
 def pinches(environment: dict[str, str], tmp_path_factory: pytest.TempPathFactory) -> Path:
-    out = tmp_path_factory.mktemp("pinches") / "out"
-    sizes = ("--pinches-per-block", 20, "--pinches-per-object", 4)
-    process = firstcontact(environment, "simulate", "--out", out, *sizes)
-    assert process.returncode == 0, process.stderr
-    return out
+    def make(out: Path) -> None:
+        sizes = ("--pinches-per-block", 20, "--pinches-per-object", 4)
+        process = firstcontact(environment, "simulate", "--out", out, *sizes)
+        assert process.returncode == 0, process.stderr
+
+    return made_once(tmp_path_factory, "plugin-pinches", make)
 
 
 @pytest.fixture(scope="session")
-def model(environment: dict[str, str], pinches: Path) -> Path:
-    out = pinches.parent / "model"
-    options = ("--estimator", "loudness", "--detector-type", "energy", "--contacts", "detected")
-    process = firstcontact(environment, "train", pinches, "--out", out, *options)
-    assert process.returncode == 0, process.stderr
-    assert "loudness (regression), 15 ms: " in process.stdout
-    assert "detector energy:" in process.stdout
-    return out
+def model(
+    environment: dict[str, str], pinches: Path, tmp_path_factory: pytest.TempPathFactory
+) -> Path:
+    def make(out: Path) -> None:
+        options = ("--estimator", "loudness", "--detector-type", "energy", "--contacts", "detected")
+        process = firstcontact(environment, "train", pinches, "--out", out, *options)
+        assert process.returncode == 0, process.stderr
+        assert "loudness (regression), 15 ms: " in process.stdout
+        assert "detector energy:" in process.stdout
+
+    return made_once(tmp_path_factory, "plugin-model", make)
 
 
 @pytest.mark.parametrize(("verb", "words"), [("train", "svm,cnn"), ("study", "three_sigma,svm")])

@@ -9,6 +9,7 @@ import pytest
 from installed import firstcontact, run
 
 from firstcontact.recording import load_dataset
+from shared_runs import made_once
 
 #: The smallest study that has every part: it leaves models and recordings, too.
 STUDY = """
@@ -39,10 +40,11 @@ check_source(SOURCES["tape"], "tape:" + sys.argv[1])
 
 @pytest.fixture(scope="session")
 def study(environment: dict[str, str], tmp_path_factory: pytest.TempPathFactory) -> Path:
-    out = tmp_path_factory.mktemp("study") / "out"
-    process = run(environment, STUDY, out)
-    assert process.returncode == 0, process.stderr
-    return out
+    def make(out: Path) -> None:
+        process = run(environment, STUDY, out)
+        assert process.returncode == 0, process.stderr
+
+    return made_once(tmp_path_factory, "plugin-grasp-study", make)
 
 
 @pytest.fixture(scope="session")

@@ -17,7 +17,14 @@ def smallest(monkeypatch: pytest.MonkeyPatch) -> None:
     """Make the quick study smaller still: as it is, `.ci/run` runs it."""
     quick = GraspStudySettings().quick()
     household = replace(
-        quick.household, forces=(1.0, 4.0, 12.0), kinds=HouseholdSettings().kinds[::8], folds=2
+        quick.household,
+        judged_hands=1,
+        blocks=4,
+        forces=(1.0, 4.0, 12.0),
+        folds=2,
+        budget=8,
+        permutations=2,
+        kinds=HouseholdSettings().kinds[::8],
     )
     small = replace(
         quick, household=household, sessions=1, training=10, kinds=("block 5", "egg shell")

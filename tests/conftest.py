@@ -17,6 +17,7 @@ import pytest
 from hypothesis import settings
 
 from firstcontact.core import Dataset
+from shared_runs import made_once
 from toy_pinches import rank_dataset, shore_dataset
 
 # Tests assert no times: neither here nor by the way.
@@ -82,6 +83,19 @@ def ranks() -> Dataset:
 def make_shore() -> Callable[..., Dataset]:
     """Factory of toy pinches with Shore A."""
     return shore_dataset
+
+
+@pytest.fixture(scope="session")
+def network_graph(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """Graph of an untrained CNN for windows of 74 samples."""
+
+    def make(path: Path) -> None:
+        from firstcontact.models._efficientnet import EfficientNet
+        from firstcontact.models._network_export import export
+
+        path.write_bytes(export(EfficientNet(1, 1).eval(), 74))
+
+    return made_once(tmp_path_factory, "network.onnx", make).read_bytes()
 
 
 @pytest.fixture(scope="session")

@@ -143,7 +143,8 @@ def _program(
     if kind == "command":
         from firstcontact.cli.main import main
 
-        sys.exit(main(words))
+        sys.argv = ["firstcontact", *words]
+        sys.exit(main())
     sys.argv = words if kind == "script" else ["-c", *words[1:]]
     if kind == "script":
         sys.path.insert(0, str(Path(words[0]).parent))

@@ -1,4 +1,4 @@
-"""Folders that all processes of a test run share."""
+"""Files and folders that all processes of a test run share."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ from firstcontact.core import temporary_path
 
 
 def made_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path], object]) -> Path:
-    """Return a folder of the whole test run; the first process that asks makes it.
+    """Return a file or folder of the whole test run; the first process that asks makes it.
 
     Parameters
     ----------
     factory
         Of temporary folders, from pytest.
     name
-        Name of the folder.
+        Its name.
     make
-        Function that makes the folder at the path given.
+        Function that makes it at the path given.
     """
     root = factory.getbasetemp()
     if "PYTEST_XDIST_WORKER" in os.environ:
         root = root.parent  # that of all workers
-    folder = root / name
+    path = root / name
     with (root / f"{name}.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        if not folder.exists():
-            with temporary_path(folder) as making:
+        if not path.exists():
+            with temporary_path(path) as making:
                 make(making)
-                making.rename(folder)
-    return folder
+                making.rename(path)
+    return path

@@ -9,9 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from firstcontact.models._efficientnet import EfficientNet
-from firstcontact.models._network_export import export
-
 ROOT = Path(__file__).parents[2]
 #: Variables that would place caches elsewhere, or switch telemetry off from outside.
 ELSEWHERE = ("XDG_CACHE_HOME", "XDG_DATA_HOME", "XDG_CONFIG_HOME", "ORT_DISABLE_TELEMETRY")
@@ -35,9 +32,11 @@ subprocess.run([sys.executable, "-c", "import onnxruntime"], check=True)
 
 
 @pytest.mark.parametrize("script", [NETWORK, CHILD], ids=["inference", "child process"])
-def test_a_network_leaves_no_file_in_a_fresh_home(script: str, tmp_path: Path) -> None:
+def test_a_network_leaves_no_file_in_a_fresh_home(
+    script: str, network_graph: bytes, tmp_path: Path
+) -> None:
     graph, home = tmp_path / "graph.onnx", tmp_path / "home"
-    graph.write_bytes(export(EfficientNet(1, 1).eval(), 74))
+    graph.write_bytes(network_graph)
     home.mkdir()
     environment = {name: value for name, value in os.environ.items() if name not in ELSEWHERE}
     subprocess.run(

@@ -13,16 +13,9 @@ from onnx import ModelProto, StringStringEntryProto, TensorProto, helper, numpy_
 from firstcontact.core import InputError
 from firstcontact.models import Task
 from firstcontact.models._cnn import Cnn
-from firstcontact.models._efficientnet import EfficientNet
 from firstcontact.models._network import LARGEST, Network
-from firstcontact.models._network_export import export
 from firstcontact.testing._windows import RATE, toy_windows
 from saved import load_arrays, load_window, replace_arrays, save_window
-
-
-@pytest.fixture(scope="module")
-def good() -> bytes:
-    return export(EfficientNet(1, 1).eval(), 74)
 
 
 def changed(raw: bytes, change: Callable[[Any], None]) -> bytes:
@@ -163,9 +156,9 @@ def one_batch_only(model: Any) -> None:
         one_batch_only,
     ],
 )
-def test_foreign_graphs_are_refused(good: bytes, change: Callable[[Any], None]) -> None:
+def test_foreign_graphs_are_refused(network_graph: bytes, change: Callable[[Any], None]) -> None:
     with pytest.raises(InputError, match=r"^the network of the CNN is not one of ours \(.*\): .*"):
-        Network(changed(good, change), 74, 1, 1)
+        Network(changed(network_graph, change), 74, 1, 1)
 
 
 @pytest.mark.parametrize("raw", [b"", b"no ONNX", b"\x00" * 100, b"\xff" * 5000])
@@ -179,14 +172,14 @@ def test_a_huge_graph_is_not_parsed() -> None:
         Network(bytes(LARGEST + 1), 74, 1, 1)
 
 
-def test_fields_of_other_programs_do_not_reach_the_runtime(good: bytes) -> None:
-    assert Network(good + b"\xfa\x7f\x03abc", 74, 1, 1).parameters > 40_000
+def test_fields_of_other_programs_do_not_reach_the_runtime(network_graph: bytes) -> None:
+    assert Network(network_graph + b"\xfa\x7f\x03abc", 74, 1, 1).parameters > 40_000
 
 
-def test_bytes_that_were_damaged_are_refused_or_answer(good: bytes) -> None:
+def test_bytes_that_were_damaged_are_refused_or_answer(network_graph: bytes) -> None:
     rng = np.random.default_rng(0)
     for _ in range(150):
-        raw = bytearray(good)
+        raw = bytearray(network_graph)
         location = rng.integers(len(raw) if rng.random() < 0.3 else 4000)
         raw[location] = rng.integers(256)
         try:

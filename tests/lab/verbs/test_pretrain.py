@@ -23,7 +23,7 @@ from trainings import run
 def test_a_small_one_from_nothing_and_the_same_again(
     tmp_path: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    few = Size(calibration=10, judgement=4, held_out=2)
+    few = Size(calibration=10, judgement=2, held_out=1)
     monkeypatch.setattr(
         Size, "resized", lambda size, rigs, epochs: replace(few, rigs=rigs, epochs=epochs)
     )

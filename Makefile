@@ -113,9 +113,11 @@ twin-model: $(VENV)/.live ## the model that ships for the simulated hand, anew (
 # --- checks ------------------------------------------------------------------------------------
 
 .PHONY: test test-slow mutation fuzz soak lint format types layers docs bench
+# Tests of devices and of the page wait a third of their time: more processes than cores.
+TESTERS ?= $(shell expr 3 \* $$(getconf _NPROCESSORS_ONLN) / 2 + 1)
 # Hundreds of processes import the package: compiled once, it takes each 0.4 s less.
 test: $(VENV)/.dev ## the tests, side by side on all cores
-	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses auto --dist worksteal
+	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses $(TESTERS) --dist worksteal
 
 test-slow: $(VENV)/.dev ## the long tests: paper size, soak, installed wheel, slow commands in the docs
 	$(BIN)/python -m pytest -m slow --timeout 3600

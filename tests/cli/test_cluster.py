@@ -8,13 +8,14 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 from distributed import rpc
 
-from dask_cluster import cluster
+from dask_cluster import Cluster, cluster
 from firstcontact.cli.main import main
 from firstcontact.cli.verbs.train import Train
 from firstcontact.core import use_cluster
@@ -24,6 +25,13 @@ from trainings import recordings
 
 #: What results say of the run and of times on this machine.
 RUN = {"study", "inference_us", "part_seconds", "seconds"}
+
+
+@pytest.fixture(scope="module")
+def one(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
+    """A cluster of one worker; no test ends it."""
+    with cluster(tmp_path_factory.mktemp("cluster"), 1) as running:
+        yield running
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -56,34 +64,34 @@ def test_a_set_is_the_same_to_the_byte_though_a_worker_is_killed(tmp_path: Path)
     assert contents(tmp_path / "there") == contents(tmp_path / "here")
 
 
-def test_an_interrupt_leaves_neither_processes_nor_work_behind(tmp_path: Path) -> None:
+def test_an_interrupt_leaves_neither_processes_nor_work_behind(
+    one: Cluster, tmp_path: Path
+) -> None:
     out = tmp_path / "out"
-    with cluster(tmp_path, 1) as one:
-        command = ["simulate", "--out", str(out), "--cluster", one.address]
-        process = subprocess.Popen(
-            [sys.executable, "-m", "firstcontact.cli.main", *command],
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        until(lambda: list(tmp_path.glob(".out.*/out/*.mcap")))
-        assert not children(process.pid)
-        process.send_signal(signal.SIGINT)
-        last = process.communicate()[1].splitlines()[-1]
-        assert last == "firstcontact: interrupted"
-        assert not list(tmp_path.glob("*out*"))
-        assert process.returncode == 128 + signal.SIGINT
-        until(lambda: not any(asyncio.run(processing(one.address)).values()))
-        assert one.workers[0].poll() is None
+    command = ["simulate", "--out", str(out), "--cluster", one.address]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "firstcontact.cli.main", *command],
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    until(lambda: list(tmp_path.glob(".out.*/out/*.mcap")))
+    assert not children(process.pid)
+    process.send_signal(signal.SIGINT)
+    last = process.communicate()[1].splitlines()[-1]
+    assert last == "firstcontact: interrupted"
+    assert not list(tmp_path.glob("*out*"))
+    assert process.returncode == 128 + signal.SIGINT
+    until(lambda: not any(asyncio.run(processing(one.address)).values()))
+    assert one.workers[0].poll() is None
 
 
-def test_a_model_learned_there_is_the_same(tmp_path: Path) -> None:
+def test_a_model_learned_there_is_the_same(one: Cluster, tmp_path: Path) -> None:
     data = recordings(tmp_path / "data")
     location: list[dict[str, Any]] = []
-    with cluster(tmp_path, 1) as one:
-        for name, address in (("here", None), ("there", one.address)):
-            options = {"estimator": "peak", "contacts": "detected", "cluster": address}
-            Train(data, tmp_path / name, **options).run()
-            location.append(contents(tmp_path / name))
+    for name, address in (("here", None), ("there", one.address)):
+        options = {"estimator": "peak", "contacts": "detected", "cluster": address}
+        Train(data, tmp_path / name, **options).run()
+        location.append(contents(tmp_path / name))
     assert location[0] == location[1]
 
 

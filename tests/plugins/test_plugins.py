@@ -15,15 +15,17 @@ from shared_runs import made_once
 STUDY = """
 import sys
 from pathlib import Path
+from firstcontact.models import _svm
 from firstcontact_lab.grasping import run
 from firstcontact_lab.grasping.settings import GraspStudySettings, HouseholdSettings
 things = ("raspberry", "apple", "wrench")
 household = HouseholdSettings(
-    1, 1, (1,), (2,), 4, (0.10,), (2.0,), (1.0, 3.0, 12.0), 3, 4, True, 2, things
+    1, 1, (1,), (2,), 4, (0.10,), (2.0,), (1.0, 3.0, 12.0), 2, 2, True, 1, things
 )
 kinds = ("block 5", "block 60", "egg shell")
-small = GraspStudySettings(household, 1, (0.02,), 20, (0.015,), 1, True, kinds, workers=1)
+small = GraspStudySettings(household, 1, (0.02,), 10, (0.015,), 1, True, kinds, workers=1)
 run.PICTURES = 6
+_svm.C_GRID, _svm.GAMMA_GRID, _svm.EPSILON_GRID = (10.0,), (0.3,), (0.15,)
 run.run_grasp_study(small, Path(sys.argv[1]), True, "none")
 """
 CHECKS = """

@@ -70,10 +70,11 @@ def hand_stream(closings: int, seed: int = 0) -> tuple[NDArray[np.int16], list[C
         at += len(hold) + len(opening)
         truth.append(Closing(motor, first, first + offset, remainder))
     phase(0.4, 1.0)
-    return _raw(np.concatenate(phases)), truth
+    return raw(np.concatenate(phases)), truth
 
 
-def _raw(x: NDArray[np.float64]) -> NDArray[np.int16]:
+def raw(x: NDArray[np.float64]) -> NDArray[np.int16]:
+    """Raw samples of two piezos in V, two loads and two strips."""
     out = np.zeros((len(x), 16), dtype=np.int16)
     volt = LAYOUT.channels[0].scale
     out[:, :2] = np.clip(x[:, :2] / volt + LAYOUT.channels[0].offset, 0, 32_736)

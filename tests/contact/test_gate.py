@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
-from hand_stream import CALIBRATION, FLOOR, LAYOUT, hand_stream, samples
+from hand_stream import CALIBRATION, FLOOR, LAYOUT, hand_stream, raw, samples
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -53,6 +53,17 @@ def test_stays_shut_during_the_release() -> None:
         assert not [
             e for e in WHOLE if e.turn is Turn.OPENS and closing.second <= e.sample <= released
         ]
+
+
+def test_stays_shut_while_an_object_is_held() -> None:
+    x = np.zeros((samples(1.5), 6))
+    x[:, :2] = FLOOR * np.random.default_rng(3).standard_normal((len(x), 2))
+    motor, release = samples(0.5), samples(1.0)
+    x[motor:, :2] *= 3
+    x[motor:release, 2:4] = 1
+    (opened,) = run(raw(x), [])
+    assert opened.turn is Turn.OPENS
+    assert release < opened.sample <= release + samples(0.045)
 
 
 @given(st.lists(st.integers(1, len(DATA) - 1), max_size=40))

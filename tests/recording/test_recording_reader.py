@@ -1,4 +1,5 @@
 import os
+import struct
 
 import numpy as np
 import pytest
@@ -56,6 +57,20 @@ def test_flipped_bit_gives_no_wrong_sample(small, numbers_agree):
         assert lost_count <= 300  # what one chunk holds at most
         assert not lost_count or (touched and recording.skipped)
         assert recording.header == intact.header
+
+
+def test_damage_of_the_summary_is_reported(small):
+    data, _, intact = chunk_ends(small)
+    footer = len(data) - len(MAGIC) - 29  # opcode, length, two positions and a checksum
+    (summary,) = struct.unpack_from("<Q", data, footer + 9)
+    assert summary < footer
+    for at in range(summary, footer, 5):
+        bad = bytearray(data)
+        bad[at] ^= 0x10
+        small.write_bytes(bad)
+        recording = read_recording(small)
+        assert recording.samples == intact.samples
+        assert recording.skipped
 
 
 def test_a_corrupt_chunk_in_the_middle_is_skipped_and_counted(small, numbers_agree):

@@ -17,6 +17,7 @@ from firstcontact.core import (
     Record,
     Runner,
     is_same_rate,
+    missing_modules,
     one_thread,
     percent,
     read_record,
@@ -164,7 +165,7 @@ def inference(subject: Subject, settings: StudySettings, runner: Runner) -> Part
     jobs = [
         (model, task)
         for model, entry in window_estimators().items()
-        if not entry.baseline
+        if not entry.baseline and not missing_modules(entry.modules)
         for task in (entry.tasks[:1] if entry.slow else entry.tasks)
     ]
     timed: dict[str, dict[Task, InferenceTime]] = {}

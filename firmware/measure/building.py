@@ -68,9 +68,11 @@ class Program:
 
     def _objects(self, compiler: Sequence[str], *machine: Path) -> list[str]:
         definitions = [f"-D{name}={value}" for name, value in self.defines.items()]
-        command = [*compiler, *definitions, f"-I{HERE}", f"-I{self.sources}"]
-        sources = [HERE / self.main, *sorted(self.sources.glob("*.c")), *machine]
-        return [*(compiled(command, source) for source in sources), *self.more]
+        options = [word for word in self.more if word.startswith("-")]
+        command = [*compiler, *definitions, f"-I{HERE}", f"-I{self.sources}", *options]
+        more = [Path(word) for word in self.more if word not in options]
+        sources = [HERE / self.main, *sorted(self.sources.glob("*.c")), *machine, *more]
+        return [compiled(command, source) for source in sources]
 
     def native(self, to: Path, strict: bool = False) -> Path:
         """Build for this machine. ``strict`` stops the program at undefined behaviour."""

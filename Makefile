@@ -119,7 +119,7 @@ TESTERS ?= $(shell expr 3 \* $$(getconf _NPROCESSORS_ONLN) / 2 + 1)
 test: $(VENV)/.dev ## the tests, side by side on all cores
 	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses $(TESTERS) --dist worksteal
 
-test-slow: $(VENV)/.dev ## the long tests: paper size, soak, installed wheel, slow commands in the docs
+test-slow: $(VENV)/.dev ## the long tests: paper size, soak, installed wheel, slow commands in the docs, all variants
 	$(BIN)/python -m pytest -m slow --timeout 3600
 
 COUNT ?= 100000

@@ -84,7 +84,7 @@ def test_the_twin_is_seen_and_recorded(recorded: tuple[Path, list[tuple[float, .
     assert [len(m.truth) for m in recording.pinches] == [2] * 4
 
 
-@pytest.mark.parametrize("speed", ["inf", "40"])
+@pytest.mark.parametrize("speed", ["inf", pytest.param("40", marks=pytest.mark.slow)])
 def test_a_replay_tells_what_was_told_live(
     speed: str, environment: dict[str, str], recorded: tuple[Path, list[tuple[float, ...]]]
 ) -> None:
@@ -124,7 +124,12 @@ def test_a_rig_that_nothing_is_known_of_is_answered_with_wide_intervals(
 @pytest.mark.parametrize(
     ("number", "code"),
     # A terminal that is closed, and SIGQUIT, are no success.
-    [(signal.SIGINT, 0), (signal.SIGTERM, 0), (signal.SIGHUP, 129), (signal.SIGQUIT, 131)],
+    [
+        (signal.SIGINT, 0),
+        (signal.SIGHUP, 129),
+        pytest.param(signal.SIGTERM, 0, marks=pytest.mark.slow),
+        pytest.param(signal.SIGQUIT, 131, marks=pytest.mark.slow),
+    ],
 )
 def test_a_signal_ends_it_in_order(
     number: signal.Signals, code: int, environment: dict[str, str], tmp_path: Path

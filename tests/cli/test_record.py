@@ -82,7 +82,15 @@ def whole_pinches(path: Path) -> int:
     return len(recording.pinches)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT])
+@pytest.mark.parametrize(
+    "number",
+    [
+        signal.SIGINT,
+        signal.SIGHUP,
+        pytest.param(signal.SIGTERM, marks=pytest.mark.slow),
+        pytest.param(signal.SIGQUIT, marks=pytest.mark.slow),
+    ],
+)
 def test_a_signal_finishes_the_file_and_the_same_command_goes_on(tmp_path, calibration, number):
     out = tmp_path / "übung"
     with recording(*options(out, calibration, 500)) as child:

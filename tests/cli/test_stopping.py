@@ -16,6 +16,7 @@ from firstcontact.cli import stopping as module
 from firstcontact.cli.stopping import Stop, stopping
 
 SIGNALS = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT]
+OTHERS = [signal.SIGINT, signal.SIGHUP, signal.SIGQUIT]
 COMMAND = [sys.executable, "-m", "firstcontact.cli.main"]
 
 
@@ -94,7 +95,9 @@ def test_in_another_thread_there_is_nothing_to_take() -> None:
     assert not taken[0].requested
 
 
-@pytest.mark.parametrize("number", SIGNALS)
+@pytest.mark.parametrize(
+    "number", [signal.SIGTERM, *(pytest.param(n, marks=pytest.mark.slow) for n in OTHERS)]
+)
 def test_a_verb_that_writes_leaves_no_part(number: signal.Signals, tmp_path: Path) -> None:
     out = tmp_path / "set"
     with subprocess.Popen(

@@ -49,6 +49,7 @@ def test_every_file_of_arithmetic_says_so_first() -> None:
         assert source.read_text(encoding="utf-8").startswith('#include "fc_exact.h"\n'), source
 
 
+@pytest.mark.slow
 def test_compiled_without_the_flag_nothing_is_fused(
     request: pytest.FixtureRequest, tmp_path: Path
 ) -> None:

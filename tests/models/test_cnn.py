@@ -71,6 +71,7 @@ def test_a_trained_network_answers_as_in_pytorch(
     np.testing.assert_allclose(model.output(X[3]), expected[3], atol=1e-4 * scale)
 
 
+@pytest.mark.slow
 def test_the_same_weights_are_the_same_bytes_in_another_process(tmp_path: Path) -> None:
     network, _ = used(1, 1)
     script = (

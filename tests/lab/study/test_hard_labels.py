@@ -77,7 +77,7 @@ def reason_with(outcome: PartResult, word: str) -> str:
 # -- specimens -----------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["silicone", ""])
+@pytest.mark.parametrize("name", ["silicone", pytest.param("", marks=pytest.mark.slow)])
 def test_one_specimen_name_at_every_level_and_object(
     make_shore: Callable[..., Dataset], tmp_path: Path, name: str
 ) -> None:

@@ -153,13 +153,13 @@ def test_page_counts_open_onsets_before_the_end(labelling: Labelling, chromium: 
     chromium.get(labelling.server.url)
     wait_for_counts(chromium, "10 open")
     press(chromium, " ", Keys.END, " ")
-    until(chromium, lambda d: "8 before it are still open" in text(d, "said"))
+    until(chromium, lambda d: "8 before it are undecided" in text(d, "said"))
     press(chromium, Keys.TAB)
     until(chromium, lambda d: "onset 2 of 10" in text(d, "place"))
     chromium.execute_script("window.confirm = (said) => { window.asked = said; return false; }")
     press(chromium, "f")
     until(chromium, lambda d: d.execute_script("return window.asked"))
-    assert "8 of 10 onsets are still open" in chromium.execute_script("return window.asked")
+    assert "8 of 10 onsets are undecided" in chromium.execute_script("return window.asked")
     assert not labelling.session.written
 
 

@@ -155,9 +155,9 @@ _TERMS = [
 _TWIN_HEADING = "First contact: stiffness in the first 15 ms"
 _HEADING = "First contact: what the first 15 ms after contact tell"
 _TWIN_INTRO = (
-    "Every experiment of “At First Contact” (Pimpalkar, Slepyan, Thakor), done on pinches of a "
-    "physical model of the hand and the objects. These are twin results: they show what the method "
-    "does under the model's assumptions, not what a real hand reaches."
+    "Every experiment of “At First Contact” (Pimpalkar, Slepyan, Thakor), repeated on pinches of "
+    "a simulated hand (the twin). The results show what the method does under the assumptions of "
+    "the simulation, not what a real hand reaches."
 )
 _INTRO = (
     "The experiments of “At First Contact” (Pimpalkar, Slepyan, Thakor) that the labels of these "

@@ -91,4 +91,4 @@ def test_without_known_contacts_it_is_left_out():
     blind = replace(pinch(None), truth=())
     outcome = answer_time(Subject("any", Dataset((blind,)), (None,)), StudySettings())
     assert outcome.results is NOTHING
-    assert "Time to an answer" in outcome.left_out[0]
+    assert "Time to an estimate" in outcome.left_out[0]

@@ -83,7 +83,7 @@ function draw() {
   const finger = recording.channels[mark.column].finger, shore = mark.shore_a === null ? "" : `, ${mark.shore_a} Shore A`;
   const moved = mark.found === null ? ", added" : mark.found === mark.sample ? ""
     : `, moved by ${(1000 * (mark.sample - mark.found) / recording.rate).toFixed(2)} ms`;
-  element("what").textContent = `${mark.object || "unknown object"}${shore}: ${finger}, ${mark.status === "found" ? "open" : mark.status}${moved}`;
+  element("what").textContent = `${mark.object || "unknown object"}${shore}: ${finger}, ${mark.status === "found" ? "undecided" : mark.status}${moved}`;
   document.body.dataset.shown = `${mark.number} ${mark.status} ${mark.sample}`;
 }
 
@@ -110,24 +110,24 @@ function judge(status, action) {
   state.marks[state.at] = { ...current(), status };
   const open = count("found");
   if (state.at === state.marks.length - 1) {
-    tell(open ? `This was the last onset; ${open} before it ${open > 1 ? "are" : "is"} still open. Tab goes there.` : "Nothing is open. Press f to finish.", !open);
+    tell(open ? `This was the last onset; ${open} before it ${open > 1 ? "are" : "is"} undecided. Tab goes there.` : "All onsets are decided. Press f to finish.", !open);
   }
   go(state.at + 1);
 }
 
 const count = (status) => state.marks.filter((m) => m.status === status).length;
 
-// The next open onset; from the last one on, the first.
+// The next undecided onset; from the last one on, the first.
 function nextOpen() {
   const isOpen = (m, k) => m.status === "found" && k !== state.at, after = state.marks.findIndex((m, k) => k > state.at && isOpen(m, k));
   const to = after < 0 ? state.marks.findIndex(isOpen) : after;
-  if (to < 0) tell("No other onset is open.", true); else tell("", true);
+  if (to < 0) tell("No other onset is undecided.", true); else tell("", true);
   go(to < 0 ? state.at : to);
 }
 
 function finish() {
   const open = count("found");
-  const left = open ? `${open} of ${state.marks.length} onsets ${open > 1 ? "are" : "is"} still open and will not become ${open > 1 ? "contacts" : "a contact"}. ` : "";
+  const left = open ? `${open} of ${state.marks.length} onsets ${open > 1 ? "are" : "is"} undecided and will not become ${open > 1 ? "contacts" : "a contact"}. ` : "";
   if (confirm(`${left}Write the new recordings and end?`)) send({ ask: "finish" });
 }
 

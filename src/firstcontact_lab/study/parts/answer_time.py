@@ -63,10 +63,10 @@ def answer_time(subject: Subject, settings: StudySettings) -> PartResult:
     answer_sample = [i for i, p in enumerate(subject.dataset.pinches) if p.first is not None]
     if answer_sample and not subject.detections:
         return PartResult(
-            left_out=["Time to an answer: windows start at the known contacts, not at found ones."]
+            left_out=["Time to an estimate: windows start at known contacts, not at detected ones."]
         )
     if not answer_sample:
-        return PartResult(left_out=["Time to an answer: no pinch has a known first contact."])
+        return PartResult(left_out=["Time to an estimate: no pinch has a known first contact."])
     by_length = {
         duration: _times(subject, duration, settings.early)
         for duration in sorted({*settings.durations, DURATION})
@@ -173,10 +173,9 @@ def answer_table(results: SubjectResults) -> Table | None:
     lengths = sorted(times.window_length_ms.items(), key=lambda item: float(item[0]))
     place = Accepted.from_results({"": results}).place
     caption = (
-        f"From the {place} to a complete window: the wait for the decision and the look-ahead of "
-        "the filters counted. A pinch whose first trigger is "
-        "missed, early or on the "
-        "wrong finger has no answer. Computing and transport are left out."
+        f"From the {place} to a complete window: including the wait for the decision and the "
+        "look-ahead of the filters, without computing and transport. A pinch whose first trigger "
+        "is missed, early or on the wrong finger has no estimate."
     )
     if is_twin(results):
         caption += " Twin results."
@@ -203,15 +202,15 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
             optional(lambda r: r[ANSWER], lambda a: a.before_second),
             "share",
             remark="Of all pinches with a known second contact. A missed, early or wrong-finger "
-            "trigger counts as not answered. Computing and transport are left out.",
+            "trigger counts as not complete. Computing and transport are not included.",
         ),
     ]
 
 
 PART = Part(
     "answer",
-    "Time to an answer",
-    [Step("time to an answer", lambda subject, settings, runner: answer_time(subject, settings))],
+    "Time to an estimate",
+    [Step("time to an estimate", lambda subject, settings, runner: answer_time(subject, settings))],
     _text,
     [answer_table],
     _rows,

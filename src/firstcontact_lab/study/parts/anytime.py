@@ -228,8 +228,8 @@ def anytime_figure(results: AnytimeResults) -> Figure:
     return Figure(
         "anytime",
         f"Error and interval by the time after contact, {TITLES['in_context']}",
-        "Signal after that time, or after the second contact, is not looked at. Bands are 95 % "
-        "bootstrap intervals (specimens or sessions drawn whole).",
+        "No estimate uses signal after its time or after the second contact. Bands are 95 % "
+        "bootstrap intervals over specimens or sessions.",
         image,
     )
 

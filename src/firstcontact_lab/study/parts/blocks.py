@@ -371,9 +371,9 @@ def accuracy_figure(subjects: Subjects) -> Figure | None:
         panels.append(Panel(title, tuple(dots), lines))
     return dot_figure(
         "accuracy",
-        "Accuracy in sessions that were not learned from",
+        "Accuracy in held-out sessions",
         "Bars are 95 % intervals over sessions.",
-        "Share of blocks whose level is right",
+        "Share of correctly classified blocks",
         panels,
         1.02,
     )

@@ -380,17 +380,15 @@ def delay_figure(
             )
             ax.set_ylabel("Pinches")
             ax.grid(axis="x", visible=False)
-        axes[-1, 0].set_xlabel(f"First trigger decided, after the {zero} (ms)")
+        axes[-1, 0].set_xlabel(f"First decision after the {zero} (ms)")
         axes[-1, 0].set_xlim(-EDGE - 1, EDGE + 1)
         image = uri(figure)
     return Figure(
         "delays",
-        "When the first trigger comes",
-        f"Right of the dashed line: how long after the {zero} the detector had decided, "
-        "whichever "
-        f"finger. Left of it: a trigger before the {zero}{late}. The outermost bars hold "
-        "all "
-        f"beyond.{counted}",
+        "Time of the first detection",
+        f"Time from the {zero} (dashed line) to the detector's first decision, on either finger. "
+        f"Decisions left of the line came too early{late}. The outermost bars contain all "
+        f"decisions beyond the axis.{counted}",
         image,
     )
 
@@ -521,7 +519,9 @@ def _start_text(start: str) -> str:
     title = names.detector(start).title
     if names.learned(start):
         return (
-            f"A detector ({title}) that did not learn from a pinch judges it, and {windows} there."
+            f"A detector ({title}) that did not learn from a pinch places its contact, and "
+            f"{windows} "
+            "there."
         )
     if start in DETECTORS:
         return f"{windows.capitalize()} where the {title} fires, which learns nothing."
@@ -529,11 +529,13 @@ def _start_text(start: str) -> str:
 
 
 def _text(subjects: Subjects) -> str:
-    sentences = ["20 ms windows, 3 ms of them new.", *map(_start_text, window_starts(subjects))]
+    sentences = [
+        "Detectors judge windows of 20 ms, of which 3 ms are new.",
+        *map(_start_text, window_starts(subjects)),
+    ]
     if any(names.detectors(results[CONTACT]) for results in subjects.values()):
         sentences.append(
-            "A detector looks back from its trigger, so it decides later than the contact that it "
-            "places: both times are scored."
+            "A detector decides later than the contact that it places. Both times are scored."
         )
     return " ".join(sentences)
 

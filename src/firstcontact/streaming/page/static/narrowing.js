@@ -81,7 +81,9 @@ export class Narrowing {
       draw(svg, "rect", { x: at, y: y(100), width: right - at, height: y(0) - y(100), class: "after" });
       draw(svg, "line", { x1: at, x2: at, y1: y(100), y2: y(0), stroke: "var(--ink)", "stroke-width": 2 });
       const early = second < LONGEST / 2;
-      draw(svg, "text", { x: at + (early ? 7 : -7), y: y(100) + 14, "text-anchor": early ? "start" : "end" }, `2nd: ${number(second, 1)} ms`);
+      const label = `2nd: ${number(second, 1)} ms`;
+      const fits = early || at - x(0) > 8 * label.length;
+      draw(svg, "text", { x: at + (early ? 7 : -7), y: y(100) + 14, "text-anchor": early ? "start" : "end" }, fits ? label : "2nd");
     }
   }
 }

@@ -204,8 +204,7 @@ def _rate(
         if abs(rate - statements[0][1]) > _RATES_AGREE * statements[0][1]:
             raise InputError(
                 f"{path}: {name} states {rate:g} Hz and {statements[0][0]} {statements[0][1]:g} "
-                "Hz: "
-                "correct one"
+                "Hz: correct one"
             )
     return statements[0][1]
 

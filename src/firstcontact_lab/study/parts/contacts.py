@@ -520,8 +520,7 @@ def _start_text(start: str) -> str:
     if names.learned(start):
         return (
             f"A detector ({title}) that did not learn from a pinch places its contact, and "
-            f"{windows} "
-            "there."
+            f"{windows} there."
         )
     if start in DETECTORS:
         return f"{windows.capitalize()} where the {title} fires, which learns nothing."

@@ -96,7 +96,7 @@ def prose(text: str) -> str:
 def summary(subject: Any) -> str:
     """Return the first paragraph of a docstring."""
     if isinstance(subject, Registry):
-        return f"All {nouns(2, subject.kind)} by name, those of plug-ins among them."
+        return f"All {nouns(2, subject.kind)} by name, including plug-ins."
     if isinstance(subject, dict):
         return f"By name: {', '.join(f'`{name}`' for name in subject)}."
     if isinstance(subject, UnionType):
@@ -169,7 +169,7 @@ def described(name: str, subject: Any) -> list[str]:
     lines = [f"### {name}", ""]
     if isinstance(subject, Registry):
         names = ", ".join(f"`{entry}`" for entry in subject.builtin_names)
-        lines += [f"{summary(subject)} Those of the package: {names}.", ""]
+        lines += [f"{summary(subject)} Built in: {names}.", ""]
         return lines
     if isinstance(subject, UnionType | dict | ModuleType):
         return [*lines, summary(subject), ""]

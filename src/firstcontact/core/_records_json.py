@@ -14,7 +14,7 @@ About = TypeVar("About")
 class Record(
     msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True
 ):
-    """JSON object with declared fields only. Fields with the value None are omitted.
+    """JSON object with declared fields only. It omits fields that are None.
 
     A subclass must repeat ``frozen=True, kw_only=True`` for type checkers and msgspec.
     """

@@ -90,7 +90,7 @@ class Controls(Protocol):
         """Open the hand if this viewer, now disconnected, had closed it."""
 
     def new_object(self) -> None:
-        """Begin another object. Its pinches are combined, without those of the previous object."""
+        """Begin another object. Combine only its own pinches from now on."""
 
     @property
     def uses_shape(self) -> bool:

@@ -29,7 +29,7 @@ SettingsOf = Callable[[str], Mapping[str, float]]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judgement:
-    """All policies, judged on picks that were not used for tuning.
+    """Policies judged on picks that were not used for tuning.
 
     Parameters
     ----------

@@ -74,7 +74,7 @@ def train(
     Parameters
     ----------
     data
-        Pinches. Role "test" is ignored.
+        Pinches. Pinches with role "test" are ignored.
     estimator
         Name in the registry of estimators; ``PACKAGE:NAME`` of a scikit-learn regressor or
         classifier; or such an object, as a class or an instance (a pipeline). It is trained on rows
@@ -198,7 +198,7 @@ def train_detector(
     Parameters
     ----------
     data
-        Pinches. Role "test" is ignored. They need no label.
+        Pinches. Pinches with role "test" are ignored. They need no label.
     detector
         Name of the detector; None for the default one.
     rate
@@ -226,7 +226,7 @@ def adapt(
     Parameters
     ----------
     data
-        Pinches. Role "test" is ignored. None gives a model that knows no rig.
+        Pinches. Pinches with role "test" are ignored. None gives a model that knows no rig.
     detector
         Name of the contact detector. None selects the default one, or the package's detector
         without data.

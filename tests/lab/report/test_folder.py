@@ -38,13 +38,15 @@ def write(out: Path, requests: dict[str, object]) -> None:
 def test_a_second_study_is_refused_while_the_first_works(tmp_path: Path) -> None:
     out = tmp_path / "new" / "out"
     with subprocess.Popen([sys.executable, "-c", HOLD, out], stdout=subprocess.PIPE) as other:
-        assert other.stdout is not None
-        assert other.stdout.readline() == b"held\n"
-        with pytest.raises(InputError, match="running"), sole_use(out, {}):
-            pass
-        with sole_use(tmp_path / "elsewhere", {}):
-            pass
-        os.kill(other.pid, signal.SIGKILL)
+        try:
+            assert other.stdout is not None
+            assert other.stdout.readline() == b"held\n"
+            with pytest.raises(InputError, match="running"), sole_use(out, {}):
+                pass
+            with sole_use(tmp_path / "elsewhere", {}):
+                pass
+        finally:
+            os.kill(other.pid, signal.SIGKILL)
     with sole_use(out, {}):  # a dead process holds nothing
         assert list(out.iterdir()) == []
     with sole_use(out, {}):

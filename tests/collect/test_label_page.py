@@ -80,14 +80,14 @@ def test_keys_alone_label_a_recording(labelling: Labelling, chromium: Any) -> No
     from selenium.webdriver.common.keys import Keys
 
     chromium.get(labelling.server.url)
-    wait_for_counts(chromium, "10 open")
+    wait_for_counts(chromium, "10 undecided")
     press(chromium, "o")
     press(chromium, "eraser", Keys.TAB, "40", Keys.ENTER)
     until(chromium, lambda d: "eraser, 40 Shore A" in text(d, "what"))
     press(chromium, " ", " ", "x", " ")
-    wait_for_counts(chromium, "3 accepted, 1 rejected, 6 open")
+    wait_for_counts(chromium, "3 accepted, 1 rejected, 6 undecided")
     press(chromium, "u")
-    wait_for_counts(chromium, "2 accepted, 1 rejected, 7 open")
+    wait_for_counts(chromium, "2 accepted, 1 rejected, 7 undecided")
     press(chromium, ">", ".")
     until(chromium, lambda d: "moved by 1.13 ms" in text(d, "what"))
     press(chromium, Keys.TAB, "+", "-", "-")
@@ -117,9 +117,9 @@ def test_keys_alone_label_a_recording(labelling: Labelling, chromium: Any) -> No
 def test_one_key_per_onset_labels_it(tmp_path: Path, chromium: Any) -> None:
     labelling = Labelling(tmp_path, 60)
     chromium.get(labelling.server.url)
-    wait_for_counts(chromium, "60 open")
+    wait_for_counts(chromium, "60 undecided")
     press(chromium, *(" " * 60))
-    wait_for_counts(chromium, "60 accepted, 0 rejected, 0 open")
+    wait_for_counts(chromium, "60 accepted, 0 rejected, 0 undecided")
     assert chromium.execute_script("return state.keys") == 60
     until(chromium, lambda d: len(labelling.session.marks.done) == 60)
     # Opened anew, everything is there.
@@ -136,14 +136,14 @@ def test_one_key_per_onset_labels_it(tmp_path: Path, chromium: Any) -> None:
 @needs_browser
 def test_key_after_undo_labels_the_reopened_onset(labelling: Labelling, chromium: Any) -> None:
     chromium.get(labelling.server.url)
-    wait_for_counts(chromium, "10 open")
+    wait_for_counts(chromium, "10 undecided")
     press(chromium, " ", " ", "u", "x", " ")
-    wait_for_counts(chromium, "2 accepted, 1 rejected, 7 open")
+    wait_for_counts(chromium, "2 accepted, 1 rejected, 7 undecided")
     statuses = [m.status.value for m in labelling.session.marks.ordered()[:4]]
     assert statuses == ["accepted", "rejected", "accepted", "found"]
     press(chromium, "u", "u")
     until(chromium, lambda d: "onset 2 of 10" in text(d, "place"))
-    assert "open" in text(chromium, "what")
+    assert "undecided" in text(chromium, "what")
 
 
 @needs_browser
@@ -151,7 +151,7 @@ def test_page_counts_open_onsets_before_the_end(labelling: Labelling, chromium: 
     from selenium.webdriver.common.keys import Keys
 
     chromium.get(labelling.server.url)
-    wait_for_counts(chromium, "10 open")
+    wait_for_counts(chromium, "10 undecided")
     press(chromium, " ", Keys.END, " ")
     until(chromium, lambda d: "8 before it are undecided" in text(d, "said"))
     press(chromium, Keys.TAB)
@@ -176,7 +176,7 @@ def test_hardness_follows_the_object_in_the_form(labelling: Labelling, chromium:
         return str(shore)
 
     chromium.get(labelling.server.url)
-    wait_for_counts(chromium, "10 open")
+    wait_for_counts(chromium, "10 undecided")
     assert label("eraser", Keys.TAB, "40") == "40"
     until(chromium, lambda d: "eraser, 40 Shore A" in text(d, "what"))
     press(chromium, " ", " ")
@@ -191,7 +191,7 @@ def test_hardness_follows_the_object_in_the_form(labelling: Labelling, chromium:
 @needs_browser
 def test_axis_values_stand_beside_the_signal(labelling: Labelling, chromium: Any) -> None:
     chromium.get(labelling.server.url)
-    wait_for_counts(chromium, "10 open")
+    wait_for_counts(chromium, "10 undecided")
     until(chromium, lambda d: d.execute_script("return state.shown === current().number"))
     labels = chromium.execute_script(
         "const pen = CanvasRenderingContext2D.prototype, write = pen.fillText, said = [];"
@@ -212,7 +212,7 @@ def test_page_reloads_a_signal_that_left_its_cache(tmp_path: Path, chromium: Any
 
     labelling = Labelling(tmp_path, 420, every=0.12)
     chromium.get(labelling.server.url)
-    wait_for_counts(chromium, "420 open")
+    wait_for_counts(chromium, "420 undecided")
     for _ in range(42):
         press(chromium, *([Keys.ARROW_RIGHT] * 10))
         until(chromium, lambda d: d.execute_script("return state.shown === current().number"))
@@ -224,7 +224,7 @@ def test_page_reloads_a_signal_that_left_its_cache(tmp_path: Path, chromium: Any
 @needs_browser
 def test_failed_write_is_not_shown_as_a_label(labelling: Labelling, chromium: Any) -> None:
     chromium.get(labelling.server.url)
-    wait_for_counts(chromium, "10 open")
+    wait_for_counts(chromium, "10 undecided")
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     size = (labelling.out / "labels.jsonl").stat().st_size
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, limits[1]))
@@ -233,7 +233,7 @@ def test_failed_write_is_not_shown_as_a_label(labelling: Labelling, chromium: An
         until(chromium, lambda d: "cannot be written" in text(d, "said"))
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
-    wait_for_counts(chromium, "0 accepted, 0 rejected, 10 open")
+    wait_for_counts(chromium, "0 accepted, 0 rejected, 10 undecided")
 
 
 def test_requests_from_other_sites_are_refused(labelling: Labelling) -> None:

@@ -34,9 +34,11 @@ def real_set(ranks: Dataset) -> RealSet:
     assert short_table(outcome.results) is not None
     table = materials_table(outcome.results)
     assert table is not None
-    assert len(table.lines) == 4
+    found = outcome.results[REAL]["rings"]
+    worst = found.by_material[found.worst("15")[0]]
+    assert len(table.lines) == 4 + len(worst.sessions or {})
     assert len(outcome.figures) == 3
-    return outcome.results[REAL]["rings"]
+    return found
 
 
 def test_every_reading_leaves_whole_materials_out(real_set: RealSet) -> None:
@@ -54,6 +56,17 @@ def test_every_reading_leaves_whole_materials_out(real_set: RealSet) -> None:
     for ms, share in real_set.material_held_out.items():
         materials = [entry.accuracy[ms] for entry in real_set.by_material.values()]
         assert share == pytest.approx(sum(materials) / 4)  # two materials of each rank
+
+
+def test_the_worst_material_and_its_sessions_are_named(real_set: RealSet) -> None:
+    for ms in ("3", "15"):
+        name, share = real_set.worst(ms)
+        assert share == real_set.by_material[name].accuracy[ms]
+        for entry in real_set.by_material.values():
+            assert share <= entry.accuracy[ms]
+            assert entry.sessions is not None
+            shares = [by_length[ms] for by_length in entry.sessions.values()]
+            assert min(shares) <= entry.accuracy[ms] <= max(shares)
 
 
 def test_the_order_needs_no_training_and_smoothing_lowers_the_centroid(real_set: RealSet) -> None:

@@ -72,13 +72,17 @@ class Reading(Record, frozen=True, kw_only=True):
 
 
 class RealMaterial(Record, frozen=True, kw_only=True):
-    """Scores of one left-out material: accuracy by length in ms, and mean centroids, Hz."""
+    """Scores of one left-out material: accuracy by length in ms, and mean centroids, Hz.
+
+    ``sessions``: accuracy in each of several sessions, by length. All were left out together.
+    """
 
     rank: float
     n: int
     accuracy: dict[str, float]
     centroid_hz: float
     conditioned_centroid_hz: float
+    sessions: dict[str, dict[str, float]] | None = None
 
 
 class RealSet(Record, frozen=True, kw_only=True):
@@ -119,6 +123,12 @@ class RealSet(Record, frozen=True, kw_only=True):
     conditioned_order: RankCorrelation
     readings: list[Reading]
     by_material: dict[str, RealMaterial]
+
+    def worst(self, ms: str) -> tuple[str, float]:
+        """Return the material with the lowest accuracy at a length in ms, and the accuracy."""
+        shares = {m: e.accuracy[ms] for m, e in self.by_material.items() if ms in e.accuracy}
+        name = min(shares, key=lambda m: shares[m])
+        return name, shares[name]
 
 
 #: Lengths of windows of a brief study, ms.
@@ -172,7 +182,12 @@ def short_windows(subject: Subject, settings: StudySettings, runner: Runner) -> 
         for reading in ways
     ]
     first_reading = {str(ms): right[ways[0], ms] for ms in lengths}
-    real = _set(subject, data, readings, first_reading, ranks, settings.seed)
+    by_session = {
+        str(ms): _by_session(subject, question.data, predicted)
+        for ((reading, ms), question), predicted in zip(questions.items(), answers, strict=True)
+        if reading == ways[0]
+    }
+    real = _set(subject, data, readings, first_reading, by_session, ranks, settings.seed)
     figures = [accuracy_figure(real), by_material_figure(real), order_figure(real)]
     return PartResult([REAL({subject.set_name: real})], figures)
 
@@ -226,6 +241,21 @@ def _by_material(data: LabelledWindows, predicted: Values) -> dict[str, float]:
     return {str(m): float(right[data.objects == m].mean()) for m in np.unique(data.objects)}
 
 
+def _by_session(
+    subject: Subject, data: LabelledWindows, predicted: Values
+) -> dict[tuple[str, str], float]:
+    """Return the share classed right by material and session, for materials with several."""
+    sessions, right = subject.dataset.sessions[data.rows], predicted == data.y
+    out = {}
+    for material in np.unique(data.objects):
+        members = data.objects == material
+        named = np.unique(sessions[members])
+        for session in named if len(named) > 1 else ():
+            share = right[members & (sessions == session)].mean()
+            out[str(material), str(session)] = float(share)
+    return out
+
+
 def _balanced(right: dict[str, float], ranks: dict[str, float]) -> float:
     of_ranks: dict[float, list[float]] = {}
     for material, share in right.items():
@@ -238,6 +268,7 @@ def _set(
     data: LabelledWindows,
     readings: list[Reading],
     right: dict[str, dict[str, float]],
+    by_session: dict[str, dict[tuple[str, str], float]],
     ranks: dict[str, float],
     seed: int,
 ) -> RealSet:
@@ -248,6 +279,14 @@ def _set(
 
     def correlation(hertz: dict[str, float]) -> RankCorrelation:
         return rank_correlation(order, np.array([hertz[m] for m in materials]), seed)
+
+    def sessions(material: str) -> dict[str, dict[str, float]] | None:
+        out: dict[str, dict[str, float]] = {}
+        for ms, shares in by_session.items():
+            for (name, session), share in shares.items():
+                if name == material:
+                    out.setdefault(session, {})[ms] = share
+        return out or None
 
     raw = correlation(raw_hz)
     return RealSet(
@@ -268,6 +307,7 @@ def _set(
                 accuracy={ms: material[m] for ms, material in right.items() if m in material},
                 centroid_hz=raw_hz[m],
                 conditioned_centroid_hz=smooth_hz[m],
+                sessions=sessions(m),
             )
             for m in materials
         },
@@ -457,26 +497,26 @@ def materials_table(results: SubjectResults) -> Table | None:
     if real is None:
         return None
     lengths = list(real.material_held_out)
-    lines = [
-        Line(
-            [
-                Cell(
-                    material.replace("_", " "),
-                    f"rank {entry.rank:g}, {counted(entry.n, 'pinch')}",
-                ),
-                *(
-                    Cell(percent(entry.accuracy[m]) if m in entry.accuracy else ABSENT)
-                    for m in lengths
-                ),
-                Cell(f"{entry.centroid_hz:.0f} Hz"),
-                Cell(f"{entry.conditioned_centroid_hz:.0f} Hz"),
-            ]
-        )
-        for material, entry in sorted(real.by_material.items(), key=lambda i: (i[1].rank, i[0]))
-    ]
+
+    def shares(accuracy: dict[str, float]) -> list[Cell]:
+        return [Cell(percent(accuracy[ms]) if ms in accuracy else ABSENT) for ms in lengths]
+
+    lines = []
+    worst, _ = real.worst(lengths[-1])
+    for material, entry in _sorted(real):
+        name = material.replace("_", " ")
+        about = f"rank {entry.rank:g}, {counted(entry.n, 'pinch')}"
+        hertz = [Cell(f"{hz:.0f} Hz") for hz in (entry.centroid_hz, entry.conditioned_centroid_hz)]
+        lines.append(Line([Cell(name, about), *shares(entry.accuracy), *hertz]))
+        lines += [
+            Line([Cell(name, f"session {session}"), *shares(accuracy), *2 * [Cell(ABSENT)]], True)
+            for session, accuracy in (entry.sessions or {}).items()
+            if material == worst
+        ]
     head = ["", *(f"{ms} ms" for ms in lengths), "Centroid as sent", "behind smoothing"]
     title, windows = reading_title(real.readings[0])
-    return Table(f"Each material, left out: share classed right. {title}, {windows}.", head, lines)
+    caption = f"Each material, left out: share classed right. {title}, {windows}."
+    return Table(f"{caption} The worst one also by session.", head, lines)
 
 
 def _order(real: RealSet) -> str:
@@ -504,6 +544,17 @@ BALANCED = Row[SubjectResults](
     ),
     "share",
 )
+WORST = Row[SubjectResults](
+    f"– of the worst material, {' / '.join(SHOWN_MS)} ms",
+    optional(
+        real_set,
+        lambda real: " / ".join(
+            f"{percent(share)} ({name.replace('_', ' ')})"
+            for name, share in (real.worst(ms) for ms in SHOWN_MS if ms in real.material_held_out)
+        ),
+    ),
+    "share",
+)
 CHANCE = Row[SubjectResults](
     "– of a constant prediction", optional(real_set, lambda real: real.chance), "share"
 )
@@ -515,5 +566,5 @@ PART = Part(
     [Step("short windows", with_ranks(short_windows))],
     _text,
     [short_table, materials_table],
-    lambda subjects: [BALANCED, CHANCE],
+    lambda subjects: [BALANCED, WORST, CHANCE],
 )

@@ -13,10 +13,11 @@ from firstcontact.models import (
     Bounded,
     CombinedModel,
     Ends,
-    Predictions,
+    InContextModel,
     Touches,
     adapt_combined,
     adapt_network,
+    combine,
     pretrained,
 )
 from firstcontact.signal import samples_in
@@ -36,7 +37,7 @@ from firstcontact_lab.study._random_rigs import (
 from firstcontact_lab.study._subject import Subject
 from firstcontact_lab.study.part import Part, Step
 from firstcontact_lab.study.settings import StudySettings
-from firstcontact_lab.study.window_ladder import fit_window_ladder, registered
+from firstcontact_lab.study.window_ladder import WindowLadder, fit_window_ladder, registered
 
 Values = NDArray[np.float64]
 #: Seed of the rigs, and rigs of each family. No choice was made on rigs of this seed.
@@ -48,12 +49,19 @@ MIDDLE = 5
 #: Resamples of the rigs.
 RESAMPLES = 2000
 _USES = (BLOCK, EVERYDAY, RANDOM)
-#: Scores of a method, in this order: by use the RMSE at each time, of three pinches, coverage and
-#: width. All but the latter two are kept as mean squares of a rig.
+#: Scores of a method, in this order: by use the RMSE at each time and of three pinches, then
+#: coverage and width of one pinch and of three. Errors are kept as mean squares of a rig.
 KEYS = tuple(
     f"{use} {score}"
     for use in _USES
-    for score in (*(f"{ms} ms" for ms in TIMES), "three", "coverage", "width")
+    for score in (
+        *(f"{ms} ms" for ms in TIMES),
+        "three",
+        "coverage",
+        "width",
+        "three coverage",
+        "three width",
+    )
 )
 #: Titles of the methods.
 METHODS = {
@@ -130,11 +138,13 @@ def _scores_of_rig(job: tuple[str, int], seed: int) -> list[list[float]]:
     return [_scores(rig, [predicted[name](rig.touches, ms) for ms in TIMES]) for name in METHODS]
 
 
-Predict = Callable[[Touches, int], tuple[Values, Values, Values]]
+#: Values, ends and half widths for contacts cut at a time, ms.
+Predicted = tuple[Values, Values, Values, Values]
+Predict = Callable[[Touches, int], Predicted]
 
 
 def _predictions(rig: JudgedRig) -> dict[str, Predict]:
-    """Return value and ends of each method for contacts cut at a time."""
+    """Return the predictions of each method."""
     is_own = rig.uses == OWN
     learn, shore_a, sessions = rig.touches.take(is_own), rig.shore_a[is_own], rig.sessions[is_own]
     network = adapt_network(pretrained(), learn, shore_a, sessions).model
@@ -145,55 +155,69 @@ def _predictions(rig: JudgedRig) -> dict[str, Predict]:
         for name in ("svm", "log_spectrum")
     }
 
-    def timed(predict: Callable[[Touches], Predictions], radius: bool = False) -> Predict:
-        def predict_at_time(touches: Touches, ms: int) -> tuple[Values, Values, Values]:
+    def timed(model: InContextModel, radius: bool = False) -> Predict:
+        def predict_at_time(touches: Touches, ms: int) -> Predicted:
             early = touches.until(samples_in(1e-3 * ms, touches.rate))
-            out = predict(replace(early, radii=rig.radii) if radius else early)
-            return out.value, out.low, out.high
+            out = model.predict(replace(early, radii=rig.radii) if radius else early)
+            half = model.half_widths(out.spread, early.valid, early.rate)
+            return out.value, out.low, out.high, half
 
         return predict_at_time
 
-    def regression(touches: Touches, ms: int) -> tuple[Values, Values, Values]:
+    def windows(ladder: WindowLadder) -> Predict:
+        def predict_at_time(touches: Touches, ms: int) -> Predicted:
+            out = ladder.predict(touches.until(samples_in(1e-3 * ms, touches.rate)))
+            return out.value, out.low, out.high, np.maximum(out.high - out.low, 1e-6) / 2
+
+        return predict_at_time
+
+    def without_interval(value: Values) -> Predicted:
+        return value, value, value, np.ones(len(value))
+
+    def regression(touches: Touches, ms: int) -> Predicted:
         value, _ = combined.regress(touches.until(samples_in(1e-3 * ms, touches.rate)))
-        return value, value, value
+        return without_interval(value)
 
     def mean(other: Predict) -> Predict:
-        def predict_at_time(touches: Touches, ms: int) -> tuple[Values, Values, Values]:
-            value = (timed(network.predict)(touches, ms)[0] + other(touches, ms)[0]) / 2
-            return value, value, value
+        return lambda touches, ms: without_interval(
+            (timed(network)(touches, ms)[0] + other(touches, ms)[0]) / 2
+        )
 
-        return predict_at_time
-
-    alone = {name: timed(ladder.predict) for name, ladder in ladders.items()}
+    alone = {name: windows(ladder) for name, ladder in ladders.items()}
     return {
         **alone,
-        "network": timed(network.predict),
-        "network_radius": timed(network.predict, radius=True),
+        "network": timed(network),
+        "network_radius": timed(network, radius=True),
         "svm_average": mean(alone["svm"]),
         "log_average": mean(alone["log_spectrum"]),
         "regression": regression,
         "regression_average": mean(regression),
-        "combined": timed(combined.predict),
-        "combined_radius": timed(combined.predict, radius=True),
+        "combined": timed(combined),
+        "combined_radius": timed(combined, radius=True),
     }
 
 
-def _scores(rig: JudgedRig, answers: list[tuple[Values, Values, Values]]) -> list[float]:
+def _scores(rig: JudgedRig, answers: list[Predicted]) -> list[float]:
     out = []
     middle = TIMES.index(MIDDLE)
     for use in _USES:
         rows = rig.uses == use
         truth = rig.shore_a[rows]
-        errors = [value[rows] - truth for value, _, _ in answers]
+        errors = [answer[0][rows] - truth for answer in answers]
         out += [float(np.mean(error**2)) for error in errors]
         objects = rig.objects[rows]
         pooled = [errors[middle][objects == name].mean() for name in np.unique(objects)]
-        low, high = (ends[rows] for ends in answers[middle][1:])
-        inside = (low <= truth) & (truth <= high)
+        value, low, high, half = (of_all[rows] for of_all in answers[middle])
+        three = [
+            (combine(value[same], half[same]), truth[same][0])
+            for same in (objects == name for name in np.unique(objects))
+        ]
         out += [
             float(np.mean(np.square(pooled))),
-            float(inside.mean()),
+            float(((low <= truth) & (truth <= high)).mean()),
             float((high - low).mean()),
+            float(np.mean([c.low <= shore_a <= c.high for c, shore_a in three])),
+            float(np.mean([c.high - c.low for c, _ in three])),
         ]
     return out
 
@@ -213,6 +237,9 @@ _MORE = [
     ("Coverage, everyday", f"{EVERYDAY} coverage", "share"),
     ("Coverage, random", f"{RANDOM} coverage", "share"),
     ("Width, everyday", f"{EVERYDAY} width", "shore"),
+    ("Coverage of three, everyday", f"{EVERYDAY} three coverage", "share"),
+    ("Coverage of three, random", f"{RANDOM} three coverage", "share"),
+    ("Width of three, everyday", f"{EVERYDAY} three width", "shore"),
 ]
 #: Methods that have intervals of their own.
 _WITH_INTERVALS = (

@@ -18,7 +18,18 @@ from firstcontact.contact import (
     pretrained_detector,
 )
 from firstcontact.core import FINGERTIP_RATE, Block, Contact, Dataset, Record, Runner
-from firstcontact.models import Bounded, Ends, adapt, cluster_intervals, fit_detector, outcome
+from firstcontact.models import (
+    Bounded,
+    CombinedModel,
+    Ends,
+    InContextModel,
+    Model,
+    adapt,
+    cluster_intervals,
+    fit_detector,
+    outcome,
+    train,
+)
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.tables import Cell, Row, Table, matrix
@@ -57,10 +68,15 @@ class StructureScores(Record, frozen=True, kw_only=True):
         contact of the wrong finger counts as missed.
     false_alarms_per_minute
         Detected contacts per minute of motor time in empty closings of 0.25 s.
-    rmse
-        RMSE in Shore A at 5 ms of the network that is conditioned on the rig, from these contacts.
+    rmse, coverage
+        RMSE in Shore A at 5 ms of the network that is conditioned on the rig, from these contacts,
+        and the share of truths in its intervals.
+    combined, combined_coverage
+        The same of the estimator ``combined``.
+    gain
+        Difference of both RMSE, below 0 if ``combined`` is better.
     predicted
-        Share of pinches with such an estimate.
+        Share of pinches with such estimates.
     intervals
         95 % bootstrap intervals over rigs.
     """
@@ -71,6 +87,10 @@ class StructureScores(Record, frozen=True, kw_only=True):
     missed: float
     false_alarms_per_minute: float
     rmse: float
+    coverage: float
+    combined: float
+    combined_coverage: float
+    gain: float
     predicted: float
     intervals: dict[str, Ends]
 
@@ -99,13 +119,13 @@ class _Counts:
     outcomes: dict[str, int] = field(default_factory=lambda: dict.fromkeys(OUTCOMES, 0))
     alarms: int = 0
     minutes: float = 0.0
-    squares: float = 0.0
     estimates: int = 0
+    errors: list[float] = field(default_factory=list)
 
     def row(self) -> list[float]:
         counts = [self.outcomes[name] for name in OUTCOMES]
         counts[3] += counts.pop()
-        return [sum(counts), *counts, self.alarms, self.minutes, self.squares, self.estimates]
+        return [sum(counts), *counts, self.alarms, self.minutes, self.estimates, *self.errors]
 
 
 #: Columns of :meth:`_Counts.row` as a score: numerator, denominator.
@@ -115,8 +135,11 @@ _RATIOS: Mapping[str, tuple[int, int]] = {
     "late": (3, 0),
     "missed": (4, 0),
     "false_alarms_per_minute": (5, 6),
-    "rmse": (7, 8),
-    "predicted": (8, 0),
+    "predicted": (7, 0),
+    "rmse": (8, 7),
+    "coverage": (9, 7),
+    "combined": (10, 7),
+    "combined_coverage": (11, 7),
 }
 
 
@@ -155,7 +178,7 @@ def _judge_rig(
     rig = draw_structured(seed, motor)
     blocks = draw_blocks(rig, LEVELS, BLOCKS_EACH, 3)
     objects, empty = draw_objects(rig, count), draw_empty(rig, EMPTY, LASTS)
-    model = adapt(blocks)
+    models = _models(blocks)
     detectors = {"shipped": pretrained_detector(), "own": fit_detector(blocks)}
     out = {}
     for name, detector in detectors.items():
@@ -165,14 +188,24 @@ def _judge_rig(
             for pinch, contact in zip(objects, contacts, strict=True):
                 assert pinch.first is not None
                 counts.outcomes[outcome(contact, pinch.first, FINGERTIP_RATE, 0.0)] += 1
-            squares = _squares(model.predict(objects, AT, contacts).value, objects)
-            counts.squares, counts.estimates = float(squares.sum()), len(squares)
+            for model in models:
+                predictions = model.predict(objects, AT, contacts)
+                squares, truth = _squares(predictions.value, objects), objects.shore_a
+                inside = (predictions.low <= truth) & (truth <= predictions.high)
+                counts.errors += [float(squares.sum()), float(inside.sum())]
+                counts.estimates = len(squares)
             counts.alarms, counts.minutes = _alarms(detector, empty, confirm=confirm)
             out[name if confirm else f"{name}, all count"] = counts
     unknown = adapt()
     contacts = _firsts(detectors["shipped"], objects, confirm=True)
     errors = [_squares(unknown.predict(objects, at, contacts).value, objects) for at in TIMES]
     return out, [(float(e.sum()), float(len(e))) for e in errors]
+
+
+def _models(blocks: Dataset) -> tuple[Model, Model]:
+    """Return the network and the estimator ``combined``, from the detected contacts of blocks."""
+    combined = train(blocks, CombinedModel.kind)
+    return combined.only(InContextModel.kind), combined
 
 
 def _firsts(detector: Detector, dataset: Dataset, *, confirm: bool) -> list[Contact | None]:
@@ -208,11 +241,12 @@ def _scores(rows: Values, seed: int) -> StructureScores:
     def ratio(sums: Values, name: str) -> Values:
         above, below = _RATIOS[name]
         value = np.asarray(sums[..., above] / np.maximum(sums[..., below], 1e-9))
-        return np.sqrt(value) if name == "rmse" else value
+        return np.sqrt(value) if name in ("rmse", "combined") else value
 
     statistics: dict[str, Callable[[Values], Values]] = {
         name: partial(ratio, name=name) for name in _RATIOS
     }
+    statistics["gain"] = lambda sums: ratio(sums, "combined") - ratio(sums, "rmse")
     intervals = cluster_intervals(rows, statistics, np.arange(len(rows)), seed)
     total = rows.sum(axis=0)
     return StructureScores(
@@ -228,7 +262,11 @@ _ROWS: Sequence[Row[StructureScores]] = (
     Row("too late", lambda s: s.bounded("late"), "share"),
     Row("missed", lambda s: s.bounded("missed"), "share"),
     Row("false alarms a minute", lambda s: s.bounded("false_alarms_per_minute"), "rate"),
-    Row("5 ms: RMSE, Shore A", lambda s: s.bounded("rmse"), "shore"),
+    Row("5 ms: RMSE of the network, Shore A", lambda s: s.bounded("rmse"), "shore"),
+    Row("truths in its intervals", lambda s: s.bounded("coverage"), "share"),
+    Row("RMSE averaged with a regression, Shore A", lambda s: s.bounded("combined"), "shore"),
+    Row("truths in the intervals of that", lambda s: s.bounded("combined_coverage"), "share"),
+    Row("difference of both RMSE", lambda s: s.bounded("gain"), "bias"),
     Row("pinches with an estimate", lambda s: s.bounded("predicted"), "share"),
 )
 _NAMES = {"shipped": "Shipped detector", "own": "Detector from its own blocks"}

@@ -107,7 +107,7 @@ live: $(VENV)/.live ## the live page, with the simulated hand: opens on http://1
 twin-model: $(VENV)/.live ## the model that ships for the simulated hand, anew (half a minute)
 	rm -rf $(OUT)/twin-model
 	$(BIN)/firstcontact simulate --out $(OUT)/twin-model/pinches --pinches-per-block 60 --pinches-per-object 0
-	$(BIN)/firstcontact train $(OUT)/twin-model/pinches --contacts detected --out $(OUT)/twin-model/model
+	$(BIN)/firstcontact train $(OUT)/twin-model/pinches --out $(OUT)/twin-model/model
 	cp $(OUT)/twin-model/model/* src/firstcontact/twin/pretrained/
 
 # --- checks ------------------------------------------------------------------------------------

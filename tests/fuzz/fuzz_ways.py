@@ -133,7 +133,7 @@ def _use_model(rng: Random, original: Path, seeds: Seeds, folder: Path, case: Ca
     recording = str(rng.choice(seeds.recordings))
     if rng.random() < 0.6:
         words = ["evaluate", str(model), recording]
-        how = rng.choice(("auto", "known", "detected", "detected"))
+        how = rng.choice(("known", "detected", "detected"))
         case.commands.append([*words, "--contacts", how])
     else:
         words = ["live", "--device", recording, "--speed", "inf", "--model", str(model)]

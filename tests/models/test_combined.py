@@ -122,6 +122,21 @@ def test_a_folder_holds_both(data: Dataset, tmp_path: Path) -> None:
     assert {"held out, one", "held out, each finger"} <= set(scores)
 
 
+def test_the_network_can_be_taken_out_of_the_model(data: Dataset) -> None:
+    adapted = fc.adapt(data)
+    assert adapted.network is not None
+    alone = adapted.only("network").network
+    assert alone is not None
+    assert (adapted.network.model.kind, alone.model.kind) == ("combined", "network")
+    expected = fc.train(data, "network").predict(data)
+    predictions = adapted.predict(data, estimator="network")
+    np.testing.assert_array_equal(predictions.value, expected.value)
+    np.testing.assert_array_equal(predictions.low, expected.low)
+    with pytest.raises(InputError) as refused:
+        adapted.only("svm")
+    assert refused.value.parameter == "estimator"
+
+
 def test_the_network_alone_keeps_the_widths_of_its_own_intervals(
     labelled: LabelledTouches,
 ) -> None:
@@ -146,10 +161,11 @@ def test_scores_are_those_of_the_network_and_of_the_mixture(
     assert adapted.rmse != network.rmse
 
 
-def test_the_score_of_the_mixture_decides_whether_it_is_of_use(adapted: Adapted) -> None:
-    worse = {**adapted.scores, "combined": adapted.mean_rmse + 1}
+def test_the_mixture_and_the_network_must_both_be_of_use(adapted: Adapted) -> None:
     assert not adapted.refusal
-    assert replace(adapted, scores=worse).refusal
+    for name in ("combined", adapted.scheme):
+        worse = {**adapted.scores, name: adapted.mean_rmse + 1}
+        assert replace(adapted, scores=worse).refusal
 
 
 def test_a_network_that_scored_better_is_named(

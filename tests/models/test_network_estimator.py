@@ -11,6 +11,7 @@ import firstcontact as fc
 from firstcontact.core import Dataset, InputError
 from firstcontact.models import (
     ESTIMATORS,
+    RIG_ESTIMATOR,
     NetworkEstimator,
     Task,
     make_estimator,
@@ -26,8 +27,8 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Dataset:
     return load_dataset(recordings(tmp_path_factory.mktemp("rig") / "p"))
 
 
-def test_training_the_network_is_adapting_it(data: Dataset, tmp_path: Path) -> None:
-    trained, adapted = fc.train(data, "network", seed=2), fc.adapt(data, seed=2)
+def test_training_the_default_rig_estimator_is_adapting_it(data: Dataset, tmp_path: Path) -> None:
+    trained, adapted = fc.train(data, RIG_ESTIMATOR.name, seed=2), fc.adapt(data, seed=2)
     assert trained.notes == adapted.notes
     assert not trained.windows
     for name, model in (("trained", trained), ("adapted", adapted)):

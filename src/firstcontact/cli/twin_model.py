@@ -15,7 +15,7 @@ ORIGIN = "twin"
 #: Training pinches of each block: enough for a first look in half a minute.
 PINCHES = 60
 #: Version of the training; a new one replaces older models.
-RECIPE = 3
+RECIPE = 4
 
 
 def cache_folder() -> Path:
@@ -49,7 +49,7 @@ def twin_model(condition: str, seed: int) -> Path:
     with temporary_path(folder) as making:
         making.mkdir()
         simulate(making / "pinches", condition, PINCHES, pinches_per_object=0, seed=seed)
-        model = train(load_dataset(making / "pinches"), contacts="detected")
+        model = train(load_dataset(making / "pinches"))
         model.save(making / "model")
         for line in model.notes:
             print(line, file=sys.stderr)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from firstcontact.contact import Detector
-from firstcontact.models import CombinedModel, InContextModel, Interval, Model, WindowModel
+from firstcontact.models import InContextModel, Interval, Model, WindowModel
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,9 +66,7 @@ def exported_parts(model: Model) -> Trained:
         )
         for window in model.windows
     )
-    network = None if model.network is None else model.network.model
-    if isinstance(network, CombinedModel):
-        network = network.network_alone()
+    network = None if model.network is None else model.network.model.network_alone()
     return Trained(models, model.detector, network)
 
 

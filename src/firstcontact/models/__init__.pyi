@@ -93,6 +93,7 @@ from ._predictors import WindowPredictor as WindowPredictor
 from ._registry import ESTIMATORS as ESTIMATORS
 from ._registry import find_estimator as find_estimator
 from ._registry import make_estimator as make_estimator
+from ._registry import rig_estimators as rig_estimators
 from ._registry import window_estimators as window_estimators
 from ._rig import GENERAL as GENERAL
 from ._rig import LEVELS as LEVELS
@@ -137,9 +138,9 @@ from ._touches import cut_touches as cut_touches
 from ._touches import in_words as in_words
 from ._touches import lengths as lengths
 from ._touches import parse_radius as parse_radius
+from ._train import RIG_ESTIMATOR as RIG_ESTIMATOR
 from ._train import adapt as adapt
 from ._train import check_windows as check_windows
-from ._train import known_contacts as known_contacts
 from ._train import train as train
 from ._train import train_detector as train_detector
 from ._train_overlap import Digests as Digests

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Self
@@ -26,7 +27,6 @@ from firstcontact.models._rig import STAGES, Rig, level_groups, stage_index
 from firstcontact.models._rig_regression import INPUTS, MOST, RigRegression
 from firstcontact.models._spec import Arrays, Values
 from firstcontact.models._touches import TIMES, Touches, lengths
-from firstcontact.models._training import LabelledTouches
 from firstcontact.signal import samples_in
 
 #: Fewer pinches or levels of Shore A than this: the network predicts alone.
@@ -118,35 +118,26 @@ class CombinedModel(InContextModel):
         self,
         finger: int,
         x: NDArray[np.float64],
-        stages: NDArray[np.intp],
-        values: Values,
-        spreads: Values,
-    ) -> tuple[Values, Values]:
-        """Return the mixture of the network's predictions and the regression's."""
-        regressed, own_spreads = self._regress(finger, x, stages)
-        share = own_spreads**2 / (own_spreads**2 + spreads**2)
-        mixed = share * values + (1 - share) * regressed
-        variance = share * spreads**2 + (1 - share) * own_spreads**2
-        apart = share * (1 - share) * (values - regressed) ** 2
-        return mixed, np.sqrt(variance + apart)
+        stage: int,
+        value: float,
+        spread: float,
+    ) -> tuple[float, float]:
+        """Return the mixture of the network's prediction and the regression's."""
+        regressed, own_spread = self._regressions[finger].predict(x[INPUTS], stage)
+        share = own_spread**2 / (own_spread**2 + spread**2)
+        mixed = share * value + (1 - share) * regressed
+        variance = share * spread**2 + (1 - share) * own_spread**2
+        apart = share * (1 - share) * (value - regressed) ** 2
+        return mixed, math.sqrt(variance + apart)
 
     def regress(self, touches: Touches) -> tuple[Values, Values]:
         """Return the regression's predictions and their spreads, shape (n,) each."""
         values, spreads = np.empty(len(touches)), np.empty(len(touches))
         for finger, rows in self.by_rig(touches):
             part, rig = touches.take(rows), self.rigs[finger]
-            x, stages = _inputs(part, rig), stage_index(part.valid, part.rate)
-            values[rows], spreads[rows] = self._regress(finger, x, stages)
-        return values, spreads
-
-    def _regress(
-        self, finger: int, x: NDArray[np.float64], stages: NDArray[np.intp]
-    ) -> tuple[Values, Values]:
-        values, spreads = np.empty(len(x)), np.empty(len(x))
-        for stage in np.unique(stages).tolist():
-            rows = np.flatnonzero(stages == stage)
-            regression = self._regressions[finger]
-            values[rows], spreads[rows] = regression.predict(x[rows, INPUTS], stage)
+            stages = stage_index(part.valid, part.rate).tolist()
+            for row, x, stage in zip(rows, _inputs(part, rig)[:, INPUTS], stages, strict=True):
+                values[row], spreads[row] = self._regressions[finger].predict(x, stage)
         return values, spreads
 
     def to_arrays(self) -> Arrays:
@@ -187,24 +178,15 @@ class CombinedEstimator(NetworkEstimator):
     name: ClassVar[str] = CombinedModel.kind
     title: ClassVar[str] = "Network and own pinches"
 
-    def fit_contacts(self, labelled: LabelledTouches, seed: int = 0) -> Adapted:
-        """Condition the network on labelled contacts of a rig, and fit the regression to them.
-
-        Parameters
-        ----------
-        labelled
-            Contacts with a Shore A.
-        seed
-            Random seed of the folds that hold contacts out.
-
-        Raises
-        ------
-        InputError
-            The contacts do not describe a rig.
-        """
-        return adapt_combined(
-            pretrained(), labelled.touches, labelled.shore_a, labelled.named_sessions, seed
-        )
+    def fit_touches(
+        self,
+        touches: Touches,
+        shore_a: Values,
+        sessions: NDArray[np.str_] | None = None,
+        seed: int = 0,
+    ) -> Adapted:
+        """Condition the network on contacts, and fit the regression; see :func:`adapt_combined`."""
+        return adapt_combined(pretrained(), touches, shore_a, sessions, seed)
 
 
 def adapt_combined(

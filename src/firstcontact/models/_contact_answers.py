@@ -102,7 +102,7 @@ class ContactAnswers:
         square = float((weight * (sd * sd + mean * mean)).sum())
         spread = math.sqrt(max(square - value * value, 1e-4))
         if self._refine is not None:
-            value, spread = self._refined(stage, value, spread)
+            value, spread = self._refine(self._x, stage, value, spread)
         half = spread * self._factors[stage]
         if not math.isfinite(value + half):
             return None
@@ -115,12 +115,6 @@ class ContactAnswers:
             half,
             self._familiar.is_out_of_range(traits, stage, self._has_level),
         )
-
-    def _refined(self, stage: int, value: float, spread: float) -> tuple[float, float]:
-        assert self._refine is not None
-        network = np.full(1, value), np.full(1, spread)
-        values, spreads = self._refine(self._x[None], np.full(1, stage), *network)
-        return float(values[0]), float(spreads[0])
 
     def _take(self, signal: NDArray[np.floating], valid: int) -> None:
         """Add the samples since the last moment."""

@@ -18,7 +18,7 @@ from firstcontact.models._predictions import Predictions
 from firstcontact.models._predictors import NetworkPredictor, Predictor
 from firstcontact.models._scores import RegressionScores, SpecimenErrors, TaskScores
 from firstcontact.models._spec import Values
-from firstcontact.models._train import known_contacts
+from firstcontact.models._train import Contacts, at_known_contacts
 from firstcontact.models._train_overlap import SEEN, TrainOverlap, train_overlap
 from firstcontact.models._training import resampling_clusters
 from firstcontact.signal import resample_dataset
@@ -130,7 +130,7 @@ def evaluate(
     model: Model,
     data: Dataset,
     *,
-    contacts: str = "auto",
+    contacts: Contacts = "detected",
     detector: Detector | None = None,
     progress: Progress = None,
 ) -> tuple[Evaluation, ...]:
@@ -145,8 +145,7 @@ def evaluate(
     data
         Pinches as they were loaded; they are resampled to the model's rate where theirs differs.
     contacts
-        Predictions start at "known" contacts or at "detected" ones; "auto" takes known ones where
-        there are any.
+        Predictions start at "detected" contacts, as live, or at "known" ones (strips or labels).
     detector
         Contact detector in place of the model's own.
     progress
@@ -183,7 +182,7 @@ def evaluate(
     def aligned(rate: float) -> tuple[Dataset, Alignment]:
         if rate not in at_rate:
             dataset = data if is_same_rate(data.layout.rate, rate) else resample_dataset(data, rate)
-            if known_contacts(contacts, dataset):
+            if at_known_contacts(contacts, dataset):
                 at_rate[rate] = dataset, label_alignment(dataset)
             else:
                 at_rate[rate] = dataset, detect_alignment(dataset, detector or model.own_detector)

@@ -118,6 +118,10 @@ class InContextModel:
         """Smallest number of valid samples for a prediction."""
         return lengths(self.rate)[0]
 
+    def network_alone(self) -> InContextModel:
+        """Return the network without a model that refines its predictions."""
+        return self
+
     def conditioned_on(self, rigs: Mapping[int, Rig]) -> InContextModel:
         """Return the same network for other rigs."""
         return InContextModel(self._network, self._familiar, self._factors, self.level, rigs)
@@ -164,9 +168,11 @@ class InContextModel:
             shape = Shape.measure(part.waves, part.valid, level, sign)
             x = network_inputs(shape, beside_signal[rows])
             mixture = self._network.outputs(x, self._contexts[finger], stages[rows])
-            values[rows], spreads[rows] = self.refine(
-                finger, x, stages[rows], *mean_and_spread(mixture)
-            )
+            predictions = np.stack(mean_and_spread(mixture), axis=1)
+            if self.refines:
+                given = zip(x, stages[rows].tolist(), predictions.tolist(), strict=True)
+                predictions = np.array([self.refine(finger, x, stage, *p) for x, stage, p in given])
+            values[rows], spreads[rows] = predictions.T
             trait_values = shape_traits(shape, part.signals[:, : part.lead])
             has_level = rig.tokens.shape[1] > 0
             out_of_range[rows] = self._familiar.out_of_range(trait_values, stages[rows], has_level)
@@ -186,24 +192,24 @@ class InContextModel:
         self,
         finger: int,
         x: NDArray[np.float64],
-        stages: NDArray[np.intp],
-        values: Values,
-        spreads: Values,
-    ) -> tuple[Values, Values]:
-        """Return values and spreads, which a subclass can combine with another model's.
+        stage: int,
+        value: float,
+        spread: float,
+    ) -> tuple[float, float]:
+        """Return the prediction for one contact after another model has seen the network's inputs.
 
         Parameters
         ----------
         finger
             Number of the rig.
         x
-            Inputs of the network, shape (n, inputs).
-        stages
-            Position in ``STAGES`` of each contact, shape (n,).
-        values, spreads
-            Predictions of the network, shape (n,).
+            Inputs of the network, shape (inputs,).
+        stage
+            Position in ``STAGES``.
+        value, spread
+            Of the network.
         """
-        return values, spreads
+        return value, spread
 
     def _check(self, touches: Touches) -> None:
         if not is_same_rate(touches.rate, self.rate):

@@ -182,8 +182,14 @@ class Model:
         return out
 
     def only(self, estimator: str) -> Model:
-        """Return the model with the predictors of this estimator alone."""
+        """Return the model with the predictors of this estimator alone.
+
+        "network" takes the network out of a model that is averaged with a regression.
+        """
+        network = self.network
+        parts = () if network is None else (replace(network, model=network.model.network_alone()),)
         predictors = tuple(p for p in self.predictors if p.model.kind == estimator)
+        predictors = predictors or tuple(p for p in parts if p.model.kind == estimator)
         if not predictors:
             kinds = dict.fromkeys(p.model.kind for p in self.predictors)
             raise InputError(

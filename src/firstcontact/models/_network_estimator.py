@@ -69,11 +69,18 @@ class Adapted:
 
     @property
     def refusal(self) -> str:
-        """Return the reason why the model is useless for this rig, else ""."""
-        if not self.scores or self.rmse < self.mean_rmse:
+        """Return why the model is of no use for this rig, "" if it is of use.
+
+        The network must be of use even if a regression reads the rig's pinches: that knows nothing
+        of other objects.
+        """
+        if not self.scores:
+            return ""
+        rmse = max(self.rmse, self.scores[self.scheme])
+        if rmse < self.mean_rmse:
             return ""
         return (
-            f"on held-out pinches the RMSE is {self.rmse:.1f} Shore A, and always "
+            f"on held-out pinches the RMSE is {rmse:.1f} Shore A, and always "
             f"answering their mean scores {self.mean_rmse:.1f}: the model cannot read this rig. "
             "Check the Shore A labels, the contacts and that the sensor touches as a fingertip "
             "does, or use `firstcontact train`"
@@ -305,9 +312,17 @@ class NetworkEstimator(Estimator):
         InputError
             The contacts do not describe a rig.
         """
-        return adapt_network(
-            pretrained(), labelled.touches, labelled.shore_a, labelled.named_sessions, seed
-        )
+        return self.fit_touches(labelled.touches, labelled.shore_a, labelled.named_sessions, seed)
+
+    def fit_touches(
+        self,
+        touches: Touches,
+        shore_a: Values,
+        sessions: NDArray[np.str_] | None = None,
+        seed: int = 0,
+    ) -> Adapted:
+        """Condition the pre-trained network on contacts; see :func:`adapt_network`."""
+        return adapt_network(pretrained(), touches, shore_a, sessions, seed)
 
 
 class UnknownRigError(InputError):

@@ -8,6 +8,7 @@ from firstcontact.core import InputError, Registry
 
 if TYPE_CHECKING:
     from firstcontact.models._estimator import Estimator
+    from firstcontact.models._network_estimator import NetworkEstimator
     from firstcontact.models._spec import Task
     from firstcontact.models._window_model import WindowModel
 
@@ -53,6 +54,13 @@ def model_kind(kind: str) -> type[WindowModel]:
 def window_estimators() -> dict[str, type[Estimator]]:
     """Return the registered estimators that learn from windows, by name."""
     return {name: entry for name, entry in ESTIMATORS.items() if entry.takes_windows}
+
+
+def rig_estimators() -> dict[str, type[NetworkEstimator]]:
+    """Return the registered estimators that learn from whole contacts, by name."""
+    from firstcontact.models._network_estimator import NetworkEstimator
+
+    return {n: entry for n, entry in ESTIMATORS.items() if issubclass(entry, NetworkEstimator)}
 
 
 def find_estimator(estimator: object) -> type[Estimator]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,27 +55,25 @@ class RigRegression:
             raise InputError("the pinches of the rig's regression are out of range")
         inputs = np.clip(inputs, -LARGEST, LARGEST)
         self._inputs, self._shore_a, self._scale = inputs, shore_a, scale
-        self._mean, self._sd = inputs.mean(axis=1), inputs.std(axis=1) + _LEAST_SPREAD
-        self._centre, self._unit = shore_a.mean(), max(float(shore_a.std()), 1.0)
-        self._known = (inputs - self._mean[:, None]) / self._sd[:, None]
-        self._inverse = np.stack(
-            [np.linalg.inv(_kernel(x, x) + NOISE * np.eye(n)) for x in self._known]
-        )
-        self._weights = self._inverse @ ((shore_a - self._centre) / self._unit)
+        mean, sd = inputs.mean(axis=1), inputs.std(axis=1) + _LEAST_SPREAD
+        self._centre, self._unit = float(shore_a.mean()), max(float(shore_a.std()), 1.0)
+        targets = (shore_a - self._centre) / self._unit
+        self._stages = [
+            _Stage.fit((x - m) / s, targets, m, s) for x, m, s in zip(inputs, mean, sd, strict=True)
+        ]
 
-    def scaled(self, scale: NDArray[np.float64]) -> RigRegression:
-        """Return the regression with its spread at each stage multiplied by these factors."""
-        return RigRegression(self._inputs, self._shore_a, scale)
-
-    def predict(self, inputs: NDArray[np.float64], stage: int) -> tuple[Values, Values]:
-        """Return Shore A and its spread, shape (n,) each, for features at one stage."""
-        x = (np.clip(inputs, -LARGEST, LARGEST) - self._mean[stage]) / self._sd[stage]
-        kernel = _kernel(x, self._known[stage])
-        values = self._centre + self._unit * (kernel @ self._weights[stage])
-        prior = 2.0 + LINEAR * np.einsum("ij,ij->i", x, x) / WIDTH
-        explained = np.einsum("ij,ij->i", kernel @ self._inverse[stage], kernel)
-        spreads = self._unit * np.sqrt(np.maximum(prior - explained, 0.0) + NOISE)
-        return np.clip(values, *SHORE_A), spreads * self._scale[stage]
+    def predict(self, inputs: NDArray[np.float64], stage: int) -> tuple[float, float]:
+        """Return Shore A and its spread for the features of one contact, shape (``WIDTH``,)."""
+        mean, sd, known, squares, weights, inverse = self._stages[stage]
+        x = (inputs.clip(-LARGEST, LARGEST) - mean) / sd
+        square = float(x @ x)
+        kernel = _kernel(known @ x, squares + square)
+        value = self._centre + self._unit * float(kernel @ weights)
+        prior = 2.0 + LINEAR * square / WIDTH
+        unexplained = max(prior - float(kernel @ (inverse @ kernel)), 0.0)
+        spread = self._unit * math.sqrt(unexplained + NOISE) * float(self._scale[stage])
+        least, most = SHORE_A
+        return min(max(value, least), most), spread
 
     def to_arrays(self) -> Arrays:
         """Return the inverse of :meth:`from_arrays`."""
@@ -95,10 +94,41 @@ class RigRegression:
         return cls(inputs.astype(np.float64), shore_a, scale)
 
 
-def _kernel(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the covariance of two sets of standardised inputs: constant, linear and smooth."""
-    inner = a @ b.T
-    squares = np.einsum("ij,ij->i", a, a)[:, None] + np.einsum("ij,ij->i", b, b) - 2.0 * inner
-    smooth = np.exp(-np.maximum(squares, 0.0) / (2.0 * LENGTH * LENGTH * WIDTH))
-    out: NDArray[np.float64] = 1.0 + LINEAR * inner / WIDTH + smooth
+class _Stage(NamedTuple):
+    """Process at one stage; ``known``: standardised inputs, ``squares``: their squared lengths."""
+
+    mean: NDArray[np.float64]
+    sd: NDArray[np.float64]
+    known: NDArray[np.float64]
+    squares: NDArray[np.float64]
+    weights: NDArray[np.float64]
+    inverse: NDArray[np.float64]
+
+    @classmethod
+    def fit(
+        cls,
+        known: NDArray[np.float64],
+        targets: Values,
+        mean: NDArray[np.float64],
+        sd: NDArray[np.float64],
+    ) -> Self:
+        squares = np.einsum("ij,ij->i", known, known)
+        covariance = _kernel(known @ known.T, squares[:, None] + squares)
+        inverse: NDArray[np.float64] = np.linalg.inv(covariance + NOISE * np.eye(len(known)))
+        return cls(mean, sd, known, squares, inverse @ targets, inverse)
+
+
+def _kernel(inner: NDArray[np.float64], squares: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the covariance of standardised inputs: constant, linear and smooth.
+
+    Parameters
+    ----------
+    inner
+        Inner products.
+    squares
+        Sums of both squared lengths.
+    """
+    distances = np.maximum(squares - 2.0 * inner, 0.0)
+    smooth = np.exp(distances * (-1.0 / (2.0 * LENGTH * LENGTH * WIDTH)))
+    out: NDArray[np.float64] = 1.0 + inner * (LINEAR / WIDTH) + smooth
     return out

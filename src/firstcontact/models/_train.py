@@ -23,6 +23,7 @@ from firstcontact.core import (
 )
 from firstcontact.models._alignment import Alignment, fit_detector, found_as_live, label_alignment
 from firstcontact.models._card import TrainingData, TrainingRecord
+from firstcontact.models._combined import CombinedEstimator
 from firstcontact.models._final_model import (
     Target,
     interval_in_words,
@@ -46,7 +47,9 @@ from firstcontact.models._training import DURATION, LabelledWindows, labelled_wi
 from firstcontact.recording import check_rate
 from firstcontact.signal import resample_dataset
 
-Contacts = Literal["auto", "known", "detected"]
+Contacts = Literal["detected", "known"]
+#: Estimator of the any-time model that :func:`adapt` makes, and :func:`train` beside window models.
+RIG_ESTIMATOR: type[NetworkEstimator] = CombinedEstimator
 #: Longest and shortest window, s.
 WINDOWS = (0.001, 1.0)
 MOST_SEEDS = 1 << 32
@@ -58,7 +61,7 @@ def train(
     *,
     detector: str | None = None,
     task: Task | str = Task.REGRESSION,
-    contacts: Contacts = "auto",
+    contacts: Contacts = "detected",
     windows: Sequence[float] = (DURATION,),
     level: float = 0.9,
     rate: float | None = None,
@@ -69,7 +72,8 @@ def train(
     """Train a contact detector and stiffness models from labelled pinches.
 
     Held-out sessions give scores and intervals; the returned model is then fitted to all pinches.
-    If the labels are Shore A, the network is conditioned on the same pinches.
+    If the labels are Shore A, the network is conditioned on the same pinches, and averaged with a
+    regression on them.
 
     Parameters
     ----------
@@ -78,15 +82,15 @@ def train(
     estimator
         Name in the registry of estimators; ``PACKAGE:NAME`` of a scikit-learn regressor or
         classifier; or such an object, as a class or an instance (a pipeline). It is trained on rows
-        of volts and saved by skops, which takes types of scikit-learn only. "network" conditions
-        the network alone, as :func:`adapt` does.
+        of volts and saved by skops, which takes types of scikit-learn only. "combined" makes the
+        model of :func:`adapt`, "network" that without the regression.
     detector
         Name of the contact detector; None for the default one.
     task
         "regression" of Shore A, or "classification" into the levels of ``data``.
     contacts
-        Windows start at "known" contacts or at "detected" ones; "auto" takes known ones where
-        there are any. For the network "auto" takes detected ones.
+        Signals start at "detected" contacts, as live, or at "known" ones (strips or labels). No
+        contact is detected by a detector that learned from its session.
     windows
         Lengths of the windows after the contact, s; one model each. The network has none.
     level
@@ -118,7 +122,7 @@ def train(
     >>> data = fc.load("recordings")
     >>> model = fc.train(data, "svm", windows=[0.015])
     >>> model
-    Model(detector='logistic', 'svm' at 15 ms, 'network' from 2 to 15 ms)
+    Model(detector='logistic', 'svm' at 15 ms, 'combined' from 2 to 15 ms)
     """
     kind = find_estimator(estimator)
     require_extra(kind)
@@ -128,7 +132,7 @@ def train(
     if task not in tuple(Task):
         raise InputError(f"{task!r} must be one of {', '.join(Task)}", parameter="task")
     takes_windows = kind.takes_windows
-    network_kind = kind if issubclass(kind, NetworkEstimator) else NetworkEstimator
+    rig_kind = kind if issubclass(kind, NetworkEstimator) else RIG_ESTIMATOR
     if not takes_windows:
         check_network(task, windows, level, rate)
     dataset = _training_pinches(data)
@@ -144,8 +148,7 @@ def train(
     ):
         fitted = fit_detector(dataset, detector)
         step(1)
-        has_known = known_contacts(contacts, dataset)
-        if has_known and (takes_windows or contacts == "known"):
+        if at_known_contacts(contacts, dataset):
             aligned = label_alignment(dataset)
         else:
             aligned = found_as_live(dataset, fitted, seed, runner)
@@ -172,7 +175,7 @@ def train(
             step(1)
         if has_shore or not takes_windows:
             try:
-                network, sentences = condition(dataset, seed, aligned, network_kind)
+                network, sentences = condition(dataset, seed, aligned, rig_kind)
                 predictors.append(network)
                 notes += [f"network: {line}" if takes_windows else line for line in sentences]
             except UnknownRigError as error:
@@ -221,7 +224,10 @@ def adapt(
     seed: int = 0,
     progress: Progress = None,
 ) -> Model:
-    """Condition the pre-trained network on a rig, from a few pinches of blocks of known Shore A.
+    """Make a model of a rig from a few pinches of blocks of known Shore A.
+
+    The pre-trained network is conditioned on the rig and averaged with a regression on its pinches.
+    With fewer than 20 pinches or 3 levels the network predicts alone.
 
     Parameters
     ----------
@@ -243,7 +249,7 @@ def adapt(
     Raises
     ------
     InputError
-        The pinches do not describe a rig, or the network predicts them no better than their mean.
+        The pinches do not describe a rig, or the model predicts them no better than their mean.
 
     Examples
     --------
@@ -263,28 +269,27 @@ def adapt(
                 )
             fallback = make_detector(detector)
         return Model(fallback, (NetworkPredictor(pretrained()),))
-    return train(data, "network", detector=detector, seed=seed, progress=progress)
+    return train(data, RIG_ESTIMATOR.name, detector=detector, seed=seed, progress=progress)
 
 
-def known_contacts(contacts: str, dataset: Dataset) -> bool:
-    """Return True if windows start at the known contacts of these pinches.
+def at_known_contacts(contacts: str, dataset: Dataset) -> bool:
+    """Return True if signals start at known contacts instead of detected ones.
 
     Raises
     ------
     InputError
-        Known contacts are required, but there are none.
+        ``contacts`` is neither, or no contact of these pinches is known.
     """
     if contacts not in get_args(Contacts):
         raise InputError(
             f"{contacts!r} must be one of {', '.join(get_args(Contacts))}", parameter="contacts"
         )
-    has_known = any(p.first is not None for p in dataset.pinches)
-    if contacts == "known" and not has_known:
+    if contacts == "known" and all(p.first is None for p in dataset.pinches):
         raise InputError(
             'no pinch has a known first contact: use "detected", or import with first_contact',
             parameter="contacts",
         )
-    return contacts == "known" or (contacts == "auto" and has_known)
+    return contacts == "known"
 
 
 def detector_data(detector: Detector, dataset: Dataset) -> dict[str, Any]:

@@ -50,7 +50,6 @@ def learn(settings: GraspStudySettings, out: Path) -> fc.Model:
         fc.load(recordings),
         settings.model,
         detector=settings.detector,
-        contacts="detected",
         windows=settings.windows,
         seed=settings.seed,
         workers=settings.workers,

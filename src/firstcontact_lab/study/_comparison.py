@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Record, Runner
-from firstcontact.models import ESTIMATORS
+from firstcontact.models import ESTIMATORS, RIG_ESTIMATOR
 from firstcontact.twin import Condition
 from firstcontact_lab.study._entrants import Entrant, Query, answer
 from firstcontact_lab.study._off_blocks import Answered, OffBlocks, off_blocks
@@ -28,10 +28,11 @@ TOLD = (
 #: The default estimator as the network is asked: nothing after the second contact is fed to it.
 MASKED = Entrant("masked", "anybody", {"estimator": ESTIMATORS.default})
 AT_HOME = Entrant("floor", "trained", {"estimator": ESTIMATORS.default})
-#: The in-context network, without and with the radius told.
+#: The default any-time estimator, and the in-context network without and with the radius given.
 NETWORK = (
-    Entrant("in_context", "in context"),
-    Entrant("in_context_radius", "in context", {"radii": True}),
+    Entrant(RIG_ESTIMATOR.name, "in context", {"estimator": RIG_ESTIMATOR.name}),
+    Entrant("in_context", "in context", {"estimator": "network"}),
+    Entrant("in_context_radius", "in context", {"estimator": "network", "radii": True}),
 )
 
 

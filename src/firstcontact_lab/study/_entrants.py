@@ -16,9 +16,8 @@ from firstcontact.models import (
     Fit,
     Task,
     Touches,
-    adapt_network,
     fit_model,
-    pretrained,
+    rig_estimators,
 )
 from firstcontact_lab.study._rig_sets import RigSet
 from firstcontact_lab.study.window_ladder import fit_window_ladder, registered
@@ -72,7 +71,7 @@ def _trained(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int
 
 
 def _in_context(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int) -> Values:
-    """Predict by the network conditioned on these pinches, with radii if requested."""
+    """Predict by an any-time estimator conditioned on these pinches, and on radii if asked for."""
     query = rigs.touches.take(ask)
     if entrant.options.get("radii"):
         query = replace(query, radii=rigs.radii[ask])
@@ -95,12 +94,12 @@ def fit_on_set(entrant: Entrant, rigs: RigSet, learn: Index, seed: int) -> Conta
 def fit_predictor(
     entrant: Entrant, touches: Touches, shore_a: Values, groups: NDArray[np.str_], seed: int
 ) -> ContactPredictor:
-    """Condition the in-context network on contacts, or train one model a window length.
+    """Condition an any-time estimator on contacts, or train one model a window length.
 
     Parameters
     ----------
     entrant
-        In-context network, registered estimator or regressor of a user.
+        Any-time estimator, registered estimator or regressor of a user.
     touches, shore_a
         Contacts to learn from, shape (n,).
     groups
@@ -108,10 +107,11 @@ def fit_predictor(
     seed
         Random seed of trainings and folds.
     """
-    if entrant.method == "in context":
-        return adapt_network(pretrained(), touches, shore_a, groups, seed).model
     options = dict(entrant.options)
     regressor, name = options.pop("regressor", None), options.pop("estimator", None)
+    if entrant.method == "in context":
+        kind = rig_estimators()[name]
+        return kind(Task.REGRESSION, touches.rate).fit_touches(touches, shore_a, groups, seed).model
     learner = registered(name if regressor is None else regressor, options)
     return fit_window_ladder(learner, touches, shore_a, groups, seed=seed)
 

@@ -67,7 +67,7 @@ def contender(name: str) -> Entrant:
 
 
 def competitors(name: str) -> list[Entrant]:
-    """Return the contender, the default estimator and the in-context network in both forms."""
+    """Return the contender, the default estimators and the in-context network in both forms."""
     query, usual = contender(name), contender(ESTIMATORS.default)
     return [query, *([] if query == usual else [usual]), *NETWORK]
 
@@ -109,7 +109,7 @@ def benchmark(
         seeds = ", ".join(map(str, size.seeds))
         say(f"{condition_name}: sets of {len(sets[0].touches)} contacts are made, seeds {seeds}")
         generalised = compared(lambda place: everybody, sets, size.seeds, seed, runner)
-        timed = [e for e in everybody if e is not NETWORK[1]]
+        timed = [e for e in everybody if e is not NETWORK[-1]]
         answers = runner.map(_timed, [(e, p) for e in timed for p in range(len(sets))], sets, seed)
         out[condition_name] = Benchmarked(
             generalise=generalised,

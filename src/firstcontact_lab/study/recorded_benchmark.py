@@ -103,7 +103,7 @@ def benchmark_recordings(
         If no such regressor exists or its predictions are invalid, or if the recordings have too
         few pinches, Shore A levels or named sessions.
     """
-    entrants = [e for e in competitors(name) if e is not NETWORK[1]]
+    entrants = [e for e in competitors(name) if e is not NETWORK[-1]]
     dataset = _load(path, say)
     contacts, how = _contacts(dataset, seed, runner)
     labelled = LabelledTouches.cut(dataset, contacts)

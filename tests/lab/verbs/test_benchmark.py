@@ -189,7 +189,7 @@ def test_recordings_are_scored_on_the_same_held_out_sessions(folder: Path, capsy
         "session", 2, 2,
     )  # fmt: skip
     for group, pinches in ((computed.held_out, 30), (computed.objects, 4)):
-        assert list(group.scores) == ["their_regressors:Sealed", "peak", "in_context"]
+        assert list(group.scores) == ["their_regressors:Sealed", "peak", "combined", "in_context"]
         for scores in group.scores.values():
             assert scores.n == pinches
             assert list(scores.rmse) == ["2", "3", "5", "8", "15"]

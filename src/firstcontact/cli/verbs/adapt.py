@@ -12,7 +12,10 @@ from firstcontact.contact import DETECTORS
 
 @dataclass(frozen=True)
 class Adapt:
-    """Condition the pre-trained network on your rig, from a few pinches of known Shore A."""
+    """Make a model of your rig from a few pinches of known Shore A.
+
+    It is the pre-trained network, averaged with a regression on your pinches.
+    """
 
     data: Annotated[Path | None, Option(positional=True)] = None
     """Recordings of known Shore A; without them intervals are wide."""
@@ -28,7 +31,7 @@ class Adapt:
     former: ClassVar[dict[str, str]] = {"--detector": "--detector-type"}
 
     def run(self) -> None:
-        """Condition the pre-trained network on the rig, save it, and print its held-out scores."""
+        """Make the model of the rig, save it, and print its held-out scores."""
         from firstcontact.core import replacing_folder
         from firstcontact.models import adapt, check_replaceable
         from firstcontact.recording import load_dataset

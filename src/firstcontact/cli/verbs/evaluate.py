@@ -26,8 +26,8 @@ class Evaluate:
     """Folder of the model."""
     data: Annotated[Path, Option(positional=True)]
     """A recording, or a folder of recordings."""
-    contacts: Literal["auto", "known", "detected"] = "auto"
-    """Start of windows: known or detected contacts; auto prefers known ones."""
+    contacts: Literal["detected", "known"] = "detected"
+    """Start of the signals: contacts detected as live, or known ones."""
     detector: Path | None = None
     """Folder of a detector to use in place of the model's."""
 

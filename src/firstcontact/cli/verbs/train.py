@@ -35,10 +35,10 @@ class Train:
     """Train the detector only, which needs contacts and no hardness."""
     task: Annotated[Literal["regression", "classification"], Option(group="model")] = "regression"
     """Predict any Shore A value, or one of the trained levels."""
-    contacts: Annotated[
-        Literal["auto", "known", "detected"], Option(advanced=True, group="data")
-    ] = "auto"
-    """Start of windows: known or detected contacts; auto prefers known ones."""
+    contacts: Annotated[Literal["detected", "known"], Option(advanced=True, group="data")] = (
+        "detected"
+    )
+    """Start of the signals: contacts detected as live, or known ones."""
     window_ms: Annotated[tuple[float, ...], Option(group="model")] = (15.0,)
     """Lengths of windows after the contact, ms; one model for each."""
     level: Annotated[float, Option(group="training")] = 0.9

@@ -11,21 +11,21 @@ from msgspec.structs import asdict
 from firstcontact.core import Record, counted, is_same_rate, percent
 from firstcontact.models import (
     ESTIMATORS,
+    RIG_ESTIMATOR,
     Adapted,
     Bounded,
     Ends,
-    InContextModel,
     LabelledTouches,
-    adapt_network,
+    Task,
     bounded,
     by_session,
     lengths,
     pretrained,
     regression_scores,
+    rig_estimators,
 )
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import Figure, PartResult
-from firstcontact_lab.report.names import NETWORK_COLOUR, TITLES
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import canvas, uri
 from firstcontact_lab.report.tables import (
@@ -61,13 +61,20 @@ class FixedWindow(Record, frozen=True, kw_only=True):
     intervals: dict[str, Ends]
 
 
+class OtherScores(Record, frozen=True, kw_only=True):
+    """Scores of another estimator on the same pinches as those of the default one."""
+
+    asked: AnytimeScores
+    blocks: AnytimeScores | None = None
+
+
 class AnytimeResults(AnytimeScores, frozen=True, kw_only=True):
-    """Scores on unseen objects, or on blocks of other sessions (``asked``).
+    """Scores of ``estimator`` on unseen objects, or on blocks of other sessions (``asked``).
 
     ``before_second``: share of ``with_second`` pinches of any role with an estimate before the
     second contact, including all delays. ``too_short``: pinches whose second contact came before
     any estimate; they are not scored. ``way``: conditioning scheme. ``level``: nominal coverage of
-    the intervals.
+    the intervals. ``others``: scores of the other any-time estimators by name.
     """
 
     asked: str
@@ -78,6 +85,12 @@ class AnytimeResults(AnytimeScores, frozen=True, kw_only=True):
     with_second: int | None = None
     fixed: FixedWindow | None = None
     blocks: AnytimeScores | None = None
+    estimator: str = "network"
+    others: dict[str, OtherScores] | None = None
+
+    def by_estimator(self) -> dict[str, OtherScores]:
+        """Return the scores of all any-time estimators by name, the default one first."""
+        return {self.estimator: OtherScores(asked=self, blocks=self.blocks), **(self.others or {})}
 
 
 _TITLE = "Answers at any time"
@@ -102,19 +115,19 @@ def anytime(subject: Subject, settings: StudySettings) -> PartResult:
     long_enough = labelled.touches.answerable
     learn = ~subject.dataset.test[labelled.rows]
     objects = labelled.take(long_enough & ~learn)
-    adapted = conditioned_model(model, home, settings.seed)
-    blocks = _blocks(model, home, settings)
-    if len(objects):
-        answers = predictions_by_time(adapted.model, objects.touches)
-        scores = anytime_scores(answers, objects.shore_a, objects.clusters, settings.seed)
-    elif blocks is not None:
-        scores = blocks
-    else:
+    by_estimator = {
+        name: scores
+        for name in rig_estimators()
+        if (scores := _scores(name, home, objects, settings)) is not None
+    }
+    if not by_estimator:
         return _none("neither unseen objects nor sessions that could be held out")
+    scores = by_estimator.pop(RIG_ESTIMATOR.name)
+    adapted = conditioned_model(RIG_ESTIMATOR.name, home, settings.seed)
     queries = ~learn if len(objects) else learn
     share, of = _before_second(subject, settings.early)
     results = AnytimeResults(
-        **asdict(scores),
+        **asdict(scores.asked),
         asked="objects" if len(objects) else "blocks",
         level=model.level,
         way=adapted.scheme,
@@ -122,7 +135,9 @@ def anytime(subject: Subject, settings: StudySettings) -> PartResult:
         before_second=share,
         with_second=of,
         fixed=_fixed(subject, objects, settings.seed),
-        blocks=blocks if len(objects) else None,
+        blocks=scores.blocks,
+        estimator=RIG_ESTIMATOR.name,
+        others=by_estimator,
     )
     return PartResult([ANYTIME(results)], [anytime_figure(results)])
 
@@ -137,14 +152,25 @@ def conditioning_contacts(labelled: LabelledTouches, subject: Subject) -> Labell
     return None if len(home) < 4 or len(np.unique(home.shore_a)) < 2 else home
 
 
-def conditioned_model(model: InContextModel, home: LabelledTouches, seed: int) -> Adapted:
-    """Return the model conditioned on these contacts of the rig."""
-    return adapt_network(model, home.touches, home.shore_a, home.named_sessions, seed)
+def conditioned_model(estimator: str, home: LabelledTouches, seed: int) -> Adapted:
+    """Condition an any-time estimator on the rig by these contacts."""
+    return rig_estimators()[estimator](Task.REGRESSION, home.touches.rate).fit_contacts(home, seed)
 
 
-def _blocks(
-    model: InContextModel, home: LabelledTouches, settings: StudySettings
-) -> AnytimeScores | None:
+def _scores(
+    estimator: str, home: LabelledTouches, objects: LabelledTouches, settings: StudySettings
+) -> OtherScores | None:
+    """Score unseen objects and blocks of other sessions; without objects the blocks alone."""
+    blocks = _blocks(estimator, home, settings)
+    if not len(objects):
+        return None if blocks is None else OtherScores(asked=blocks)
+    model = conditioned_model(estimator, home, settings.seed).model
+    answers = predictions_by_time(model, objects.touches)
+    asked = anytime_scores(answers, objects.shore_a, objects.clusters, settings.seed)
+    return OtherScores(asked=asked, blocks=blocks)
+
+
+def _blocks(estimator: str, home: LabelledTouches, settings: StudySettings) -> AnytimeScores | None:
     """Return the scores on training pinches, with whole sessions held out."""
     if home.named_sessions is None:
         return None
@@ -153,7 +179,7 @@ def _blocks(
         return None
     parts = []
     for fold in folds:
-        selected = conditioned_model(model, home.take(fold.train), settings.seed).model
+        selected = conditioned_model(estimator, home.take(fold.train), settings.seed).model
         parts.append(predictions_by_time(selected, home.take(fold.test).touches))
     order = np.concatenate([fold.test for fold in folds])
     queries = home.take(order)
@@ -204,6 +230,7 @@ _SIDES = {"objects": ("o-", "unseen objects"), "blocks": ("s--", "blocks of othe
 
 def anytime_figure(results: AnytimeResults) -> Figure:
     """Draw RMSE and mean width by time, with the RMSE of the default estimator."""
+    look = names.estimator(results.estimator)
     sides: dict[str, AnytimeScores] = {results.asked: results}
     if results.blocks is not None:
         sides["blocks"] = results.blocks
@@ -211,13 +238,13 @@ def anytime_figure(results: AnytimeResults) -> Figure:
         error, width = axes[0]
         for side, scores in sides.items():
             style, name = _SIDES[side]
-            _line(error, scores, "rmse", style, name)
-            _line(width, scores, "width", style, name)
+            _line(error, scores, "rmse", style, name, look.colour)
+            _line(width, scores, "width", style, name, look.colour)
         fixed = results.fixed
         if fixed is not None:
-            look = names.estimator(fixed.estimator)
-            label = f"{look.title}, 15 ms, objects"
-            error.axhline(fixed.rmse, color=look.colour, ls=":", lw=1.4, label=label)
+            other = names.estimator(fixed.estimator)
+            label = f"{other.title}, 15 ms, objects"
+            error.axhline(fixed.rmse, color=other.colour, ls=":", lw=1.4, label=label)
         error.set(ylabel="RMSE (Shore A)")
         width.set(ylabel=f"Width of the {100 * results.level:g} % interval (Shore A)")
         for ax in (error, width):
@@ -227,21 +254,21 @@ def anytime_figure(results: AnytimeResults) -> Figure:
         image = uri(figure)
     return Figure(
         "anytime",
-        f"Error and interval by the time after contact, {TITLES['in_context']}",
+        f"Error and interval by the time after contact: {look.title.lower()}",
         "No estimate uses signal after its time or after the second contact. Bands are 95 % "
         "bootstrap intervals over specimens or sessions.",
         image,
     )
 
 
-def _line(ax: Any, scores: AnytimeScores, key: str, style: str, name: str) -> None:
+def _line(ax: Any, scores: AnytimeScores, key: str, style: str, name: str, colour: str) -> None:
     values: dict[str, float] = getattr(scores, key)
     times = [float(ms) for ms in values]
-    ax.plot(times, list(values.values()), style, color=NETWORK_COLOUR, ms=5, label=name)
+    ax.plot(times, list(values.values()), style, color=colour, ms=5, label=name)
     ends = scores.intervals.get(key, {})
     if len(ends) == len(values):
         low, high = zip(*(ends[ms] for ms in values), strict=True)
-        ax.fill_between(times, low, high, color=NETWORK_COLOUR, alpha=0.15, lw=0)
+        ax.fill_between(times, low, high, color=colour, alpha=0.15, lw=0)
 
 
 ANYTIME = Field.optional("anytime", AnytimeResults)
@@ -261,7 +288,12 @@ def anytime_table(results: SubjectResults) -> Table | None:
         lines.insert(1, Line([Cell(f"RMSE, {title}", "whole window"), *empty, last], True))
     if by_time.blocks is not None:
         lines += _side(by_time.blocks, _ASKED["blocks"])
-    caption = f"{TITLES['in_context']}: by the time after contact."
+    for name, scores in (by_time.others or {}).items():
+        title = names.estimator(name).title
+        lines.append(_error_line(scores.asked, f"{title}, {_ASKED[by_time.asked]}", quiet=True))
+        if scores.blocks is not None:
+            lines.append(_error_line(scores.blocks, f"{title}, {_ASKED['blocks']}", quiet=True))
+    caption = f"{names.estimator(by_time.estimator).title}: by the time after contact."
     if by_time.before_second is not None:
         caption += (
             " The samples for an estimate lie before the second contact in "
@@ -269,35 +301,38 @@ def anytime_table(results: SubjectResults) -> Table | None:
             "transport are left out."
         )
     caption += (
-        f" The network is conditioned on the blocks of the rig ({by_time.way}); "
+        f" The model is conditioned on the blocks of the rig ({by_time.way}); "
         f"{counted(by_time.too_short, 'pinch')} whose second contact came before any estimate "
         f"{'is' if by_time.too_short == 1 else 'are'} not scored."
     )
     return Table(caption, ["", *(f"{ms} ms" for ms in by_time.rmse)], lines)
 
 
-def _side(scores: AnytimeScores, queries: str) -> list[Line]:
-    def cells(key: str, unit: str) -> list[Cell]:
-        ends, values = scores.intervals.get(key, {}), getattr(scores, key)
-        return [format_cell(Bounded(value, ends.get(ms)), unit) for ms, value in values.items()]
+def _cells(scores: AnytimeScores, key: str, unit: str) -> list[Cell]:
+    ends, values = scores.intervals.get(key, {}), getattr(scores, key)
+    return [format_cell(Bounded(value, ends.get(ms)), unit) for ms, value in values.items()]
 
+
+def _error_line(scores: AnytimeScores, queries: str, *, quiet: bool = False) -> Line:
+    small = f"{queries}, {counted(scores.n, 'pinch')}"
+    return Line([Cell("RMSE, Shore A", small), *_cells(scores, "rmse", "shore")], quiet)
+
+
+def _side(scores: AnytimeScores, queries: str) -> list[Line]:
     return [
-        Line(
-            [
-                Cell("RMSE, Shore A", f"{queries}, {counted(scores.n, 'pinch')}"),
-                *cells("rmse", "shore"),
-            ]
-        ),
-        Line([Cell("Truth in its interval", queries), *cells("coverage", "share")]),
-        Line([Cell("Width of it, Shore A", queries), *cells("width", "shore")]),
-        Line([Cell("Out of range", queries), *cells("strange", "share")]),
+        _error_line(scores, queries),
+        Line([Cell("Truth in its interval", queries), *_cells(scores, "coverage", "share")]),
+        Line([Cell("Width of it, Shore A", queries), *_cells(scores, "width", "shore")]),
+        Line([Cell("Out of range", queries), *_cells(scores, "strange", "share")]),
     ]
 
 
-def _rmse(ms: str) -> Callable[[SubjectResults], Value]:
+def _rmse(estimator: str, ms: str) -> Callable[[SubjectResults], Value]:
     def value(by_time: AnytimeResults) -> Value:
-        ends = by_time.intervals.get("rmse", {}).get(ms)
-        return Bounded(by_time.rmse[ms], ends) if ms in by_time.rmse else None
+        entry = by_time.by_estimator().get(estimator)
+        if entry is None or ms not in entry.asked.rmse:
+            return None
+        return Bounded(entry.asked.rmse[ms], entry.asked.intervals.get("rmse", {}).get(ms))
 
     return optional(lambda results: results[ANYTIME], value)
 
@@ -306,18 +341,25 @@ BEFORE_SECOND = Row[SubjectResults](
     "Samples for a first estimate before the second contact",
     optional(lambda r: r[ANYTIME], lambda a: a.before_second),
     "share",
-    remark="From 2 ms on, by the network that is conditioned on the rig. Computing and cable are "
+    remark="From 2 ms on, by the model that is conditioned on the rig. Computing and cable are "
     "left out.",
     headline=True,
 )
 
 
 def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
-    title = TITLES["in_context"]
+    found = [by_time for results in subjects.values() if (by_time := results[ANYTIME])]
+    default = found[0].estimator if found else RIG_ESTIMATOR.name
     return [
         BEFORE_SECOND,
         *(
-            Row(f"Unseen objects, {title}, {ms} ms: RMSE", _rmse(ms), "shore", headline=ms == "5")
+            Row(
+                f"Unseen objects, {names.estimator(name).title}, {ms} ms: RMSE",
+                _rmse(name, ms),
+                "shore",
+                headline=ms == "5" and name == default,
+            )
+            for name in dict.fromkeys((default, *rig_estimators()))
             for ms in ("3", "5", "15")
         ),
     ]
@@ -335,8 +377,8 @@ PART = Part(
     ],
     lambda subjects: (
         "One pre-trained network, conditioned on the rig by its own block pinches, predicts at "
-        "any moment; nothing is trained here. Later signal is not used, nor any after the second "
-        "contact."
+        "any moment. A regression on the same pinches is averaged with it. Later signal is not "
+        "used, nor any after the second contact."
     ),
     [anytime_table],
     _rows,

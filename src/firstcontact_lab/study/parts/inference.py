@@ -27,6 +27,7 @@ from firstcontact.export import microseconds
 from firstcontact.models import (
     DURATION,
     ESTIMATORS,
+    RIG_ESTIMATOR,
     Fit,
     LabelledTouches,
     LabelledWindows,
@@ -201,7 +202,7 @@ def _anytime(subject: Subject, settings: StudySettings) -> InferenceTime | None:
     home = conditioning_contacts(labelled, subject)
     if home is None:
         return None
-    adapted_model = conditioned_model(model, home, settings.seed).model
+    adapted_model = conditioned_model(RIG_ESTIMATOR.name, home, settings.seed).model
     # As live asks: how fast the hand closes is worked out once a contact, before any answer.
     first = moments(model.rate)[0]
     queries = [home.touches.take(np.array([k])).until(first) for k in range(min(len(home), ASKED))]

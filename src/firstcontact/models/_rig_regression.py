@@ -114,7 +114,7 @@ class _Stage(NamedTuple):
     ) -> Self:
         squares = np.einsum("ij,ij->i", known, known)
         covariance = _kernel(known @ known.T, squares[:, None] + squares)
-        inverse: NDArray[np.float64] = np.linalg.inv(covariance + NOISE * np.eye(len(known)))
+        inverse = np.linalg.inv(covariance + NOISE * np.eye(len(known))).astype(np.float64)
         return cls(mean, sd, known, squares, inverse @ targets, inverse)
 
 

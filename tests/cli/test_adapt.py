@@ -189,9 +189,9 @@ def test_a_training_is_not_torn_apart(blocks: Path, rig: Path, tmp_path: Path, c
     assert run("adapt", blocks, "--out", trained) == 2
     assert "--out" in capsys.readouterr().err
     assert {path.name: path.read_bytes() for path in trained.iterdir()} == original
-    own = shutil.copytree(rig, tmp_path / "rig")
-    assert run("adapt", "--out", own) == 0  # its own is replaced
-    assert read_card(own).trained_on.pinches == 0
+    rig_copy = shutil.copytree(rig, tmp_path / "rig")
+    assert run("adapt", "--out", rig_copy) == 0  # its own is replaced
+    assert read_card(rig_copy).trained_on.pinches == 0
 
 
 def test_live_without_a_model_finds_contacts_with_the_shipped_detector(tmp_path: Path) -> None:

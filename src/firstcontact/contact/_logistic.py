@@ -119,7 +119,7 @@ class LogisticDetector(TrainedDetector):
         assert self._line is not None
         step = self._sizes.step
         length = windows.shape[2] - (LOOKS - 1) * step
-        known = np.full((*windows.shape[:2], LOOKS), np.nan)
+        seen_scores = np.full((*windows.shape[:2], LOOKS), np.nan)
         # Windows that follow each other share looks: the newer ones of the earlier window.
         shared = (windows[1:, :, :-step] == windows[:-1, :, step:]).all(axis=2)
         # A second detection of a finger would be ignored.
@@ -128,13 +128,13 @@ class LogisticDetector(TrainedDetector):
         )
         for look in reversed(range(LOOKS)):
             if look + 1 < LOOKS:
-                known[1:, :, look] = np.where(shared, known[:-1, :, look + 1], np.nan)
-            rows, fingers = np.nonzero(above & np.isnan(known[:, :, look]))
+                seen_scores[1:, :, look] = np.where(shared, seen_scores[:-1, :, look + 1], np.nan)
+            rows, fingers = np.nonzero(above & np.isnan(seen_scores[:, :, look]))
             if len(rows):
                 part = windows[rows, fingers, look * step : look * step + length]
                 features = loudness_features(part, self._weights[fingers], self._rate)
-                known[rows, fingers, look] = scores(features, self._line)
-            above &= known[:, :, look] > 0.0
+                seen_scores[rows, fingers, look] = scores(features, self._line)
+            above &= seen_scores[:, :, look] > 0.0
             if not above.any():
                 break
         return above

@@ -64,10 +64,10 @@ class RigRegression:
 
     def predict(self, inputs: NDArray[np.float64], stage: int) -> tuple[float, float]:
         """Return Shore A and its spread for the features of one contact, shape (``WIDTH``,)."""
-        mean, sd, known, squares, weights, inverse = self._stages[stage]
+        mean, sd, known_inputs, squares, weights, inverse = self._stages[stage]
         x = (inputs.clip(-LARGEST, LARGEST) - mean) / sd
         square = float(x @ x)
-        kernel = _kernel(known @ x, squares + square)
+        kernel = _kernel(known_inputs @ x, squares + square)
         value = self._centre + self._unit * float(kernel @ weights)
         prior = 2.0 + LINEAR * square / WIDTH
         unexplained = max(prior - float(kernel @ (inverse @ kernel)), 0.0)
@@ -95,11 +95,11 @@ class RigRegression:
 
 
 class _Stage(NamedTuple):
-    """Process at one stage; ``known``: standardised inputs, ``squares``: their squared lengths."""
+    """Process at one stage; ``known_inputs`` are standardised, ``squares``: squared lengths."""
 
     mean: NDArray[np.float64]
     sd: NDArray[np.float64]
-    known: NDArray[np.float64]
+    known_inputs: NDArray[np.float64]
     squares: NDArray[np.float64]
     weights: NDArray[np.float64]
     inverse: NDArray[np.float64]
@@ -107,15 +107,15 @@ class _Stage(NamedTuple):
     @classmethod
     def fit(
         cls,
-        known: NDArray[np.float64],
+        known_inputs: NDArray[np.float64],
         targets: Values,
         mean: NDArray[np.float64],
         sd: NDArray[np.float64],
     ) -> Self:
-        squares = np.einsum("ij,ij->i", known, known)
-        covariance = _kernel(known @ known.T, squares[:, None] + squares)
-        inverse = np.linalg.inv(covariance + NOISE * np.eye(len(known))).astype(np.float64)
-        return cls(mean, sd, known, squares, inverse @ targets, inverse)
+        squares = np.einsum("ij,ij->i", known_inputs, known_inputs)
+        covariance = _kernel(known_inputs @ known_inputs.T, squares[:, None] + squares)
+        inverse = np.linalg.inv(covariance + NOISE * np.eye(len(known_inputs))).astype(np.float64)
+        return cls(mean, sd, known_inputs, squares, inverse @ targets, inverse)
 
 
 def _kernel(inner: NDArray[np.float64], squares: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -34,11 +34,11 @@ def real_set(ranks: Dataset) -> RealSet:
     assert short_table(outcome.results) is not None
     table = materials_table(outcome.results)
     assert table is not None
-    found = outcome.results[REAL]["rings"]
-    worst = found.by_material[found.worst("15")[0]]
+    ring_scores = outcome.results[REAL]["rings"]
+    worst = ring_scores.by_material[ring_scores.worst("15")[0]]
     assert len(table.lines) == 4 + len(worst.sessions or {})
     assert len(outcome.figures) == 3
-    return found
+    return ring_scores
 
 
 def test_every_reading_leaves_whole_materials_out(real_set: RealSet) -> None:

@@ -86,11 +86,8 @@ def one_answer(model: InContextModel, seed: int, times: int = 5000) -> str:
     ring = np.exp(-np.arange(samples) / 25) * np.sin(np.arange(samples) / 8)
     signal = 0.005 * rng.standard_normal((1, samples_in(BEFORE, LAYOUT.rate) + samples))
     signal[0, -samples:] += 0.4 * ring
-    unknown = np.full(1, np.nan)
     finger = np.zeros(1, np.intp)
-    touch = Touches(
-        signal.astype(np.float32), np.array([40]), finger, unknown, unknown, LAYOUT.rate
-    )
+    touch = Touches.untold(signal.astype(np.float32), np.array([40]), finger, LAYOUT.rate)
     rig = model.rig_features(touch)
     spent = np.empty((times, 2))
     for n in range(times):

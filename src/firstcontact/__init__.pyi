@@ -8,6 +8,7 @@ from ._sessions import open as open
 from .collect import calibrate as calibrate
 from .collect import record as record
 from .core import Calibration as Calibration
+from .core import ClosingSpeed as ClosingSpeed
 from .core import Contact as Contact
 from .core import Dataset as Dataset
 from .core import Estimate as Estimate
@@ -27,6 +28,7 @@ from .models import adapt as adapt
 from .models import evaluate as evaluate
 from .models import load_model as load_model
 from .models import train as train
+from .signal import closing_speed as closing_speed
 from .streaming import ClosingStart as ClosingStart
 from .streaming import ContactEvent as ContactEvent
 from .streaming import ContactWithdrawn as ContactWithdrawn

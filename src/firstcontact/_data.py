@@ -116,6 +116,7 @@ def simulate(
     seed: int = 0,
     workers: int | None = None,
     noise: AnyPath | None = None,
+    positions: bool = False,
     progress: Progress = None,
 ) -> Dataset:
     """Simulate labelled pinches of five blocks and eight objects on the twin.
@@ -134,6 +135,8 @@ def simulate(
         Threads; all cores by default. They do not change a byte.
     noise
         Recording of a real sensor at rest. Its noise replaces the modelled electronics and hum.
+    positions
+        True for a hand that reports its positions: each pinch then has a measured closing speed.
     progress
         True shows a bar; a function is called with the number of finished pinches.
 
@@ -162,7 +165,7 @@ def simulate(
 
     recorded = None if noise is None else read_noise(Path(noise))
     sizes = pinches_per_block, pinches_per_object
-    simulate_set(Path(out), condition, *sizes, seed, workers, progress, recorded)
+    simulate_set(Path(out), condition, *sizes, seed, workers, progress, recorded, positions)
     return load(out)
 
 

@@ -47,6 +47,7 @@ def touches(n: int, seed: int) -> Touches:
         rng.integers(12, 75, n),
         rng.integers(0, 2, n),
         np.full(n, np.nan),
+        np.full(n, np.nan),
         hard,
         RATE,
     )

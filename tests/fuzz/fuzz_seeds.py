@@ -224,15 +224,13 @@ def _anytime(folder: Path, seeds: Seeds) -> None:
 
     rng = np.random.default_rng(3)
     tokens, general = rng.standard_normal((len(STAGES), 3, TOKEN)), rng.standard_normal(GENERAL)
-    rig = Rig(0.4, 1.0, None, float("nan"), tokens, general)
+    rig = Rig(0.4, 1.0, None, None, tokens, general)
     model = pretrained().conditioned_on({ANY: rig, 0: rig})
     samples = round(BEFORE * FINGERTIP_RATE) + round(LONGEST * FINGERTIP_RATE)
-    touches = Touches(
+    touches = Touches.untold(
         rng.standard_normal((FEWEST, samples)).astype(np.float32),
         np.full(FEWEST, lengths(FINGERTIP_RATE)[1], np.intp),
         np.zeros(FEWEST, np.intp),
-        np.full(FEWEST, np.nan),
-        np.full(FEWEST, np.nan),
         FINGERTIP_RATE,
     )
     for name, entry in (("in_context", model), ("compact", compacted(model, touches, 4))):

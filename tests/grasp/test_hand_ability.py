@@ -76,6 +76,9 @@ def test_the_simulated_hand_of_the_package_closes_stops_and_opens() -> None:
         until(NEARLY_OPEN, -1)
         hand.send(CLOSE)
         until(20.0, 1)
+        times, travels = zip(*ability.positions(), strict=True)
+        assert list(times) == sorted(times)
+        assert max(travels) > min(travels)
     assert ability.felt.open
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import degrees
+from math import degrees, pi
 
 import pytest
 from hypothesis import given
@@ -108,3 +108,10 @@ def test_negative_touch_counts_as_zero_force() -> None:
     felt = Felt([0.0] * 6, [-1.0] * 29 + [0.5])
     assert felt.force(INDEX) == 0.0
     assert felt.force(THUMB) == 0.5
+
+
+def test_travel_is_the_mean_of_both_arcs() -> None:
+    position = [0.0] * 6
+    position[INDEX], position[THUMB] = 90.0, 30.0
+    expected = (LEVERS[INDEX] * pi / 2 + LEVERS[THUMB] * pi / 6) / 2
+    assert Felt(position).travel == pytest.approx(expected)

@@ -16,7 +16,8 @@ import pytest
 from hands import PATIENCE, refused
 
 from firstcontact.core import Command, InputError
-from firstcontact.grasp._separate import MUTE, SeparateHand
+from firstcontact.grasp import SafeHand
+from firstcontact.grasp._separate import MUTE, PROMPT, SeparateHand
 
 CLOSE = Command(0.02, 2.0)
 #: Module with a hand that writes its orders into a file. A force of 4 N makes it fail.
@@ -41,6 +42,9 @@ class FileHand:
         if command.force == 4.0:
             raise HandError("the cable is out")
         self.note(f"{command.speed} {command.force}")
+
+    def positions(self):
+        return [(1.0 + 0.01 * k, 0.02 + 1e-3 * k) for k in range(200)]
 
     def release(self):
         self.note("release")
@@ -109,6 +113,16 @@ def watched(pid: int) -> Iterator[int]:
 
 def ends(descriptor: int) -> bool:
     return bool(select.select([descriptor], [], [], PATIENCE)[0])
+
+
+def test_its_process_tells_the_last_positions(tmp_path: Path) -> None:
+    with SafeHand(file_hand(tmp_path / "log"), silence=PATIENCE) as hand:
+        for _ in range(int(PATIENCE / PROMPT)):  # a busy process may be late
+            if (speed := hand.closing_speed(0.0, 3.0)) is not None:
+                break
+        assert hand.closing_speed(0.0, 1.0) is None
+    assert speed is not None
+    assert speed.speed == pytest.approx(0.1)
 
 
 def test_orders_keep_their_order_and_the_end_releases(tmp_path: Path) -> None:

@@ -177,7 +177,7 @@ def foreign(make: Callable[[np.ndarray, np.random.Generator], np.ndarray]) -> To
     signals *= np.exp(rng.uniform(np.log(0.03), np.log(1.5), n))[:, None]
     nothing = np.full(n, np.nan)
     numbers = np.full(n, LONGEST, np.intp), np.zeros(n, np.intp)
-    return Touches(signals.astype(np.float32), *numbers, nothing, nothing, RATE)
+    return Touches(signals.astype(np.float32), *numbers, nothing, nothing, nothing, RATE)
 
 
 def sine(frequency: float, decay: float = np.inf) -> Any:

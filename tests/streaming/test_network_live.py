@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 from streams import as_blocks, cut, cut_frames, facts, run
 
 from firstcontact.contact import Detector, detect
-from firstcontact.core import Block, Dataset, InputError, fingertip_layout
+from firstcontact.core import Block, ClosingSpeed, Dataset, InputError, fingertip_layout
 from firstcontact.models import InContextModel, Model, WindowPredictor, cut_touches, moments
 from firstcontact.models import NetworkPredictor as NetworkEntry
+from firstcontact.models._told_speed import ToldSpeeds
 from firstcontact.streaming import (
     Estimate,
     NetworkPredictor,
@@ -53,6 +54,35 @@ def test_live_is_offline(fresh: Dataset, detector: Detector, anytime: InContextM
             assert estimate.low == pytest.approx(offline.low[0], abs=1e-3)
             assert estimate.high == pytest.approx(offline.high[0], abs=1e-3)
             assert estimate.out_of_range == offline.out_of_range[0]
+
+
+def test_a_measured_speed_is_used_live_as_offline(
+    fresh: Dataset, detector: Detector, anytime: InContextModel
+) -> None:
+    knowing = anytime.conditioned_on(
+        {finger: replace(rig, speeds=ToldSpeeds(0.13, 0.3)) for finger, rig in anytime.rigs.items()}
+    )
+    speed = ClosingSpeed(0.2, 0.01)
+    live = pipeline(detector, knowing)
+    live.measure_speed = lambda sample, epoch, host: speed
+    finished = [e for e in run(live, cut_frames(fresh)) if isinstance(e, PinchDone)]
+    unmeasured = [
+        e for e in run(pipeline(detector, knowing), cut_frames(fresh)) if isinstance(e, PinchDone)
+    ]
+    for pinch, done, other in zip(fresh.pinches, finished, unmeasured, strict=True):
+        assert done.closing_speed == speed
+        assert other.closing_speed is None
+        first, second = (*detect(detector, pinch), None)[:2]
+        measured = Dataset((replace(pinch, closing_speed=speed),))
+        touches, _ = cut_touches(measured, [first], [second])
+        for estimate in done.estimates:
+            offline = knowing.predict(touches.until(count_samples(estimate)))
+            assert estimate.value == pytest.approx(offline.value[0], abs=1e-3)
+    assert any(
+        abs(done.estimates[-1].value - other.estimates[-1].value) > 0.1
+        for done, other in zip(finished, unmeasured, strict=True)
+        if done.estimates
+    )
 
 
 def test_live_is_what_the_model_predicts(

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 
 import pytest
 
-from firstcontact.core import Command, InputError, fingertip_layout
+from firstcontact.core import FINGERTIP_RATE, Command, InputError, fingertip_layout
 from firstcontact.device import Arrival, Descriptor, Source, held_object
 from firstcontact.device._twin_source import TwinSource
 from firstcontact.grasp import Hand, HandError
@@ -73,6 +74,22 @@ def test_a_commanded_hand_squeezes_less() -> None:
 
 def peak(marker: Marker) -> float:
     return float(marker.text.split()[2])
+
+
+def test_its_positions_tell_the_closing_speed() -> None:
+    with TwinSource(objects=["block 29"], seed=4, speed=2) as source, TwinHand(source) as hand:
+        rest = source.read(DEAD)[-1].block.end
+        assert hand.closing_speed(rest / FINGERTIP_RATE, math.nan) is None
+        start = heard(source, lambda ms: any(held_object(m.text) for m in ms))[-1].sample
+        contact = start + round(0.2 * FINGERTIP_RATE)
+        end = start
+        while end < contact:
+            end = source.read(DEAD)[-1].block.end
+        speed = hand.closing_speed(contact / FINGERTIP_RATE, math.nan)
+    assert speed is not None
+    assert 0.08 < speed.speed < 0.2
+    assert 0.001 < speed.error < 0.01
+    assert hand.closing_speed(contact / FINGERTIP_RATE, math.nan) is None
 
 
 def test_what_is_gone_takes_no_command_and_needs_no_release() -> None:

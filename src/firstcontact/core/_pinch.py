@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from firstcontact.core._block import Block
 from firstcontact.core._calibration import Calibration
+from firstcontact.core._closing_speed import ClosingSpeed
 from firstcontact.core._counted import counted
 from firstcontact.core._layout import ChannelKind, Finger, Layout
 from firstcontact.core._records import Name
@@ -95,6 +96,8 @@ class Pinch:
     groups
         Samples of the layout's slower groups during the pinch, each with its own count. A group
         with missing samples is absent.
+    closing_speed
+        Closing speed before the first contact, as the hand measured it; None if unknown.
 
     Examples
     --------
@@ -114,6 +117,7 @@ class Pinch:
     motor_start: int | None = None
     calibration: Calibration | None = None
     groups: Mapping[str, Block] = field(default_factory=dict)
+    closing_speed: ClosingSpeed | None = None
 
     @property
     def first(self) -> Contact | None:

@@ -121,6 +121,10 @@ class TransportDelay:
         self._fastest.add(block.end - 1, host)
         self._least = self._fastest.delay(host - MEMORY)
 
+    def host_time(self, sample: int) -> float:
+        """Return the time of a sample on the host's clock, s, with the shortest delay."""
+        return sample / self._rate + self._least
+
     def delay(self, sample: int, host: float) -> float:
         """Return the delay of a sample, s, that was available at a host time."""
         return max(host - sample / self._rate - self._least, 0.0)

@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Self
 
-from firstcontact.core import Block, Calibration, InputError
+from firstcontact.core import Block, Calibration, ClosingSpeed, InputError
 from firstcontact.device._opening import SourceOptions
 from firstcontact.device._source import Arrival, Descriptor, Health
 from firstcontact.recording import Marker, PinchMark, Recording, read_recording
@@ -122,6 +122,13 @@ class ReplaySource:
         if wait > 0 and self._closed.wait(min(wait, timeout)):
             return []
         return self._take(time.monotonic())
+
+    def closing_speed(self, sample: int, epoch: int) -> ClosingSpeed | None:
+        """Return the recorded closing speed of the pinch that holds this contact."""
+        for mark in self._recording.pinches:
+            if mark.epoch == epoch and mark.first_sample <= sample < mark.end:
+                return mark.closing_speed
+        return None
 
     def mark(self, text: str) -> None:
         """Refuse the marker: a recording does not change.

@@ -20,7 +20,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Self
 
-from firstcontact.core import Child, InputError
+from firstcontact.core import Child, ClosingSpeed, InputError
 from firstcontact.twin import LATENCY
 
 #: Longest wait for the first start, which compiles the simulation, s. Later starts take a second.
@@ -95,6 +95,20 @@ class TwinDevice:
         """Process number of the twin's process."""
         return self._child.pid
 
+    def closing_speed(self, sample: int) -> ClosingSpeed | None:
+        """Return the closing speed before a contact, as the twin's hand measures it.
+
+        Parameters
+        ----------
+        sample
+            Sample of the contact, within the last half second.
+        """
+        answer = self._ask(f"speed {sample}")
+        if answer == "unknown":
+            return None
+        speed, error = map(float, answer.split())
+        return ClosingSpeed(speed, error)
+
     def reset(self) -> None:
         """Restart the device: new boot number, samples from 0, silent until started."""
         self._tell("reset")
@@ -125,14 +139,19 @@ class TwinDevice:
         self.close()
 
     def _tell(self, word: str) -> None:
+        if self._ask(word) != "done":
+            raise InputError("the twin's process has ended: open another twin")
+
+    def _ask(self, word: str) -> str:
         with self._lock:
             try:
                 self._child.tell(word, PATIENCE)
                 answer = self._answer(PATIENCE)
             except OSError as error:
                 raise InputError("the twin's process has ended: open another twin") from error
-            if answer != "done":
-                raise InputError("the twin's process has ended: open another twin")
+        if not answer:
+            raise InputError("the twin's process has ended: open another twin")
+        return answer
 
     def _answer(self, timeout: float) -> str:
         try:

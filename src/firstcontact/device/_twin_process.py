@@ -209,15 +209,19 @@ class TwinProcess:
             if not byte:
                 return False
             line += byte
-        match line.strip():
-            case b"reset":
+        answer = "done"
+        match line.split():
+            case [b"speed", sample]:
+                speed = self._stream.positions.speed(int(sample) + self._origin)
+                answer = f"{speed.speed!r} {speed.error!r}" if speed else "unknown"
+            case [b"reset"]:
                 self._start()
-            case b"unplug":
+            case [b"unplug"]:
                 self._terminal.unplug()
                 self._wire = b""
-            case b"plug":
+            case [b"plug"]:
                 self._terminal.plug()
-        say("done")
+        say(answer)
         return True
 
 

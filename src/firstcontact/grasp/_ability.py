@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import threading
 import time
+from collections import deque
+from collections.abc import Sequence
 from math import inf
 from typing import Any, Self
 
@@ -14,6 +16,9 @@ from firstcontact.grasp._hand import Begins, Hand, HandError, HandLimits
 
 #: Time without an answer after which the hand counts as lost, s.
 LOST = 0.5
+
+#: Number of positions in memory, 0.5 s.
+REMEMBERED = 50
 
 #: Longest wait for the hand to report that it is open, s.
 OPENING = 2.0
@@ -56,11 +61,16 @@ class AbilityHand(Hand):
         self._heard = 0.0
         self._failure: Exception | None = None
         self._felt: Felt | None = None
+        self._positions: deque[tuple[float, float]] = deque(maxlen=REMEMBERED)
 
     @property
     def felt(self) -> Felt | None:
         """Last state that the hand reported; None before the first report."""
         return self._felt
+
+    def positions(self) -> Sequence[tuple[float, float]]:
+        """Return the positions that the hand reported: mean travel of index and thumb."""
+        return list(self._positions)
 
     def send(self, command: Command) -> None:
         """Set the command. It holds until the next one, for 0.3 s at most.
@@ -141,6 +151,7 @@ class AbilityHand(Hand):
                 zero = zero or touch
                 above = [x - z for x, z in zip(touch, zero, strict=True)]
                 self._felt = Felt(client.hand.get_position(), above)
+                self._positions.append((now, self._felt.travel))
                 fingers = fingers or Fingers(self._felt)
             elif now > answered + LOST and self._failure is None:
                 self._failure = HandError(f"the Ability Hand on {self._port} stopped answering")

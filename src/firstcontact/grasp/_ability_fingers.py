@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import degrees
+from math import degrees, radians
 
 from firstcontact.core import Command
 
@@ -57,6 +57,12 @@ class Felt:
         """Return the sum over a finger's six sensors, N; 0 without sensors."""
         first = SENSORS[finger]
         return sum(max(x, 0.0) for x in self.touch[first : first + 6])
+
+    @property
+    def travel(self) -> float:
+        """Travel of the fingertips from the zero of the joints, mean of index and thumb, m."""
+        travels = [radians(self.position[f]) * lever for f, lever in LEVERS.items()]
+        return sum(travels) / len(travels)
 
     @property
     def open(self) -> bool:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Flag, auto
 from typing import ClassVar, Self
 
-from firstcontact.core import Command
+from firstcontact.core import ClosingSpeed, Command
 
 
 class HandError(RuntimeError):
@@ -91,6 +92,40 @@ class Hand(ABC):
     @abstractmethod
     def release(self) -> None:
         """Open the hand until the next command. Raise no errors."""
+
+    def closing_speed(self, sample_time: float, host_time: float) -> ClosingSpeed | None:
+        """Return the closing speed just before a contact; None where it is not known.
+
+        It comes from :meth:`positions`. Override it for a hand with the clock of the samples.
+
+        Parameters
+        ----------
+        sample_time
+            Time of the contact on the clock of the samples, s: its number over the rate.
+        host_time
+            The same instant of ``time.monotonic()``, s, as far as the delay of the samples is
+            known; NaN for samples that do not come in real time.
+        """
+        positions = self.positions()
+        if not positions:
+            return None
+        from firstcontact.signal import closing_speed  # NumPy, which few hands need
+
+        times, travel = zip(*positions, strict=True)
+        return closing_speed(times, travel, host_time)
+
+    def positions(self) -> Sequence[tuple[float, float]]:
+        """Return the positions that the hand last reported, at least those of the last 0.1 s.
+
+        An estimate waits for them: do not ask the hand here. By default there are none.
+
+        Returns
+        -------
+        sequence of (float, float)
+            Time of ``time.monotonic()``, s, and travel of the fingertip, m, of each. Only its rate
+            counts.
+        """
+        return ()
 
     @abstractmethod
     def close(self) -> None:

@@ -10,7 +10,7 @@ from functools import partial
 from math import inf
 from typing import Self
 
-from firstcontact.core import Command, is_interrupt, summarize_error
+from firstcontact.core import ClosingSpeed, Command, is_interrupt, summarize_error
 from firstcontact.grasp._hand import Hand, HandError
 from firstcontact.grasp._leaving import Leaving
 from firstcontact.grasp._pacing import HandCounts, Pacer
@@ -113,6 +113,18 @@ class SafeHand(Hand):
         with self._change:
             self._check()
             self._pacer.alive(self._clock())
+
+    def closing_speed(self, sample_time: float, host_time: float) -> ClosingSpeed | None:
+        """Return the closing speed of the hand before a contact; None where it is not known.
+
+        Raises
+        ------
+        HandError
+            As in :meth:`send`.
+        """
+        with self._change:
+            self._check()
+            return self._hand.closing_speed(sample_time, host_time)
 
     def release(self) -> None:
         """Open the hand now, until the next command."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from typing import Any, Self
@@ -14,6 +15,8 @@ from firstcontact.grasp._separate_process import ENDED
 
 #: Longest wait for the hand to open, s.
 START = 30.0
+#: Longest wait for positions, s: an estimate waits for them.
+PROMPT = 0.01
 #: Time without an answer after which the process counts as lost, s.
 MUTE = 1.0
 
@@ -69,6 +72,29 @@ class SeparateHand(Hand):
         except OSError as error:
             raise HandError(f"the process of the hand {self.name!r} takes no orders") from error
 
+    def positions(self) -> Sequence[tuple[float, float]]:
+        """Return the positions that the hand last reported; none if its process is late.
+
+        Raises
+        ------
+        HandError
+            As in :meth:`send`.
+        """
+        child = self._child
+        if child is None:
+            raise HandError(f"the hand {self.name!r} is not open")
+        answer = ""
+        try:
+            self._write_order(child, "positions")
+            while self._unanswered:  # answers come in the order of the orders
+                answer = self._read_answer(child, PROMPT)
+        except TimeoutError:
+            return ()
+        except OSError as error:
+            raise HandError(f"the process of the hand {self.name!r} has ended") from error
+        pairs = (pair.split(",") for pair in answer.split())
+        return [(float(at), float(travel)) for at, travel in pairs]
+
     def release(self) -> None:
         """Open the hand, until the next command."""
         if self._child is not None:
@@ -109,13 +135,18 @@ class SeparateHand(Hand):
         """Read all answers that have arrived."""
         while True:
             try:
-                word, _, why = child.answer(0.0).partition(" ")
+                self._read_answer(child, 0.0)
             except TimeoutError:
                 break
             except OSError as error:
                 raise HandError(f"the process of the hand {self.name!r} has ended") from error
-            self._unanswered.popleft()
-            if word != "done":
-                raise HandError(why)
         if self._unanswered and time.monotonic() - self._unanswered[0] > MUTE:
             raise HandError(f"the process of the hand {self.name!r} does not answer")
+
+    def _read_answer(self, child: Child, timeout: float) -> str:
+        """Return what the next answer says besides "done"."""
+        word, _, rest = child.answer(timeout).partition(" ")
+        self._unanswered.popleft()
+        if word != "done":
+            raise HandError(rest)
+        return rest

@@ -19,6 +19,8 @@ from firstcontact.grasp._hand import Hand, HandError
 #: Longest time from the end of the orders to the end of the process, s. The Ability Hand needs
 #: 2 s of it to open.
 ENDED = 5.0
+#: Most positions in an answer, so that it fits into a pipe.
+MOST_POSITIONS = 60
 
 
 class Orders:
@@ -58,6 +60,9 @@ class Orders:
             match words:
                 case ["send", speed, force]:
                     self._hand.send(Command(float(speed), float(force)))
+                case ["positions"]:
+                    last = self._hand.positions()[-MOST_POSITIONS:]
+                    return " ".join(["done", *(f"{at!r},{travel!r}" for at, travel in last)])
                 case _:
                     self._hand.release()
         except HandError as error:

@@ -232,7 +232,7 @@ def deaf(model: InContextModel) -> InContextModel:
 def _told_nothing(model: InContextModel, listening: bool) -> InContextModel:
     """Return a model without the closing speed as an input."""
     rigs = {
-        finger: replace(rig, pitch=rig.pitch if listening else None, speed=float("nan"))
+        finger: replace(rig, pitch=rig.pitch if listening else None, speeds=None)
         for finger, rig in model.rigs.items()
     }
     return model.conditioned_on(rigs)

@@ -30,6 +30,7 @@ from firstcontact.models._out_of_range import Familiar, shape_traits
 from firstcontact.models._predictions import Predictions
 from firstcontact.models._rig import GENERAL, STAGES, TOKEN, Rig, stage_index
 from firstcontact.models._spec import Arrays, Values
+from firstcontact.models._told_speed import ToldSpeeds
 from firstcontact.models._touches import Touches, lengths
 
 #: Number of the rig that stands for any finger.
@@ -270,11 +271,14 @@ def mean_and_spread(mixture: NDArray[np.float64]) -> tuple[Values, Values]:
 
 def _rig_arrays(rig: Rig) -> Arrays:
     arrays: Arrays = {
-        # Files hold finite numbers only: a speed of 0 stands for one that was not told.
-        "scalars": np.array([rig.level, rig.sign, np.nan_to_num(rig.speed)]),
+        # A speed of 0 stands for one that was not told.
+        "scalars": np.array([rig.level, rig.sign, rig.speeds.usual if rig.speeds else 0.0]),
         "tokens": rig.tokens.astype(np.float32),
         "general": rig.general,
     }
+    if rig.speeds is not None:  # files hold finite numbers only: 0 stands for an infinite error
+        error = rig.speeds.heard_error
+        arrays["speeds"] = np.array([rig.speeds.spread, error if np.isfinite(error) else 0.0])
     if rig.pitch is not None:
         arrays["reference"] = rig.pitch.reference
         arrays["usual"] = np.array([rig.pitch.usual])
@@ -301,4 +305,14 @@ def _rig(arrays: Mapping[str, NDArray[Any]], at: str) -> Rig:
     if at + "reference" in arrays:
         reference = take_array(arrays, at + "reference", POINTS).astype(np.float64)
         pitch = MotorPitch(reference, float(take_array(arrays, at + "usual", 1)[0]))
-    return Rig(level, sign, pitch, speed or float("nan"), tokens, general)
+    speeds = _told_speeds(arrays, at, speed) if speed else None
+    return Rig(level, sign, pitch, speeds, tokens, general)
+
+
+def _told_speeds(arrays: Mapping[str, NDArray[Any]], at: str, usual: float) -> ToldSpeeds:
+    if at + "speeds" not in arrays:  # of a version that took each speed as exact
+        return ToldSpeeds(usual)
+    spread, error = take_array(arrays, at + "speeds", 2).astype(np.float64).tolist()
+    if spread <= 0 or error < 0:
+        raise InputError(f"the array {at}speeds holds no spread and error of speeds")
+    return ToldSpeeds(usual, spread, error or float("inf"))

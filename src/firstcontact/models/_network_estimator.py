@@ -391,8 +391,29 @@ def condition(
     return NetworkPredictor(made.model, record), [
         f"the rig is known by {counted(len(labelled), 'pinch')} of "
         f"{counted(len(np.unique(labelled.shore_a)), 'Shore A level')}",
+        *_speed_in_words(labelled.touches, made),
         *made.notes,
         *_checked_in_words(base, made),
+    ]
+
+
+def _speed_in_words(touches: Touches, made: Adapted) -> list[str]:
+    """Return how the measured closing speeds are used, [] where none was measured."""
+    is_told = np.isfinite(touches.speeds)
+    if not is_told.any():
+        return []
+    pinches = counted(int(is_told.sum()), "pinch")
+    errors = np.nan_to_num(touches.speed_errors[is_told])
+    error = f"{percent(float(np.sqrt(np.mean(errors**2))))} error"
+    speeds = made.model.rigs[ANY].speeds
+    if speeds is None:
+        return [
+            f"closing speeds were measured in {pinches} and are not used: their {error} is too "
+            "large for speeds that differ so little"
+        ]
+    return [
+        f"closing speeds were measured in {pinches} ({error}); the model uses them: they differ "
+        f"by {percent(speeds.spread)}"
     ]
 
 

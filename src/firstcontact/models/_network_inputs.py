@@ -25,13 +25,13 @@ def beside(touches: Touches, rig: Rig) -> NDArray[np.float64]:
 
     They do not change with the time after the contact.
     """
-    if np.isfinite(rig.speed) and np.isfinite(touches.speeds).all():
-        speed: Values = np.log(np.maximum(touches.speeds, 1e-6) / rig.speed)
-        alike = np.ones(len(touches))
-    elif rig.pitch is not None:
+    speed, alike = np.zeros(len(touches)), np.zeros(len(touches))
+    if rig.pitch is not None:
         speed, alike = rig.pitch.listen(spectra(touches.signals, touches.lead, touches.rate))
-    else:
-        speed, alike = np.zeros(len(touches)), np.zeros(len(touches))
+    is_told = np.isfinite(touches.speeds)
+    if rig.speeds is not None and is_told.any():
+        told = rig.speeds.posterior(touches.speeds, touches.speed_errors, speed, alike > BELIEVED)
+        speed, alike = np.where(is_told, told, speed), np.where(is_told, 1.0, alike)
     return facts(speed, alike, touches.radii)
 
 

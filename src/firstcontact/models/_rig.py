@@ -11,6 +11,7 @@ from firstcontact.core import InputError
 from firstcontact.models._contact_features import NAMES, Shape, masked
 from firstcontact.models._motor_pitch import BELIEVED, MotorPitch, spectra
 from firstcontact.models._spec import Values
+from firstcontact.models._told_speed import ToldSpeeds
 from firstcontact.models._touches import Touches, lengths
 
 #: Shares of the longest window at which the context is kept; answers use the next longer one.
@@ -41,8 +42,8 @@ class Rig:
         Sign of the largest swing in 15 ms, 1 or -1. It shows the polarity of the disc.
     pitch
         Spectrum of its motor; None if the motor is not audible.
-    speed
-        Usual closing speed reported by the hand, m/s; NaN if unknown.
+    speeds
+        Closing speeds that the hand measured; None if unknown.
     tokens
         Features of each level of Shore A at each stage, shape (stages, levels, TOKEN).
     general
@@ -52,7 +53,7 @@ class Rig:
     level: float
     sign: float
     pitch: MotorPitch | None
-    speed: float
+    speeds: ToldSpeeds | None
     tokens: NDArray[np.float64]
     general: NDArray[np.float64]
 
@@ -60,7 +61,7 @@ class Rig:
     def unknown(cls) -> Rig:
         """Return the summary of an unknown rig, without pinches."""
         tokens = np.zeros((len(STAGES), 0, TOKEN))
-        return cls(USUAL_LEVEL, 1.0, None, float("nan"), tokens, np.zeros(GENERAL))
+        return cls(USUAL_LEVEL, 1.0, None, None, tokens, np.zeros(GENERAL))
 
     @classmethod
     def fit(cls, touches: Touches, shore_a: Values) -> Rig:
@@ -84,8 +85,8 @@ class Rig:
         loudness_level = level_groups(shore_a)
         groups = [np.flatnonzero(loudness_level == g) for g in np.unique(loudness_level)]
         level = float(np.exp(np.mean([np.median(peaks[g]) for g in groups])))
-        speeds = touches.speeds[np.isfinite(touches.speeds)]
         believed = alike > BELIEVED
+        speeds = ToldSpeeds.fit(touches.speeds, touches.speed_errors, speed, believed)
         noise = touches.signals[:, : touches.lead // 2].std(axis=1).mean()
         general = np.array(
             [
@@ -94,12 +95,11 @@ class Rig:
                 np.std(speed[believed]) if believed.sum() > 3 else 0.2,
                 np.log(len(touches)) - 4,
                 len(groups) / 4 - 1,
-                float(len(speeds) > 0),
+                float(speeds is not None),
             ]
         )
-        usual = float(np.median(speeds)) if len(speeds) else float("nan")
         tokens = np.stack([_tokens(touches, sign, level, s, shore_a, groups) for s in STAGES])
-        return cls(level, sign, pitch, usual, tokens, general)
+        return cls(level, sign, pitch, speeds, tokens, general)
 
 
 def stage_index(valid: NDArray[np.intp] | int, rate: float) -> NDArray[np.intp]:

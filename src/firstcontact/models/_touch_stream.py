@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Block, ChannelKind, Contact, Layout, Physical
+from firstcontact.core import Block, ChannelKind, ClosingSpeed, Contact, Layout, Physical
 from firstcontact.models._touches import (
     BEFORE,
     LONGEST,
@@ -16,6 +16,7 @@ from firstcontact.models._touches import (
     cut_touch,
     finger_number,
     lengths,
+    speed_inputs,
 )
 from firstcontact.signal import MEMORY, DeviceSmoothing, samples_in
 
@@ -46,6 +47,8 @@ class TouchStream:
     def __init__(self, layout: Layout, radius: float = np.nan) -> None:
         self._layout = layout
         self._radius = radius
+        #: Measured closing speed before the contact; None without one.
+        self.speed: ClosingSpeed | None = None
         self._columns = layout.columns(ChannelKind.VIBRATION)
         self._fingers = layout.vibration_fingers
         self._volts = Physical(layout, self._columns)
@@ -81,7 +84,7 @@ class TouchStream:
 
     def withdraw(self) -> None:
         """Discard the contact, and wait for another one."""
-        self._contact = self._signal = None
+        self._contact = self._signal = self.speed = None
         self._left, self._cut, self.refused = moments(self._layout.rate), 0, ""
 
     def update(self, block: Block, contact: Contact | None = None) -> Touches | None:
@@ -145,11 +148,13 @@ class TouchStream:
 
     def _touches(self, contact: Contact, signal: Signals, valid: NDArray[np.intp]) -> Touches:
         n = len(valid)
+        speed, error = speed_inputs(self.speed)
         return Touches(
             signals=signal[None].repeat(n, axis=0),
             valid=valid,
             fingers=np.full(n, finger_number(contact.finger), np.intp),
-            speeds=np.full(n, np.nan),
+            speeds=np.full(n, speed),
+            speed_errors=np.full(n, error),
             radii=np.full(n, self._radius),
             rate=self._layout.rate,
         )

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from firstcontact.core import (
     FINGERTIP_WINDOW,
     ChannelKind,
+    ClosingSpeed,
     Contact,
     Dataset,
     Finger,
@@ -49,7 +50,9 @@ class Touches:
     fingers
         Number of the finger, -1 if unknown, shape (n,).
     speeds
-        Closing speed reported by the hand, m/s, NaN if unknown, shape (n,).
+        Closing speed measured by the hand, m/s, NaN if unknown, shape (n,).
+    speed_errors
+        Relative standard error of these speeds; NaN stands for an exact one, shape (n,).
     radii
         Radius of the object at the contact, m; infinite for a flat one, NaN if unknown, shape (n,).
     rate
@@ -60,6 +63,7 @@ class Touches:
     valid: NDArray[np.intp]
     fingers: NDArray[np.intp]
     speeds: Values
+    speed_errors: Values
     radii: Values
     rate: float
 
@@ -71,8 +75,8 @@ class Touches:
         cls, signals: Signals, valid: NDArray[np.intp], fingers: NDArray[np.intp], rate: float
     ) -> Touches:
         """Return the contacts with unknown speed and radius."""
-        nothing = np.full(len(signals), np.nan)
-        return cls(signals, valid, fingers, nothing, nothing.copy(), rate)
+        unknown = np.full(len(signals), np.nan)
+        return cls(signals, valid, fingers, unknown, unknown.copy(), unknown.copy(), rate)
 
     @property
     def answerable(self) -> NDArray[np.bool_]:
@@ -166,7 +170,7 @@ def cut_touches(
     valid = np.minimum(
         valid_samples(dataset, contacts, seconds), samples_in(LONGEST, dataset.layout.rate)
     )
-    signals, fingers, positions = [], [], []
+    signals, fingers, positions, speeds = [], [], [], []
     for place, (pinch, first) in enumerate(zip(dataset.pinches, contacts, strict=True)):
         signal = None if first is None else _signal(pinch, first)
         if first is None or signal is None:
@@ -174,17 +178,24 @@ def cut_touches(
         signals.append(signal)
         fingers.append(finger_number(first.finger))
         positions.append(place)
+        speeds.append(speed_inputs(pinch.closing_speed))
     rate = dataset.layout.rate
     width = samples_in(BEFORE, rate) + samples_in(LONGEST, rate)
-    return (
-        Touches.untold(
-            np.array(signals, np.float32).reshape(-1, width),
-            valid[positions],
-            np.array(fingers, np.intp),
-            rate,
-        ),
-        np.array(positions, np.intp),
+    touches = Touches.untold(
+        np.array(signals, np.float32).reshape(-1, width),
+        valid[positions],
+        np.array(fingers, np.intp),
+        rate,
     )
+    values, errors = np.array(speeds, np.float64).reshape(-1, 2).T
+    return replace(touches, speeds=values, speed_errors=errors), np.array(positions, np.intp)
+
+
+def speed_inputs(measured: ClosingSpeed | None) -> tuple[float, float]:
+    """Return the speed, m/s, and its relative error for :class:`Touches`; NaN without one."""
+    if measured is None:
+        return math.nan, math.nan
+    return measured.speed, measured.error / measured.speed
 
 
 def valid_samples(

@@ -7,7 +7,15 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from firstcontact.core import HIGHEST_RANK, LONGEST_NAME, Finger, InputError, Role, parse_float
+from firstcontact.core import (
+    FASTEST,
+    HIGHEST_RANK,
+    LONGEST_NAME,
+    Finger,
+    InputError,
+    Role,
+    parse_float,
+)
 from firstcontact.recording._quoting import as_text, quote
 from firstcontact.recording._table import Table
 
@@ -83,6 +91,14 @@ def shore(value: Any) -> float:
     parsed = number(value)
     if not 0 <= parsed <= 100:
         raise ValueError("and Shore A goes from 0 to 100")
+    return parsed
+
+
+def speed(value: Any) -> float:
+    """Parse a closing speed, or its error, in m/s; -1 means unknown."""
+    parsed = number(value)
+    if parsed != -1 and not 0 <= parsed <= FASTEST:
+        raise ValueError(f"and speeds go from 0 to {FASTEST:g} m/s, or -1 where not known")
     return parsed
 
 

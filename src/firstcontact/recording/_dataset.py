@@ -112,6 +112,7 @@ def cut(recording: Recording, mark: PinchMark) -> Pinch | None:
         mark.motor_start,
         header.calibration,
         groups,
+        mark.closing_speed,
     )
 
 

@@ -59,6 +59,10 @@ def pinch_values(dataset: Dataset) -> dict[str, list[Any]]:
         values["motor_start"] = [
             -1 if p.motor_start is None else p.motor_start - p.first_sample for p in pinches
         ]
+    if any(p.closing_speed is not None for p in pinches):
+        speeds = [p.closing_speed for p in pinches]
+        values["closing_speed"] = [-1.0 if s is None else s.speed for s in speeds]
+        values["closing_speed_error"] = [-1.0 if s is None else s.error for s in speeds]
     return {name: column for name, column in values.items() if not {None, ""} & set(column)}
 
 

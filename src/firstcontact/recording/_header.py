@@ -9,6 +9,7 @@ from msgspec import Meta
 
 from firstcontact.core import (
     Calibration,
+    ClosingSpeed,
     Contact,
     Count,
     Finger,
@@ -156,6 +157,7 @@ class _Mark:
     motor_start: Sample | None = None
     found: Annotated[tuple[_Touch, ...], Meta(max_length=len(Finger))] = ()
     found_by: Name = ""
+    closing_speed: ClosingSpeed | None = None
 
     def __post_init__(self) -> None:
         if self.end <= self.first_sample:
@@ -196,6 +198,8 @@ class PinchMark:
         for labelling.
     found_by
         Name of that detector.
+    closing_speed
+        Closing speed before the first contact, as the hand measured it; None if unknown.
     """
 
     number: int
@@ -207,6 +211,7 @@ class PinchMark:
     motor_start: int | None = None
     found: tuple[Contact, ...] = ()
     found_by: str = ""
+    closing_speed: ClosingSpeed | None = None
 
     def to_json(self) -> dict[str, Any]:
         """Return the mark as a tree for JSON."""
@@ -223,6 +228,8 @@ class PinchMark:
         if self.found:
             tree["found"] = [{"finger": c.finger, "sample": c.sample} for c in self.found]
             tree["found_by"] = self.found_by
+        if self.closing_speed is not None:
+            tree["closing_speed"] = asdict(self.closing_speed)
         return tree
 
 
@@ -247,6 +254,7 @@ def read_mark(data: bytes, origin: str) -> PinchMark:
         m.motor_start,
         contacts,
         m.found_by,
+        m.closing_speed,
     )
 
 

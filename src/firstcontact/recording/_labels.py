@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from firstcontact.core import (
     Block,
     ChannelKind,
+    ClosingSpeed,
     Contact,
     Dataset,
     Finger,
@@ -26,7 +27,7 @@ from firstcontact.recording._cells import Columns, each, place
 from firstcontact.recording._dataset import pause_between, shifted
 from firstcontact.recording._quoting import quote
 
-#: Columns that describe the object.
+#: Columns that describe the object and how the hand closed on it.
 LABEL_COLUMNS = (
     "object",
     "material",
@@ -36,6 +37,8 @@ LABEL_COLUMNS = (
     "specimen",
     "session",
     "role",
+    "closing_speed",
+    "closing_speed_error",
 )
 #: Columns with the contacts and the start of the motor.
 CONTACT_COLUMNS = (
@@ -90,9 +93,12 @@ def labelled(
     labels, assumed = make_labels(origin, columns, len(cuts))
     contacts, guessed = make_contacts(origin, columns, cuts, layout)
     motors = make_motor_starts(origin, columns, [len(c) for c in cuts], contacts)
+    speeds = make_closing_speeds(origin, columns, len(cuts))
     pinches = [
-        Pinch(cut, layout, label, 0, truth, motor)
-        for cut, label, truth, motor in zip(cuts, labels, contacts, motors, strict=True)
+        Pinch(cut, layout, label, 0, truth, motor, closing_speed=speed)
+        for cut, label, truth, motor, speed in zip(
+            cuts, labels, contacts, motors, speeds, strict=True
+        )
     ]
     if starts is None:
         numbered = pause_between(pinches)
@@ -275,6 +281,33 @@ def make_motor_starts(
                 "from 0 within the pinch, -1 where not known"
             )
     return [None if start < 0 else start for start in starts]
+
+
+def make_closing_speeds(origin: str, columns: Columns, pinches: int) -> list[ClosingSpeed | None]:
+    """Return the measured closing speed of each pinch.
+
+    Parameters
+    ----------
+    origin
+        Name of the file, for messages.
+    columns
+        Columns; only ``closing_speed`` and ``closing_speed_error`` are read, m/s. -1 means unknown.
+    pinches
+        Number of pinches.
+
+    Raises
+    ------
+    InputError
+        A speed or its error is out of range.
+    """
+    speeds = each(origin, columns, "closing_speed", cells.speed) or [-1.0] * pinches
+    errors = each(origin, columns, "closing_speed_error", cells.speed)
+    if errors is None:
+        errors = [0.0] * pinches
+    return [
+        None if speed <= 0 or error < 0 else ClosingSpeed(speed, error)
+        for speed, error in zip(speeds, errors, strict=True)
+    ]
 
 
 def _livelier(signals: NDArray[Any], first: int, second: int, rate: float) -> Finger:

@@ -181,6 +181,7 @@ class RecordingWriter:
                 pinch.label,
                 pinch.truth,
                 pinch.motor_start,
+                closing_speed=pinch.closing_speed,
             )
         )
 

@@ -1,5 +1,6 @@
 """Filters that carry their state, resampling, and windows after a contact."""
 
+from ._closing_speed import closing_speed as closing_speed
 from ._resample import check_rates as check_rates
 from ._resample import lookahead as lookahead
 from ._resample import resample as resample

@@ -144,15 +144,13 @@ def _resample_pinch(pinch: Pinch, new: float) -> Pinch:
     def moved(sample: int) -> int:
         return first + _position(sample - pinch.first_sample, ratio)
 
-    return Pinch(
-        data,
-        replace(layout, rate=new),
-        pinch.label,
-        first,
-        tuple(Contact(c.finger, moved(c.sample), moved(c.decided)) for c in pinch.truth),
-        None if pinch.motor_start is None else moved(pinch.motor_start),
-        pinch.calibration,
-        pinch.groups,
+    return replace(
+        pinch,
+        data=data,
+        layout=replace(layout, rate=new),
+        first_sample=first,
+        truth=tuple(Contact(c.finger, moved(c.sample), moved(c.decided)) for c in pinch.truth),
+        motor_start=None if pinch.motor_start is None else moved(pinch.motor_start),
     )
 
 

@@ -6,7 +6,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from firstcontact.core import Block, ChannelKind, Contact, Finger, Layout, first_closed_sample
+from firstcontact.core import (
+    Block,
+    ChannelKind,
+    ClosingSpeed,
+    Contact,
+    Finger,
+    Layout,
+    first_closed_sample,
+)
 from firstcontact.streaming._estimates import ClosingEstimates
 
 
@@ -26,6 +34,8 @@ class OpenClosing:
         One past the last sample of the pinch, once it has a contact.
     contacts
         Contacts so far.
+    closing_speed
+        Closing speed before the first contact, as the hand measured it; None if unknown.
     """
 
     start: int
@@ -33,6 +43,7 @@ class OpenClosing:
     estimates: ClosingEstimates | None = None
     end: int = 0
     contacts: list[Contact] = field(default_factory=list)
+    closing_speed: ClosingSpeed | None = None
 
 
 class Strips:

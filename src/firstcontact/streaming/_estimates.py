@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 from msgspec.structs import replace
 
-from firstcontact.core import Block, Contact, Estimate, InputError, Layout
+from firstcontact.core import Block, ClosingSpeed, Contact, Estimate, InputError, Layout
 from firstcontact.models import in_words
 from firstcontact.streaming._events import Event, NoEstimate, judged
 from firstcontact.streaming._predictors import Prediction, Predictor
@@ -76,6 +76,10 @@ class ClosingEstimates:
         """Prepare the next estimate after the events of a block were delivered."""
         if self.due is not None:
             self._stream.prepare()
+
+    def set_speed(self, measured: ClosingSpeed | None) -> None:
+        """Set the closing speed before the first contact, ahead of the block with the contact."""
+        self._stream.set_speed(measured)
 
     def withdraw(self) -> None:
         """Discard the first contact and its estimates. Another contact may follow."""

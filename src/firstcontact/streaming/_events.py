@@ -6,7 +6,7 @@ from enum import StrEnum
 
 import msgspec
 
-from firstcontact.core import Contact
+from firstcontact.core import ClosingSpeed, Contact
 from firstcontact.core import Estimate as Estimate
 from firstcontact.recording import PinchMark
 from firstcontact.streaming._hand_requests import Ask
@@ -172,6 +172,9 @@ class PinchDone(msgspec.Struct, frozen=True, kw_only=True, tag="pinch"):
         Reason why there is none, or empty.
     real_time
         True if samples came as fast as they were taken.
+    closing_speed
+        Closing speed before the first contact and its standard error, m/s, as the hand measured it;
+        null where it was not measured.
     verdict
         ``in_time`` if an estimate was in time, ``too_late``, or ``none`` (no estimate); null where
         there is an estimate but samples did not come in real time. It follows from the rest.
@@ -187,6 +190,7 @@ class PinchDone(msgspec.Struct, frozen=True, kw_only=True, tag="pinch"):
     estimates: tuple[Estimate, ...] = ()
     reason: str = ""
     real_time: bool = True
+    closing_speed: ClosingSpeed | None = None
     verdict: Verdict | None = None
 
     def __post_init__(self) -> None:

@@ -7,7 +7,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from firstcontact.contact import SLIP_DETECTORS, Detector, SlipDetector
-from firstcontact.core import Calibration, InputError
+from firstcontact.core import Calibration, ClosingSpeed, InputError
 from firstcontact.device import Source, TransportDelay
 from firstcontact.grasp import (
     HANDS,
@@ -19,7 +19,7 @@ from firstcontact.grasp import (
     open_hand,
 )
 from firstcontact.streaming._grasping import Grasping
-from firstcontact.streaming._pipeline import Pipeline
+from firstcontact.streaming._pipeline import MeasureSpeed, Pipeline
 from firstcontact.streaming._predictors import Predictor
 from firstcontact.streaming._session import LiveSession
 
@@ -88,6 +88,7 @@ def live_session(
                     transport=TransportDelay(layout.rate) if real_time else None,
                     slip=_slip_detector(slip),
                 )
+            pipeline.measure_speed = _speed_measurement(source, grasping)
             session = LiveSession(
                 source,
                 pipeline,
@@ -100,6 +101,18 @@ def live_session(
             yield session, grasping
     except HandError as error:  # also when it is released
         raise InputError(str(error), parameter="hand") from error
+
+
+def _speed_measurement(source: Source, grasping: Grasping | None) -> MeasureSpeed | None:
+    """Return the measurement of the hand, or what a replayed recording holds of it."""
+    recorded: Callable[[int, int], ClosingSpeed | None] | None
+    recorded = getattr(source, "closing_speed", None)
+    if recorded is not None:
+        return lambda sample, epoch, host: recorded(sample, epoch)
+    if grasping is None:
+        return None
+    hand, rate = grasping.hand, source.descriptor.layout.rate
+    return lambda sample, epoch, host: hand.closing_speed(sample / rate, host)
 
 
 def check_hand(

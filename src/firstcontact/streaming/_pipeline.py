@@ -16,7 +16,15 @@ from firstcontact.contact import (
     ClosingSamples,
     Detector,
 )
-from firstcontact.core import Block, Calibration, Contact, Estimate, Layout, merge_blocks
+from firstcontact.core import (
+    Block,
+    Calibration,
+    ClosingSpeed,
+    Contact,
+    Estimate,
+    Layout,
+    merge_blocks,
+)
 from firstcontact.device import TransportDelay
 from firstcontact.signal import samples_in
 from firstcontact.streaming._closing import OpenClosing, Strips
@@ -42,6 +50,9 @@ IDLE = 0.024
 WARM = 0.005
 #: Longest closing, s: without noise floors a longer epoch is a stream of several closings.
 LONGEST_EPOCH = 10.0
+
+#: Function of a contact's sample, its epoch, and its time on the host's clock, s (NaN if unknown).
+MeasureSpeed = Callable[[int, int, float], ClosingSpeed | None]
 
 _log = logging.getLogger(__name__)
 
@@ -76,6 +87,8 @@ class Pipeline:
     ----------
     radius
         Radius of the object in the next closings, m: infinite for a flat one, NaN if unknown.
+    measure_speed
+        Function that returns the closing speed before a contact; None without one.
 
     Raises
     ------
@@ -107,6 +120,7 @@ class Pipeline:
         self.predictor = predictor
         self.ledger = Ledger(layout.rate, delay)
         self.radius = math.nan
+        self.measure_speed: MeasureSpeed | None = None
         self._delay = delay
         self._transport = TransportDelay(layout.rate) if real_time else None
         self._clock = clock
@@ -278,6 +292,8 @@ class Pipeline:
                 continue
             is_first = not pinch.contacts
             pinch.contacts.append(contact)
+            if is_first:
+                self._measure_speed(pinch, contact)
             event = ContactEvent(contact, is_first, pinch.epoch, self._clock())
             events.append((contact.decided, event))
         if pinch.estimates is not None:
@@ -294,12 +310,22 @@ class Pipeline:
             ordered += self._end(pinch.end, "")
         return ordered
 
+    def _measure_speed(self, pinch: OpenClosing, contact: Contact) -> None:
+        if self.measure_speed is None:
+            return
+        host = math.nan
+        if self._transport is not None:
+            host = self._transport.host_time(contact.sample)
+        pinch.closing_speed = self.measure_speed(contact.sample, pinch.epoch, host)
+        if pinch.estimates is not None:
+            pinch.estimates.set_speed(pinch.closing_speed)
+
     def _withdraw(self, contact: Contact, block: Block) -> list[Event]:
         """Withdraw the contacts and estimates of the closing, which continues."""
         pinch = self._pinch
         if pinch is None:
             return []
-        pinch.contacts, pinch.end = [], 0
+        pinch.contacts, pinch.end, pinch.closing_speed = [], 0, None
         if pinch.estimates is not None:
             pinch.estimates.withdraw()
         return [ContactWithdrawn(contact, block.end - 1, block.epoch)]
@@ -327,6 +353,7 @@ class Pipeline:
             estimates=() if estimates is None else estimates.estimates,
             reason="" if estimates is None else estimates.reason,
             real_time=self._transport is not None,
+            closing_speed=pinch.closing_speed,
         )
         self.ledger.close(done)
         events.append(done)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from firstcontact.core import Block, Contact, InputError, Layout, is_same_rate
+from firstcontact.core import Block, ClosingSpeed, Contact, InputError, Layout, is_same_rate
 from firstcontact.models import ANY, BEFORE, LONGEST, ContactAnswers, Touches, TouchStream
 from firstcontact.signal import ContactWindow, WindowStream, samples_in
 
@@ -69,6 +69,9 @@ class PredictionStream(Protocol):
 
         Iterate to the end. InputError if the model cannot predict from the signal.
         """
+
+    def set_speed(self, measured: ClosingSpeed | None) -> None:
+        """Take the measured closing speed, before the block that made the contact known."""
 
     def prepare(self) -> None:
         """Prepare the next prediction. Called after the events of a block were delivered."""
@@ -233,6 +236,9 @@ class _NetworkStream:
             half_width=answer.half_width,
         )
 
+    def set_speed(self, measured: ClosingSpeed | None) -> None:
+        self._stream.speed = measured
+
     def prepare(self) -> None:
         if self._answers is None and (touches := self._stream.approach()) is not None:
             self._answers = self._model.follow(touches)
@@ -323,6 +329,9 @@ class _WindowsStream:
             self.reason = "the window is not whole, or the piezo is dead"
         for window in windows:
             yield self._predict(window)
+
+    def set_speed(self, measured: ClosingSpeed | None) -> None:
+        pass  # no window model uses it
 
     def prepare(self) -> None:
         pass  # a window is predicted from as a whole

@@ -407,7 +407,14 @@ class LiveSession:
         if self._noted is None or self.recording.path != self._noted or not is_whole:
             return
         truth = tuple(c for c in pinch.strips if pinch.start <= c.sample < pinch.end)
-        mark = PinchMark(self._number, pinch.start, pinch.end, pinch.epoch, truth=truth)
+        mark = PinchMark(
+            self._number,
+            pinch.start,
+            pinch.end,
+            pinch.epoch,
+            truth=truth,
+            closing_speed=pinch.closing_speed,
+        )
         if not self.pipeline.layout.has_strip:
             # A person who confirms contacts later begins with these.
             detected = tuple(c for c in pinch.contacts if pinch.start <= c.sample < pinch.end)

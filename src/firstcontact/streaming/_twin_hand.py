@@ -6,7 +6,7 @@ from contextlib import suppress
 from math import inf
 from typing import Self
 
-from firstcontact.core import Command, InputError
+from firstcontact.core import FINGERTIP_RATE, ClosingSpeed, Command, InputError
 from firstcontact.device import Source, order_text
 from firstcontact.grasp import Hand, HandError, HandLimits
 from firstcontact.twin import Drive
@@ -44,6 +44,19 @@ class TwinHand(Hand):
             self._source.order(order_text(command))
         except InputError as error:
             raise HandError(str(error)) from error
+
+    def closing_speed(self, sample_time: float, host_time: float) -> ClosingSpeed | None:
+        """Return the closing speed before a contact by the positions of the twin's drives."""
+        device = getattr(self._source, "device", None)
+        if not self._open or device is None:
+            return None
+        try:
+            measured: ClosingSpeed | None = device.closing_speed(
+                round(sample_time * FINGERTIP_RATE)
+            )
+        except InputError as error:
+            raise HandError(str(error)) from error
+        return measured
 
     def release(self) -> None:
         """Open the hand."""

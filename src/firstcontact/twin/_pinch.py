@@ -11,6 +11,7 @@ from firstcontact.core import FINGERTIP_RATE, Finger, Label, Pinch, fingertip_la
 from firstcontact.twin._draw import PinchDraw
 from firstcontact.twin._filter import settled_filter
 from firstcontact.twin._fingertips import PinchFingertips, strip_contacts
+from firstcontact.twin._positions import Positions
 from firstcontact.twin._run import SUBSTEPS, PinchRun
 
 #: Length of a pinch, s.
@@ -56,7 +57,11 @@ def pinch_scans(draw: PinchDraw, duration: float = DURATION) -> NDArray[np.uint1
 
 
 def simulate_pinch(
-    draw: PinchDraw, label: Label, first_sample: int = 0, duration: float = DURATION
+    draw: PinchDraw,
+    label: Label,
+    first_sample: int = 0,
+    duration: float = DURATION,
+    positions: Positions | None = None,
 ) -> Pinch:
     """Simulate the samples that the device sends for one pinch.
 
@@ -70,6 +75,8 @@ def simulate_pinch(
         Sample number of the first sample.
     duration
         Length of the pinch, s.
+    positions
+        Position sensor of the drives, which gives the closing speed; None without one.
 
     Returns
     -------
@@ -77,9 +84,14 @@ def simulate_pinch(
         int16 samples in :func:`firstcontact.core._layout.fingertip_layout`. Its true contacts come
         from the strips.
     """
-    scans = pinch_scans(draw, duration)
+    times, out = integrate_pinch(draw, duration=duration)
+    scans = PinchFingertips(draw, times).read(out)
     data = settled_filter(scans[0], draw.velostat).update(scans)
     first = Finger.INDEX if draw.timing.first_is_index else Finger.THUMB
     truth = strip_contacts(scans, first_sample)
     truth.sort(key=lambda c: (c.sample, c.finger != first))
-    return Pinch(data, _LAYOUT, label, first_sample, tuple(truth))
+    speed = None
+    if positions is not None and truth:
+        positions.add(out, first_sample)
+        speed = positions.speed(truth[0].sample)
+    return Pinch(data, _LAYOUT, label, first_sample, tuple(truth), closing_speed=speed)

@@ -23,9 +23,10 @@ from firstcontact.core import (
 )
 from firstcontact.recording import Header, RecordingWriter
 from firstcontact.twin._conditions import Condition, condition
-from firstcontact.twin._draw import draw_pinch
+from firstcontact.twin._draw import draw_pinch, generator
 from firstcontact.twin._pinch import DURATION, simulate_pinch
 from firstcontact.twin._plan import PlannedPinch, PlannedSession, plan_sessions
+from firstcontact.twin._positions import Positions
 from firstcontact.twin._recorded_noise import RecordedNoise
 
 #: Number of sample numbers between two pinches while the hand opens: 1 s.
@@ -45,6 +46,7 @@ def simulate(
     workers: int | None = None,
     progress: Progress = None,
     noise: RecordedNoise | None = None,
+    positions: bool = False,
 ) -> list[Path]:
     """Simulate a set of pinches.
 
@@ -65,6 +67,9 @@ def simulate(
         True shows a bar; a function is called with the number of pinches just finished.
     noise
         Noise of a real sensor at rest that replaces the modelled electronics.
+    positions
+        True for a hand that reports its positions: each pinch then has a measured closing speed.
+        Samples stay the same.
 
     Returns
     -------
@@ -90,7 +95,7 @@ def simulate(
         with (
             temporary_path(resolve_path(directory)) as folder,
             parallel(workers or cores(), prefer="threads") as runner,
-            closing(runner.stream(_simulate_batch, batches, c, seed, noise)) as made,
+            closing(runner.stream(_simulate_batch, batches, c, seed, noise, positions)) as made,
             progress_steps(progress, total, "pinch", c.name) as step,
         ):
             folder.mkdir()
@@ -168,7 +173,11 @@ class _Batch:
 
 
 def _simulate_batch(
-    batch: _Batch, condition: Condition, seed: int, noise: RecordedNoise | None
+    batch: _Batch,
+    condition: Condition,
+    seed: int,
+    noise: RecordedNoise | None,
+    positions: bool,
 ) -> list[Pinch]:
     """Simulate the pinches of a batch. Each depends on the seed and its names only."""
     step = round(DURATION * FINGERTIP_RATE) + BETWEEN
@@ -177,7 +186,10 @@ def _simulate_batch(
         key = planned.label.specimen + f" {planned.number}"
         draw = draw_pinch(seed, condition, batch.session, planned.specimen, key)
         draw = replace(draw, recorded=noise)
-        out.append(simulate_pinch(draw, planned.label, place * step))
+        sensor = None
+        if positions:
+            sensor = Positions(generator(seed, condition.name, "positions", batch.session, key))
+        out.append(simulate_pinch(draw, planned.label, place * step, positions=sensor))
     return out
 
 

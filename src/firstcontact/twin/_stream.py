@@ -21,6 +21,7 @@ from firstcontact.twin._mechanics import CONTACT_FORCE, OUTPUTS
 from firstcontact.twin._objects import TwinObject
 from firstcontact.twin._outcome import DROPPED, slide
 from firstcontact.twin._plan import PlannedPinch, planned_pinch
+from firstcontact.twin._positions import Positions
 from firstcontact.twin._run import PinchRun
 from firstcontact.twin._sensor import SCAN
 from firstcontact.twin._stream_moves import PIECE, close_hand, open_hand, pieces
@@ -94,6 +95,8 @@ class TwinStream:
     ----------
     ignored
         Number of commands that came outside a closing.
+    positions
+        Position sensor of the drives.
 
     Raises
     ------
@@ -124,6 +127,7 @@ class TwinStream:
         if not self._objects:
             raise InputError("the twin has no objects: give at least one")
         self.ignored = 0
+        self.positions = Positions(generator(seed, condition_name, "stream", "positions"))
         self._run: PinchRun | None = None  # set while the hand takes commands
         self._seed = seed
         self._rng = generator(seed, condition_name, "stream")
@@ -200,8 +204,9 @@ class TwinStream:
         parts = [self._left]
         count = len(self._left)
         while count < samples:
-            first = self._tips.sample
-            scans = self._tips.read(next(self._moves))
+            first, motion = self._tips.sample, next(self._moves)
+            self.positions.add(motion, first)
+            scans = self._tips.read(motion)
             self._add_contacts(first, scans)
             parts.append(scans)
             count += len(scans)

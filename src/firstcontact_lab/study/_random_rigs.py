@@ -43,6 +43,9 @@ CONTEXTS = (6, 3), (12, 4), (20, 6)
 HELD_OUT, OBJECTS, AGAIN = (4, 2), 24, 3
 #: Uses of a pinch.
 OWN, BLOCK, EVERYDAY, RANDOM = "own", "blocks", "everyday", "random"
+#: Factors between which the closing speed of a rig with free speed is drawn for each pinch,
+#: log-uniform.
+FREE_SPEED = (0.5, 2.0)
 #: Rounder than this nothing is, m.
 _FLAT = 1.0
 _RATE = FINGERTIP_RATE
@@ -132,6 +135,8 @@ class JudgedRig:
         Use, session and object of each, shape (n,).
     radii
         Radius of the object, infinite for a flat one, m, shape (n,).
+    speeds
+        True closing speed, m/s, shape (n,).
     """
 
     touches: Touches
@@ -140,10 +145,15 @@ class JudgedRig:
     sessions: NDArray[np.str_]
     objects: NDArray[np.str_]
     radii: Values
+    speeds: Values
 
 
-def judged_rig(name: str, number: int, seed: int) -> JudgedRig:
-    """Draw one rig of a family and its pinches; they depend on these arguments alone."""
+def judged_rig(name: str, number: int, seed: int, *, free_speed: bool = False) -> JudgedRig:
+    """Draw one rig of a family and its pinches; they depend on these arguments alone.
+
+    With ``free_speed`` the closing speed of each pinch is drawn from ``FREE_SPEED`` times the usual
+    one.
+    """
     rng = np.random.default_rng([seed, number, list(STRUCTURES).index(name)])
     family = STRUCTURES[name]
     rig = family.rig(draw_rig(rng), rng)
@@ -151,9 +161,10 @@ def judged_rig(name: str, number: int, seed: int) -> JudgedRig:
     pinches = []
 
     def add(use: str, label: float, session: int, name: str, day: Day, o: RandomObject) -> None:
-        signal, valid = _pinch(rig, day, o, change, rng)
+        hand = _at_free_speed(rig, rng) if free_speed else rig
+        signal, valid, speed = _pinch(hand, day, o, change, rng)
         radius = o.parameters.radius
-        pinches.append((use, label, f"{use} {session}", name, signal, valid, radius))
+        pinches.append((use, label, f"{use} {session}", name, signal, valid, radius, speed))
 
     levels = [kind.shore_a for kind in BLOCKS]
     labels = {level: _label(level, rng) for level in levels}
@@ -181,7 +192,7 @@ def judged_rig(name: str, number: int, seed: int) -> JudgedRig:
         label = _label(kind.shore_a, rng)
         for _ in range(AGAIN):
             add(EVERYDAY, label, 0, kind.name, days[0], target)
-    uses, shore_a, session_names, objects, signals, valid, radii = map(
+    uses, shore_a, session_names, objects, signals, valid, radii, speeds = map(
         np.array, zip(*pinches, strict=True)
     )
     touches = Touches.untold(
@@ -195,7 +206,15 @@ def judged_rig(name: str, number: int, seed: int) -> JudgedRig:
         session_names[lasting],
         objects[lasting],
         np.where(radii > _FLAT, np.inf, radii)[lasting],
+        speeds[lasting],
     )
+
+
+def _at_free_speed(rig: RandomRig, rng: Rng) -> RandomRig:
+    """Return the rig at another closing speed; its motor turns in proportion."""
+    factor = math.exp(rng.uniform(*np.log(FREE_SPEED)))
+    finger = rig.finger._replace(speed=rig.finger.speed * factor)
+    return replace(rig, finger=finger, noise=rig.noise.scaled(factor, 1.0))
 
 
 def _label(shore_a: float, rng: Rng) -> float:
@@ -204,10 +223,10 @@ def _label(shore_a: float, rng: Rng) -> float:
 
 def _pinch(
     rig: RandomRig, day: Day, target: RandomObject, change: Change | None, rng: Rng
-) -> tuple[NDArray[np.float32], int]:
-    """Return the signal of a contact as a detector cuts it, and its number of valid samples."""
+) -> tuple[NDArray[np.float32], int, float]:
+    """Return the signal of a contact as a detector cuts it, its valid samples, and its speed."""
     more = MARGIN / _RATE
-    counts, _ = touch(rig, day, target, rng, BEFORE + more, LONGEST + more)
+    counts, speed = touch(rig, day, target, rng, BEFORE + more, LONGEST + more)
     signal = counts.astype(np.float64) * (ADC_VOLTS / (ADC_COUNTS * SUBCOUNTS))
     if change is not None:
         signal = change(signal, rng)
@@ -216,4 +235,4 @@ def _pinch(
     touched = cut_touch(signal, start + MARGIN + late, _RATE)
     if touched is None:
         touched = np.zeros(start + samples_in(LONGEST, _RATE), np.float32)
-    return touched, max(round(draw_offset(rng) * _RATE) - late, 0)
+    return touched, max(round(draw_offset(rng) * _RATE) - late, 0), speed

@@ -29,6 +29,8 @@ class Simulate:
     """Number of threads; 0 takes all cores."""
     noise: Annotated[Path | None, Option(group="simulated hand")] = None
     """Recording of a real sensor at rest, for its noise."""
+    positions: Annotated[bool, Option(group="simulated hand")] = False
+    """Let the hand report its positions, so that each pinch has a measured closing speed."""
     cluster: Annotated[str | None, Option(advanced=True, group="machine")] = None
     """Dask cluster that does the work: tcp://HOST:PORT."""
 
@@ -42,7 +44,14 @@ class Simulate:
         sizes = self.pinches_per_block, self.pinches_per_object
         with on_cluster(self.cluster):
             paths = simulate(
-                self.out, self.condition, *sizes, self.seed, self.workers or None, True, noise
+                self.out,
+                self.condition,
+                *sizes,
+                self.seed,
+                self.workers or None,
+                True,
+                noise,
+                self.positions,
             )
         pinches = 5 * self.pinches_per_block + 8 * self.pinches_per_object
         print(f"{counted(pinches, 'pinch')} in {counted(len(paths), 'recording')}: {self.out}")

@@ -32,6 +32,7 @@ function row({ pinch, name, lost }) {
     cell(tr, "wide", pinch.real_time ? number(1000 * estimate.available, 1) : "–");
   }
   cell(tr, "wide", pinch.offset === null ? "–" : number(1000 * pinch.offset, 1));
+  if (pinch.closing_speed) tr.title = `closed at ${number(1000 * pinch.closing_speed.speed)} mm/s`;
   cell(tr, ...outcome(pinch, estimate));
   return tr;
 }

@@ -1,0 +1,103 @@
+"""Closing speeds that a hand has measured: how far to believe them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.models._spec import Values
+
+#: Spread and error of ln(speed) are at least this: no rig is more alike, no measurement more exact.
+LEAST = 0.01
+#: Variance of the measurements, as a share of that of the rig's speeds, above which they are not
+#: used. Higher limits gained less than they cost on rigs whose hand closes at one speed.
+MOST_NOISE = 0.5
+#: Spread that is assumed of a rig with fewer pinches than this, as of one from an old file.
+ASSUMED, FEWEST = 0.2, 4
+
+
+@dataclass(frozen=True, slots=True)
+class ToldSpeeds:
+    """Closing speeds of a rig, as its hand measured them and as its motor sounded.
+
+    The network takes a speed as exact. It is therefore given the mean of the posterior: a
+    measurement counts as far as it is more exact than the rig's speeds are alike.
+
+    Parameters
+    ----------
+    usual
+        Median closing speed, m/s.
+    spread
+        Standard deviation of ln(speed) between pinches, without the error of measurement.
+    heard_error
+        Standard deviation of the error of the motor's pitch in ln(speed); infinite where it is of
+        no use.
+    """
+
+    usual: float
+    spread: float = ASSUMED
+    heard_error: float = np.inf
+
+    @classmethod
+    def fit(
+        cls, speeds: Values, errors: Values, heard: Values, believed: NDArray[np.bool_]
+    ) -> Self | None:
+        """Return the speeds of a rig from its own pinches.
+
+        None where no speed was measured, or where the errors are too large for speeds that are so
+        much alike.
+
+        Parameters
+        ----------
+        speeds, errors
+            As of :class:`firstcontact.models._touches.Touches`, shape (n,).
+        heard, believed
+            ln(speed / usual) in the motor's pitch, and where that is believed, shape (n,).
+        """
+        told = np.isfinite(speeds)
+        if not told.any():
+            return None
+        usual = float(np.median(speeds[told]))
+        log, noise = _log_ratio(speeds, usual), _bounded(errors) ** 2
+        both = told & believed
+        has_spread, has_heard = told.sum() >= FEWEST, both.sum() >= FEWEST
+        spread = _spread(log[told], noise[told]) if has_spread else ASSUMED
+        if noise[told].mean() > MOST_NOISE * spread**2:
+            return None
+        heard_error = _spread((heard - log)[both], noise[both]) if has_heard else np.inf
+        return cls(usual, spread, heard_error)
+
+    def posterior(
+        self, speeds: Values, errors: Values, heard: Values, believed: NDArray[np.bool_]
+    ) -> Values:
+        """Return the posterior mean of ln(speed / usual), shape (n,); NaN where not measured.
+
+        Parameters
+        ----------
+        speeds, errors, heard, believed
+            As of :meth:`fit`, of other pinches of the rig.
+        """
+        precision = 1 / _bounded(errors) ** 2
+        heard_precision = np.where(believed, 1 / self.heard_error**2, 0.0)
+        total = precision + heard_precision + 1 / self.spread**2
+        told = precision * _log_ratio(speeds, self.usual)
+        out: Values = (told + heard_precision * np.where(believed, heard, 0.0)) / total
+        return out
+
+
+def _log_ratio(speeds: Values, usual: float) -> Values:
+    out: Values = np.log(np.maximum(speeds, 1e-6) / usual)
+    return out
+
+
+def _bounded(errors: Values) -> Values:
+    """Return relative errors; a speed without one counts as exact."""
+    return np.maximum(np.where(np.isfinite(errors), errors, 0.0), LEAST)
+
+
+def _spread(values: Values, noise: Values) -> float:
+    """Return the standard deviation of values without the variance of their noise."""
+    return float(np.sqrt(max(np.var(values, ddof=1) - noise.mean(), LEAST**2)))

@@ -1,0 +1,66 @@
+"""Closing speed from positions of the hand."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from firstcontact.core import FASTEST, ClosingSpeed
+
+#: Time before the contact whose positions are used, s, and time just before it that is left out: a
+#: contact may be placed late, and it slows the finger down.
+WINDOW, GUARD = 0.050, 0.003
+#: Fewest positions of a line with a known error.
+FEWEST = 3
+
+
+def closing_speed(times: ArrayLike, positions: ArrayLike, at: float) -> ClosingSpeed | None:
+    """Measure the closing speed before a contact from positions of the finger or the motor.
+
+    The speed is the slope of a line through the last 50 ms. Its standard error comes from the
+    residuals, or from the steps of an encoder that are as long as the travel between two positions.
+
+    Parameters
+    ----------
+    times
+        Time of each position, s, in any order, shape (n,).
+    positions
+        Travel of the fingertip, m, shape (n,). Only its rate counts: neither zero nor direction.
+    at
+        Time of the contact, s, on the same clock.
+
+    Returns
+    -------
+    ClosingSpeed or None
+        None with fewer than 3 positions, or where the finger does not move.
+
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> times, positions = [0.96, 0.97, 0.98, 0.99], [0.0100, 0.0113, 0.0127, 0.0139]
+    >>> measured = fc.closing_speed(times, positions, at=1.0)
+    >>> round(measured.speed, 3), round(measured.error, 3)
+    (0.131, 0.003)
+    """
+    t, x = np.asarray(times, np.float64) - at, np.asarray(positions, np.float64)
+    is_used = (t >= -WINDOW) & (t <= -GUARD) & np.isfinite(x)
+    t, x = t[is_used], x[is_used]
+    if len(t) < FEWEST:
+        return None
+    t, x = t - t.mean(), x - x.mean()
+    squares = float(t @ t)
+    if squares <= 0:
+        return None
+    slope = float(t @ x) / squares
+    residuals = x - slope * t
+    variance = max(float(residuals @ residuals) / (len(t) - 2), _step(x) ** 2 / 12)
+    speed, error = abs(slope), math.sqrt(variance / squares)
+    return ClosingSpeed(speed, error) if 0 < speed <= FASTEST and error <= FASTEST else None
+
+
+def _step(positions: NDArray[np.float64]) -> float:
+    """Return the step of an encoder that gives the same position twice, m; 0 for a finer one."""
+    values = np.unique(positions)
+    return float(np.diff(values).min()) if 1 < len(values) < len(positions) else 0.0

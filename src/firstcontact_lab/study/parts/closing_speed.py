@@ -1,0 +1,237 @@
+"""Gain of a measured closing speed on rigs of other structure."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.core import Record, Runner
+from firstcontact.models import (
+    Bounded,
+    CombinedModel,
+    Ends,
+    adapt_combined,
+    pretrained,
+)
+from firstcontact.signal import samples_in
+from firstcontact.twin import PAPER_RIG
+from firstcontact_lab.report.findings import PartResult
+from firstcontact_lab.report.results import Field, SubjectResults
+from firstcontact_lab.report.tables import Cell, Line, Table, format_cell
+from firstcontact_lab.study._random_rigs import (
+    EVERYDAY,
+    OWN,
+    RANDOM,
+    STRUCTURES,
+    JudgedRig,
+    judged_rig,
+)
+from firstcontact_lab.study._subject import Subject
+from firstcontact_lab.study.part import Part, Step
+from firstcontact_lab.study.settings import StudySettings
+
+Values = NDArray[np.float64]
+#: Seed of the rigs, and rigs of each family. No choice was made on rigs of this seed.
+SEED, RIGS = 9108, 2
+#: Times after the contact that are scored, ms, and that of coverage.
+TIMES, MIDDLE = (2, 5, 15), 5
+#: Resamples of the rigs.
+RESAMPLES = 2000
+#: Relative standard error of the measured speeds, and False where nobody states it; None without a
+#: measurement.
+MEASUREMENTS: dict[str, tuple[float, bool] | None] = {
+    "not measured": None,
+    "exact": (0.0, True),
+    "± 3 %": (0.03, True),
+    "± 6 %": (0.06, True),
+    "± 12 %": (0.12, True),
+    "± 20 %": (0.20, True),
+    "± 12 %, error not stated": (0.12, False),
+    "± 20 %, error not stated": (0.20, False),
+}
+MODELS = {"network": "Network", "combined": "Combined"}
+#: Kinds of rigs: closing speeds as in the training of the network, or drawn for each pinch.
+SPEEDS = {
+    "usual": "Closing speed alike in all pinches of a rig, as far as hands repeat it",
+    "free": "Closing speed of each pinch from 0.5 to 2 times the usual one",
+}
+#: Scores of a model with a measurement: RMSE by use and time, and coverage at ``MIDDLE``. The
+#: former are kept as mean squares of a rig.
+KEYS = tuple(
+    f"{use} {what}"
+    for use in (EVERYDAY, RANDOM)
+    for what in (*(f"{ms} ms" for ms in TIMES), "coverage")
+)
+
+
+class SpeedScores(Record, frozen=True, kw_only=True):
+    """Scores of a model with one kind of measurement: RMSE in Shore A and coverage by ``KEYS``.
+
+    ``intervals``: 95 % bootstrap intervals over rigs. ``gains``: intervals of the difference from
+    the same model without a measurement, below 0 where the measurement helps.
+    """
+
+    scores: dict[str, float]
+    intervals: dict[str, Ends]
+    gains: dict[str, Ends]
+
+
+class ClosingSpeeds(Record, frozen=True, kw_only=True):
+    """Scores on ``rigs`` rigs of each of ``families``, drawn from ``seed``.
+
+    By kind of rig, model and measurement: keys of ``SPEEDS``, ``MODELS`` and ``MEASUREMENTS``.
+    """
+
+    seed: int
+    rigs: int
+    families: list[str]
+    scores: dict[str, dict[str, dict[str, SpeedScores]]]
+
+
+def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
+    """Score both models with each measurement. The rigs do not depend on the subject."""
+    if subject.name != PAPER_RIG.name:
+        return PartResult()
+    names = ["linear_pad", "several"] if settings.brief else list(STRUCTURES)
+    rigs = 1 if settings.brief else RIGS
+    jobs = [(name, number) for number in range(rigs) for name in names]
+    rng = np.random.default_rng(settings.seed)
+    samples = rng.integers(len(jobs), size=(RESAMPLES, len(jobs)))
+    scores = {}
+    for kind in SPEEDS:
+        rows = np.array(runner.map(_scores_of_rig, jobs, SEED, kind == "free"))
+        shown, resampled = _shown(rows.mean(axis=0)), _shown(rows[samples].mean(axis=1))
+        scores[kind] = {
+            model: {
+                name: _entry(shown[i, j], resampled[:, i, j], resampled[:, i, 0])
+                for j, name in enumerate(MEASUREMENTS)
+            }
+            for i, model in enumerate(MODELS)
+        }
+    found = ClosingSpeeds(seed=SEED, rigs=rigs, families=names, scores=scores)
+    return PartResult([CLOSING_SPEEDS(found)])
+
+
+def _entry(shown: Values, resampled: Values, reference: Values) -> SpeedScores:
+    ends, gains = (
+        np.quantile(values, (0.025, 0.975), axis=0).T.tolist()
+        for values in (resampled, resampled - reference)
+    )
+    return SpeedScores(
+        scores=dict(zip(KEYS, shown.tolist(), strict=True)),
+        intervals=dict(zip(KEYS, map(tuple, ends), strict=True)),
+        gains=dict(zip(KEYS, map(tuple, gains), strict=True)),
+    )
+
+
+def _shown(means: Values) -> Values:
+    """Return scores from means over rigs, shape (..., keys)."""
+    return np.where([key.endswith("ms") for key in KEYS], np.sqrt(means), means)
+
+
+def _scores_of_rig(job: tuple[str, int], seed: int, free: bool) -> list[list[list[float]]]:
+    """Return mean squares and coverage, shape (models, measurements, keys)."""
+    rig = judged_rig(*job, seed, free_speed=free)
+    rng = np.random.default_rng([seed, job[1], list(STRUCTURES).index(job[0])])
+    scores = [_scores(_measured(rig, measured, rng)) for measured in MEASUREMENTS.values()]
+    return [list(of_model) for of_model in zip(*scores, strict=True)]
+
+
+def _measured(
+    rig: JudgedRig, measured: tuple[float, bool] | None, rng: np.random.Generator
+) -> JudgedRig:
+    """Return the rig with measured speeds of all pinches."""
+    if measured is None:
+        return rig
+    error, is_stated = measured
+    speeds = rig.speeds * np.exp(error * rng.standard_normal(len(rig.speeds)))
+    errors = np.full(len(speeds), error if is_stated else np.nan)
+    return replace(rig, touches=replace(rig.touches, speeds=speeds, speed_errors=errors))
+
+
+def _scores(rig: JudgedRig) -> list[list[float]]:
+    """Return the scores of each model, shape (models, keys)."""
+    own, touches = rig.uses == OWN, rig.touches
+    model = adapt_combined(
+        pretrained(), touches.take(own), rig.shore_a[own], rig.sessions[own]
+    ).model
+    network = model.network_alone() if isinstance(model, CombinedModel) else model
+    out = []
+    for each in (network, model):
+        cuts = {ms: touches.until(samples_in(1e-3 * ms, touches.rate)) for ms in TIMES}
+        answers = {ms: each.predict(cut) for ms, cut in cuts.items()}
+        scores = []
+        for use in (EVERYDAY, RANDOM):
+            rows = rig.uses == use
+            truth = rig.shore_a[rows]
+            scores += [float(np.mean((answers[ms].value[rows] - truth) ** 2)) for ms in TIMES]
+            low, high = answers[MIDDLE].low[rows], answers[MIDDLE].high[rows]
+            scores.append(float(((low <= truth) & (truth <= high)).mean()))
+        out.append(scores)
+    return out
+
+
+CLOSING_SPEEDS = Field.optional("closing_speed", ClosingSpeeds)
+#: Columns of the tables: title and key.
+_COLUMNS = [
+    ("Everyday objects, 2 ms", f"{EVERYDAY} 2 ms"),
+    ("5 ms", f"{EVERYDAY} 5 ms"),
+    ("15 ms", f"{EVERYDAY} 15 ms"),
+    ("Random objects, 2 ms", f"{RANDOM} 2 ms"),
+    ("5 ms", f"{RANDOM} 5 ms"),
+    ("15 ms", f"{RANDOM} 15 ms"),
+    ("Coverage, everyday, 5 ms", f"{EVERYDAY} coverage"),
+]
+
+
+def usual_table(results: SubjectResults) -> Table | None:
+    """Return the errors where all pinches of a rig have about the same speed."""
+    return _table(results[CLOSING_SPEEDS], "usual")
+
+
+def free_table(results: SubjectResults) -> Table | None:
+    """Return the errors where the speed differs from pinch to pinch."""
+    return _table(results[CLOSING_SPEEDS], "free")
+
+
+def _table(judged: ClosingSpeeds | None, kind: str) -> Table | None:
+    if judged is None:
+        return None
+    caption = (
+        f"{SPEEDS[kind]}: RMSE of one pinch, {judged.rigs} rigs of each of "
+        f"{len(judged.families)} families (seed {judged.seed}). Small: 95 % bootstrap interval "
+        "over rigs; in brackets that of the difference from the model without a measurement."
+    )
+    lines = [
+        Line([Cell(f"{title}, {name}"), *(_cell(scores, key) for _, key in _COLUMNS)])
+        for model, title in MODELS.items()
+        for name, scores in judged.scores[kind][model].items()
+    ]
+    return Table(caption, ["", *(title for title, _ in _COLUMNS)], lines)
+
+
+def _cell(scores: SpeedScores, key: str) -> Cell:
+    is_error = key.endswith("ms")
+    bounded = Bounded(scores.scores[key], scores.intervals[key])
+    cell = format_cell(bounded, "shore" if is_error else "share")
+    low, high = scores.gains[key]
+    if not is_error or low == high == 0.0:
+        return cell
+    return Cell(cell.text, f"{cell.small} [{low:+.2f} to {high:+.2f}]")
+
+
+PART = Part(
+    "closing_speed",
+    "Measured closing speed",
+    [Step("measured closing speed", measure, late=True, cost=60)],
+    lambda subjects: (
+        "Random rigs as in the part above. Their hands measure the closing speed of each pinch, "
+        "of the rig's own blocks and of the objects. Without a stated error the model takes a "
+        "speed as exact."
+    ),
+    [usual_table, free_table],
+    needs=(),
+    by_default=False,
+)

@@ -1,0 +1,119 @@
+"""Measured closing speeds count as far as they are more exact than the rig's are alike."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firstcontact.models import ANY, InContextModel, Rig, Touches, pretrained
+from firstcontact.models._told_speed import ASSUMED, ToldSpeeds
+from ringing import ringing
+
+KNOWN, SHORE_A, _ = ringing(60)
+NEVER = np.zeros(1, np.bool_)
+ALWAYS = np.ones(1, np.bool_)
+NOTHING = np.zeros(1)
+
+errors = st.floats(0.02, 1.0)
+
+
+def posterior(
+    rig: ToldSpeeds, speed: float, error: float, heard: float = 0.0, believed: bool = False
+) -> float:
+    one = (np.full(1, x) for x in (speed, error, heard))
+    return float(rig.posterior(*one, np.full(1, believed))[0])
+
+
+@given(errors, errors, st.floats(0.3, 3.0))
+def test_a_measurement_shrinks_by_the_ratio_of_the_variances(
+    spread: float, error: float, ratio: float
+) -> None:
+    rig = ToldSpeeds(0.1, spread)
+    share = spread**2 / (spread**2 + error**2)
+    assert posterior(rig, 0.1 * ratio, error) == pytest.approx(share * np.log(ratio))
+
+
+@given(errors, errors, errors, st.floats(-1, 1), st.floats(-1, 1))
+def test_measurement_and_pitch_are_weighted_by_their_inverse_variances(
+    spread: float, error: float, heard_error: float, told: float, heard: float
+) -> None:
+    rig = ToldSpeeds(0.1, spread, heard_error)
+    weights = np.array([1 / error**2, 1 / heard_error**2, 1 / spread**2])
+    expected = weights @ [told, heard, 0.0] / weights.sum()
+    assert posterior(rig, 0.1 * np.exp(told), error, heard, True) == pytest.approx(expected)
+
+
+def test_an_exact_speed_is_believed_and_a_poor_one_is_not() -> None:
+    rig = ToldSpeeds(0.1, 0.3)
+    assert posterior(rig, 0.2, np.nan) == pytest.approx(np.log(2), rel=0.01)
+    assert posterior(rig, 0.2, 30.0) == pytest.approx(0.0, abs=0.001)
+
+
+@pytest.mark.parametrize(("spread", "error", "heard_error"), [(0.3, 0.03, 0.1), (0.1, 0.06, 0.05)])
+def test_spreads_are_those_of_the_rig(spread: float, error: float, heard_error: float) -> None:
+    rng = np.random.default_rng(1)
+    log, told, heard = rng.standard_normal((3, 5000)) * [[spread], [error], [heard_error]]
+    n = len(log)
+    rig = ToldSpeeds.fit(
+        0.1 * np.exp(log + told), np.full(n, error), log + heard, np.ones(n, np.bool_)
+    )
+    assert rig is not None
+    assert rig.usual == pytest.approx(0.1, rel=0.03)
+    assert rig.spread == pytest.approx(spread, rel=0.05)
+    assert rig.heard_error == pytest.approx(heard_error, rel=0.1)
+
+
+def test_a_rig_that_nobody_measured_has_no_speeds() -> None:
+    nothing = np.full(9, np.nan)
+    assert ToldSpeeds.fit(nothing, nothing, np.zeros(9), np.zeros(9, np.bool_)) is None
+
+
+@pytest.mark.parametrize(("error", "is_used"), [(0.1, True), (0.2, False)])
+def test_measurements_that_are_no_better_than_the_usual_speed_are_not_used(
+    error: float, is_used: bool
+) -> None:
+    log, noise = np.random.default_rng(1).standard_normal((2, 500)) * [[0.2], [error]]
+    n = len(log)
+    rig = ToldSpeeds.fit(
+        0.1 * np.exp(log + noise), np.full(n, error), np.zeros(n), np.zeros(n, np.bool_)
+    )
+    assert (rig is not None) == is_used
+
+
+def test_a_few_measurements_do_not_tell_the_spread() -> None:
+    rig = ToldSpeeds.fit(np.full(2, 0.1), np.full(2, 0.01), np.zeros(2), np.ones(2, np.bool_))
+    assert rig == ToldSpeeds(0.1, ASSUMED, np.inf)
+
+
+def told(touches: Touches, speed: float, error: float) -> Touches:
+    n = len(touches)
+    spread = np.exp(0.3 * np.random.default_rng(3).standard_normal(n))
+    return replace(touches, speeds=speed * spread, speed_errors=np.full(n, error))
+
+
+def test_each_contact_has_its_own_measurement() -> None:
+    rig = Rig.fit(told(KNOWN, 0.1, 0.02), SHORE_A)
+    model = pretrained().conditioned_on({ANY: rig})
+    half = told(KNOWN, 0.1, 0.02)
+    missing = np.arange(len(half)) % 2 == 0
+    half = replace(half, speeds=np.where(missing, np.nan, half.speeds))
+    features = model.rig_features(half)
+    np.testing.assert_array_equal(features[missing], model.rig_features(KNOWN)[missing])
+    whole = model.rig_features(told(KNOWN, 0.1, 0.02))
+    np.testing.assert_array_equal(features[~missing], whole[~missing])
+
+
+def test_the_speeds_of_a_rig_are_in_its_file() -> None:
+    rig = Rig.fit(told(KNOWN, 0.1, 0.02), SHORE_A)
+    model = pretrained().conditioned_on({ANY: rig})
+    again = InContextModel.from_arrays(model.to_arrays(), model.level)
+    assert again.rigs[ANY].speeds == rig.speeds
+    older = {name: a for name, a in model.to_arrays().items() if not name.endswith(".speeds")}
+    assert rig.speeds is not None
+    assert InContextModel.from_arrays(older, model.level).rigs[ANY].speeds == ToldSpeeds(
+        rig.speeds.usual
+    )

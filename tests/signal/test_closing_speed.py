@@ -1,0 +1,64 @@
+"""Closing speed from positions: a line, and its standard error."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firstcontact.signal import closing_speed
+
+TIMES = np.arange(-0.2, 0.1, 0.005)
+
+
+@given(
+    st.floats(0.01, 0.3), st.sampled_from([-1.0, 1.0]), st.floats(-1e3, 1e3), st.floats(-0.5, 0.5)
+)
+def test_positions_on_a_line_give_its_slope(
+    speed: float, direction: float, at: float, zero: float
+) -> None:
+    measured = closing_speed(TIMES + at, zero + direction * speed * TIMES, at)
+    assert measured is not None
+    assert measured.speed == pytest.approx(speed, rel=1e-6)
+
+
+def test_what_comes_after_the_contact_or_long_before_it_does_not_count() -> None:
+    positions = np.where(TIMES < -0.06, 5.0, 0.1 * TIMES)
+    positions[TIMES > -0.002] = np.nan
+    measured = closing_speed(TIMES, positions, 0.0)
+    assert measured is not None
+    assert measured.speed == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize("times", [[], [-0.02, -0.01], [-0.02] * 5, [0.01, 0.02, 0.03]])
+def test_too_few_positions_give_no_speed(times: list[float]) -> None:
+    assert closing_speed(times, np.linspace(0, 0.01, len(times)), 0.0) is None
+
+
+def test_a_finger_at_rest_gives_no_speed() -> None:
+    assert closing_speed(TIMES, np.full(len(TIMES), 0.02), 0.0) is None
+
+
+@pytest.mark.parametrize("rate", [100.0, 200.0, 1000.0])
+def test_the_error_is_that_of_repeated_measurements(rate: float) -> None:
+    rng = np.random.default_rng(1)
+    times = np.arange(-0.1, 0.0, 1 / rate)
+    made = [
+        closing_speed(times, 0.13 * times + 1e-4 * rng.standard_normal(len(times)), 0.0)
+        for _ in range(2000)
+    ]
+    speeds, errors = np.array([(m.speed, m.error) for m in made if m is not None]).T
+    assert len(speeds) == 2000
+    assert speeds.mean() == pytest.approx(0.13, rel=0.01)
+    assert np.sqrt(np.mean(errors**2)) == pytest.approx(speeds.std(), rel=0.08)
+
+
+def test_coarse_steps_of_an_encoder_count_as_error() -> None:
+    step = 2e-3
+    coarse = closing_speed(TIMES, np.floor(0.1 * TIMES / step) * step, 0.0)
+    assert coarse is not None
+    used = TIMES[(TIMES >= -0.0501) & (TIMES <= -0.003)]
+    least = step / np.sqrt(12) / np.sqrt(((used - used.mean()) ** 2).sum())
+    assert coarse.error >= 0.99 * least
+    assert abs(coarse.speed - 0.1) < 4 * coarse.error

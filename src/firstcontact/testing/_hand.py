@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
+from math import isfinite
 
 from firstcontact.core import Command
 from firstcontact.device import Source
@@ -15,9 +16,9 @@ _STILL = Command(0.0, 1.0)
 def check_hand(kind: type[Hand], port: str | None = None, source: Source | None = None) -> None:
     """Assert that a hand meets its interface. The hand moves: remove objects from a real one.
 
-    The checks cover its limits and the commands within them. Commands work only while it is open.
-    Release and close work at any time and twice. Exceptions pass through and close the hand, and it
-    works inside a SafeHand.
+    The checks cover its limits, its positions and the commands within the limits. Commands work
+    only while it is open. Release and close work at any time and twice. Exceptions pass through and
+    close the hand, and it works inside a SafeHand.
 
     Parameters
     ----------
@@ -52,7 +53,16 @@ def check_hand(kind: type[Hand], port: str | None = None, source: Source | None 
     assert kind.name.isidentifier(), (
         f"the name {kind.name!r} may contain only letters, digits and _"
     )
-    for rule in (_limits, _takes, _releases, _closes, _passes_exceptions, _needs_opening, _safe):
+    for rule in (
+        _limits,
+        _takes,
+        _releases,
+        _closes,
+        _passes_exceptions,
+        _needs_opening,
+        _measures,
+        _safe,
+    ):
         rule(make)
 
 
@@ -120,6 +130,15 @@ def _refuses(hand: Hand, when: str) -> None:
         message = str(error)
     assert message is not None, f"it accepts a command {when}"
     assert "not open" in message, f"{when} the error {message!r} does not contain 'not open'"
+
+
+def _measures(make: Callable[[], Hand]) -> None:
+    with make() as hand:
+        hand.send(_STILL)
+        positions = hand.positions()
+    times = [at for at, _ in positions]
+    assert times == sorted(times), "the times of its positions do not ascend"
+    assert all(isfinite(travel) for _, travel in positions), "a position is not finite"
 
 
 def _safe(make: Callable[[], Hand]) -> None:

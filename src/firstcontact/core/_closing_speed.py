@@ -21,6 +21,14 @@ class ClosingSpeed:
         Speed, m/s.
     error
         Standard error of it, m/s; 0 for an exact one.
+
+    Examples
+    --------
+    >>> import firstcontact as fc
+    >>> from dataclasses import replace
+    >>> pinch = replace(fc.load("recordings")[0], closing_speed=fc.ClosingSpeed(0.13, 0.003))
+    >>> pinch.closing_speed.speed
+    0.13
     """
 
     speed: Annotated[float, Meta(gt=0, le=FASTEST)]

@@ -65,7 +65,7 @@ class Program(subprocess.Popen[str]):
         restore_signals, gid, gids, uid, umask, start_new_session, process_group,
     ):  # fmt: skip
         given = (p2cread, c2pwrite, errwrite)
-        streams = [_Stream(own if fd == -1 else fd) for own, fd in enumerate(given)]
+        streams = [_Stream(number if fd == -1 else fd) for number, fd in enumerate(given)]
         place, environment = str(cwd or Path.cwd()), dict(os.environ if env is None else env)
         arguments = (self._kind, args, place, environment, streams, start_new_session, self._strict)
         self._process = _SERVER.Process(target=_program, args=arguments)

@@ -75,8 +75,8 @@ def samples(seconds: float) -> int:
 class Hand:
     """Makes raw samples, closing after closing.
 
-    ``strips`` are the fingers whose strips work; ``silent`` those whose piezo
-    hears no touch; ``loud`` scales the touch.
+    ``strips`` are the fingers whose strips work; ``silent`` those whose piezo hears no touch;
+    ``loud`` scales the touch.
     """
 
     def __init__(self, seed: int = 0) -> None:

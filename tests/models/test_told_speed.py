@@ -39,12 +39,12 @@ def test_a_measurement_shrinks_by_the_ratio_of_the_variances(
 
 @given(errors, errors, errors, st.floats(-1, 1), st.floats(-1, 1))
 def test_measurement_and_pitch_are_weighted_by_their_inverse_variances(
-    spread: float, error: float, heard_error: float, told: float, heard: float
+    spread: float, error: float, heard_error: float, measured: float, heard: float
 ) -> None:
     rig = ToldSpeeds(0.1, spread, heard_error)
     weights = np.array([1 / error**2, 1 / heard_error**2, 1 / spread**2])
-    expected = weights @ [told, heard, 0.0] / weights.sum()
-    assert posterior(rig, 0.1 * np.exp(told), error, heard, True) == pytest.approx(expected)
+    expected = weights @ [measured, heard, 0.0] / weights.sum()
+    assert posterior(rig, 0.1 * np.exp(measured), error, heard, True) == pytest.approx(expected)
 
 
 def test_an_exact_speed_is_believed_and_a_poor_one_is_not() -> None:
@@ -56,10 +56,10 @@ def test_an_exact_speed_is_believed_and_a_poor_one_is_not() -> None:
 @pytest.mark.parametrize(("spread", "error", "heard_error"), [(0.3, 0.03, 0.1), (0.1, 0.06, 0.05)])
 def test_spreads_are_those_of_the_rig(spread: float, error: float, heard_error: float) -> None:
     rng = np.random.default_rng(1)
-    log, told, heard = rng.standard_normal((3, 5000)) * [[spread], [error], [heard_error]]
+    log, noise, heard = rng.standard_normal((3, 5000)) * [[spread], [error], [heard_error]]
     n = len(log)
     rig = ToldSpeeds.fit(
-        0.1 * np.exp(log + told), np.full(n, error), log + heard, np.ones(n, np.bool_)
+        0.1 * np.exp(log + noise), np.full(n, error), log + heard, np.ones(n, np.bool_)
     )
     assert rig is not None
     assert rig.usual == pytest.approx(0.1, rel=0.03)
@@ -89,26 +89,26 @@ def test_a_few_measurements_do_not_tell_the_spread() -> None:
     assert rig == ToldSpeeds(0.1, ASSUMED, np.inf)
 
 
-def told(touches: Touches, speed: float, error: float) -> Touches:
+def with_speeds(touches: Touches, speed: float, error: float) -> Touches:
     n = len(touches)
     spread = np.exp(0.3 * np.random.default_rng(3).standard_normal(n))
     return replace(touches, speeds=speed * spread, speed_errors=np.full(n, error))
 
 
 def test_each_contact_has_its_own_measurement() -> None:
-    rig = Rig.fit(told(KNOWN, 0.1, 0.02), SHORE_A)
+    rig = Rig.fit(with_speeds(KNOWN, 0.1, 0.02), SHORE_A)
     model = pretrained().conditioned_on({ANY: rig})
-    half = told(KNOWN, 0.1, 0.02)
+    half = with_speeds(KNOWN, 0.1, 0.02)
     missing = np.arange(len(half)) % 2 == 0
     half = replace(half, speeds=np.where(missing, np.nan, half.speeds))
     features = model.rig_features(half)
     np.testing.assert_array_equal(features[missing], model.rig_features(KNOWN)[missing])
-    whole = model.rig_features(told(KNOWN, 0.1, 0.02))
-    np.testing.assert_array_equal(features[~missing], whole[~missing])
+    complete = model.rig_features(with_speeds(KNOWN, 0.1, 0.02))
+    np.testing.assert_array_equal(features[~missing], complete[~missing])
 
 
 def test_the_speeds_of_a_rig_are_in_its_file() -> None:
-    rig = Rig.fit(told(KNOWN, 0.1, 0.02), SHORE_A)
+    rig = Rig.fit(with_speeds(KNOWN, 0.1, 0.02), SHORE_A)
     model = pretrained().conditioned_on({ANY: rig})
     again = InContextModel.from_arrays(model.to_arrays(), model.level)
     assert again.rigs[ANY].speeds == rig.speeds

@@ -29,7 +29,7 @@ LONG = 1800
 class Fault:
     """Fault: another text in a file, and its meaning."""
 
-    what: str
+    meaning: str
     file: str
     old: str
     new: str
@@ -105,13 +105,13 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         copy = scratch(Path(folder))
         for fault in faults():
-            if options.only not in fault.file + fault.what:
+            if options.only not in fault.file + fault.meaning:
                 continue
             began = time.monotonic()
             word, test = outcome(fault, copy, words)
             seconds = time.monotonic() - began
-            print(f"{word:9} {fault.file}: {fault.what} ({seconds:.0f} s) {test}", flush=True)
-            results.append({"what": fault.what, "file": fault.file, "outcome": word, "test": test})
+            print(f"{word:9} {fault.file}: {fault.meaning} ({seconds:.0f} s) {test}", flush=True)
+            results.append({"meaning": fault.meaning, "file": fault.file, "outcome": word, "test": test})
     if options.out:
         options.out.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
     missed = [r for r in results if r["outcome"] != "found"]

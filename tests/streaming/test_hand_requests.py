@@ -218,19 +218,19 @@ class Alarms(SlipDetector):
     """Hears a slip in every block while something is held."""
 
     name = "alarms"
-    held = False
+    is_holding = False
 
     def start(self, layout: object) -> None:
-        self.held = False
+        self.is_holding = False
 
     def hold(self) -> None:
-        self.held = True
+        self.is_holding = True
 
     def release(self) -> None:
-        self.held = False
+        self.is_holding = False
 
     def update(self, block: Block) -> list[int]:
-        return [block.first_sample] if self.held else []
+        return [block.first_sample] if self.is_holding else []
 
 
 def test_a_slip_of_what_is_held_is_told_until_the_hand_opens() -> None:

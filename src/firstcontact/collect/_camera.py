@@ -85,8 +85,8 @@ def read_contacts(path: Path) -> dict[Key, float]:
     Raises
     ------
     InputError
-        The file cannot be read, misses a column, a value cannot be used, or a
-        contact is listed twice.
+        The file cannot be read, misses a column, a value cannot be used, or a contact is listed
+        twice.
     """
     contacts: dict[Key, float] = {}
     for line, row in read_rows(path, COLUMNS):

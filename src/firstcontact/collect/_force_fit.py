@@ -68,8 +68,8 @@ def fit_force(weighings: Sequence[Weighing], resistor: float = DIVIDER_OHM) -> F
     Raises
     ------
     InputError
-        Too few different weights, a voltage outside the divider's range, or
-        a heavier weight that gives less voltage.
+        Too few different weights, a voltage outside the divider's range, or a heavier weight that
+        gives less voltage.
     """
     finger = weighings[0].finger if weighings else Finger.INDEX
     subject = f"the {finger.name.lower()}'s weights"

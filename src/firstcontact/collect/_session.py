@@ -96,8 +96,8 @@ def run_session(
     Raises
     ------
     InputError
-        The recording cannot be made or written any further, or what the source
-        raises. The file is closed on every way out.
+        The recording cannot be made or written any further, or what the source raises. The file is
+        closed on every way out.
     """
     with Recorder() as recorder:
         recorder.start(path, header)

@@ -45,8 +45,8 @@ def so_far(folder: Path, session: str, descriptor: Descriptor) -> SoFar:
     Raises
     ------
     InputError
-        A file of the session belongs to another session, or was recorded with
-        other columns, so that the two cannot be one dataset.
+        A file of the session belongs to another session, or was recorded with other columns, so
+        that the two cannot be one dataset.
     """
     stem = "session-" + (re.sub(r"[^\w.+-]+", "-", session) or "-")
     pinches_by_label: Counter[Label] = Counter()

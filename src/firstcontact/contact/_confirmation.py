@@ -267,7 +267,7 @@ def detect(detector: Detector, pinch: Pinch, *, confirm: bool = True) -> list[Co
 
 
 def first_contact(detector: Detector, pinch: Pinch) -> Contact | None:
-    """Return the first contact of :func:`detect`, or None; what comes after it is not judged.
+    """Return the first contact of :func:`detect`, or None, without judging later samples.
 
     Parameters
     ----------

@@ -17,9 +17,8 @@ APART = 0.050
 #: Least loudness of a contact relative to the signal's quiet level, and to the signal right before.
 ABOVE_QUIET, ABOVE_BEFORE = 8.0, 3.0
 #: Span of a change, s, and least growth of changes at a contact, which is abrupt. A finger that
-#: swings
-#: back moves the signal as far, but slowly. Over these spans any slow swing is a parabola, whose
-#: changes grow by a factor of 2.
+#: swings back moves the signal as far, but slowly. Over these spans any slow swing is a parabola,
+#: whose changes grow by a factor of 2.
 CHANGE, ABRUPT = 0.001, 2.5
 #: Range around a leap in loudness in which the onset is searched, s.
 EARLIER, LATER = 0.012, 0.004

@@ -23,8 +23,7 @@ STEPS = 13
 #: A motor that most of these steps show has run for at least this many steps.
 HEARD_SINCE = STEPS // 2
 #: The motor runs if the RMS of a piezo exceeds its noise floor by this factor. At rest the RMS
-#: varies up
-#: to 1.3 times the floor. A quieter motor cannot disturb a detector.
+#: varies up to 1.3 times the floor. A quieter motor cannot disturb a detector.
 RUNNING = 1.4
 #: A taxel is loaded this far above its unloaded level, V: some 0.1 N more than Velostat needs to
 #: conduct. After a firm grip, creep keeps it about 0.1 V high for a second.

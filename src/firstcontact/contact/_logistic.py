@@ -159,8 +159,7 @@ class LogisticDetector(TrainedDetector):
             "line": line.ravel(),
         }
         # Three peaks of the quiet part's steps, extremes of steps, and cumulative sums; then the
-        # weights of
-        # the prediction and their input.
+        # weights of the prediction and their input.
         steps = look // sizes.step - -(-recent // sizes.step)
         sums = 3 * (steps + 3) + 6 * (ring // min(sizes.step, 2)) + 4 * ring
         doubles = sums + 2 * ORDER + 1 + len(lengths) + 5 + 4 * LOOKS

@@ -22,9 +22,8 @@ YOUNGEST, OLDEST = 0.0008, 0.0030
 #: Age of a contact at which the decision is due, s.
 DUE = 0.0026
 #: Clicks added to a channel of a pinch of average length: their mean number, their median peak in
-#: sigmas of the
-#: prediction error, their longest duration in samples, and the share of the ringing that
-#: remains after each sample.
+#: sigmas of the prediction error, their longest duration in samples, and the share of the ringing
+#: that remains after each sample.
 CLICKS = 4.0
 CLICK = 8.0
 CLICK_LENGTH = 5

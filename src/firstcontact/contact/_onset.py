@@ -12,9 +12,8 @@ LEAST_LOUD = 3
 def pick_onset(windows: NDArray[np.float64], search: int) -> NDArray[np.intp]:
     """Return the split of each window that best separates quiet from loud.
 
-    Maeda's picker (1985, Zisin 38, 365) minimises
-    ``AIC(k) = k log var(x[:k]) + (n - k - 1) log var(x[k:])`` over the split k. It needs neither a
-    threshold nor samples after the window.
+    Maeda's picker (1985, Zisin 38, 365) minimises ``AIC(k) = k log var(x[:k]) + (n - k - 1) log
+    var(x[k:])`` over the split k. It needs neither a threshold nor samples after the window.
 
     Parameters
     ----------

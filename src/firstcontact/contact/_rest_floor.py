@@ -16,8 +16,7 @@ from firstcontact.signal import samples_in
 #: more. Signals after a contact reach 2 at most.
 LOUDER = 3.0
 #: Least share of pinches with an audible start. From rest 80 % and more have one. If the motor runs
-#: from the
-#: first sample, its changing loudness looks like a start in up to 15 %.
+#: from the first sample, its changing loudness looks like a start in up to 15 %.
 MOST = 0.5
 #: Number of pinches below which chance could decide.
 FEW = 8

@@ -24,8 +24,7 @@ FOLLOWED = 1.0
 #: Interval between reports of a slip that continues, s.
 AGAIN = 0.05
 #: Mean square relative to rest. Chosen for one false alarm per minute of quiet holds of one
-#: simulated
-#: hand, without any slip data (``benchmarks/slip.py``).
+#: simulated hand, without any slip data (``benchmarks/slip.py``).
 THRESHOLD = 1.5
 
 

@@ -88,8 +88,7 @@ class WindowDetector(ABC):
     #: Two periods of 50 Hz hum.
     steady: ClassVar[float] = 0.040
     #: Number of newest steps in which a detected contact can have begun: the new part, and two
-    #: steps
-    #: before for contacts that were too faint.
+    #: steps before for contacts that were too faint.
     reach: ClassVar[int] = 3
 
     def __init_subclass__(cls, **options: Any) -> None:

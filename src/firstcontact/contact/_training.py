@@ -14,15 +14,13 @@ from firstcontact.core import ChannelKind, Dataset, Pinch
 from firstcontact.signal import DeviceSmoothing, samples_in
 
 #: Youngest contact in training windows, s. A younger one looks like the start of a click of the
-#: gears.
-#: Chosen with gamma and cost on folds of the twin's training sessions (from 0.0010 and
+#: gears. Chosen with gamma and cost on folds of the twin's training sessions (from 0.0010 and
 #: 0.0014).
 YOUNGEST = 0.0014
 #: Number of positions of the window grid relative to a contact in training.
 PHASES = 3
 #: Number of windows that can show a contact: one with the contact in its newest part, and the next,
-#: as a
-#: second chance for faint starts.
+#: as a second chance for faint starts.
 CHANCES = 2
 
 

@@ -10,8 +10,7 @@ from firstcontact.core._program import Constants, Step
 from firstcontact.core.steps import Real, flat32
 
 #: Instructions of a convolution per block of 1, 4 or 5 samples: per block, per four outputs, and
-#: per
-#: input value.
+#: per input value.
 _CONV = {1: (100, 17, 11), 4: (70, 61, 26.2), 5: (76, 76, 32)}
 
 

@@ -15,8 +15,7 @@ from firstcontact.core._program import Constants, Step
 Real = NDArray[Any]
 
 #: Smallest and largest sum of squares of a window (V²). Outside them float32 holds too few digits
-#: of
-#: the power, and the level is NaN.
+#: of the power, and the level is NaN.
 LEAST_POWER, MOST_POWER = 1e-30, 1e38
 #: Decision above which the first class of a pair wins. Kernel values below exp(-87) are 0 in C but
 #: not in NumPy. Their weighted sum stays below this value, so both choose the same class even

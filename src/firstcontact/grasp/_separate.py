@@ -145,8 +145,8 @@ class SeparateHand(Hand):
 
     def _read_answer(self, child: Child, timeout: float) -> str:
         """Return what the next answer says besides "done"."""
-        word, _, rest = child.answer(timeout).partition(" ")
+        word, _, detail = child.answer(timeout).partition(" ")
         self._unanswered.popleft()
         if word != "done":
-            raise HandError(rest)
-        return rest
+            raise HandError(detail)
+        return detail

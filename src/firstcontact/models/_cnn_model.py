@@ -29,8 +29,7 @@ def compress(X: NDArray[Any], scale: NDArray[np.float64]) -> NDArray[np.float32]
     X
         Windows in V, any shape.
     scale
-        Typical amplitude (V), then mean and standard deviation of the
-        compressed training windows.
+        Typical amplitude (V), then mean and standard deviation of the compressed training windows.
     """
     out: NDArray[np.float32] = np.arcsinh(X * np.float32(1.0 / scale[0]), dtype=np.float32)
     out -= np.float32(scale[1])

@@ -1,7 +1,7 @@
 """Definition of EfficientNetV2 for one dimension.
 
-Mingxing Tan and Quoc V. Le: EfficientNetV2: Smaller Models and Faster
-Training, ICML 2021 (arXiv:2104.00298). Importing this module imports PyTorch.
+Mingxing Tan and Quoc V. Le: EfficientNetV2: Smaller Models and Faster Training, ICML 2021
+(arXiv:2104.00298). Importing this module imports PyTorch.
 
 The network has two dimensions, time and one of length one, because PyTorch has channels-last
 kernels for two dimensions only. These take two thirds of the time.
@@ -32,8 +32,8 @@ class Stage:
     Parameters
     ----------
     fused
-        Fused-MBConv (one wide convolution in place of expansion and depthwise)
-        or MBConv with squeeze-excitation.
+        Fused-MBConv (one wide convolution in place of expansion and depthwise) or MBConv with
+        squeeze-excitation.
     expand
         Factor by which the inner layers are wider.
     channels
@@ -51,8 +51,8 @@ class Stage:
     blocks: int
 
 
-#: EfficientNetV2 (Tan and Le 2021, table 4) made small: Fused-MBConv first,
-#: MBConv with squeeze-excitation where the signal has become short.
+#: EfficientNetV2 (Tan and Le 2021, table 4) made small: Fused-MBConv first, MBConv with
+#: squeeze-excitation where the signal has become short.
 STAGES = (
     Stage(fused=True, expand=1, channels=16, stride=2, blocks=1),
     Stage(fused=True, expand=4, channels=24, stride=2, blocks=1),

@@ -75,8 +75,8 @@ class Estimator(ABC):
         X
             Windows in V, shape (n, samples, channels).
         y
-            Shore A, or another real target, shape (n,). For classification
-            its distinct values are the classes.
+            Shore A, or another real target, shape (n,). For classification its distinct values are
+            the classes.
         groups
             Session of each window, shape (n,). Hyper-parameters are chosen on held-out sessions.
         seed

@@ -39,8 +39,8 @@ def cluster_intervals(
 ) -> dict[str, Ends]:
     """Return percentile bootstrap intervals over whole clusters (Davison and Hinkley 1997, 3.8).
 
-    Pinches of one session or specimen are alike, so they are drawn together;
-    intervals over single pinches would be too narrow.
+    Pinches of one session or specimen are alike, so they are drawn together; intervals over single
+    pinches would be too narrow.
 
     Parameters
     ----------

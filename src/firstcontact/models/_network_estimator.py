@@ -219,8 +219,7 @@ class HeldOut:
         Error of the model at the longest time, and of the mean of the other pinches, Shore A,
         shape (n,).
     ratios
-        Absolute error over the half width of the interval at each of ``TIMES``,
-        shape (times, n).
+        Absolute error over the half width of the interval at each of ``TIMES``, shape (times, n).
     """
 
     errors: Values

@@ -20,13 +20,13 @@ from firstcontact.models._window_model import WindowModel
 
 #: Windows of a search, unless told otherwise.
 SEARCH_WINDOWS = 800
-#: What is searched. gamma is given as a multiple of 1 / inputs (each input has
-#: unit variance), epsilon in standard deviations of the target.
+#: What is searched. gamma is given as a multiple of 1 / inputs (each input has unit variance),
+#: epsilon in standard deviations of the target.
 C_GRID = (1.0, 10.0, 100.0)
 GAMMA_GRID = (0.1, 0.3, 1.0, 3.0)
 EPSILON_GRID = (0.3, 0.15, 0.05)
-#: The first candidate this close to the best is taken: wide tubes and small C
-#: come first, and with them fewer support vectors and a quicker answer.
+#: The first candidate this close to the best is taken: wide tubes and small C come first, and with
+#: them fewer support vectors and a quicker answer.
 TOLERANCE = 1.02
 #: Stopping criterion of the solver in the search. Ten times the usual one ranks candidates alike.
 SEARCH_ACCURACY = 1e-2
@@ -198,8 +198,8 @@ def _model(
 def _one_against_one(dual: NDArray[np.float64], counts: NDArray[Any]) -> NDArray[np.float64]:
     """Return a row of weights for each pair of classes, from libsvm's packed coefficients.
 
-    ``dual`` is (classes - 1, m); the vector of class i holds its coefficient
-    against class j in row j - 1 if j > i, else in row j.
+    ``dual`` is (classes - 1, m); the vector of class i holds its coefficient against class j in row
+    j - 1 if j > i, else in row j.
     """
     end = np.cumsum(counts)
     start = end - counts

@@ -57,15 +57,15 @@ class ToldSpeeds:
         heard, believed
             ln(speed / usual) in the motor's pitch, and where that is believed, shape (n,).
         """
-        told = np.isfinite(speeds)
-        if not told.any():
+        is_measured = np.isfinite(speeds)
+        if not is_measured.any():
             return None
-        usual = float(np.median(speeds[told]))
+        usual = float(np.median(speeds[is_measured]))
         log, noise = _log_ratio(speeds, usual), _bounded(errors) ** 2
-        both = told & believed
-        has_spread, has_heard = told.sum() >= FEWEST, both.sum() >= FEWEST
-        spread = _spread(log[told], noise[told]) if has_spread else ASSUMED
-        if noise[told].mean() > MOST_NOISE * spread**2:
+        both = is_measured & believed
+        has_spread, has_heard = is_measured.sum() >= FEWEST, both.sum() >= FEWEST
+        spread = _spread(log[is_measured], noise[is_measured]) if has_spread else ASSUMED
+        if noise[is_measured].mean() > MOST_NOISE * spread**2:
             return None
         heard_error = _spread((heard - log)[both], noise[both]) if has_heard else np.inf
         return cls(usual, spread, heard_error)
@@ -83,8 +83,8 @@ class ToldSpeeds:
         precision = 1 / _bounded(errors) ** 2
         heard_precision = np.where(believed, 1 / self.heard_error**2, 0.0)
         total = precision + heard_precision + 1 / self.spread**2
-        told = precision * _log_ratio(speeds, self.usual)
-        out: Values = (told + heard_precision * np.where(believed, heard, 0.0)) / total
+        weighted = precision * _log_ratio(speeds, self.usual)
+        out: Values = (weighted + heard_precision * np.where(believed, heard, 0.0)) / total
         return out
 
 

@@ -227,8 +227,7 @@ def join(blocks: Sequence[Block]) -> tuple[tuple[Block, ...], tuple[str, ...]]:
     """Join consecutive blocks epoch by epoch.
 
     Blocks are sorted. The first of repeated samples is used. Nothing is interpolated, and epochs
-    are never
-    joined.
+    are never joined.
 
     Returns
     -------

@@ -7,8 +7,7 @@ from pathlib import Path
 from firstcontact.core import InputError
 
 #: Unpacked size that any file may have, bytes, and largest ratio to its own size beyond that.
-#: Sensor
-#: samples shrink to a third at best; a malicious file shrinks a thousandfold.
+#: Sensor samples shrink to a third at best; a malicious file shrinks a thousandfold.
 UNPACKED_BYTES = 64 << 20
 UNPACKED_TIMES = 100
 

@@ -26,8 +26,7 @@ from firstcontact.recording._header import (
 )
 
 #: Longest time that samples wait before they reach the operating system, s. It is half of the
-#: promised
-#: time, since one further message pushes them out.
+#: promised time, since one further message pushes them out.
 HANDED_OVER_EVERY = 0.05
 #: Longest message, s. Damage to one chunk loses about this much.
 LONGEST_MESSAGE = 0.1

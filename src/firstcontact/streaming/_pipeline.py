@@ -342,7 +342,7 @@ class Pipeline:
         self._number += 1
         first, second = (*pinch.contacts, None)[:2]
         assert first is not None
-        done = PinchDone(
+        finished_pinch = PinchDone(
             number=self._number,
             start=pinch.start,
             end=sample,
@@ -355,6 +355,6 @@ class Pipeline:
             real_time=self._transport is not None,
             closing_speed=pinch.closing_speed,
         )
-        self.ledger.close(done)
-        events.append(done)
+        self.ledger.close(finished_pinch)
+        events.append(finished_pinch)
         return events

@@ -108,8 +108,7 @@ class DeviceFilter:
         Parameters
         ----------
         scans
-            Raw readings in the order of :data:`firstcontact.twin._sensor.SCAN`,
-            shape (n, 6).
+            Raw readings in the order of :data:`firstcontact.twin._sensor.SCAN`, shape (n, 6).
 
         Returns
         -------

@@ -41,9 +41,8 @@ def integrate_pinch(
     Returns
     -------
     tuple
-        Sampling instants (s, the first contact at ``draw.timing.first``), shape
-        (samples,), and :func:`firstcontact.twin._mechanics.integrate`'s output,
-        shape (samples, 2, 5).
+        Sampling instants (s, the first contact at ``draw.timing.first``), shape (samples,), and
+        :func:`firstcontact.twin._mechanics.integrate`'s output, shape (samples, 2, 5).
     """
     run = PinchRun(draw, duration, BURN_IN, substeps=substeps)
     out = run.advance(run.times.size)

@@ -348,8 +348,8 @@ BEFORE_SECOND = Row[SubjectResults](
 
 
 def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
-    found = [by_time for results in subjects.values() if (by_time := results[ANYTIME])]
-    default = found[0].estimator if found else RIG_ESTIMATOR.name
+    by_subject = [by_time for results in subjects.values() if (by_time := results[ANYTIME])]
+    default = by_subject[0].estimator if by_subject else RIG_ESTIMATOR.name
     return [
         BEFORE_SECOND,
         *(

@@ -60,9 +60,9 @@ SPEEDS = {
 #: Scores of a model with a measurement: RMSE by use and time, and coverage at ``MIDDLE``. The
 #: former are kept as mean squares of a rig.
 KEYS = tuple(
-    f"{use} {what}"
+    f"{use} {score}"
     for use in (EVERYDAY, RANDOM)
-    for what in (*(f"{ms} ms" for ms in TIMES), "coverage")
+    for score in (*(f"{ms} ms" for ms in TIMES), "coverage")
 )
 
 
@@ -102,31 +102,31 @@ def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
     scores = {}
     for kind in SPEEDS:
         rows = np.array(runner.map(_scores_of_rig, jobs, SEED, kind == "free"))
-        shown, resampled = _shown(rows.mean(axis=0)), _shown(rows[samples].mean(axis=1))
+        means, resampled = _root_mean_squares(rows.mean(axis=0)), _root_mean_squares(rows[samples].mean(axis=1))
         scores[kind] = {
             model: {
-                name: _entry(shown[i, j], resampled[:, i, j], resampled[:, i, 0])
+                name: _entry(means[i, j], resampled[:, i, j], resampled[:, i, 0])
                 for j, name in enumerate(MEASUREMENTS)
             }
             for i, model in enumerate(MODELS)
         }
-    found = ClosingSpeeds(seed=SEED, rigs=rigs, families=names, scores=scores)
-    return PartResult([CLOSING_SPEEDS(found)])
+    results = ClosingSpeeds(seed=SEED, rigs=rigs, families=names, scores=scores)
+    return PartResult([CLOSING_SPEEDS(results)])
 
 
-def _entry(shown: Values, resampled: Values, reference: Values) -> SpeedScores:
+def _entry(means: Values, resampled: Values, reference: Values) -> SpeedScores:
     ends, gains = (
         np.quantile(values, (0.025, 0.975), axis=0).T.tolist()
         for values in (resampled, resampled - reference)
     )
     return SpeedScores(
-        scores=dict(zip(KEYS, shown.tolist(), strict=True)),
+        scores=dict(zip(KEYS, means.tolist(), strict=True)),
         intervals=dict(zip(KEYS, map(tuple, ends), strict=True)),
         gains=dict(zip(KEYS, map(tuple, gains), strict=True)),
     )
 
 
-def _shown(means: Values) -> Values:
+def _root_mean_squares(means: Values) -> Values:
     """Return scores from means over rigs, shape (..., keys)."""
     return np.where([key.endswith("ms") for key in KEYS], np.sqrt(means), means)
 
@@ -153,9 +153,9 @@ def _measured(
 
 def _scores(rig: JudgedRig) -> list[list[float]]:
     """Return the scores of each model, shape (models, keys)."""
-    own, touches = rig.uses == OWN, rig.touches
+    is_context, touches = rig.uses == OWN, rig.touches
     model = adapt_combined(
-        pretrained(), touches.take(own), rig.shore_a[own], rig.sessions[own]
+        pretrained(), touches.take(is_context), rig.shore_a[is_context], rig.sessions[is_context]
     ).model
     network = model.network_alone() if isinstance(model, CombinedModel) else model
     out = []

@@ -111,7 +111,9 @@ def main() -> int:
             word, test = outcome(fault, copy, words)
             seconds = time.monotonic() - began
             print(f"{word:9} {fault.file}: {fault.meaning} ({seconds:.0f} s) {test}", flush=True)
-            results.append({"meaning": fault.meaning, "file": fault.file, "outcome": word, "test": test})
+            results.append(
+                {"meaning": fault.meaning, "file": fault.file, "outcome": word, "test": test}
+            )
     if options.out:
         options.out.write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
     missed = [r for r in results if r["outcome"] != "found"]

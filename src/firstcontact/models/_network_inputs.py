@@ -30,7 +30,9 @@ def beside(touches: Touches, rig: Rig) -> NDArray[np.float64]:
         speed, alike = rig.pitch.listen(spectra(touches.signals, touches.lead, touches.rate))
     is_told = np.isfinite(touches.speeds)
     if rig.speeds is not None and is_told.any():
-        posterior = rig.speeds.posterior(touches.speeds, touches.speed_errors, speed, alike > BELIEVED)
+        posterior = rig.speeds.posterior(
+            touches.speeds, touches.speed_errors, speed, alike > BELIEVED
+        )
         speed, alike = np.where(is_told, posterior, speed), np.where(is_told, 1.0, alike)
     return facts(speed, alike, touches.radii)
 

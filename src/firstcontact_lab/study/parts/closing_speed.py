@@ -102,7 +102,10 @@ def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
     scores = {}
     for kind in SPEEDS:
         rows = np.array(runner.map(_scores_of_rig, jobs, SEED, kind == "free"))
-        means, resampled = _root_mean_squares(rows.mean(axis=0)), _root_mean_squares(rows[samples].mean(axis=1))
+        means, resampled = (
+            _root_mean_squares(rows.mean(axis=0)),
+            _root_mean_squares(rows[samples].mean(axis=1)),
+        )
         scores[kind] = {
             model: {
                 name: _entry(means[i, j], resampled[:, i, j], resampled[:, i, 0])

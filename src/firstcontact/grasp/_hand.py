@@ -6,9 +6,12 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Flag, auto
-from typing import ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar, Self
 
-from firstcontact.core import ClosingSpeed, Command
+from firstcontact.core import Command
+
+if TYPE_CHECKING:
+    from firstcontact.core import ClosingSpeed
 
 
 class HandError(RuntimeError):

@@ -8,12 +8,15 @@ import time
 from collections.abc import Callable
 from functools import partial
 from math import inf
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
-from firstcontact.core import ClosingSpeed, Command, is_interrupt, summarize_error
+from firstcontact.core import Command, is_interrupt, summarize_error
 from firstcontact.grasp._hand import Hand, HandError
 from firstcontact.grasp._leaving import Leaving
 from firstcontact.grasp._pacing import HandCounts, Pacer
+
+if TYPE_CHECKING:
+    from firstcontact.core import ClosingSpeed
 
 #: Longest wait of a signal handler for the watchdog thread, s.
 PROMPT = 0.1

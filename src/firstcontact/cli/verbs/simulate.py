@@ -29,7 +29,7 @@ class Simulate:
     """Number of threads; 0 takes all cores."""
     noise: Annotated[Path | None, Option(group="simulated hand")] = None
     """Recording of a real sensor at rest, for its noise."""
-    positions: Annotated[bool, Option(group="simulated hand")] = False
+    positions: Annotated[bool, Option(advanced=True, group="simulated hand")] = False
     """Let the hand report its positions, so that each pinch has a measured closing speed."""
     cluster: Annotated[str | None, Option(advanced=True, group="machine")] = None
     """Dask cluster that does the work: tcp://HOST:PORT."""

@@ -23,7 +23,7 @@ FIRST = Contact(Finger.THUMB, 100, 110)
 class Scripted:
     """Predictor that returns its moment in samples after the contact, or raises or ends."""
 
-    name, rate, uses_shape = "scripted", RATE, False
+    name, rate, uses_shape, uses_speed = "scripted", RATE, False, False
     reason = ""
 
     def __init__(self, moments: Sequence[int], fails_at: int | None = None) -> None:

@@ -16,7 +16,9 @@ from firstcontact.models import InContextModel, Model, WindowPredictor, cut_touc
 from firstcontact.models import NetworkPredictor as NetworkEntry
 from firstcontact.models._told_speed import ToldSpeeds
 from firstcontact.streaming import (
+    ContactEvent,
     Estimate,
+    Event,
     NetworkPredictor,
     NoEstimate,
     PinchDone,
@@ -306,3 +308,24 @@ def test_a_shape_is_the_models_input_from_the_next_closing_on(
         touches, _ = cut_touches(Dataset((pinch,)), entry.contacts[:1], [None])
         touches = replace(touches, radii=np.array([radius])).until(count_samples(entry.final))
         assert entry.final.value == pytest.approx(anytime.predict(touches).value[0], abs=1e-3)
+
+
+def test_a_speed_that_no_estimate_needs_is_asked_for_afterwards(
+    fresh: Dataset, detector: Detector, anytime: InContextModel
+) -> None:
+    speed, live = ClosingSpeed(0.2, 0.01), pipeline(detector, anytime)
+    seen: list[int] = []
+    events: list[Event] = []
+
+    def measure(sample: int, epoch: int, host: float) -> ClosingSpeed:
+        seen.append(sum(isinstance(e, ContactEvent) and e.first for e in events))
+        return speed
+
+    live.measure_speed = measure
+    for block in cut_frames(fresh):
+        for event in live.update(block, 0.0):
+            events.append(event)
+    events += live.finish()
+    finished = [e for e in events if isinstance(e, PinchDone)]
+    assert [e.closing_speed for e in finished] == [speed] * len(finished)
+    assert seen == list(range(1, len(finished) + 1))

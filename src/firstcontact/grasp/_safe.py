@@ -123,11 +123,19 @@ class SafeHand(Hand):
         Raises
         ------
         HandError
-            As in :meth:`send`.
+            As in :meth:`send`, or the hand failed now. It was then released.
         """
+        measured: list[ClosingSpeed | None] = []
+
+        def measure() -> None:
+            measured.append(self._hand.closing_speed(sample_time, host_time))
+
         with self._change:
             self._check()
-            return self._hand.closing_speed(sample_time, host_time)
+            if not self._attempt(measure):
+                self._release()
+                self._check()
+        return measured[0]
 
     def release(self) -> None:
         """Open the hand now, until the next command."""

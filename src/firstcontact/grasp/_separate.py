@@ -16,7 +16,7 @@ from firstcontact.grasp._separate_process import ENDED
 #: Longest wait for the hand to open, s.
 START = 30.0
 #: Longest wait for positions, s: an estimate waits for them.
-PROMPT = 0.01
+PROMPT = 0.002
 #: Time without an answer after which the process counts as lost, s.
 MUTE = 1.0
 
@@ -86,8 +86,9 @@ class SeparateHand(Hand):
         answer = ""
         try:
             self._write_order(child, "positions")
+            until = time.monotonic() + PROMPT
             while self._unanswered:  # answers come in the order of the orders
-                answer = self._read_answer(child, PROMPT)
+                answer = self._read_answer(child, max(until - time.monotonic(), 0.0))
         except TimeoutError:
             return ()
         except OSError as error:

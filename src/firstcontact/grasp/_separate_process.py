@@ -61,8 +61,9 @@ class Orders:
                 case ["send", speed, force]:
                     self._hand.send(Command(float(speed), float(force)))
                 case ["positions"]:
-                    last = self._hand.positions()[-MOST_POSITIONS:]
-                    return " ".join(["done", *(f"{at!r},{travel!r}" for at, travel in last)])
+                    latest = list(self._hand.positions())[-MOST_POSITIONS:]
+                    pairs = [f"{float(at)!r},{float(travel)!r}" for at, travel in latest]
+                    return " ".join(["done", *pairs])
                 case _:
                     self._hand.release()
         except HandError as error:

@@ -36,6 +36,8 @@ class OpenClosing:
         Contacts so far.
     closing_speed
         Closing speed before the first contact, as the hand measured it; None if unknown.
+    unmeasured
+        First contact for which the hand was not asked yet.
     """
 
     start: int
@@ -44,6 +46,7 @@ class OpenClosing:
     end: int = 0
     contacts: list[Contact] = field(default_factory=list)
     closing_speed: ClosingSpeed | None = None
+    unmeasured: Contact | None = None
 
 
 class Strips:

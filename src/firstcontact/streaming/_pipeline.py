@@ -232,6 +232,8 @@ class Pipeline:
                         stage.sample, "" if stage.is_complete else "samples were lost"
                     )
         pinch = self._pinch
+        if pinch is not None:
+            self._measure_speed(pinch)
         due = None if pinch is None or pinch.estimates is None else pinch.estimates.due
         self._lot = min(n for n in (self._idle, self._closings.due, due) if n is not None)
         if pinch is not None and pinch.estimates is not None:
@@ -293,7 +295,9 @@ class Pipeline:
             is_first = not pinch.contacts
             pinch.contacts.append(contact)
             if is_first:
-                self._measure_speed(pinch, contact)
+                pinch.unmeasured = contact
+                if self.predictor is not None and self.predictor.uses_speed:
+                    self._measure_speed(pinch)
             event = ContactEvent(contact, is_first, pinch.epoch, self._clock())
             events.append((contact.decided, event))
         if pinch.estimates is not None:
@@ -310,8 +314,10 @@ class Pipeline:
             ordered += self._end(pinch.end, "")
         return ordered
 
-    def _measure_speed(self, pinch: OpenClosing, contact: Contact) -> None:
-        if self.measure_speed is None:
+    def _measure_speed(self, pinch: OpenClosing) -> None:
+        """Ask for the closing speed before the first contact, which may take milliseconds."""
+        contact, pinch.unmeasured = pinch.unmeasured, None
+        if self.measure_speed is None or contact is None:
             return
         host = math.nan
         if self._transport is not None:
@@ -326,6 +332,7 @@ class Pipeline:
         if pinch is None:
             return []
         pinch.contacts, pinch.end, pinch.closing_speed = [], 0, None
+        pinch.unmeasured = None
         if pinch.estimates is not None:
             pinch.estimates.withdraw()
         return [ContactWithdrawn(contact, block.end - 1, block.epoch)]
@@ -334,6 +341,7 @@ class Pipeline:
         pinch, self._pinch = self._pinch, None
         if pinch is None or not pinch.contacts:
             return []
+        self._measure_speed(pinch)
         events: list[Event] = []
         estimates = pinch.estimates
         if estimates is not None:

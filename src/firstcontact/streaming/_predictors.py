@@ -96,6 +96,10 @@ class Predictor(Protocol):
         """Elapsed times after a contact at which it predicts, s, ascending."""
 
     @property
+    def uses_speed(self) -> bool:
+        """True if a measured closing speed is an input of the model."""
+
+    @property
     def uses_shape(self) -> bool:
         """True if the shape of the object is an input of the model."""
 
@@ -138,6 +142,8 @@ class NetworkPredictor:
         self.model = model
         self.name, self.rate = model.kind, model.rate
         self.moments = tuple(n / model.rate for n in moments(model.rate))
+        #: Only a rig whose own pinches had speeds can read those of others.
+        self.uses_speed = any(rig.speeds is not None for rig in model.rigs.values())
         touches = _made_up_contact(model.rate)
         self._warming = model.follow(touches), touches.waves[0], int(touches.valid[0])
 
@@ -262,7 +268,7 @@ class WindowLadder:
         No model, or two for the same length.
     """
 
-    uses_shape = False
+    uses_shape = uses_speed = False
 
     def __init__(self, windows: Sequence[WindowPredictor]) -> None:
         self._windows = {w.model.spec.duration: w for w in windows}

@@ -12,7 +12,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from firstcontact.core import Block, ChannelKind, Contact, Finger, InputError, fingertip_layout
+from firstcontact.core import (
+    Block,
+    ChannelKind,
+    ClosingSpeed,
+    Contact,
+    Finger,
+    InputError,
+    fingertip_layout,
+)
 from firstcontact.device import Arrival, ReplaySource, ResampledSource, drain
 from firstcontact.device._twin_source import TwinSource
 from firstcontact.recording import Header, Marker, PinchMark, RecordingWriter
@@ -128,6 +136,30 @@ def test_calibration_exists_only_for_recordings(tmp_path: Path) -> None:
         assert hasattr(ResampledSource(inner, NEW), "calibration")
     with TwinSource(speed=2.0) as device:
         assert not hasattr(ResampledSource(device, 8000.0), "calibration")
+
+
+@pytest.mark.parametrize("rate", [8000.0, 2500.0])
+def test_closing_speeds_are_those_of_the_source(rate: float, tmp_path: Path) -> None:
+    speeds = [ClosingSpeed(0.12, 0.003), ClosingSpeed(0.2)]
+    spans = [(100, 900), (900, 1400)]
+    marks = [
+        PinchMark(0, *span, 0, closing_speed=speed)
+        for span, speed in zip(spans, speeds, strict=True)
+    ]
+    path = write_recording(rate, tmp_path, [Block(samples(1500, 0), 0, 0)], *marks)
+    with ReplaySource(path, speed=np.inf) as inner:
+        source = ResampledSource(inner, NEW)
+        for old in range(0, 1500, 40):
+            new = round((old + 20) * NEW / rate)
+            assert source.closing_speed(new, 0) == inner.closing_speed(old + 20, 0)
+            assert source.closing_speed(new, 1) is None
+        found = {source.closing_speed(round(n * NEW / rate), 0) for n in range(1500)}
+    assert found == {*speeds, None}
+
+
+def test_a_device_has_no_recorded_closing_speeds() -> None:
+    with TwinSource(speed=2.0) as device:
+        assert not hasattr(ResampledSource(device, 8000.0), "closing_speed")
 
 
 def test_marks_and_orders_reach_the_source(tmp_path: Path) -> None:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Self
 
 import numpy as np
 
-from firstcontact.core import Block, Calibration, ChannelKind, Contact
+from firstcontact.core import Block, Calibration, ChannelKind, ClosingSpeed, Contact
 from firstcontact.device._device_predictions import DeviceContact, DevicePrediction
 from firstcontact.device._source import Arrival, Descriptor, Health, Source
 from firstcontact.recording import Marker, PinchMark
@@ -73,6 +73,13 @@ class ResampledSource:
         """Calibration in a recording's header; a device has no such attribute."""
         calibration: Calibration | None = getattr(self._source, "calibration")  # noqa: B009
         return calibration
+
+    @property
+    def closing_speed(self) -> Callable[[int, int], ClosingSpeed | None]:
+        """Function that returns a recorded speed by sample and epoch; a device has none."""
+        recorded: Callable[[int, int], ClosingSpeed | None]
+        recorded = getattr(self._source, "closing_speed")  # noqa: B009
+        return lambda sample, epoch: recorded(round(sample / self._share), epoch)
 
     @property
     def health(self) -> Health:

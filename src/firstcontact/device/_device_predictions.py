@@ -201,7 +201,7 @@ def check_place(prediction: DevicePrediction, newest: int, farthest: int) -> Non
     """
     contact = prediction.sample if isinstance(prediction, DeviceContact) else prediction.contact
     if not max(0, prediction.decided - farthest) <= contact <= prediction.decided:
-        raise FrameError("a contact lies after its detection")
+        raise FrameError("a contact lies after its detection or too long before it")
     if abs(prediction.decided - newest) > farthest:
         raise FrameError("a contact was detected far from the present samples")
     if (

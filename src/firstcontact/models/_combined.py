@@ -199,7 +199,8 @@ def adapt_combined(
     """Condition a network on a rig and average it with a regression on the rig's pinches.
 
     The weights come from held-out levels of Shore A. Intervals that cover too few pinches of
-    held-out sessions are widened.
+    held-out sessions are widened. The score "held out, combined" is slightly optimistic: the
+    spread of the regression is scaled on all pinches, also on those held out.
 
     Parameters
     ----------

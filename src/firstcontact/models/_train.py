@@ -90,7 +90,8 @@ def train(
         "regression" of Shore A, or "classification" into the levels of ``data``.
     contacts
         Signals start at "detected" contacts, as live, or at "known" ones (strips or labels). No
-        contact is detected by a detector that learned from its session.
+        contact is detected by a detector that learned from its session (from the pinch itself if
+        there is only one session, or one has no name).
     windows
         Lengths of the windows after the contact, s; one model each. The network has none.
     level

@@ -187,7 +187,9 @@ def test_a_training_is_not_torn_apart(blocks: Path, rig: Path, tmp_path: Path, c
     original = {path.name: path.read_bytes() for path in trained.iterdir()}
     capsys.readouterr()
     assert run("adapt", blocks, "--out", trained) == 2
-    assert "--out" in capsys.readouterr().err
+    errors = capsys.readouterr().err
+    assert "--out" in errors
+    assert str(trained) in errors
     assert {path.name: path.read_bytes() for path in trained.iterdir()} == original
     rig_copy = shutil.copytree(rig, tmp_path / "rig")
     assert run("adapt", "--out", rig_copy) == 0  # its own is replaced

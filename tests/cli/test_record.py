@@ -86,8 +86,8 @@ def whole_pinches(path: Path) -> int:
     "number",
     [
         signal.SIGINT,
-        signal.SIGHUP,
-        pytest.param(signal.SIGTERM, marks=pytest.mark.slow),
+        signal.SIGTERM,
+        pytest.param(signal.SIGHUP, marks=pytest.mark.slow),
         pytest.param(signal.SIGQUIT, marks=pytest.mark.slow),
     ],
 )

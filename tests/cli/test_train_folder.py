@@ -122,7 +122,9 @@ def test_models_that_training_would_not_remake_are_preserved(
     original = content(out)
     capsys.readouterr()
     assert run("train", data, "--estimator", "peak", "--out", out) == 2
-    assert "--out" in capsys.readouterr().err
+    errors = capsys.readouterr().err
+    assert "--out" in errors
+    assert str(out) in errors
     assert run("train", data, "--estimator", "peak", "--window-ms", 3, 15, "--out", out) == 2
     assert content(out) == original
     assert run("train", data, "--estimator", "peak", "--window-ms", 3, 7.5, 8, "--out", out) == 0

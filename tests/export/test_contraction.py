@@ -74,7 +74,6 @@ def linked(folder: Path, *options: str) -> str:
     return building.run([f"{building.ARM}objdump", "-d", str(to)])
 
 
-@pytest.mark.slow
 def test_optimised_while_they_are_linked_nothing_is_fused(
     request: pytest.FixtureRequest, tmp_path: Path
 ) -> None:

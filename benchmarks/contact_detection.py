@@ -2,7 +2,8 @@
 
 Two fingers arrive in blocks of 3 ms, as in live use. The naive form calls scikit-learn's
 ``predict`` for each window of each finger, with the same features and the same support vectors. Run
-it with one thread: ``OMP_NUM_THREADS=1 python benchmarks/contact_detection.py``.
+it with one thread:
+``OMP_NUM_THREADS=1 python benchmarks/contact_detection.py``.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Time and memory of each step against the number of pinches.
 
-Each step runs in a process of its own on simulated recordings. The table shows wall time, processor
-time and peak memory, and the growth of processor time per pinch relative to the smallest number.
-100,000 pinches take some 12 GB of disk. Run it with ``OMP_NUM_THREADS=1 python benchmarks/scale.py
---pinches 1000 10000 100000``.
+Each step runs in a process of its own on simulated recordings. The table shows wall time,
+processor time and peak memory, and the growth of processor time per pinch relative to the smallest
+number. 100,000 pinches take some 12 GB of disk. Run it with
+``OMP_NUM_THREADS=1 python benchmarks/scale.py --pinches 1000 10000 100000``.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Time of ``firstcontact --help``, compared with an empty Python program.
 
-The commands run in turn, so that other load affects all of them alike: ``python
-benchmarks/startup.py``.
+The commands run in turn, so that other load affects all of them alike:
+``python benchmarks/startup.py``.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Write the tables of results in the README and the docs from results files.
 
-    python docs/write_tables.py                     the tables, from docs/results python
-    docs/write_tables.py --study A --generalise B --real C ...   copy them
+    python docs/write_tables.py                     the tables, from docs/results
+    python docs/write_tables.py --study A --generalise B --real C ...   copy them
 
 Tables stand between ``<!-- numbers: NAME -->`` and ``<!-- /numbers -->``. Nothing in them is
 typed by hand, and a test holds them against docs/results.

@@ -1,7 +1,7 @@
 """Tables of labels and channels for BioTac recordings in MATLAB files.
 
-    python examples/biotac_tables.py FOLDER labels.csv channels.csv firstcontact import FOLDER
-    --labels labels.csv --channels channels.csv --source real --out held
+    python examples/biotac_tables.py FOLDER labels.csv channels.csv
+    firstcontact import FOLDER --labels labels.csv --channels channels.csv --source real --out held
 
 Each file holds the signals of two fingertips while a gripper holds an object:
 OBJECT_NUMBER_TRIAL_HOLD.mat. Vibration has 2200 Hz in packets of 22, the other signals 100 Hz. The

@@ -1,7 +1,7 @@
 """Long WAV file with two knocks, and the table of their times.
 
-    python examples/long_wav.py firstcontact import long.wav --events events.csv --sensor piezo
-    --source synthetic --out knocks
+    python examples/long_wav.py
+    firstcontact import long.wav --events events.csv --sensor piezo --source synthetic --out knocks
 
 The knocks are synthetic. Everything else works as with your own files.
 """

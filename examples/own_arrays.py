@@ -3,7 +3,8 @@
 The signals here are synthetic: a damped ring after a known instant, louder and higher for harder
 objects. Put yours in their place; the other lines are what you would write.
 
-    python examples/own_arrays.py firstcontact import own.npz --out own
+    python examples/own_arrays.py
+    firstcontact import own.npz --out own
 """
 
 from __future__ import annotations

@@ -2,11 +2,16 @@
 
 Byte layout, little-endian, after the 4-byte encapsulation header ``00 01 00 00``:
 
-======  ======  ================================================= offset  type    field ======
-======  ================================================= 0       uint64  first_sample 8
-uint32  epoch 12      uint16  channels 14      2 x 0   (CDR alignment) 16      uint32  number of
-values (samples times channels) 20      array   values, one sample after the other ======  ======
-=================================================
+======  ======  =================================================
+offset  type    field
+======  ======  =================================================
+0       uint64  first_sample
+8       uint32  epoch
+12      uint16  channels
+14      2 x 0   (CDR alignment)
+16      uint32  number of values (samples times channels)
+20      array   values, one sample after the other
+======  ======  =================================================
 """
 
 from __future__ import annotations

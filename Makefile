@@ -100,7 +100,7 @@ real: $(VENV)/.study ## the real sets in FIRSTCONTACT_DATA on one page: firstcon
 # --- live --------------------------------------------------------------------------------------
 
 .PHONY: live
-live: $(VENV)/.live ## the live page, with the simulated hand: opens on http://127.0.0.1:8765/
+live: $(VENV)/.live ## the live page, with the simulated hand: open http://127.0.0.1:8765/
 	$(BIN)/firstcontact live --device twin --page
 
 .PHONY: twin-model

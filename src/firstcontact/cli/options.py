@@ -207,7 +207,7 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         sentence = message.removeprefix("argument ")
-        raise InputError(f"{sentence}; all options: `{self.prog} --help`")
+        raise InputError(f"{sentence}; all options: `{self.prog} --help-all`")
 
 
 def _parser(verb: type[Any], prog: str, *, every: bool) -> _Parser:

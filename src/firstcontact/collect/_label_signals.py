@@ -40,7 +40,7 @@ def open_recordings(paths: Sequence[Path]) -> list[Recording]:
 
 
 def find_marks(recordings: Sequence[Recording]) -> list[Mark]:
-    """Return an onset for each contact of the finder, with the label of its pinch if it has one.
+    """Return every onset found, with the label of its pinch if it lies in one.
 
     Raises
     ------

@@ -126,8 +126,8 @@ class ClosingGate:
         Returns
         -------
         list of GateEvent
-            Events in order. An event may lie before the block only if the block does not follow the
-            previous one. The gate then shuts where the samples ended.
+            Events in order. After a gap or in a new epoch the first event is at the end of the
+            samples before the gap, where the closing ends.
         """
         events: list[GateEvent] = []
         if not self._started or block.first_sample != self._next or block.epoch != self._epoch:

@@ -127,9 +127,9 @@ def parallel(
 ) -> Iterator[Runner]:
     """Yield a runner that leaves no process behind, even after an exception.
 
-    A ``joblib.parallel_config`` that names a backend gets the jobs. Otherwise new processes on this
-    machine run them, with one thread each. These processes are reused and are killed at the end,
-    or as soon as this process ends.
+    If a ``joblib.parallel_config`` names a backend, that backend runs the jobs. Otherwise new
+    processes on this machine run them, with one thread each. These processes are reused and are
+    killed at the end, or as soon as this process ends.
 
     Call it in a thread that outlives the workers, such as the main thread: workers end with the
     thread that started them.

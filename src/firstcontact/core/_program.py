@@ -101,7 +101,7 @@ class Program:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judgement:
-    """Detector as a kernel that takes one sample at a time.
+    """Sample-by-sample detector as a named C routine and its constants.
 
     Parameters
     ----------

@@ -172,11 +172,10 @@ class LslSource(ThreadedSource):
     def _check_rate(self, info: Any) -> None:
         """Refuse an unusable stated rate before samples are requested."""
         rate = float(info.nominal_srate())
-        if not rate > 0 or info.channel_format() == self._lsl.cf_string:
-            raise InputError(
-                f"{self.name} has no regular rate, or text instead of numbers: send it with the "
-                "rate of its samples"
-            )
+        if info.channel_format() == self._lsl.cf_string:
+            raise InputError(f"{self.name} carries text: send numbers")
+        if not rate > 0:
+            raise InputError(f"{self.name} declares no sampling rate: set its nominal_srate")
         if rate > HIGHEST_RATE:
             raise InputError(
                 f"{self.name} states {rate:g} samples a second, more than {HIGHEST_RATE:g}: "

@@ -115,8 +115,8 @@ def _fitting(
         X, has_window = contact_windows(dataset, contacts, model.spec.duration)
         if len(X) < FEWEST_WINDOWS:
             raise InputError(
-                f"{len(X)} contacts in --data are too few to fit a smaller model: name its "
-                "training recordings"
+                f"--data holds only {len(X)} contacts: pass the recordings that the model was "
+                "trained on"
             )
         candidates = forms(named, X, dataset.sessions[has_window])
     took = [microseconds(form.model.program().instructions) for form in candidates]

@@ -143,7 +143,8 @@ class CombinedModel(InContextModel):
     def to_arrays(self) -> Arrays:
         """Return the arrays of the network and each regression as ``own.FINGER.NAME``.
 
-        ``factors`` belong to the mixture, ``own.factors`` to the network alone.
+        ``factors`` (half widths of the intervals in spreads) belong to the mixture, ``own.factors``
+        to the network alone.
         """
         arrays = super().to_arrays()
         arrays["own.factors"] = self._alone.factors

@@ -167,7 +167,7 @@ def score_detector(
 
 
 def judged(detector: Detector, heard: Dataset) -> list[WindowDecisions]:
-    """Return the decisions on each pinch from its first sample on, as in a stream."""
+    """Run the detector over each pinch, from its first sample, and return its window decisions."""
     verdicts = []
     for pinch in heard.pinches:
         detector.start(pinch.layout)

@@ -434,7 +434,10 @@ def _against_network(made: Adapted) -> list[str]:
         return []
     alone = made.scores[made.scheme]
     is_worse = made.rmse > alone
-    advice = f"; the network alone scored better ({alone:.2f}): try `--estimator network`"
+    advice = (
+        f"; the network alone scored better ({alone:.2f}): make the model with `train ... "
+        "--estimator network`, or use `live --estimator network`"
+    )
     return [f"{kind}, on the same pinches: rmse {made.rmse:.2f} Shore A{advice * is_worse}"]
 
 
@@ -445,11 +448,12 @@ def _checked_in_words(base: InContextModel, made: Adapted) -> list[str]:
     schemes = {name: score for name, score in made.scores.items() if name != kind}
     compared = ", ".join(f"{scheme}: rmse {score:.2f}" for scheme, score in schemes.items())
     widest = made.check.scales.max()
-    widened = f"now up to {widest:.2f} times as wide" if widest > 1 else "kept"
+    widened = f"now up to {widest:.2f} times as wide" if widest > 1 else "not widened"
     return [
-        f"fingers as one or each by itself, on pinches held out: {compared} Shore A (always "
-        f"answering the mean: {made.mean_rmse:.2f}); kept: {made.scheme}",
+        f"both fingers as one or each alone, on pinches held out: {compared} Shore A (if every "
+        f"answer were the mean: {made.mean_rmse:.2f}); used: {made.scheme}",
         *_against_network(made),
-        f"{100 * base.level:.0f} % intervals held at least {percent(made.check.coverage)} of "
-        f"{counted(made.check.n, 'pinch')} held out, at each time: {widened}",
+        f"intervals contained the truth in at least {percent(made.check.coverage)} of "
+        f"{counted(made.check.n, 'pinch')} held out, at each time (promised: "
+        f"{100 * base.level:.0f} %): {widened}",
     ]

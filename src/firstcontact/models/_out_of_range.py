@@ -46,7 +46,7 @@ def traits(
 
 
 def shape_traits(shape: Shape, lead_signals: NDArray[np.floating]) -> NDArray[np.float64]:
-    """Return the traits of contacts whose shape is computed already."""
+    """Return the traits of contacts from their `Shape` and the signal before them."""
     # A converter at its end, or a dead one, repeats itself.
     counted = shape.is_valid[:, 1:]
     still = (shape.v[:, 1:] == shape.v[:, :-1]) & counted
@@ -98,7 +98,7 @@ class Familiar:
 
     @classmethod
     def fit(cls, seen: list[NDArray[np.float64]]) -> Familiar:
-        """Fit to the traits at each stage, shape (n, TRAITS) each."""
+        """Fit mean, covariance and limit of the traits at each elapsed time, shape (n, TRAITS)."""
         means, whitenings, limits = [], [], []
         for trait_values in seen:
             mean = np.median(trait_values, axis=0)

@@ -47,15 +47,15 @@ class ToldSpeeds:
     ) -> Self | None:
         """Return the speeds of a rig from its own pinches.
 
-        None where no speed was measured, or where the errors are too large for speeds that are so
-        much alike.
+        None if no speed was measured, or if the errors exceed the spread of the speeds.
 
         Parameters
         ----------
         speeds, errors
             As of :class:`firstcontact.models._touches.Touches`, shape (n,).
         heard, believed
-            ln(speed / usual) in the motor's pitch, and where that is believed, shape (n,).
+            ln(speed / usual) estimated from the motor's pitch, and where that estimate is trusted,
+            shape (n,).
         """
         is_measured = np.isfinite(speeds)
         if not is_measured.any():

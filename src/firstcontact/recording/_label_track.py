@@ -86,9 +86,9 @@ def label_columns(origin: str, table: Table, texts: Sequence[str]) -> Table:
             name, value = (name, value) if equals else ("object", part)
             if name not in LABEL_COLUMNS or name in row:
                 raise InputError(
-                    f"{origin}: {table.place(number)} says {quote(part)}: give the object in "
-                    f"words, or name=value once for any of {', '.join(LABEL_COLUMNS)}, with "
-                    "semicolons between"
+                    f"{origin}: {table.place(number)} says {quote(part)}: unknown or repeated "
+                    "label. Write the object's name, or name=value pairs separated by semicolons; "
+                    f"names: {', '.join(LABEL_COLUMNS)}"
                 )
             row[name] = value
         rows.append(row)

@@ -120,7 +120,10 @@ def check_alike(files: Sequence[Path], sounds: Sequence[tuple[int, NDArray[Any]]
                 "fingers: name one in the column channel of a table of contacts (--events)"
             )
         if other != rate:
-            raise InputError(f"{file} has {other} Hz and {files[0].name} {rate} Hz: import apart")
+            raise InputError(
+                f"{file} is sampled at {other} Hz, {files[0].name} at {rate} Hz: import them in "
+                "separate commands"
+            )
         if (data.dtype, data.shape[1]) != (first.dtype, first.shape[1]):
             raise InputError(
                 f"{file} has {counted(data.shape[1], 'channel')} of {data.dtype}, {files[0].name} "

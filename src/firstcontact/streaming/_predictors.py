@@ -304,7 +304,7 @@ class WindowLadder:
         return _WindowsStream(self._windows, layout)
 
     def warm(self) -> None:
-        """Predict for a made-up contact with each window."""
+        """Predict once per window on a made-up contact, so that the first real one is not slow."""
         for duration, window in self._windows.items():
             window.model.predict_one(self._warming[duration])
 

@@ -79,7 +79,7 @@ class TextSink:
             self._write(f"  pinch {number} was {name}")
 
     def close(self) -> None:
-        """Write the losses of the link since the last line about them."""
+        """Write the samples that were lost since the last line about losses."""
         for line in self._link.lines(self._health, last=True):
             self._write(line)
 

@@ -55,7 +55,7 @@ def generator(seed: int, *key: object) -> np.random.Generator:
 
 
 def draw_specimen(seed: int, condition: Condition, kind: TwinObject, number: int) -> TwinObject:
-    """Draw specimen ``number`` of an object."""
+    """Return specimen ``number``, with random properties fixed by ``seed``."""
     deviate = generator(seed, condition.name, "specimen", kind.name, number).standard_normal()
     return specimen(kind, float(np.clip(deviate, -2.5, 2.5)), condition.specimen_widen)
 

@@ -47,12 +47,13 @@ def headline(household: Household) -> str:
     ours, blind = (household.drops_at_10_damage[k.name] for k in (candidate(), baseline()))
     verdict = "met" if household.met else "not met"
     why = ": the interval includes zero" if gain.low <= 0 else ""
+    doubt = ": not significant" if gain.low <= 0 <= gain.high else ""
     return (
-        "A hand that knows stiffness before its second finger touches drops "
-        f"{fewer(gain)} of {household.objects} household things than the best blind rule "
-        "where "
-        f"both damage {percent(household.damage)}: {percent(ours)} instead of {percent(blind)} of "
-        f"closings, on kinds of things and {household.hands} hands that nothing was tuned on. The "
+        f"Knowing stiffness gives {fewer(gain)} drops{doubt}. A hand that knows it before its "
+        f"second finger touches drops in {percent(ours)} of closings on {household.objects} "
+        f"household things, the best blind rule in {percent(blind)}, where both damage "
+        f"{percent(household.damage)}. Nothing was tuned on these kinds of things and "
+        f"{household.hands} hands. The "
         f"target of {percent(household.target)} with an interval without zero is {verdict}{why}."
     )
 

@@ -16,7 +16,7 @@ from firstcontact.core import InputError, require_modules
 
 @dataclass(frozen=True)
 class Benchmark:
-    """Score a regressor, the default one and the in-context network on the same pinches.
+    """Score a regressor, the default one and the network on the same pinches.
 
     The pinches come from simulated rigs, or from recordings with whole sessions held out.
     """

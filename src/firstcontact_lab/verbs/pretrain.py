@@ -10,7 +10,7 @@ from firstcontact.core import require_modules
 
 @dataclass(frozen=True)
 class Pretrain:
-    """Pre-train the any-time network on simulated rigs.
+    """Pre-train the network on simulated rigs.
 
     Intermediate files are kept, so the same command resumes a stopped run.
     """

@@ -44,8 +44,8 @@ def test_the_target_is_met_where_the_gain_is_large_and_no_chance(results: GraspR
     assert "is met." in with_gain(0.5, 0.1)
     assert "is not met: the interval includes zero." in with_gain(0.5, -0.1)
     assert "is not met." in with_gain(0.3, 0.1)
-    assert "50 % (10 to 90) fewer of 9 household things" in with_gain(0.5, 0.1)
-    assert "drops 50 % (−90 to 70) more of 9 household things" in with_gain(-0.5, -0.7)
+    assert "50 % (10 to 90) fewer drops. A hand" in with_gain(0.5, 0.1)
+    assert "50 % (−90 to 70) more drops: not significant." in with_gain(-0.5, -0.7)
 
 
 def test_the_short_word_says_what_is_sure_and_what_a_reflex_leaves(results: GraspResults) -> None:

@@ -44,6 +44,6 @@ class Adapt:
         for line in model.notes:
             print(line)
         rig = "of an unknown rig " if data is None else ""
-        print(f"any-time model {rig}and detector {model.own_detector.name}: {self.out}")
+        print(f"network {rig}and detector {model.own_detector.name}: {self.out}")
         if former:
             print(f"replaced the former training in {self.out}")

@@ -23,7 +23,7 @@ class Calibrate:
     patience: float = 10.0
     """Longest additional wait for that rest, s."""
     no_tap: bool = False
-    """Ask for no taps, as the simulated hand needs."""
+    """Skip the tap test; required with the simulated hand."""
     weights: Path | None = None
     """CSV file of known weights on a taxel: finger,newtons,volts."""
     weigh: tuple[float, ...] = ()

@@ -15,7 +15,7 @@ class ExportModel:
     """Write a trained model as C, as ONNX, or as an image for a hand."""
 
     model: Annotated[Path, Option(positional=True)]
-    """Folder that ``train`` or ``adapt`` wrote."""
+    """Folder that `train` or `adapt` wrote."""
     to: Annotated[str, choice(MODEL_EXPORTERS)]
     """Form of the model."""
     out: Path

@@ -133,7 +133,7 @@ class Commands:
     def _do(self, request: Request, by: str) -> str:
         controls = self._controls
         if controls is None:
-            raise InputError("This page cannot send requests.")
+            raise InputError("This page is view-only.")
         match request.do:
             case "record":
                 return f"Recording to {controls.start_recording().name}."

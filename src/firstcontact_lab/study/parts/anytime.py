@@ -338,7 +338,7 @@ def _rmse(estimator: str, ms: str) -> Callable[[SubjectResults], Value]:
 
 
 BEFORE_SECOND = Row[SubjectResults](
-    "Samples for a first estimate before the second contact",
+    "Pinches with enough signal for a first estimate before the second contact",
     optional(lambda r: r[ANYTIME], lambda a: a.before_second),
     "share",
     remark="From 2 ms on, by the model that is conditioned on the rig. Computing and cable are "

@@ -82,7 +82,7 @@ class AbilityHand(Hand):
         """
         with self._change:
             if self._thread is None or self._closing:
-                raise HandError(f"the hand {self.name!r} is not connected: use it in a with block")
+                raise HandError(f"the hand {self.name!r} is not open: use it in a with block")
             if self._failure is not None:
                 raise HandError(str(self._failure)) from self._failure
             self._command, self._heard = command, time.monotonic()

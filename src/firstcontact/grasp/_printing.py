@@ -42,7 +42,7 @@ class PrintHand(Hand):
     def send(self, command: Command) -> None:
         """Print the command."""
         if not self._open:
-            raise HandError(f"the hand {self.name!r} is not connected: use it in a with block")
+            raise HandError(f"the hand {self.name!r} is not open: use it in a with block")
         self._note(command)
 
     def release(self) -> None:

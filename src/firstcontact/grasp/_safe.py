@@ -190,7 +190,7 @@ class SafeHand(Hand):
 
     def _check(self) -> None:
         if self._closed or self._thread is None:
-            raise HandError(f"the hand {self.name!r} is not connected: use it in a with block")
+            raise HandError(f"the hand {self.name!r} is not open: use it in a with block")
         if self._failure is not None:
             raise HandError(f"the hand {self.name!r} failed: {self._failure}") from self._failure
 

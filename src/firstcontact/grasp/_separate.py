@@ -65,7 +65,7 @@ class SeparateHand(Hand):
             The hand is not open or has failed, or its process does not answer.
         """
         if self._child is None:
-            raise HandError(f"the hand {self.name!r} is not connected: use it in a with block")
+            raise HandError(f"the hand {self.name!r} is not open: use it in a with block")
         self._read_answers(self._child)
         try:
             self._write_order(self._child, f"send {command.speed!r} {command.force!r}")
@@ -82,7 +82,7 @@ class SeparateHand(Hand):
         """
         child = self._child
         if child is None:
-            raise HandError(f"the hand {self.name!r} is not connected: use it in a with block")
+            raise HandError(f"the hand {self.name!r} is not open: use it in a with block")
         answer = ""
         try:
             self._write_order(child, "positions")

@@ -39,7 +39,7 @@ class TwinHand(Hand):
     def send(self, command: Command) -> None:
         """Send the command as an order."""
         if not self._open:
-            raise HandError(f"the hand {self.name!r} is not connected: use it in a with block")
+            raise HandError(f"the hand {self.name!r} is not open: use it in a with block")
         try:
             self._source.order(order_text(command))
         except InputError as error:

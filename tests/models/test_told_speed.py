@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from firstcontact.core import InputError
 from firstcontact.models import ANY, InContextModel, Rig, Touches, pretrained
 from firstcontact.models._told_speed import ASSUMED, ToldSpeeds
 from ringing import ringing
@@ -51,6 +52,7 @@ def test_an_exact_speed_is_believed_and_a_poor_one_is_not() -> None:
     rig = ToldSpeeds(0.1, 0.3)
     assert posterior(rig, 0.2, np.nan) == pytest.approx(np.log(2), rel=0.01)
     assert posterior(rig, 0.2, 30.0) == pytest.approx(0.0, abs=0.001)
+    assert posterior(rig, 0.2, np.inf) == 0.0
 
 
 @pytest.mark.parametrize(("spread", "error", "heard_error"), [(0.3, 0.03, 0.1), (0.1, 0.06, 0.05)])
@@ -82,6 +84,23 @@ def test_measurements_that_are_no_better_than_the_usual_speed_are_not_used(
         0.1 * np.exp(log + noise), np.full(n, error), np.zeros(n), np.zeros(n, np.bool_)
     )
     assert (rig is not None) == is_used
+
+
+@pytest.mark.parametrize(("speed", "error"), [(1e-3, 5.0), (1e-4, 0.1), (0.1, 30.0), (10.0, 0.0)])
+def test_one_bad_measurement_does_not_decide_for_the_rig(speed: float, error: float) -> None:
+    log, noise, wrong = np.random.default_rng(1).standard_normal((3, 40)) * [[0.2], [0.03], [0.05]]
+    speeds, errors = 0.1 * np.exp(log + noise), np.full(40, 0.03)
+    speeds[7], errors[7] = speed, error
+    rig = ToldSpeeds.fit(speeds, errors, log + wrong, np.ones(40, np.bool_))
+    assert rig is not None
+    assert rig.usual == pytest.approx(0.1, rel=0.1)
+    assert rig.spread == pytest.approx(0.2, rel=0.3)
+    assert rig.heard_error == pytest.approx(0.05, rel=0.4)
+
+
+def test_measurements_that_tell_nothing_are_none() -> None:
+    one = np.full(9, 0.1)
+    assert ToldSpeeds.fit(one, np.full(9, 0.6), one, np.ones(9, np.bool_)) is None
 
 
 def test_a_few_measurements_do_not_tell_the_spread() -> None:
@@ -117,3 +136,13 @@ def test_the_speeds_of_a_rig_are_in_its_file() -> None:
     assert InContextModel.from_arrays(older, model.level).rigs[ANY].speeds == ToldSpeeds(
         rig.speeds.usual
     )
+
+
+@pytest.mark.parametrize("scalars", [(1e-200, 0), (0.2, 1e-200), (0.2, -1), (11, 0), (0.2, 11)])
+def test_a_file_with_impossible_speeds_is_refused(scalars: tuple[float, float]) -> None:
+    rig = Rig.fit(with_speeds(KNOWN, 0.1, 0.02), SHORE_A)
+    model = pretrained().conditioned_on({ANY: rig})
+    arrays = model.to_arrays()
+    (name,) = (name for name in arrays if name.endswith(".speeds"))
+    with pytest.raises(InputError, match=name):
+        InContextModel.from_arrays({**arrays, name: np.array(scalars, float)}, model.level)

@@ -58,3 +58,20 @@ def test_speeds_are_kept_by_resampling_and_by_recordings(tmp_path: Path) -> None
 def test_speeds_out_of_range_are_refused(tmp_path: Path, column: str, value: float) -> None:
     with pytest.raises(InputError, match=column):
         imported(tmp_path, **{column: [value, -1, 0]})
+
+
+def test_a_speed_of_zero_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="closing_speed"):
+        imported(tmp_path, closing_speed=[0.0, -1, 0.2])
+
+
+@pytest.mark.parametrize("errors", [[0.003, -1, -1], None])
+def test_a_speed_without_an_error_is_refused(tmp_path: Path, errors: list[float] | None) -> None:
+    piezo = np.random.default_rng(1).normal(size=(3, 80, 1)).astype(np.float32)
+    columns = {"closing_speed": [0.12, -1, 0.2]}
+    if errors is not None:
+        columns["closing_speed_error"] = errors
+    path = tmp_path / "x.npz"
+    np.savez(path, piezo=piezo, sample_rate_hz=5000, piezo_unit="V", **columns)
+    with pytest.raises(InputError, match="closing_speed_error"):
+        import_path(path, tmp_path / "out")

@@ -40,10 +40,9 @@ def test_a_finger_at_rest_gives_no_speed() -> None:
     assert closing_speed(TIMES, np.full(len(TIMES), 0.02), 0.0) is None
 
 
-@pytest.mark.parametrize("rate", [100.0, 200.0, 1000.0])
-def test_the_error_is_that_of_repeated_measurements(rate: float) -> None:
+def test_the_error_of_many_positions_is_that_of_repeated_measurements() -> None:
     rng = np.random.default_rng(1)
-    times = np.arange(-0.1, 0.0, 1 / rate)
+    times = np.arange(-0.1, 0.0, 1e-3)
     made = [
         closing_speed(times, 0.13 * times + 1e-4 * rng.standard_normal(len(times)), 0.0)
         for _ in range(2000)
@@ -52,6 +51,35 @@ def test_the_error_is_that_of_repeated_measurements(rate: float) -> None:
     assert len(speeds) == 2000
     assert speeds.mean() == pytest.approx(0.13, rel=0.01)
     assert np.sqrt(np.mean(errors**2)) == pytest.approx(speeds.std(), rel=0.08)
+
+
+@pytest.mark.parametrize("rate", [65.0, 100.0, 200.0])
+def test_two_errors_are_exceeded_as_rarely_with_few_positions(rate: float) -> None:
+    rng = np.random.default_rng(1)
+    deviations = []
+    for _ in range(2000):
+        times = np.arange(-0.1, 0.0, 1 / rate) + rng.uniform(0, 1 / rate)
+        made = closing_speed(times, 0.13 * times + 1e-4 * rng.standard_normal(len(times)), 0.0)
+        assert made is not None
+        deviations.append((made.speed - 0.13) / made.error)
+    assert 0.02 < np.mean(np.abs(deviations) > 2) < 0.08
+
+
+@pytest.mark.parametrize("steps", [[0, 1, 2, 3, 4], [0, 1, 2, 4, 5], [0, 1, 1, 2, 2], [4, 3, 2]])
+def test_an_exact_staircase_has_an_error(steps: list[int]) -> None:
+    times = -0.045 + 0.01 * np.arange(len(steps))
+    made = closing_speed(times, 0.2 + 1e-3 * np.array(steps), 0.0)
+    assert made is not None
+    least = 1e-3 / np.sqrt(12 * ((times - times.mean()) ** 2).sum())
+    assert made.error >= 0.999 * least
+
+
+def test_the_travel_between_positions_without_steps_is_no_error() -> None:
+    times = np.arange(-0.05, 0.0, 0.01)
+    positions = 0.13 * times + 1e-5 * np.random.default_rng(1).standard_normal(len(times))
+    made = closing_speed(times, positions, 0.0)
+    assert made is not None
+    assert made.error < 0.01 * made.speed
 
 
 def test_coarse_steps_of_an_encoder_count_as_error() -> None:

@@ -7,8 +7,10 @@ from typing import Annotated
 
 from msgspec import Meta
 
-#: Fastest closing of a hand, m/s: far beyond any.
-FASTEST = 10.0
+from firstcontact.core._errors import InputError
+
+#: Slowest and fastest closing of a hand, m/s: far beyond any.
+SLOWEST, FASTEST = 1e-4, 10.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,6 +24,11 @@ class ClosingSpeed:
     error
         Standard error of it, m/s; 0 for an exact one.
 
+    Raises
+    ------
+    InputError
+        The speed is not from 0.1 mm/s to 10 m/s, or the error not from 0 to 10 m/s.
+
     Examples
     --------
     >>> import firstcontact as fc
@@ -31,5 +38,13 @@ class ClosingSpeed:
     0.13
     """
 
-    speed: Annotated[float, Meta(gt=0, le=FASTEST)]
+    speed: Annotated[float, Meta(ge=SLOWEST, le=FASTEST)]
     error: Annotated[float, Meta(ge=0, le=FASTEST)] = 0.0
+
+    def __post_init__(self) -> None:
+        for name, value, least in (("speed", self.speed, SLOWEST), ("error", self.error, 0.0)):
+            if not least <= value <= FASTEST:  # true of NaN
+                raise InputError(
+                    f"{name} of a closing is {value:g}: give m/s, from {least:g} to {FASTEST:g}",
+                    parameter=name,
+                )

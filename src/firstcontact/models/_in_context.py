@@ -30,7 +30,7 @@ from firstcontact.models._out_of_range import Familiar, shape_traits
 from firstcontact.models._predictions import Predictions
 from firstcontact.models._rig import GENERAL, STAGES, TOKEN, Rig, stage_index
 from firstcontact.models._spec import Arrays, Values
-from firstcontact.models._told_speed import ToldSpeeds
+from firstcontact.models._told_speed import LEAST, MOST, ToldSpeeds
 from firstcontact.models._touches import Touches, lengths
 
 #: Number of the rig that stands for any finger.
@@ -313,6 +313,6 @@ def _told_speeds(arrays: Mapping[str, NDArray[Any]], at: str, usual: float) -> T
     if at + "speeds" not in arrays:  # of a version that took each speed as exact
         return ToldSpeeds(usual)
     spread, error = take_array(arrays, at + "speeds", 2).astype(np.float64).tolist()
-    if spread <= 0 or error < 0:
+    if not LEAST <= spread <= MOST or (error and not LEAST <= error <= MOST):
         raise InputError(f"the array {at}speeds holds no spread and error of speeds")
     return ToldSpeeds(usual, spread, error or float("inf"))

@@ -11,12 +11,18 @@ from numpy.typing import NDArray
 from firstcontact.models._spec import Values
 
 #: Spread and error of ln(speed) are at least this: no rig is more alike, no measurement more exact.
-LEAST = 0.01
+#: They are at most the other: speeds from the slowest to the fastest differ by less.
+LEAST, MOST = 0.01, 10.0
 #: Variance of the measurements, as a share of that of the rig's speeds, above which they are not
 #: used. Higher limits gained less than they cost on rigs whose hand closes at one speed.
 MOST_NOISE = 0.5
 #: Spread that is assumed of a rig with fewer pinches than this, as of one from an old file.
 ASSUMED, FEWEST = 0.2, 4
+#: Relative error above which a measurement tells nothing about the rig.
+USELESS = 0.5
+#: Values further outside the quartiles than so many times their distance are mistakes: 3.4 standard
+#: deviations from the mean of a normal variable.
+FENCE = 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +53,8 @@ class ToldSpeeds:
     ) -> Self | None:
         """Return the speeds of a rig from its own pinches.
 
-        None if no speed was measured, or if the errors exceed the spread of the speeds.
+        None if no speed was measured, or if the errors exceed the spread of the speeds. Single bad
+        measurements do not count.
 
         Parameters
         ----------
@@ -57,7 +64,7 @@ class ToldSpeeds:
             ln(speed / usual) estimated from the motor's pitch, and where that estimate is trusted,
             shape (n,).
         """
-        is_measured = np.isfinite(speeds)
+        is_measured = np.isfinite(speeds) & (_bounded(errors) <= USELESS)
         if not is_measured.any():
             return None
         usual = float(np.median(speeds[is_measured]))
@@ -65,7 +72,7 @@ class ToldSpeeds:
         both = is_measured & believed
         has_spread, has_heard = is_measured.sum() >= FEWEST, both.sum() >= FEWEST
         spread = _spread(log[is_measured], noise[is_measured]) if has_spread else ASSUMED
-        if noise[is_measured].mean() > MOST_NOISE * spread**2:
+        if np.median(noise[is_measured]) > MOST_NOISE * spread**2:
             return None
         heard_error = _spread((heard - log)[both], noise[both]) if has_heard else np.inf
         return cls(usual, spread, heard_error)
@@ -94,10 +101,13 @@ def _log_ratio(speeds: Values, usual: float) -> Values:
 
 
 def _bounded(errors: Values) -> Values:
-    """Return relative errors; a speed without one counts as exact."""
-    return np.maximum(np.where(np.isfinite(errors), errors, 0.0), LEAST)
+    """Return relative errors; NaN counts as exact, infinity as no measurement."""
+    return np.maximum(np.where(np.isnan(errors), 0.0, errors), LEAST)
 
 
 def _spread(values: Values, noise: Values) -> float:
-    """Return the standard deviation of values without the variance of their noise."""
-    return float(np.sqrt(max(np.var(values, ddof=1) - noise.mean(), LEAST**2)))
+    """Return the standard deviation of values without mistakes and the variance of their noise."""
+    low, high = np.quantile(values, [0.25, 0.75])
+    reach = FENCE * max(high - low, LEAST)
+    usual = values[(values >= low - reach) & (values <= high + reach)]
+    return max(float(np.sqrt(max(np.var(usual, ddof=1) - np.median(noise), 0.0))), LEAST)

@@ -11,6 +11,7 @@ from firstcontact.core import (
     FASTEST,
     HIGHEST_RANK,
     LONGEST_NAME,
+    SLOWEST,
     Finger,
     InputError,
     Role,
@@ -95,10 +96,19 @@ def shore(value: Any) -> float:
 
 
 def speed(value: Any) -> float:
-    """Parse a closing speed, or its error, in m/s; -1 means unknown."""
+    """Parse a closing speed in m/s; -1 means unknown."""
+    return _speed(value, SLOWEST)
+
+
+def speed_error(value: Any) -> float:
+    """Parse the standard error of a closing speed in m/s; -1 means an unknown speed."""
+    return _speed(value, 0.0)
+
+
+def _speed(value: Any, least: float) -> float:
     parsed = number(value)
-    if parsed != -1 and not 0 <= parsed <= FASTEST:
-        raise ValueError(f"and speeds go from 0 to {FASTEST:g} m/s, or -1 where not known")
+    if parsed != -1 and not least <= parsed <= FASTEST:
+        raise ValueError(f"and it goes from {least:g} to {FASTEST:g} m/s, or -1 where not known")
     return parsed
 
 

@@ -298,14 +298,25 @@ def make_closing_speeds(origin: str, columns: Columns, pinches: int) -> list[Clo
     Raises
     ------
     InputError
-        A speed or its error is out of range.
+        A speed or its error is out of range, or a speed has no error.
     """
-    speeds = each(origin, columns, "closing_speed", cells.speed) or [-1.0] * pinches
-    errors = each(origin, columns, "closing_speed_error", cells.speed)
+    speeds = each(origin, columns, "closing_speed", cells.speed)
+    errors = each(origin, columns, "closing_speed_error", cells.speed_error)
+    if speeds is None:
+        return [None] * pinches
     if errors is None:
-        errors = [0.0] * pinches
+        raise InputError(
+            f"{origin}: closing_speed has no closing_speed_error: give the standard error in m/s, "
+            "0 where it is exact"
+        )
+    for i, (speed, error) in enumerate(zip(speeds, errors, strict=True)):
+        if speed >= 0 > error:
+            raise InputError(
+                f"{origin}: closing_speed_error of {place(columns, i)} is {quote(error)} beside a "
+                "speed: give the standard error in m/s, 0 where it is exact"
+            )
     return [
-        None if speed <= 0 or error < 0 else ClosingSpeed(speed, error)
+        None if speed < 0 else ClosingSpeed(speed, error)
         for speed, error in zip(speeds, errors, strict=True)
     ]
 

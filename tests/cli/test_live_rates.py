@@ -103,11 +103,11 @@ def test_recorded_closing_speeds_are_used_at_another_rate(
     direct = LiveOutput(capsys, recorded(measured, tmp_path / "own"))
     fast = LiveOutput(capsys, recorded(resample_dataset(measured, FAST), tmp_path / "fast"))
     assert (direct.code, fast.code) == (0, 0)
-    own, resampled_speeds = (
+    speeds, resampled_speeds = (
         [e["closing_speed"] for e in output.select("pinch")] for output in (direct, fast)
     )
-    assert resampled_speeds == own
-    assert None not in own
+    assert resampled_speeds == speeds
+    assert None not in speeds
 
 
 def test_models_of_a_higher_rate_take_samples_of_a_lower_one(

@@ -153,8 +153,8 @@ def test_closing_speeds_are_those_of_the_source(rate: float, tmp_path: Path) -> 
             new = round((old + 20) * NEW / rate)
             assert source.closing_speed(new, 0) == inner.closing_speed(old + 20, 0)
             assert source.closing_speed(new, 1) is None
-        found = {source.closing_speed(round(n * NEW / rate), 0) for n in range(1500)}
-    assert found == {*speeds, None}
+        answers = {source.closing_speed(round(n * NEW / rate), 0) for n in range(1500)}
+    assert answers == {*speeds, None}
 
 
 def test_a_device_has_no_recorded_closing_speeds() -> None:

@@ -71,19 +71,19 @@ def test_a_measured_speed_is_used_live_as_offline(
     unmeasured = [
         e for e in run(pipeline(detector, knowing), cut_frames(fresh)) if isinstance(e, PinchDone)
     ]
-    for pinch, done, other in zip(fresh.pinches, finished, unmeasured, strict=True):
-        assert done.closing_speed == speed
+    for pinch, pinch_event, other in zip(fresh.pinches, finished, unmeasured, strict=True):
+        assert pinch_event.closing_speed == speed
         assert other.closing_speed is None
         first, second = (*detect(detector, pinch), None)[:2]
         measured = Dataset((replace(pinch, closing_speed=speed),))
         touches, _ = cut_touches(measured, [first], [second])
-        for estimate in done.estimates:
+        for estimate in pinch_event.estimates:
             offline = knowing.predict(touches.until(count_samples(estimate)))
             assert estimate.value == pytest.approx(offline.value[0], abs=1e-3)
     assert any(
-        abs(done.estimates[-1].value - other.estimates[-1].value) > 0.1
-        for done, other in zip(finished, unmeasured, strict=True)
-        if done.estimates
+        abs(pinch_event.estimates[-1].value - other.estimates[-1].value) > 0.1
+        for pinch_event, other in zip(finished, unmeasured, strict=True)
+        if pinch_event.estimates
     )
 
 

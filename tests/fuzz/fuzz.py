@@ -57,9 +57,9 @@ class Results:
     Parameters
     ----------
     codes
-        Number of each exit code, by way.
+        Number of each exit code, by route.
     seconds
-        Processor time, by way.
+        Processor time, by route.
     findings
         Findings, by number of the input.
     """

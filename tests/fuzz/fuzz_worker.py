@@ -54,7 +54,7 @@ def work(
         route, codes, wrong = run_one(seed, number, seeds, folder, text)
         took = time.process_time() - began
         shutil.rmtree(folder, ignore_errors=True)
-        ended = {"ended": number, "way": route, "codes": codes, "wrong": wrong, "took": took}
+        ended = {"ended": number, "route": route, "codes": codes, "wrong": wrong, "took": took}
         say(json.dumps(ended))
         if any("memory" in sentence for sentence in wrong):
             return

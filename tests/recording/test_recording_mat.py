@@ -131,6 +131,7 @@ def changed_variables(**changes: Any) -> dict[str, Any]:
         (changed_variables(pac={"a": 1}), CHANNELS, ("neither numbers nor texts",)),
         (variables(), CHANNELS.replace("2200", "22"), ("rate_hz", "22")),
         (variables(), CHANNELS.replace(",2200,", ",,", 1), ("no rate_hz of pac",)),
+        (variables(), CHANNELS.replace("pac", "p" * 5000).replace(",2200,", ",,", 1), ("ppp...:",)),
         (variables(), CHANNELS.replace("hydrophone", "nose"), ("line 2", "'nose'")),
         (variables(), CHANNELS.replace("hydrophone", ""), ("no kind of sensor",)),
         (variables(), CHANNELS.replace("thumb,2200", "index,2200"), ("two vibration channels",)),

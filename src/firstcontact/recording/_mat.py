@@ -65,7 +65,8 @@ def import_mat(
     signals = read_signals(channels)
     lacking = next((s.variable for s in signals if s.rate is None), None)
     if lacking is not None:
-        raise InputError(f"{channels} has no rate_hz of {lacking}: MATLAB files do not state it")
+        name = listed([lacking])
+        raise InputError(f"{channels} has no rate_hz of {name}: MATLAB files do not state it")
     files, columns, table = _files(path, labels)
     notes: list[str] = []
     assembled = [_signals(file, signals, notes) for file in files]

@@ -9,8 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.contact._closing_start import closing_start
-from firstcontact.contact._detector import Detector, WindowDecisions, latch
-from firstcontact.contact._stream import WindowDetector
+from firstcontact.contact._detector import (
+    Detector,
+    WindowDecisions,
+    fired_windows,
+    latch_window,
+)
+from firstcontact.contact._stream import WindowDetector, finite_runs
 from firstcontact.core import Block, ChannelKind, Contact, Finger, Layout, Physical, Pinch
 from firstcontact.signal import DeviceSmoothing, samples_in
 
@@ -100,16 +105,12 @@ class ConfirmingLatch:
         if not self.is_confirmed:
             self._remember(block)
         events: list[Contact | Withdrawal] = []
-        rows = np.flatnonzero(decisions.fired.any(axis=1))
-        for row, fired in zip(rows.tolist(), decisions.fired[rows].tolist(), strict=True):
-            if self._first is not None:
-                events += self._confirm(int(decisions.ends[row]) + 1)
-            columns = zip(self._fingers, fired, strict=True)
-            if all(finger in self.latched for finger, is_fired in columns if is_fired):
-                continue
-            ends, onsets = decisions.ends[row : row + 1], decisions.onsets[row : row + 1]
-            later = decisions.fired[row : row + 1] & (onsets >= self._not_before)
-            contacts = latch(WindowDecisions(ends, later, onsets), self._fingers, self.latched)
+        for end, onsets in fired_windows(decisions):
+            events += self._confirm(end + 1)
+            later = [
+                onset if onset is None or onset >= self._not_before else None for onset in onsets
+            ]
+            contacts = latch_window(end, later, self._fingers, self.latched)
             if contacts and not self.is_confirmed and self._first is None:
                 self._first = contacts[0]
             events += contacts
@@ -160,16 +161,13 @@ class ConfirmingLatch:
 
     def _smoothed(self, volts: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return smoothed samples. Smoothing restarts after samples that are not finite."""
-        finite = np.asarray(np.isfinite(volts).all(axis=1))
-        if finite.all():
-            return self._smoothing.update(volts)
-        out = np.full(volts.shape, np.nan)
-        edges = np.flatnonzero(np.diff(finite, prepend=False, append=False))
-        for begin, end in edges.reshape(-1, 2).tolist():
-            if begin:
+        out, end = np.full(volts.shape, np.nan), 0
+        for begin, run in finite_runs(volts, 0):
+            if begin != end:
                 self._smoothing = DeviceSmoothing(self._layout)
-            out[begin:end] = self._smoothing.update(volts[begin:end])
-        if not finite[-1]:
+            end = begin + len(run)
+            out[begin:end] = self._smoothing.update(run)
+        if end != len(volts):
             self._smoothing = DeviceSmoothing(self._layout)
         return out
 

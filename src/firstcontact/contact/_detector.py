@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol, Self
 
@@ -52,17 +52,35 @@ def latch(
         Contacts in window order; within one window, the earlier onset first.
     """
     contacts: list[Contact] = []
-    rows = np.flatnonzero(decisions.fired.any(axis=1))
-    # Detectors go on firing for as long as a finger touches: most rows hold nothing new.
-    for row, fired in zip(rows.tolist(), decisions.fired[rows].tolist(), strict=True):
-        is_new = [f and finger not in latched for finger, f in zip(fingers, fired, strict=True)]
-        if any(is_new):
-            end, onsets = int(decisions.ends[row]), decisions.onsets[row].tolist()
-            columns = zip(fingers, is_new, onsets, strict=True)
-            new_contacts = [Contact(finger, onset, end) for finger, new, onset in columns if new]
-            latched.update(contact.finger for contact in new_contacts)
-            contacts += sorted(new_contacts, key=lambda contact: contact.sample)
+    for end, onsets in fired_windows(decisions):
+        contacts += latch_window(end, onsets, fingers, latched)
     return contacts
+
+
+def fired_windows(decisions: WindowDecisions) -> Iterator[tuple[int, list[int | None]]]:
+    """Yield the last sample of each window that fired, and the onset of each column that did."""
+    rows = np.flatnonzero(decisions.fired.any(axis=1))
+    columns = (
+        array[rows].tolist() for array in (decisions.ends, decisions.fired, decisions.onsets)
+    )
+    for end, fired, onsets in zip(*columns, strict=True):
+        yield end, [onset if f else None for f, onset in zip(fired, onsets, strict=True)]
+
+
+def latch_window(
+    end: int,
+    onsets: Sequence[int | None],
+    fingers: Sequence[Finger | None],
+    latched: set[Finger | None],
+) -> list[Contact]:
+    """Return and latch the new contacts of one of :func:`fired_windows`, as :func:`latch` does."""
+    contacts = [
+        Contact(finger, onset, end)
+        for finger, onset in zip(fingers, onsets, strict=True)
+        if onset is not None and finger not in latched
+    ]
+    latched.update(contact.finger for contact in contacts)
+    return sorted(contacts, key=lambda contact: contact.sample)
 
 
 class Detector(Protocol):

@@ -230,7 +230,7 @@ class WindowDetector(ABC):
         parts = []
         # Integers are always finite, and live blocks are short.
         short = 0 < len(volts) <= PIECE and block.data.dtype.kind == "i"
-        runs = [(block.first_sample, volts)] if short else _finite_runs(volts, block.first_sample)
+        runs = [(block.first_sample, volts)] if short else finite_runs(volts, block.first_sample)
         for first, run in runs:
             if first != self._next:
                 self._restart(first)
@@ -291,7 +291,7 @@ def _windows(
     return out
 
 
-def _finite_runs(
+def finite_runs(
     volts: NDArray[np.float64], first_sample: int
 ) -> Iterator[tuple[int, NDArray[Any]]]:
     """Yield the stretches of finite samples, with their first sample numbers."""

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.contact import detect
+from firstcontact.contact import first_contact
 from firstcontact.core import Contact, Dataset, InputError
 from firstcontact.export._c_anytime import instructions
 from firstcontact.export._exporters import Part
@@ -96,8 +96,7 @@ def forms(named: NamedModel, X: Windows, sessions: NDArray[np.str_]) -> list[Nam
 def _contacts(dataset: Dataset, trained: Trained) -> list[Contact | None]:
     if any(p.first is not None for p in dataset.pinches) or trained.detector is None:
         return [p.first for p in dataset.pinches]
-    detected = (detect(trained.detector, p) for p in dataset.pinches)
-    return [next(iter(contacts), None) for contacts in detected]
+    return [first_contact(trained.detector, pinch) for pinch in dataset.pinches]
 
 
 def _fitting(

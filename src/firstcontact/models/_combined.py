@@ -130,13 +130,23 @@ class CombinedModel(InContextModel):
         apart = share * (1 - share) * (value - regressed) ** 2
         return mixed, math.sqrt(variance + apart)
 
-    def regress(self, touches: Touches) -> tuple[Values, Values]:
-        """Return the regression's predictions and their spreads, shape (n,) each."""
+    def regress(
+        self, touches: Touches, rig_features: NDArray[np.float64] | None = None
+    ) -> tuple[Values, Values]:
+        """Return the regression's predictions and their spreads, shape (n,) each.
+
+        Parameters
+        ----------
+        touches, rig_features
+            As in :meth:`InContextModel.predict`.
+        """
         values, spreads = np.empty(len(touches)), np.empty(len(touches))
+        beside_signal = self.rig_features(touches) if rig_features is None else rig_features
         for finger, rows in self.by_rig(touches):
             part, rig = touches.take(rows), self.rigs[finger]
             stages = stage_index(part.valid, part.rate).tolist()
-            for row, x, stage in zip(rows, _inputs(part, rig)[:, INPUTS], stages, strict=True):
+            inputs = _inputs(part, rig, beside_signal[rows])[:, INPUTS]
+            for row, x, stage in zip(rows, inputs, stages, strict=True):
                 values[row], spreads[row] = self._regressions[finger].predict(x, stage)
         return values, spreads
 
@@ -253,11 +263,13 @@ def _spread_scale(
             base, touches.take(~is_asked), shore_a[~is_asked], scheme, seed, ones
         )
         alone, truth = model.network_alone(), shore_a[is_asked]
+        asked = touches.take(is_asked)
+        features = model.rig_features(asked)
         for place, ms in enumerate(TIMES):
-            early = touches.take(is_asked).until(samples_in(1e-3 * ms, touches.rate))
-            network = alone.predict(early)
+            early = asked.until(samples_in(1e-3 * ms, touches.rate))
+            network = alone.predict(early, features)
             for row, (values, spreads) in enumerate(
-                ((network.value, network.spread), model.regress(early))
+                ((network.value, network.spread), model.regress(early, features))
             ):
                 squares[row, place] += np.sum(((values - truth) / spreads) ** 2)
     if not squares.all():
@@ -268,15 +280,15 @@ def _spread_scale(
     return out
 
 
-def _inputs(touches: Touches, rig: Rig) -> NDArray[np.float64]:
+def _inputs(touches: Touches, rig: Rig, beside_signal: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the network's inputs for contacts of a rig, shape (n, inputs)."""
     level, sign = np.full(len(touches), rig.level), np.full(len(touches), rig.sign)
     shape = Shape.measure(touches.waves, touches.valid, level, sign)
-    return network_inputs(shape, beside(touches, rig))
+    return network_inputs(shape, beside_signal)
 
 
 def _stage_inputs(touches: Touches, rig: Rig) -> NDArray[np.float64]:
     """Return the regression's inputs at each stage, shape (stages, n, inputs)."""
-    longest = lengths(touches.rate)[1]
+    longest, beside_signal = lengths(touches.rate)[1], beside(touches, rig)
     cuts = [touches.until(round(stage * longest / STAGES[-1])) for stage in STAGES]
-    return np.stack([_inputs(cut, rig)[:, INPUTS] for cut in cuts])
+    return np.stack([_inputs(cut, rig, beside_signal)[:, INPUTS] for cut in cuts])

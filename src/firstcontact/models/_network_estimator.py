@@ -258,11 +258,12 @@ def score_held_out(
             continue
         model = condition(touches.take(learn), shore_a[learn])
         test_touches, truth = touches.take(ask), shore_a[ask]
-        errors = model.predict(test_touches).value - truth
+        features = model.rig_features(test_touches)  # the same at all times
+        errors = model.predict(test_touches, features).value - truth
         ratios = []
         for ms in TIMES:
             early = test_touches.until(samples_in(1e-3 * ms, touches.rate))
-            predictions = model.predict(early)
+            predictions = model.predict(early, features)
             half = model.half_widths(predictions.spread, early.valid, touches.rate)
             ratios.append(np.abs(predictions.value - truth) / half)
         parts.append((errors, shore_a[learn].mean() - truth, np.array(ratios)))

@@ -15,7 +15,6 @@ from firstcontact.models import (
     adapt_combined,
     pretrained,
 )
-from firstcontact.signal import samples_in
 from firstcontact.twin import PAPER_RIG
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
@@ -30,6 +29,7 @@ from firstcontact_lab.study._random_rigs import (
 )
 from firstcontact_lab.study._subject import Subject
 from firstcontact_lab.study.part import Part, Step
+from firstcontact_lab.study.scores import predictions_by_time
 from firstcontact_lab.study.settings import StudySettings
 
 Values = NDArray[np.float64]
@@ -163,8 +163,7 @@ def _scores(rig: JudgedRig) -> list[list[float]]:
     network = model.network_alone() if isinstance(model, CombinedModel) else model
     out = []
     for each in (network, model):
-        cuts = {ms: touches.until(samples_in(1e-3 * ms, touches.rate)) for ms in TIMES}
-        answers = {ms: each.predict(cut) for ms, cut in cuts.items()}
+        answers = predictions_by_time(each, touches, TIMES)
         scores = []
         for use in (EVERYDAY, RANDOM):
             rows = rig.uses == use

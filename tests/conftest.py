@@ -46,7 +46,7 @@ def impacts() -> Path:
 
 @pytest.fixture(scope="session")
 def strikes() -> Path:
-    """The folder of real strikes on piezo discs, found as the impacts are."""
+    """Folder of real strikes on piezo discs, located like the impacts."""
     for folder in (_real(), _real() / "piezo_strikes"):
         if (folder / "hits.csv").is_file():
             return folder
@@ -55,7 +55,7 @@ def strikes() -> Path:
 
 @pytest.fixture(scope="session")
 def biotac() -> Path:
-    """The folder of real BioTac recordings in MATLAB files, found as the impacts are."""
+    """Folder of real BioTac recordings in MATLAB files, located like the impacts."""
     for folder in (_real(), _real() / "biotac_hold" / "data"):
         if any(folder.glob("*_HOLD.mat")):
             return folder
@@ -69,19 +69,19 @@ def _real() -> Path:
 
 @pytest.fixture(scope="session")
 def shore() -> Dataset:
-    """Toy pinches with Shore A."""
+    """Synthetic pinches with Shore A."""
     return shore_dataset()
 
 
 @pytest.fixture(scope="session")
 def ranks() -> Dataset:
-    """Toy pinches with ranks of hardness."""
+    """Synthetic pinches with ranks of hardness."""
     return rank_dataset()
 
 
 @pytest.fixture(scope="session")
 def make_shore() -> Callable[..., Dataset]:
-    """Factory of toy pinches with Shore A."""
+    """Factory of synthetic pinches with Shore A."""
     return shore_dataset
 
 

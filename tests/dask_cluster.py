@@ -25,7 +25,7 @@ class Cluster:
 
 @contextmanager
 def cluster(folder: Path, workers: int, first_on_path: Path | None = None) -> Iterator[Cluster]:
-    """A scheduler and workers of one thread each, ended afterwards.
+    """Start a scheduler and workers of one thread each, and stop them at the end.
 
     Parameters
     ----------

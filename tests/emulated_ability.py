@@ -1,8 +1,8 @@
-"""An Ability Hand at the other end of a pseudo terminal.
+"""Emulated Ability Hand at the other end of a pseudo terminal.
 
-It speaks with the functions of the hand's own package. The simulated hand of that package has
-no port, no touch sensors and no watchdog; those are added here, as its documents describe
-them, with an object between the fingers.
+It uses the functions of the hand's own package. The simulated hand of that package has no port,
+touch sensors or watchdog. They are added here as its documents describe them, with an object
+between the fingers.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ FASTEST = 400.0
 
 
 class EmulatedAbility:
-    """A hand with an object between its fingers.
+    """Emulated hand with an object between its fingers.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
-"""Programs in processes of their own, without the seconds that imports take.
+"""Programs in separate processes, without the seconds that imports take.
 
-A server process, one for each process that runs tests, imports once what commands need. It is
-forked for each program, which then has its own number, working directory, environment and streams.
+One server process per test process imports the libraries of the commands once. It is forked for
+each program. The fork has its own process ID, working directory, environment and streams.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ class Program(subprocess.Popen[str]):
 
 
 class _Stream:
-    """Open file that travels to the forked process, and arrives as its number there."""
+    """Open file that is passed to the forked process."""
 
     def __init__(self, number: int) -> None:
         self._number = number
@@ -99,12 +99,12 @@ def _arrived(descriptor: Any) -> int:
 
 
 def firstcontact(*words: object, **options: Any) -> subprocess.CompletedProcess[str]:
-    """Run the command line, with the options of `run`."""
+    """Run the command line. The options are those of `run`."""
     return run("command", *words, **options)
 
 
 def run(kind: str, *words: object, **options: Any) -> subprocess.CompletedProcess[str]:
-    """Run a program to its end, with the parameters of `Program`."""
+    """Run a program to its end. The options are those of `Program`."""
     pipes = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     with Program(kind, *words, **{**pipes, **options}) as program:
         try:

@@ -1,4 +1,4 @@
-"""A real browser for the tests of the page, and connections that no browser would make."""
+"""A real browser for page tests, and raw requests that no browser would send."""
 
 from __future__ import annotations
 
@@ -55,14 +55,14 @@ def until(driver: Any, kind: Callable[[Any], Any]) -> Any:
 
 
 def text(driver: Any, element: str) -> str:
-    """Text of an element, by its id."""
+    """Return the text of an element by its id."""
     return str(driver.execute_script(f"return document.getElementById('{element}').textContent"))
 
 
 def ask(
     port: int, path: str, host: str | None = None, address: str = "127.0.0.1", **headers: str
 ) -> tuple[int, str, bytes]:
-    """Status, head and body of one request, sent as it is given."""
+    """Send a raw request. Return status, headers and body."""
     lines = [f"GET {path} HTTP/1.1", f"Host: {host or f'127.0.0.1:{port}'}"]
     lines += [f"{k.replace('_', '-')}: {v}" for k, v in headers.items()]
     with socket.create_connection((address, port), timeout=PATIENCE) as line:

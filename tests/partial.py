@@ -1,4 +1,4 @@
-"""Records of results out of the few fields that a test is about."""
+"""Results records from the few fields that a test needs."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ def results(**fields: Any) -> SubjectResults:
 
 
 def study_subject() -> type[SubjectResults]:
-    """The type of a subject's results, with the fields of all parts."""
+    """Return the record type of a subject's results, with the fields of all parts."""
     list(PARTS.values())
     return subject_kind()
 
 
 def filled(kind: Any, tree: Any) -> Any:
-    """A tree with all that its type needs."""
+    """Return a tree with all required fields of a type."""
     origin, args = get_origin(kind), get_args(kind)
     if origin is types.UnionType:
         return filled(args[0], tree)

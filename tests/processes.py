@@ -15,7 +15,7 @@ PATIENCE = 60.0
 
 
 def gone(pid: int) -> bool:
-    """Return True if a process ends within the patience."""
+    """Return True if a process ends before the timeout."""
     try:
         descriptor = os.pidfd_open(pid)
     except ProcessLookupError:

@@ -1,4 +1,4 @@
-"""Saved models and detectors that were tampered with."""
+"""Changed copies of saved models and detectors."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def load_network(folder: Path) -> InContextModel:
 
 
 def edit(folder: Path, card: str = CARD, **changes: Any) -> None:
-    """Change fields of a card, of its first predictor or of the record of that."""
+    """Change fields of a card, of its first predictor, or of that predictor's record."""
     fields = json.loads((folder / card).read_text(encoding="utf-8"))
     parts = [fields, *(fields.get("predictors") or [])[:1]]
     parts += [part["record"] for part in parts[1:]]
@@ -54,7 +54,7 @@ def edit(folder: Path, card: str = CARD, **changes: Any) -> None:
 
 
 def vouch(folder: Path, arrays: bytes, card: str = CARD, weights: str = WEIGHTS) -> None:
-    """Write other weights, and a card with their checksum."""
+    """Replace the weights, and write a card with their checksum."""
     (folder / weights).write_bytes(arrays)
     edit(folder, card, sha256=hashlib.sha256(arrays).hexdigest())
 

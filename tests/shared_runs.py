@@ -13,7 +13,7 @@ from firstcontact.core import temporary_path
 
 
 def made_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path], object]) -> Path:
-    """Return a file or folder of the whole test run; the first process that asks makes it.
+    """Return a file or folder of the whole test run. The first process that needs it makes it.
 
     Parameters
     ----------

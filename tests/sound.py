@@ -1,4 +1,4 @@
-"""A sound input without hardware: PortAudio's own way down to an ALSA device that plays a tape."""
+"""Sound input without hardware: PortAudio reads an ALSA device that plays a tape."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _SYSTEM = Path("/usr/share/alsa/alsa.conf")
 
 @cache
 def _plugin() -> Path:
-    """The device, built once a process; skips where it cannot be."""
+    """Return the ALSA device, built once per process. Skip the test if it cannot be built."""
     if not _SYSTEM.exists() or shutil.which("cc") is None:
         pytest.skip("no ALSA or no C compiler: apt install libasound2-data gcc")
     built = Path(mkdtemp(prefix="firstcontact-tape-")) / "libtape.so"
@@ -40,7 +40,7 @@ def _plugin() -> Path:
 
 
 def playing(folder: Path, samples: NDArray[np.int16], **settings: int) -> dict[str, str]:
-    """Variables with which a program hears these samples from an input called "disc".
+    """Return environment variables with which a program hears these samples from an input "disc".
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def playing(folder: Path, samples: NDArray[np.int16], **settings: int) -> dict[s
 
 @contextmanager
 def local_sound(folder: Path, samples: NDArray[np.int16], **settings: int) -> Iterator[Any]:
-    """Provide the same in this process, and let PortAudio search for inputs again."""
+    """Play the samples in this process, and let PortAudio search for inputs again."""
     variables = playing(folder, samples, **settings)
     previous = {name: os.environ.get(name) for name in variables}
     os.environ.update(variables)
@@ -89,5 +89,5 @@ def local_sound(folder: Path, samples: NDArray[np.int16], **settings: int) -> It
 
 
 def ramp(samples: int) -> NDArray[np.int16]:
-    """Samples that tell their number, modulo 65536, through a slow low-pass too."""
+    """Return samples that encode their number, modulo 65536, even after a slow low-pass."""
     return (np.arange(samples) & 0xFFFF).astype(np.uint16).view(np.int16)

@@ -1,4 +1,4 @@
-"""The public functions: one program through all of them, and what they refuse."""
+"""Public functions: one program that uses all of them, and their refusals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pinches of a simple kind: noise, then a damped oscillation that rings faster when harder."""
+"""Synthetic pinches: noise, then a damped oscillation that is faster on harder objects."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ LAYOUT = Layout(
 def pinch(
     label: Label, seed: int, hardness: float, has_contacts: bool = True, second: int = 90
 ) -> Pinch:
-    """One pinch; ``second`` samples after the first contact the other finger touches."""
+    """Return one pinch. The other finger touches ``second`` samples after the first contact."""
     rng = np.random.default_rng(seed)
     data = 0.002 * rng.standard_normal((900, 2))
     finger = Finger(seed % 2)
@@ -52,7 +52,7 @@ def shore_dataset(
     sessions: int = 3,
     has_contacts: bool = True,
 ) -> Dataset:
-    """Blocks in sessions, and unseen objects in a session of their own."""
+    """Return blocks in sessions, and unseen objects in a session of their own."""
     pinches = []
     for level in levels:
         for i in range(each):
@@ -68,7 +68,7 @@ def shore_dataset(
 
 
 def rank_dataset(each: int = 6) -> Dataset:
-    """Materials with a rank, nothing else; one contact known."""
+    """Return materials with a rank and no other label, with one known contact each."""
     materials = {"mat": 0, "foam": 0, "box": 1, "wood": 1, "desk": 2, "stone": 2}
     pinches = []
     for n, (material, rank) in enumerate(materials.items()):

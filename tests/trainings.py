@@ -1,4 +1,4 @@
-"""Recordings to train on, small and quick, and the command line that does it."""
+"""Small recordings for training, and the command line that trains on them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ CONTACT, LENGTH = 500, 700
 
 
 def touch(shore: float, label: Label, rng: np.random.Generator, has_contacts: bool = True) -> Pinch:
-    """Quiet, then a damped oscillation of the index finger's piezo; the thumb hears little."""
+    """Return a quiet signal, then a damped oscillation, strong in the index finger's piezo only."""
     data = np.zeros((LENGTH, len(LAYOUT.channels)))
     data[:, :2] = 16384 + rng.normal(0, 60, (LENGTH, 2))
     t = np.arange(LENGTH - CONTACT) / LAYOUT.rate
@@ -38,7 +38,7 @@ def recordings(
     has_contacts: bool = True,
     seed: int = 0,
 ) -> Path:
-    """Five pinches of each of three blocks in each session, and an unseen object in its own."""
+    """Write five pinches of each of three blocks per session, and an unseen object in its own."""
     rng = np.random.default_rng(seed)
     pinches = []
     for session in sessions:
@@ -61,7 +61,7 @@ def load_card(folder: Path) -> Any:
 
 
 def resampled(data: Path, rate: float, out: Path) -> Path:
-    """The recordings of a folder as a device at another rate would have made them."""
+    """Write the recordings of a folder at another sampling rate."""
     dataset = resample_dataset(load_dataset(data), rate)
     pinches = pause_between(dataset.pinches)
     out.mkdir()

@@ -12,7 +12,7 @@ from firstcontact.cli.main import main
 
 @pytest.fixture
 def refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., None]:
-    """Import and expect one sentence with these words, and an untouched disk."""
+    """Import, and assert that one sentence with these words is printed and nothing is written."""
 
     def check(path: Path, *words: str, more: tuple[str, ...] = ()) -> None:
         out = tmp_path / "out"

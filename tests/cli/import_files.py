@@ -1,4 +1,4 @@
-"""Files of other people, as `import` takes them, that tests change one thing in."""
+"""Valid files of every format that `import` reads. Tests change one property of them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def imported(path: Path, out: Path, *more: str) -> Dataset:
 
 
 def arrays(**changes: Any) -> dict[str, Any]:
-    """Four pinches that import; a change to None leaves an array out."""
+    """Return four pinches as arrays that can be imported. A change to None omits an array."""
     rng = np.random.default_rng(1)
     made = {
         "piezo": rng.normal(size=(4, LENGTH, 2)),
@@ -49,7 +49,7 @@ def npz(folder: Path, **changes: Any) -> Path:
 
 
 def wavs(folder: Path, rows: dict[str, list[Any]] | None = None, dtype: str = "int16") -> Path:
-    """A folder of three WAV files and their table."""
+    """Write a folder of three WAV files with their table."""
     folder = folder / "wavs"
     (folder / "wav").mkdir(parents=True)
     for i in range(3):
@@ -68,7 +68,7 @@ def table(path: Path, columns: dict[str, list[Any]]) -> Path:
 
 
 def long_csv(folder: Path, **changes: Any) -> Path:
-    """Two pinches of five samples, a row each."""
+    """Write a CSV with two pinches of five samples, one row per sample."""
     columns: dict[str, Any] = {
         "pinch": [0] * 5 + [1] * 5,
         "piezo_index": list(range(10)),

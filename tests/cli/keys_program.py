@@ -1,4 +1,4 @@
-"""Says what is asked of a hand from standard input, as ``live`` listens to it."""
+"""Program that prints the requests to a hand from standard input, read as ``live`` reads them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def say(words: str) -> None:
 
 
 class Session:
-    """Says what it is asked."""
+    """Stand-in for a session that prints each request."""
 
     closed = False
     uses_shape = True

@@ -36,14 +36,14 @@ def blocks(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def rig(blocks: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A model of the rig of the blocks; no test changes it."""
+    """Return a model of the rig of the blocks. No test may change it."""
     out = tmp_path_factory.mktemp("rig") / "rig"
     assert run("adapt", blocks, "--out", out, "--seed", "3") == 0
     return out
 
 
 def only(data: Path, out: Path, selected: Any) -> Path:
-    """A folder with those pinches for whose label this holds."""
+    """Write the pinches whose label meets the condition into a folder."""
     pinches = [p for p in load_dataset(data).pinches if selected(p.label)]
     out.mkdir()
     write_dataset(Dataset(tuple(pinches), "synthetic"), out, Header(LAYOUT, "synthetic"))
@@ -159,7 +159,7 @@ def test_pinches_without_a_shore_a_do_not_count(tmp_path: Path, capsys: Any) -> 
 def test_a_rig_that_the_model_cannot_read_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
 ) -> None:
-    """Errors on held-out pinches were over twice the errors of the mean prediction."""
+    """Here the model's errors are over twice those of a constant prediction."""
     monkeypatch.chdir(tmp_path)
     runpy.run_path(str(EXAMPLES / "own_arrays.py"), run_name="__main__")
     assert run("import", "own.npz", "--out", "own") == 0

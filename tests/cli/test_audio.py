@@ -1,4 +1,4 @@
-"""Verbs that listen to a sound input, from a tape by way of PortAudio."""
+"""Commands that read a sound input, here a recorded tape played through PortAudio."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Verbs on a cluster: the same files, a worker that is killed, an interrupt, a bad address."""
+"""Commands on a cluster: equal files, a killed worker, an interrupt, an invalid address."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ RUN = {"study", "inference_us", "part_seconds", "seconds"}
 
 @pytest.fixture(scope="module")
 def one(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
-    """A cluster of one worker; no test ends it."""
+    """Return a cluster with one worker. No test may stop it."""
     with cluster(tmp_path_factory.mktemp("cluster"), 1) as running:
         yield running
 
@@ -39,7 +39,7 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 async def processing(address: str) -> dict[str, list[str]]:
-    """Ask the scheduler for the tasks of each worker, without being one of its clients."""
+    """Ask the scheduler for the tasks of each worker, without connecting as a client."""
     async with rpc(address) as scheduler:
         tasks: dict[str, list[str]] = await scheduler.processing(workers=None)
         return tasks
@@ -128,7 +128,7 @@ def test_a_study_finds_the_same_though_a_worker_is_killed(
 
 
 def comparable(tree: Any) -> Any:
-    """Results without what is said of the run, and without times of this machine."""
+    """Return the results without the description of the run and without times."""
     if not isinstance(tree, dict):
         return tree
     selected = {key: value for key, value in tree.items() if key not in RUN}

@@ -1,4 +1,4 @@
-"""Tab completes what the help of each verb offers."""
+"""Completion by the Tab key offers the options that the help lists."""
 
 from __future__ import annotations
 

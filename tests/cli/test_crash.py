@@ -41,7 +41,7 @@ sys.exit(main())
 def run(
     body: str, folder: Path, *arguments: str, **environment: str
 ) -> subprocess.CompletedProcess[str]:
-    """Run the verb ``info`` with this in it, in this folder."""
+    """Run the verb ``info`` with another body, in a given folder."""
     return subprocess.run(
         [sys.executable, "-c", PROGRAM.format(body=body), "info", *arguments],
         cwd=folder,
@@ -52,7 +52,7 @@ def run(
 
 
 def only_log(folder: Path) -> Path:
-    """The one file in a folder."""
+    """Return the single file in a folder."""
     (log,) = folder.iterdir()
     return log
 
@@ -134,7 +134,7 @@ def test_without_a_folder_for_states_the_log_is_a_temporary_file(tmp_path: Path)
 
 @dataclass(frozen=True)
 class Raising:
-    """A verb that raises while it writes."""
+    """Verb that raises an error while it writes."""
 
     error: ClassVar[BaseException]
     out: ClassVar[Path]

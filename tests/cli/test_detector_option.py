@@ -1,4 +1,4 @@
-"""A detector by itself: made, and used beside a model that another one was made with."""
+"""Training of a detector alone, and its use with a model that was trained with another one."""
 
 from __future__ import annotations
 

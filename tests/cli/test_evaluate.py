@@ -22,13 +22,13 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def svm(data: Path, small_searches: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A model of the pinches; no test changes it."""
+    """Return an SVM trained on the pinches. No test may change it."""
     return trained(data, tmp_path_factory.mktemp("svm") / "m")
 
 
 @pytest.fixture(scope="module")
 def peak(data: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A model that is quicker to train; no test changes it."""
+    """Return a peak model, which trains faster. No test may change it."""
     return trained(data, tmp_path_factory.mktemp("peak") / "m", "--estimator", "peak")
 
 

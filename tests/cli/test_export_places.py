@@ -1,4 +1,4 @@
-"""An export takes no place that is taken, and leaves none half filled."""
+"""An export never overwrites a file, and leaves no incomplete file."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ sys.exit(main(sys.argv[1:]))
 
 @pytest.fixture
 def recordings(tmp_path: Path) -> Path:
-    """Two sessions of three pinches, a megabyte when exported."""
+    """Write two sessions of three pinches, one megabyte when exported."""
     rng = np.random.default_rng(1)
     pinches = [
         Pinch(rng.integers(-99, 99, (2000, 16)).astype(np.int16), LAYOUT, Label("a", 20.0, None, s))
@@ -66,7 +66,7 @@ def test_a_second_one_is_refused_and_the_first_stays(
 
 
 def test_of_two_at_once_one_is_refused_and_nothing_is_mixed(tmp_path: Path, recordings: Path):
-    """Both begin while the place is free: each waits until the other has written its file."""
+    """Both exports begin while the file does not exist, and each waits for the other."""
     script = """
 import sys
 from pathlib import Path
@@ -106,7 +106,7 @@ sys.exit(main(sys.argv[1:]))
 def test_fingers_that_an_array_cannot_hold_are_refused(
     tmp_path: Path, selected: int, capsys: pytest.CaptureFixture[str]
 ):
-    """One strip only, or five taxels of the thumb and no strip."""
+    """Either one strip only, or five taxels on the thumb and no strip."""
     layout = type(LAYOUT)(LAYOUT.channels[:selected], LAYOUT.rate)
     pinch = Pinch(np.zeros((100, selected), np.int16), layout, Label("a"))
     write_dataset(Dataset((pinch,)), tmp_path, Header(layout, "synthetic"))

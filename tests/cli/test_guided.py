@@ -29,14 +29,14 @@ LABEL = BLOCK.label("1")
 
 
 class Counts:
-    """Minimal source for the terminal guide."""
+    """Minimal source for the terminal's guide."""
 
     health = Health(samples=1000, lost_samples=7)
 
 
 @pytest.fixture
 def typed(monkeypatch):
-    """Standard input, and where to type into it."""
+    """Replace standard input by a pipe, and return its writing end."""
     present, positions = os.pipe()
     with os.fdopen(present) as stdin, os.fdopen(positions, "w") as keys:
         monkeypatch.setattr("sys.stdin", stdin)
@@ -48,7 +48,7 @@ def guide(layout=LAYOUT, calibration=CALIBRATION):
 
 
 def begun(source, guide, asks=False):
-    """A terminal that follows a guide."""
+    """Return a terminal that shows the progress of a guide."""
     terminal = Terminal(source, Stop(), asks)
     terminal.begin(guide)
     return terminal

@@ -1,4 +1,4 @@
-"""Each bad input gets one sentence, exit code 2, and leaves nothing behind."""
+"""Each invalid input gives one sentence and exit code 2, and leaves no files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``info`` prints what a bug report needs."""
+"""``info`` prints the facts that a bug report needs."""
 
 from __future__ import annotations
 

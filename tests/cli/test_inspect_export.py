@@ -32,7 +32,7 @@ from firstcontact.recording._dataset import pause_between
 
 
 def pinch(seed: int, layout: Layout, samples: int = 400) -> Pinch:
-    """Both fingers ring after their contacts; the forces rise and the strips close."""
+    """Return a pinch in which both fingers vibrate after contact, forces rise and strips close."""
     rng = np.random.default_rng(seed)
     contacts = (
         Contact(Finger(seed % 2), 120, 120),

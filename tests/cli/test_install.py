@@ -1,4 +1,4 @@
-"""The installed package, in an environment that has only the base install."""
+"""The installed package, in an environment with the base install only."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture(scope="module")
 def base(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The ``bin`` folder of a fresh environment after ``pip install WHEEL``."""
+    """Return the ``bin`` folder of a fresh environment after ``pip install WHEEL``."""
     folder = tmp_path_factory.mktemp("base")
     source = folder / "source"  # building leaves files behind, and not in the checkout
     shutil.copytree(ROOT / "src", source / "src", ignore=shutil.ignore_patterns("*.egg-info"))

@@ -53,9 +53,9 @@ def estimates(text: str) -> list[tuple[float, ...]]:
 
 
 def same(one: list[tuple[float, ...]], other: list[tuple[float, ...]]) -> bool:
-    """Return True if all estimates agree.
+    """Return True if all estimates agree to a few digits.
 
-    Estimates that are due together are one product of matrices: its last digits differ.
+    Estimates that are due together are one product of matrices, so their last digits differ.
     """
     return one == [pytest.approx(numbers, rel=0, abs=1e-3) for numbers in other]
 
@@ -64,7 +64,7 @@ def same(one: list[tuple[float, ...]], other: list[tuple[float, ...]]) -> bool:
 def recorded(
     environment: dict[str, str], tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[Path, list[tuple[float, ...]]]:
-    """A recording that a live run made, and the estimates that it told."""
+    """Return a recording made by a live run, and the estimates of that run."""
     folder = tmp_path_factory.mktemp("recordings")
     arguments = ("--pinches", "4", "--speed", "4", "--record", "--recordings", str(folder))
     process = live(environment, "--device", "twin", "--json", *arguments)
@@ -97,7 +97,7 @@ def test_a_replay_tells_what_was_told_live(
 def test_a_rig_that_nothing_is_known_of_is_answered_with_wide_intervals(
     environment: dict[str, str], recorded: tuple[Path, list[tuple[float, ...]]], tmp_path: Path
 ) -> None:
-    """Without a model the one of the package answers; a folder may hold such a one alone."""
+    """Without a model, the package's model predicts. A folder may hold that model alone."""
     recording = read_recording(recorded[0])
     real = tmp_path / "real.mcap"
     with RecordingWriter(real, replace(recording.header, source="real")) as writer:
@@ -276,7 +276,7 @@ def test_what_cannot_be_used_is_said_in_one_sentence(
 def closing_by_lines(
     environment: dict[str, str], port: Path
 ) -> Iterator[tuple[EmulatedAbility, subprocess.Popen[str]]]:
-    """A hand that ``live`` has closed because a line asked for it."""
+    """Start ``live`` and close the hand by a line on its standard input."""
     arguments = ["--device", "twin", "--hand", "ability", "--hand-port", str(port), "--json"]
     pipe, nowhere = subprocess.PIPE, subprocess.DEVNULL
     with (

@@ -41,7 +41,7 @@ def recorded(pinches: Dataset, folder: Path) -> Path:
 
 @pytest.fixture(scope="module")
 def fast_model(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Detector and model of windows at 8 kHz."""
+    """Return the folder of a detector and a window model for 8 kHz."""
     folder = tmp_path_factory.mktemp("fast")
     data = resampled(recordings(folder / "data"), FAST, folder / "at 8 kHz")
     assert run("train", data, "--rate", "8000", "--out", folder / "model") == 0

@@ -1,4 +1,4 @@
-"""The log: quiet, unless it is asked for or something went wrong."""
+"""The log is silent, except with ``--verbose`` or after an error."""
 
 from __future__ import annotations
 

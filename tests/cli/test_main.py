@@ -18,7 +18,7 @@ from firstcontact.core import InputError
 
 @dataclass(frozen=True)
 class Raising:
-    """A verb that raises."""
+    """Verb that raises an error."""
 
     error: ClassVar[BaseException]
 
@@ -28,7 +28,7 @@ class Raising:
 
 
 def run(monkeypatch: pytest.MonkeyPatch, error: BaseException) -> int:
-    """Run main with a verb that raises this."""
+    """Run main with a verb that raises this error."""
     monkeypatch.setattr(Raising, "error", error, raising=False)
     monkeypatch.setattr("firstcontact_lab.verbs.study.Study", Raising)
     return command.main(["study"])
@@ -94,7 +94,7 @@ def test_the_overview_names_every_verb_with_its_own_words(
 
 
 def loaded(*arguments: str) -> set[str]:
-    """The modules that a command has imported at its end."""
+    """Return the modules that a command has imported when it ends."""
     code = (
         "import sys\n"
         "from firstcontact.cli.main import main\n"

@@ -27,7 +27,7 @@ HOSTILE = "a\x1b[31m\x1b]0;owned\x07\x1b[2A\x9b31mb\u202ec\x7f\x08"
 
 
 def is_plain(text: str) -> bool:
-    """Return True if a terminal shows it as plain text."""
+    """Return True if a terminal shows the text without control characters."""
     return all(
         c in "\n\t" or (c >= " " and not "\x7f" <= c <= "\x9f" and c not in "\u202e\u2028")
         for c in text
@@ -64,7 +64,7 @@ def test_a_progress_bar_goes_back_and_a_name_does_not() -> None:
 
 @pytest.fixture
 def hostile(tmp_path: Path) -> Path:
-    """A recording in which all that is text is hostile."""
+    """Write a recording whose text fields all contain control characters."""
     path = tmp_path / f"{HOSTILE}.mcap"
     header = Header(
         layout=fingertip_layout(), source="synthetic", sensor=HOSTILE, hand=HOSTILE,

@@ -1,4 +1,4 @@
-"""Messages about present and missing serial ports."""
+"""Messages about available and missing serial ports."""
 
 from __future__ import annotations
 

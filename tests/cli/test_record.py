@@ -1,4 +1,4 @@
-"""``firstcontact record`` with the twin over its pseudo terminal, interrupted in every way."""
+"""``firstcontact record`` with the twin on a pseudo terminal, and all kinds of interruptions."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ STREAMS = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.PIPE)
 
 @contextmanager
 def running(*command: str, **streams: int) -> Iterator[subprocess.Popen[str]]:
-    """A command that goes on; it is ended at the latest with the block."""
+    """Start a command, and end it when the block ends, if it still runs."""
     with subprocess.Popen(command, text=True, **{**STREAMS, **streams}) as child:
         try:
             yield child
@@ -58,7 +58,7 @@ def running(*command: str, **streams: int) -> Iterator[subprocess.Popen[str]]:
 
 @contextmanager
 def recording(*arguments: str, device: str = "twin") -> Iterator[forked.Program]:
-    """A recording that goes on."""
+    """Start a recording, and end it when the block ends, if it still runs."""
     with forked.Program("command", "record", "--device", device, *arguments, **STREAMS) as child:
         try:
             yield child
@@ -67,7 +67,7 @@ def recording(*arguments: str, device: str = "twin") -> Iterator[forked.Program]
 
 
 def read_until(child: subprocess.Popen[str], word: str) -> None:
-    """Read its lines up to one with this word."""
+    """Read the lines of a process up to the first with this word."""
     assert child.stdout is not None
     for line in child.stdout:
         if word in line:
@@ -184,7 +184,7 @@ def test_under_nohup_a_terminal_may_go(tmp_path, calibration):
 
 @pytest.fixture
 def port() -> Iterator[TwinDevice]:
-    """A device that is none of the command's: a hand with a cable that can be pulled."""
+    """Start a simulated device with a cable that tests can unplug."""
     with TwinDevice(seed=4, speed=8) as device:
         yield device
 

@@ -1,4 +1,4 @@
-"""Taps on a disc at a sound input are recorded, with the contacts as the detector marked them."""
+"""Taps on a disc at a sound input are recorded with the contacts that the detector marked."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Terminal keys and input lines that name objects, and close and open the hand."""
+"""Terminal keys and input lines that start a new object, and close and open the hand."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Signals: each verb ends in order, once, and under nohup not at all."""
+"""Signals end each verb once and in order. Under nohup, a hangup ends none."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def test_who_insists_cuts_a_finishing_that_hangs_short(monkeypatch: pytest.Monke
 
 @pytest.fixture
 def hung_up() -> Iterator[None]:
-    """Hangup is ignored, as under nohup."""
+    """Ignore the hangup signal, as nohup does."""
     previous = signal.signal(signal.SIGHUP, signal.SIG_IGN)
     yield
     signal.signal(signal.SIGHUP, previous)

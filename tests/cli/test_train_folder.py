@@ -1,4 +1,4 @@
-"""A training replaces its folder completely or not at all."""
+"""Training replaces its folder completely or not at all."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def content(folder: Path) -> dict[str, bytes]:
 
 @pytest.mark.parametrize("size", [200, 1000, 3000, 10_000])
 def test_a_full_disk_leaves_the_old_training(model: Path, other: Path, size: int) -> None:
-    """The weights are the largest: what is written before them may fit."""
+    """The weights are written last and are the largest file, so earlier files may still fit."""
     original = content(model)
     assert len(original[WEIGHTS]) > 10_000
     words = ["train", str(other), "--estimator", "peak", "--out", str(model)]
@@ -139,7 +139,7 @@ def test_models_that_training_would_not_remake_are_preserved(
 def test_a_reader_is_told_where_the_old_one_is(
     model: Path, data: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """State after a kill between the two renames."""
+    """The folder is in the state after a kill between the two renames."""
     aside = model.with_name(".m.0123abcd.old")
     original = content(model)
     model.rename(aside)

@@ -22,7 +22,7 @@ UNLOADED = 2000
 
 
 class MemorySource:
-    """Gives arrivals that were made before; more can be added while it is read."""
+    """Source of prepared samples. Tests can add more while it is read."""
 
     name = "memory"
 
@@ -62,7 +62,7 @@ class MemorySource:
 
 @dataclass(frozen=True)
 class Touch:
-    """Sample numbers of what happened in a closing."""
+    """Sample numbers of the events in one closing."""
 
     motor: int
     contacts: dict[Finger, int]
@@ -73,10 +73,10 @@ def samples(seconds: float) -> int:
 
 
 class Hand:
-    """Makes raw samples, closing after closing.
+    """Generator of raw samples for one closing after another.
 
-    ``strips`` are the fingers whose strips work; ``silent`` those whose piezo hears no touch;
-    ``loud`` scales the touch.
+    ``strips`` are the fingers whose strips work. ``silent`` are the fingers whose piezo does not
+    respond to a touch. ``loud`` scales the signal of the touch.
     """
 
     def __init__(self, seed: int = 0) -> None:
@@ -85,7 +85,7 @@ class Hand:
         self.at = 0
 
     def phase(self, seconds: float, loud: float) -> NDArray[np.float64]:
-        """Columns: two piezos, V; two loads, 0 to 1; two strips."""
+        """Append columns: two piezos, V; two loads, 0 to 1; two strips."""
         out = np.zeros((samples(seconds), 6))
         out[:, :2] = loud * FLOOR * self._rng.standard_normal((len(out), 2))
         self._phases.append(out)
@@ -146,7 +146,7 @@ def arrivals(
     first: int = 0,
     epoch: int = 0,
 ) -> list[Arrival]:
-    """Samples cut into blocks, each with its markers."""
+    """Cut samples into blocks, each with its markers."""
     cut_arrivals = []
     for start in range(0, len(data), length):
         block = Block(data[start : start + length], first + start, epoch)

@@ -1,4 +1,4 @@
-"""A recording of taps at known samples, without a mark."""
+"""Recording of taps at known samples, without pinch marks."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ LAYOUT = Layout((PIEZO,), RATE, groups=(Group("100_hz", SLOW),))
 
 
 def taps(n: int, every: float = 0.25) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
-    """Samples of the taps."""
+    """Return the samples of the taps."""
     return np.round((0.3 + every * np.arange(n)) * RATE).astype(np.int64)
 
 
 def write_taps(path: Path, n: int = 8, every: float = 0.25) -> Path:
-    """Quiet with taps in it, at :func:`taps`."""
+    """Write a quiet recording with taps at the samples of :func:`taps`."""
     rng = np.random.default_rng(0)
     signal = rng.normal(0, 3, round((0.6 + every * n) * RATE))
     t = np.arange(400) / RATE

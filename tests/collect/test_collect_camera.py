@@ -1,4 +1,4 @@
-"""A camera that is made up: frames, another clock, and now and then a wrong label."""
+"""Simulated camera with its own clock and a few wrong labels."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ FPS = 960.0
 
 
 def random_recording(seed: int, pinches: int = 40, epochs: int = 1) -> tuple[Recording, dict]:
-    """A recording's marks, and when its contacts really were, s since each epoch's start."""
+    """Return the marks of a recording, and the times of its contacts, s from each epoch's start."""
     rng = np.random.default_rng(seed)
     marks, truth = [], {}
     for number in range(pinches):

@@ -1,4 +1,4 @@
-"""Curves of known parameters, read through a divider with noise."""
+"""Force curves with known parameters, read through a divider with noise."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ NEWTONS = np.array([0.0, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0])
 
 
 def volts(force, leak, gain, exponent):
-    """The divider over a sheet of this curve, V."""
+    """Return the voltage over the divider for a sheet with this curve, V."""
     g = leak + gain * np.asarray(force) ** exponent
     return 3.3 * DIVIDER_OHM * g / (1 + DIVIDER_OHM * g)
 

@@ -19,7 +19,7 @@ LABEL = Label("block 20", 20.0, None, "block 20", "1")
 
 
 def record(path: Path, label: Label = LABEL) -> Path:
-    """A whole recording of one pinch."""
+    """Write a complete recording of one pinch."""
     with RecordingWriter(path, Header(LAYOUT, "twin", session="1")) as writer:
         writer.write(Block(np.zeros((2000, 16), np.int16)))
         writer.mark(PinchMark(0, 100, 900, 0, label))

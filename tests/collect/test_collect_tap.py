@@ -8,7 +8,7 @@ from firstcontact.core import Block, Calibration, Finger, InputError, VibrationC
 
 
 def tap_signal(peak: float, finger: Finger = Finger.THUMB, seconds: float = 2.0) -> np.ndarray:
-    """Rest, with one tap of this peak (V) on one finger after a second."""
+    """Return a signal at rest with one tap on one finger after a second. Its peak is in V."""
     n = round(seconds * RATE)
     volts = np.random.default_rng(0).normal(0, FLOOR / 2, (n, 2))
     t = np.arange(n - round(RATE)) / RATE

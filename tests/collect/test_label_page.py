@@ -1,4 +1,4 @@
-"""The labelling page in a real browser, by its keys."""
+"""The labelling page in a real browser, operated by its keys."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from page_browser import UPGRADE, ask, browsing, needs_browser, text, until
 
 
 class Labelling:
-    """A page that is served in a thread until it is finished."""
+    """Labelling page that a thread serves until labelling is finished."""
 
     def __init__(self, folder: Path, n: int, every: float = 0.25) -> None:
         path = write_taps(folder / "taps.mcap", n, every)

@@ -1,4 +1,4 @@
-"""Labelling without its page: what is done, kept, undone and written."""
+"""Labelling without the page: actions, undo, the journal and the new recordings."""
 
 from __future__ import annotations
 

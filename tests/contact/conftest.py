@@ -1,4 +1,4 @@
-"""Fitted detectors, shared by the tests of this room."""
+"""Fitted detectors, shared by the tests of this folder."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A hand that closes again and again, as simple numbers: rest, motor, contact, hold, opening."""
+"""Synthetic stream of a hand that closes repeatedly: rest, motor, contact, hold, opening."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ UNLOADED = 2000
 
 @dataclass(frozen=True)
 class Closing:
-    """Sample numbers of what happened."""
+    """Sample numbers of the events in one closing."""
 
     motor: int
     first: int
@@ -32,7 +32,7 @@ def samples(seconds: float) -> int:
 
 
 def hand_stream(closings: int, seed: int = 0) -> tuple[NDArray[np.int16], list[Closing]]:
-    """Raw samples, shape (n, 16), and the closings in them."""
+    """Return raw samples, shape (n, 16), and their closings."""
     rng = np.random.default_rng(seed)
     phases: list[NDArray[np.float64]] = []  # columns: two piezos in V, two loads, two strips
     truth: list[Closing] = []
@@ -74,7 +74,7 @@ def hand_stream(closings: int, seed: int = 0) -> tuple[NDArray[np.int16], list[C
 
 
 def raw(x: NDArray[np.float64]) -> NDArray[np.int16]:
-    """Raw samples of two piezos in V, two loads and two strips."""
+    """Convert two piezos in V, two loads and two strips to raw samples."""
     out = np.zeros((len(x), 16), dtype=np.int16)
     volt = LAYOUT.channels[0].scale
     out[:, :2] = np.clip(x[:, :2] / volt + LAYOUT.channels[0].offset, 0, 32_736)

@@ -1,4 +1,4 @@
-"""Pinches that begin at rest: what a recording has whose motor starts later."""
+"""Pinches that begin at rest, before the motor starts."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ def rested(
     jerk: float = 0.03,
     seed: int = 0,
 ) -> Dataset:
-    """The pinches with rest before them, s: electronics' noise and hum, no motor.
+    """Return the pinches with rest before them, s: noise and hum of the electronics, no motor.
 
-    Over its first 20 ms the motor grows to its loudness, and gives a jerk (V) as it starts.
+    Within the first 20 ms the motor reaches its full loudness. It starts with a jerk (V).
     """
     rng = np.random.default_rng(seed)
     return replace(

@@ -1,4 +1,4 @@
-"""A sensor of no finger: no motor before a contact, so closings begin at rest."""
+"""Sensors of no finger: no motor runs before a contact, so closings begin at rest."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ CALIBRATION = Calibration((Floor(None, 0.001, 0.0),))
 
 
 def tap_signal(times: list[float], seconds: float, rings: float = 0.004) -> np.ndarray:
-    """Rest, with a tap at each of these times, s."""
+    """Return a signal at rest with a tap at each of these times, s."""
     rng = np.random.default_rng(0)
     x = 0.001 * rng.standard_normal(round(seconds * RATE))
     t = np.arange(len(x)) / RATE

@@ -1,4 +1,4 @@
-"""Start of a closing: from the live gate, from labels, or else the first sample."""
+"""Start of a closing from the live gate or from labels, otherwise from the first sample."""
 
 from __future__ import annotations
 
@@ -66,7 +66,10 @@ def rig(
     seed: int = 0,
     fades: float = 0.01,
 ) -> Dataset:
-    """Another rig than the twin's: white rest and motor (RMS, mV), a contact that rings, mV."""
+    """Return pinches of a rig unlike the twin.
+
+    Rest and motor are white noise with an RMS in mV. The contact rings, with an amplitude in mV.
+    """
     rng = np.random.default_rng(seed)
     layout = Layout(
         tuple(Channel(f"p{f}", ChannelKind.VIBRATION, Finger(f), "V") for f in range(len(floor))),
@@ -108,7 +111,7 @@ def test_closing_starts_at_once_with_a_running_motor() -> None:
 @pytest.mark.parametrize("fades", [0.003, 0.01, 0.03, 0.1, 0.5])
 @pytest.mark.parametrize("rest_s", [0.0, 0.12])
 def test_contact_without_a_motor_is_no_start(fades: float, rest_s: float) -> None:
-    """Impacts on a microphone: quiet, a loud onset, a ring however long."""
+    """Impacts on a microphone: quiet, then a loud onset that rings."""
     dataset = rig(motor=(1.0,), floor=(1.0,), fades=fades, rest_s=rest_s)
     assert waits(dataset) == [0] * len(dataset)
 
@@ -186,7 +189,7 @@ def test_calibrated_start_equals_the_live_gate(closing: Closing, steps: int) -> 
 
 
 def test_pinch_cut_by_live_starts_at_its_first_sample() -> None:
-    """A recording's pinches begin where the gate opened: offline must start there, too."""
+    """Recorded pinches begin where the gate opened. Offline they must start there, too."""
     for closing in CLOSINGS:
         opened = opening(closing)
         data = DATA[opened : closing.release]
@@ -246,7 +249,7 @@ def test_description_names_the_method() -> None:
 
 @pytest.mark.parametrize("unit", [None, "V", "counts"])
 def test_force_in_any_unit_keeps_the_start(unit: str | None) -> None:
-    """Imported: force in volts or in counts of a converter, as their unit says or not at all."""
+    """Imported forces are in volts or in converter counts."""
     dataset = rested(toy_closings(8), rest_range=(0.2, 0.2), electronics=0.0005)
     piezo = np.array([p.vibration() for p in dataset.pinches])
     counts = np.random.default_rng(0).integers(60, 70, (*piezo.shape[:2], 2, 6))
@@ -264,7 +267,7 @@ def test_force_in_any_unit_keeps_the_start(unit: str | None) -> None:
 
 
 def test_force_without_a_unit_keeps_the_start() -> None:
-    """Recordings imported before forces had a unit contain such channels."""
+    """Older recordings contain forces without a unit."""
     dataset = rested(toy_closings(8), rest_range=(0.2, 0.2), electronics=0.0005)
     count = Channel("force_index_0", ChannelKind.FORCE, Finger.INDEX, "", taxel=0)
     layout = Layout((*dataset.layout.channels, count), dataset.layout.rate)

@@ -1,4 +1,4 @@
-"""A detector comes back from disk as it was; files that are damaged or foreign are refused."""
+"""Loaded detectors equal the saved ones. Damaged and foreign files are refused."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def folder(svm: SvmDetector, tmp_path: Path) -> Path:
 
 
 def test_loaded_detector_finds_the_same_contacts(detector: Detector, tmp_path: Path) -> None:
-    """A new detector is one more case of this test: the fixture goes through the registry."""
+    """The fixture covers every registered detector."""
     loaded = load_detector(save_detector(detector, tmp_path))
     assert loaded.name == detector.name
     contacts = [detect(detector, pinch) for pinch in FRESH]
@@ -208,7 +208,7 @@ def test_decision_that_is_not_finite_is_refused(folder: Path) -> None:
 
 @pytest.mark.slow
 def test_shipped_detector_is_reproducible(tmp_path: Path) -> None:
-    """Commands from docs/how-to/adapt-to-your-rig.md."""
+    """The commands are those of docs/how-to/adapt-to-your-rig.md."""
     pytest.importorskip("numba")
     numbers = ["--pinches-per-block", "60", "--pinches-per-object", "30", "--seed", "7"]
     twin, trained_folder = str(tmp_path / "twin"), str(tmp_path / "detector")

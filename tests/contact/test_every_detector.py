@@ -1,4 +1,4 @@
-"""Every registered detector keeps the promises; a new one is tested by registering it."""
+"""Conformance tests of all registered detectors, plug-ins included."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Deaf(Loud):
 
 
 class Forgetful(Loud):
-    """Looks at how long the block was, not at the stream."""
+    """Faulty detector that depends on the length of the block."""
 
     def judge(self, block):  # type: ignore[no-untyped-def]
         verdicts = super().judge(block)
@@ -86,7 +86,7 @@ def test_fingers_in_one_window_come_in_the_order_of_their_onsets(detector: Detec
 
 
 def at_rate(rate: float) -> Dataset:
-    """Closings whose samples come at another rate."""
+    """Return closings at another sampling rate."""
     pinches = [closing(seed) for seed in range(8)]
     return Dataset(tuple(replace(p, layout=replace(p.layout, rate=rate)) for p in pinches))
 

@@ -1,4 +1,4 @@
-"""Onsets that are found by looking ahead."""
+"""Onset finder with look-ahead."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The logistic detector learns, is 17 numbers, looks often, and can be moved to another rig."""
+"""Logistic detector: training, its 17 numbers, its decisions, and transfer to another rig."""
 
 from __future__ import annotations
 

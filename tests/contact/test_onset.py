@@ -1,4 +1,4 @@
-"""The picker finds where quiet ends."""
+"""Onset picker: the end of the quiet part."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A slip detector: what is a slip, what is none, and that blocks do not matter."""
+"""Slip detector: slips, other sounds, and independence of the block sizes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ BEGIN = round(0.6 * RATE)
 
 
 def stream(rubs: float = 0.0, knock: float = 0.0, begin: int = BEGIN) -> NDArray[np.int16]:
-    """Noise of a quiet hold, and from a sample on rubbing, or a knock of 2 ms, both in V."""
+    """Return the noise of a quiet hold with rubbing from one sample on, or a 2 ms knock, in V."""
     rng = np.random.default_rng(0)
     n = round(SECONDS * RATE)
     volts = 0.01 * rng.standard_normal((n, 2))
@@ -94,7 +94,7 @@ def test_slip_below_one_converter_step_raises_no_alarm() -> None:
 
 
 def test_real_holds_of_another_sensor_raise_few_alarms(biotac: Path) -> None:
-    """The threshold comes from the twin; this is ten minutes of holds without a labelled slip."""
+    """The threshold comes from the twin. The ten minutes of holds have no labelled slip."""
     layout = replace(LAYOUT, rate=2200.0)
     count, samples = 0, 0
     for file in sorted(biotac.rglob("*.mat")):

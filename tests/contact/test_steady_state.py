@@ -1,4 +1,4 @@
-"""Detectors find the same contacts whether or not a pinch begins before its motor does."""
+"""Detectors find the same contacts if a pinch begins before its motor starts."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ CONDITIONS = ("paper-rig", "everyday")
 
 @cache
 def twin(name: str) -> Dataset:
-    """Pinches whose motor runs from the first sample on, as `simulate` makes them."""
+    """Return pinches whose motor runs from the first sample on, as `simulate` makes them."""
     pinches = []
     for session in plan_sessions(condition(name), 20, 0, 3):
         for number, planned in enumerate(session.pinches):
@@ -36,7 +36,7 @@ def rested_twin(name: str) -> Dataset:
 
 
 def halves(dataset: Dataset) -> tuple[Dataset, Dataset]:
-    """Sessions to learn from, and others to be judged on."""
+    """Split the sessions into training and test data."""
     even = np.isin(dataset.sessions, np.unique(dataset.sessions)[::2])
     return dataset.take(even), dataset.take(~even)
 

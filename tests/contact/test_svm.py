@@ -1,4 +1,4 @@
-"""The SVM learns, is plain arrays, and refuses what it cannot use."""
+"""SVM detector: training, its plain arrays, and refusals."""
 
 from __future__ import annotations
 

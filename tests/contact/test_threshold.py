@@ -1,4 +1,4 @@
-"""The published threshold does what it says."""
+"""Published threshold detector against a square wave."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ STEADY, STEP = 197, 15
 
 
 def stream(height: float, position: int) -> Block:
-    """A square wave of known sigma with one sample of another height."""
+    """Return a square wave of known sigma with one sample of another height."""
     x = np.tile([1.0, -1.0], 300) * 320
     x[position] = height * 320
     data = np.full((600, 16), 16384.0)

@@ -1,4 +1,4 @@
-"""Blocks of an unbroken stream meet end to start, and are joined where they do."""
+"""Consecutive blocks join without gap or overlap."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Closing speeds that no hand has are refused where they are made and where they are read."""
+"""Impossible closing speeds are refused by constructors and by readers."""
 
 from __future__ import annotations
 

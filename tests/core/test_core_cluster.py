@@ -1,4 +1,4 @@
-"""A Dask cluster: jobs go there, survive a worker, and what cannot work is one sentence."""
+"""Jobs on a Dask cluster: they run there, survive lost workers, and fail with one sentence."""
 
 from __future__ import annotations
 

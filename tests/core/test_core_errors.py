@@ -1,4 +1,4 @@
-"""Only what the user can mend is an InputError."""
+"""Only errors that the user can fix are an InputError."""
 
 from __future__ import annotations
 

@@ -63,7 +63,7 @@ Requires-Dist: pytest>=8; extra == "dev"
 
 
 def install_words(site: Path, origin: str | None, extra: str) -> list[str]:
-    """Words of the install command that a copy of the package in ``site`` names."""
+    """Return the install command that a copy of the package in ``site`` prints."""
     record = site / "firstcontact-0.1.0.dist-info"
     record.mkdir(parents=True)
     (record / "METADATA").write_text(METADATA)

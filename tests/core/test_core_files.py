@@ -1,4 +1,4 @@
-"""Files are there whole, or as they were."""
+"""Atomic files: each is complete or unchanged."""
 
 from __future__ import annotations
 

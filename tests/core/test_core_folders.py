@@ -1,4 +1,4 @@
-"""A folder is replaced whole or not at all, whenever its writer is killed."""
+"""Folders are replaced completely or not at all, at whatever time the writer is killed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Foreign code may raise anything: it becomes an InputError that names it."""
+"""Exceptions of foreign code become an InputError that names the code."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from firstcontact.core import _foreign as foreign
 
 
 class Odd(BaseException):
-    """Neither an Exception nor one of Python's own."""
+    """Exception that is neither an Exception nor built in."""
 
 
 class MuteError(Exception):
-    """Cannot even say its message."""
+    """Exception whose message cannot be read."""
 
     def __str__(self) -> str:
         raise SystemExit(0)
@@ -37,14 +37,14 @@ RAISED = (
 
 @pytest.fixture(autouse=True)
 def _as_a_command() -> Iterator[None]:
-    """Handle signals as the command does."""
+    """Install the signal handlers of the command."""
     with stopping():
         yield
 
 
 @pytest.fixture
 def stranger(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
-    """A module of another package, which raises what it is given."""
+    """Return a module of another package that raises a given exception."""
     monkeypatch.setattr(foreign, "_modules", {})
     module = ModuleType("stranger.inside")
     exec("def fail(error):\n    raise error\n\ndef call(act):\n    return act()\n", vars(module))

@@ -1,4 +1,4 @@
-"""Workers: order, errors, and none left behind."""
+"""Workers: order of results, errors, and no process left behind."""
 
 from __future__ import annotations
 
@@ -75,13 +75,13 @@ def _pause(still: bool) -> bool:
 
 
 def test_jobs_use_the_configured_joblib_backend() -> None:
-    """Users expect this of code built on joblib."""
+    """Users expect this of code that uses joblib."""
     with joblib.parallel_config("threading"), parallel(2) as runner:
         assert set(runner.map(_pid, range(4))) == {os.getpid()}
 
 
 def test_idle_or_growing_worker_is_not_replaced() -> None:
-    """Otherwise a warning interrupts the progress bar of a study."""
+    """A replaced worker causes a warning that interrupts the progress bar."""
     with warnings.catch_warnings(record=True) as caught_warnings, parallel(2) as runner:
         warnings.simplefilter("always")
         # Not their replies: on a busy machine one worker may do all jobs.
@@ -95,7 +95,7 @@ def test_idle_or_growing_worker_is_not_replaced() -> None:
 
 
 def _keep(_: int) -> int:
-    """Keep 400 MB, and last until loky looks at the memory again: no oftener than each second."""
+    """Hold 400 MB until loky has checked the memory, which it does once per second."""
     import builtins
 
     vars(builtins).setdefault("_kept_by_a_job", np.ones(50_000_000))
@@ -170,5 +170,5 @@ def test_workers_end_with_their_parent_during_a_job(
 
 
 def tracks(pid: int) -> bool:
-    """Return True if a process is the resource tracker of loky, which ends after the workers."""
+    """Return True if a process is loky's resource tracker, which ends after the workers."""
     return b"resource_tracker" in command_line(pid)

@@ -1,4 +1,4 @@
-"""JSON from outside is what it must be, or one sentence says what is wrong."""
+"""Untrusted JSON is valid, or one sentence states the fault."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Entries are imported when asked for; plug-ins join, and broken ones stop nothing."""
+"""Entries are imported on first use. Plug-ins are added, and broken ones are left out."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Red:
 
 
 def colours(monkeypatch: pytest.MonkeyPatch, **points: str) -> Registry[Blue | Red]:
-    """A registry of blue, with plug-ins of these names at these places."""
+    """Return a registry with the entry blue, and plug-ins with these names and locations."""
     entry_points_of_test = [EntryPoint(name, place, GROUP) for name, place in points.items()]
     monkeypatch.setattr(
         module, "entry_points", lambda group: [p for p in entry_points_of_test if group == GROUP]

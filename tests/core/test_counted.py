@@ -1,4 +1,4 @@
-"""Numbers stand with their nouns as people write them."""
+"""Numbers with singular and plural nouns."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One kernel for all machines: scikit-learn's, in the precision of its vectors."""
+"""RBF kernel: equal to scikit-learn's, in the precision of its vectors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Numbers in text: what is written plainly, and nothing that only Python reads."""
+"""Numbers in text: plain notation is accepted, Python's extensions are refused."""
 
 from __future__ import annotations
 

@@ -2,8 +2,8 @@
 
 python lsl_outlet.py NAME RATE JITTER_MS LOSE_AT LOSE
 
-It counts from 0. Stamps have a jitter of JITTER_MS. From sample LOSE_AT on, LOSE samples are not
-sent. It prints "ready" when it sends, and ends with its input.
+The count begins at 0. Stamps have a jitter of JITTER_MS. From sample LOSE_AT on, LOSE samples are
+not sent. The program prints "ready" when it sends, and ends when its input ends.
 """
 
 import sys

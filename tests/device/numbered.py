@@ -31,7 +31,7 @@ def numbered(first: int, count: int) -> NDArray[np.int16]:
 def frames(
     first: int, count: int, counter: int = 0, overflow: int = 0, size: int = FRAME_SAMPLES
 ) -> list[bytes]:
-    """Return such samples as frames."""
+    """Return numbered samples as frames."""
     out = []
     for k, start in enumerate(range(first, first + count, size)):
         data = numbered(start, min(size, first + count - start))

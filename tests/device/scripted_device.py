@@ -79,7 +79,7 @@ class ScriptedDevice:
             os.write(self._poke, b".")
 
     def count_samples(self, count: int) -> None:
-        """Count samples, whether the host has started them or not."""
+        """Count samples, whether or not the host has started them."""
         with self._changed:
             self._responder.sample(numbered(self._responder.next_sample, count))
 

@@ -20,7 +20,7 @@ MEASURED = 0.6
 
 @pytest.fixture(autouse=True)
 def _busy_machine(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Take any rate near the nominal one for it: a busy machine measures few lines evenly."""
+    """Accept any rate near the nominal one, because a busy machine measures a rate poorly."""
     monkeypatch.setattr(_csv_source, "ALIKE", 0.3)
 
 

@@ -52,7 +52,7 @@ def test_stamps_without_delay_are_the_arrival_times() -> None:
 
 
 def test_stamps_follow_drift_without_jitter() -> None:
-    """Blocks up to 20 ms late from a clock that is 100 ppm fast: within 1.5 ms after a second."""
+    """Blocks are up to 20 ms late, and the clock is 100 ppm fast."""
     rng = np.random.default_rng(0)
     clock, worst = DeviceClock(RATE), 0.0
     for k in range(0, 300_000, 25):
@@ -65,7 +65,7 @@ def test_stamps_follow_drift_without_jitter() -> None:
 
 
 def test_small_offset_is_corrected_slowly() -> None:
-    """The first block came 100 ms late: the others pull stamps back by a share of their time."""
+    """The first block came 100 ms late. Later blocks pull the stamps back gradually."""
     clock = DeviceClock(RATE)
     times = stamps(clock, 0, 5, 0.1 + 4 / RATE)
     for k in range(5, 30_000, 5):

@@ -1,4 +1,4 @@
-"""Tests of a device on a port: every sample once and in order, and its markers."""
+"""Tests of a device on a port: every sample arrives once and in order, markers too."""
 
 from __future__ import annotations
 

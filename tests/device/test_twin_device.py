@@ -185,7 +185,7 @@ def test_suspended_twin_is_closed() -> None:
 
 
 def twins(parent: int) -> list[int]:
-    """Return the child processes that are twins, without others such as ``uname``."""
+    """Return the child processes that are twins."""
     return [pid for pid in children(parent) if b"twin_process" in command_line(pid)]
 
 

@@ -158,7 +158,7 @@ def test_a_command_to_a_hand_at_rest_is_answered() -> None:
 
 
 def test_marks_are_not_orders() -> None:
-    """Whoever sets a marker, a viewer of the page too, moves nothing with it."""
+    """A program or viewer that sets markers cannot move the hand."""
     with TwinDevice(seed=4, objects=["block 10", "apple 1"]) as device, host(device.port) as h:
         h.start(1)
         texts = ("object: block 10", "hand: release", "hand: 0.0 0.0", "twin: told hand: 0.0 0.0")
@@ -182,7 +182,7 @@ def test_marks_are_not_orders() -> None:
 
 
 def test_accelerated_twin_stays_close_to_its_reader() -> None:
-    """A slow reader would get a requested object late."""
+    """With a slow reader a requested object would come late."""
     with TwinSource(seed=4, speed=50) as source:
         count = sum(len(a.block.data) for a in source.read(60.0))
         select.select([], [], [], 1.0)  # nobody reads: 50 s of the twin's time

@@ -83,7 +83,7 @@ class Host:
         return protocol.read_descriptor(self.until(FrameType.DESCRIPTOR).payload)[1]
 
     def start(self, samples: int) -> None:
-        """Start the samples and read ``n`` of them."""
+        """Start the samples and read this number of them."""
         self.say(FrameType.START)
         self.listen(lambda: self.received >= samples)
 

@@ -1,4 +1,4 @@
-"""The pages that people read, and the commands in them."""
+"""Documentation pages, and the commands in them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ FENCE = re.compile(
 
 @dataclass(frozen=True)
 class Fence:
-    """A fenced block of a page."""
+    """Fenced code block of a page."""
 
     page: Path
     line: int
@@ -49,5 +49,5 @@ def fences(page: Path) -> list[Fence]:
 
 
 def name(page: Path) -> str:
-    """The page as tests show it."""
+    """Return the name of a page for test output."""
     return page.relative_to(ROOT).as_posix()

@@ -1,4 +1,4 @@
-"""The page of the public interface says what the package offers."""
+"""The page of the public interface agrees with the package."""
 
 from __future__ import annotations
 

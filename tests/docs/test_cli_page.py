@@ -1,4 +1,4 @@
-"""The page of the command line says what the commands say."""
+"""The page of the command line agrees with the commands' help."""
 
 from __future__ import annotations
 

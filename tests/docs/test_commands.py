@@ -1,19 +1,17 @@
-"""Every command that the pages show is run: here, or where ``ELSEWHERE`` says.
+"""Every documented command runs: here, or where ``ELSEWHERE`` states.
 
-The rule. Commands stand in ``sh`` fences; a page's fences run one after the other, in
-one folder that has nothing but ``examples/`` in it, and stop at the first failure. A comment
-on the line before a fence says when:
+The fences of a page run one after the other, in one folder that holds only ``examples/``. They stop
+at the first failure. A comment on the line before a ``sh`` fence states when it runs:
 
-- none: with the normal tests; those of the tutorials one page after the other in one folder;
+- none: with the normal tests; the tutorials run one page after the other in one folder;
 - ``<!-- slow -->``: with ``make test-slow``;
-- ``<!-- data -->``: with the normal tests where the real impacts are (``FIRSTCONTACT_DATA``);
-- ``<!-- disc -->``: by ``test_two_euro_disc.py``, where a sound input is;
-- ``<!-- elsewhere -->``: not here; each of its commands has its line in ``ELSEWHERE``.
+- ``<!-- data -->``: with the normal tests, if the real impacts exist (``FIRSTCONTACT_DATA``);
+- ``<!-- disc -->``: by ``test_two_euro_disc.py``, if there is a sound input;
+- ``<!-- elsewhere -->``: not here; each of its commands has a line in ``ELSEWHERE``.
 
-Python in ``python`` fences runs too, each fence by itself.
+Python in ``python`` fences runs too, each fence separately.
 
-Sets are made smaller here, and the simulated hand is faster than real time: see ``SMALL`` and
-``FASTER``.
+Sets are smaller here, and the simulated hand is faster than real time: see ``SMALL`` and ``FASTER``.
 """
 
 from __future__ import annotations
@@ -123,7 +121,7 @@ ALL = [fence for page in PAGES for fence in fences(page)]
 
 
 def pages_with(*marks: str) -> list[Path]:
-    """Pages that have commands with one of these marks."""
+    """Return the pages that have commands with one of these marks."""
     return [
         page for page in PAGES if any(f.language == "sh" and f.mark in marks for f in fences(page))
     ]
@@ -137,7 +135,7 @@ FASTER = ("firstcontact live --device twin", "firstcontact record --device twin"
 
 
 def run(page: Path, folder: Path, marks: set[str], cache: Path) -> str:
-    """Run a page's commands that have one of these marks; return what they printed."""
+    """Run the commands of a page that have one of these marks, and return the output."""
     shutil.copytree(ROOT / "examples", folder / "examples", dirs_exist_ok=True)
     script = "".join(f.body for f in fences(page) if f.language == "sh" and f.mark in marks)
     text = ""
@@ -149,7 +147,7 @@ def run(page: Path, folder: Path, marks: set[str], cache: Path) -> str:
 
 
 def in_parts(script: str) -> list[str]:
-    """Split a script into commands of the package, and what is left for the shell."""
+    """Split a script into commands of the package, and parts for the shell."""
     parts = [""]
     for line in script.splitlines():
         if of_package(line):
@@ -160,7 +158,7 @@ def in_parts(script: str) -> list[str]:
 
 
 def of_package(command: str) -> bool:
-    """Return True if a command of the package stands alone, without the shell."""
+    """Return True for a command of the package that needs no shell."""
     return command.startswith("firstcontact ") and not set("|<>$;&`\n") & set(command)
 
 

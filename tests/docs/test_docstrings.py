@@ -1,4 +1,4 @@
-"""Examples in docstrings run, in a folder with recordings; every public name is in one."""
+"""Examples in docstrings run, and every public name has one."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ MODULES = [
 
 @pytest.fixture(scope="session")
 def recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The recordings that the examples use, as the page of the reference says."""
+    """Write the recordings that the examples use, as the reference page states."""
     folder = tmp_path_factory.mktemp("examples") / "recordings"
     fc.simulate(folder, pinches_per_block=12, pinches_per_object=0)
     return folder

@@ -1,4 +1,4 @@
-"""Every example runs, warnings being errors."""
+"""Every example runs without a warning."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page of the household says what its data files say."""
+"""The page of household objects agrees with its data files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Links lead somewhere, and no page names a path of one machine."""
+"""Links have a target, and no page names a path of one machine."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FOREIGN = re.compile(r"(?<![\w.<])/(?:work|home|root|Users|tmp|mnt|opt|workspace
 
 
 def anchors(text: str) -> set[str]:
-    """The anchors of a page's headings."""
+    """Return the anchors of a page's headings."""
     heads = re.findall(r"^#+ +(.*)$", text, re.MULTILINE)
     return {re.sub(r"[^\w\- ]", "", h).strip().lower().replace(" ", "-") for h in heads}
 
@@ -38,7 +38,7 @@ def test_links_resolve(page: Path) -> None:
 
 
 def tracked() -> list[Path]:
-    """Text files of the project, those not committed yet included."""
+    """Return the text files of the project, including new ones that are not committed."""
     process = subprocess.run(
         ["git", "ls-files", "--cached", "--others", "--exclude-standard"],
         cwd=ROOT,

@@ -1,4 +1,4 @@
-"""The page of live output lists the fields of the program's own records."""
+"""The page of live output lists the fields of the program's records."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The table of signals out of range is that of its results, and these are remade by the script."""
+"""The table of out-of-range signals equals its results, which the script reproduces."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tables in the pages are what their script makes of the committed results."""
+"""Tables in the pages equal the script's output for the committed results."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from partial import filled, study_subject
 
 
 def write(path: Path, tree: dict[str, Any]) -> None:
-    """Results of a study with what they need beside this."""
+    """Write the results of a study with all required fields."""
     kind = study_subject()
     path.write_text(json.dumps(filled(ByName[kind, kind], {"study": {}, **tree})))
 

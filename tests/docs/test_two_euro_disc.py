@@ -1,4 +1,4 @@
-"""Every command of the page about the disc, on taps of the twin that PortAudio hears."""
+"""Every command of the page about the disc runs, with taps of the twin played to PortAudio."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ SHORES = {"putty": 10.0, "eraser": 29.0, "heel": 60.0}
 
 
 def commands() -> list[list[str]]:
-    """The words of each command."""
+    """Return the words of each command."""
     text = "".join(f.body for f in fences(PAGE) if f.mark == "disc")
     return [w for line in text.replace("\\\n", " ").splitlines() if (w := shlex.split(line))]
 
 
 class Newcomer(threading.Thread):
-    """Does what the page tells to do: accepts touches, rejects what follows one, finishes."""
+    """Reader who follows the page: accepts touches, rejects rebounds, and finishes."""
 
     #: What comes so soon after a touch is its end, s; the next tap is 0.65 s later.
     ENDS = 0.2

@@ -1,4 +1,4 @@
-"""Path to the measuring scripts, which are stored with the firmware."""
+"""Path of the measuring scripts, which are stored with the firmware."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The any-time network in C: the running answers of Python, on two machines."""
+"""The network in C: the same running estimates as in Python, on two machines."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ MOMENTS = moments(RATE)
 
 
 def touches(n: int, seed: int) -> Touches:
-    """Swings of things of three hardnesses in noise, some over before 15 ms."""
+    """Return contacts of three hardnesses in noise. Some end before 15 ms."""
     rng = np.random.default_rng(seed)
     t = np.arange(74) / RATE
     hard = rng.choice([10.0, 35.0, 60.0], n)
@@ -113,7 +113,7 @@ def test_c_that_knows_no_rig_calls_the_same_contacts_strange(tmp_path: Path) -> 
 
 
 def with_motor(sample: Touches, seed: int) -> Touches:
-    """A motor whose lines all follow its speed, from half to one and a half of the usual one."""
+    """Return motor noise whose lines follow its speed, 0.5 to 1.5 times the usual one."""
     rng = np.random.default_rng(seed)
     t = np.arange(sample.signals.shape[1]) / RATE
     turns = 2 * np.pi * 220 * rng.uniform(0.6, 1.5, len(sample))[:, None] * t

@@ -1,4 +1,4 @@
-"""Smaller forms of a model keep their promise: their intervals grow by what they say otherwise."""
+"""Intervals of smaller models grow by the differences of their predictions."""
 
 from __future__ import annotations
 

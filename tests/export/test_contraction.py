@@ -1,6 +1,7 @@
-"""Separate rounding of products and sums, under any compiler setting.
+"""The compiler must not fuse products and sums, under any setting.
 
-The Arduino IDE and PlatformIO build libraries with GCC's defaults, which fuse them."""
+The Arduino IDE and PlatformIO build libraries with GCC's defaults, which would fuse them.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +21,7 @@ ARDUINO = ("-std=gnu11", "-O2", "-ffunction-sections", "-fdata-sections")
 
 
 def code(folder: Path, *options: str) -> str:
-    """Instructions of all files for the Cortex-M7."""
+    """Return the Cortex-M7 instructions of all files."""
     folder.mkdir()
     # Judges other than the firmware's read constants that lie beside them.
     sizes = (ANSWERS / "fc_detector_sizes.h").read_text(encoding="utf-8")
@@ -53,7 +54,7 @@ def test_every_file_of_arithmetic_says_so_first() -> None:
 def test_compiled_without_the_flag_nothing_is_fused(
     request: pytest.FixtureRequest, tmp_path: Path
 ) -> None:
-    """Without the flag the compiler fuses nothing: only explicit fmaf calls remain."""
+    """Only explicit fmaf calls remain."""
     if not shutil.which(f"{building.ARM}gcc"):
         pytest.skip(f"{request.node.name}: gcc-arm-none-eabi is not installed")
     plain = code(tmp_path / "plain")
@@ -63,7 +64,7 @@ def test_compiled_without_the_flag_nothing_is_fused(
 
 
 def linked(folder: Path, *options: str) -> str:
-    """The same, optimised again while they are linked, as the Arduino IDE offers."""
+    """Return the instructions after link-time optimisation, which the Arduino IDE offers."""
     to = folder / "linked.o"
     include = [f"-I{path}" for path in (ANSWERS, ROOT / "firmware/core", KERNELS)]
     sources = [str(s) for s in SOURCES if s.stem != "fc_judge_kernel"]  # another judge

@@ -1,4 +1,4 @@
-"""Every detector in C: the same contacts as in Python, on two machines, with losses."""
+"""Every detector in C finds the same contacts as in Python, on two machines, with losses."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def trained(name: str, rate: float = FINGERTIP_RATE) -> Detector:
 
 
 def at_rate(pinch: Pinch, rate: float) -> Pinch:
-    """The same samples, had they come faster or slower."""
+    """Return the same samples with another sampling rate."""
     return replace(pinch, layout=replace(pinch.layout, rate=rate))
 
 
@@ -75,7 +75,7 @@ def test_c_finds_the_contacts_of_python(name: str, tmp_path: Path) -> None:
 
 
 def of_rate(rate: float) -> NamedModel:
-    """A model that learned at a rate."""
+    """Return a model that was trained at a rate."""
     X, y, groups = toy_windows()
     estimator = make_estimator("train_mean", Task.REGRESSION, rate)
     return NamedModel("stiffness", estimator.fit(X, y, groups, seed=1), None)
@@ -84,8 +84,7 @@ def of_rate(rate: float) -> NamedModel:
 @pytest.mark.parametrize("name", DETECTORS)
 @pytest.mark.parametrize("rate", [2500.0, 8000.0])
 def test_so_it_does_at_other_rates(name: str, rate: float, tmp_path: Path) -> None:
-    """A step is then one sample or three, and parts of a look begin and end within steps; what
-    takes any rate is written for that of the models beside it."""
+    """Steps are then one sample or three. A detector for any rate takes the rate of the models."""
     detector = trained(name, rate)
     text = c_library.write(Trained((of_rate(rate),), detector), tmp_path)
     assert text[-1].endswith(f", for {rate:g} Hz")

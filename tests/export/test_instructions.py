@@ -1,4 +1,4 @@
-"""Stated instruction counts against the counts of the emulated Cortex-M7."""
+"""Stated instruction counts equal those of the emulated Cortex-M7."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The exported folder is a library that the Arduino IDE takes, and its example compiles."""
+"""The exported folder is a valid Arduino library, and its example compiles."""
 
 from __future__ import annotations
 

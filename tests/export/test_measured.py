@@ -1,4 +1,4 @@
-"""Docs repeat the measurements of models in C."""
+"""The docs repeat the measured costs of models in C."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_c_equals_python_at_every_query() -> None:
 
 
 def test_the_budgets_of_the_hand_are_preserved() -> None:
-    """Measurements of the default export."""
+    """The measurements are those of the default export."""
     models = RESULTS["models"]
     assert all(models[name]["instructions"] <= 120_000 for name in models if name[:3] == "svr")
     assert models["cnn"]["instructions"] <= 600_000

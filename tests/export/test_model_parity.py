@@ -1,4 +1,4 @@
-"""Every estimator's models in C: the answers, intervals and refusals of Python, on two machines."""
+"""Window models in C: the same predictions, intervals and refusals as in Python."""
 
 from __future__ import annotations
 
@@ -55,9 +55,7 @@ def program(named: NamedModel, folder: Path) -> building.Program:
 
 
 def malformed(X: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Return damaged windows.
-
-    NaN, infinite, flat, saturated, too loud for float32, and half saturated."""
+    """Return damaged windows: NaN, infinite, flat, saturated, half saturated, or too loud."""
     bad = X[:7].copy()
     bad[0, 5], bad[1, 0], bad[2, -1] = np.nan, np.inf, -np.inf
     bad[3] = 0.0
@@ -68,13 +66,13 @@ def malformed(X: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def quiet_and_loud(X: NDArray[np.float32]) -> NDArray[np.float32]:
-    """One window from a quietness to a loudness that float32 can hardly hold."""
+    """Return one window at levels from very quiet to nearly too loud for float32."""
     sizes = np.concatenate([10.0 ** np.arange(-42, 19, 3), np.geomspace(1e-8, 1e-4, 9)])
     return (X[:1] / np.abs(X[0]).max() * sizes[:, None, None]).astype(np.float32)
 
 
 def expected(named: NamedModel, window: NDArray[np.float32]) -> tuple[float, float, float] | None:
-    """Value and ends as Python gives them, None for a refusal."""
+    """Return Python's value and bounds; None for a refusal."""
     try:
         value = named.model.predict_one(window)
     except InputError:

@@ -1,4 +1,4 @@
-"""Every estimator's models as ONNX, asked through ONNX Runtime."""
+"""Window models as ONNX, run by ONNX Runtime."""
 
 from __future__ import annotations
 

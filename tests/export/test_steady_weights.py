@@ -1,4 +1,4 @@
-"""The steady state in C, taken in sample by sample: Python's weights, offset or tone."""
+"""Steady state in C, sample by sample, against Python: with offset and with a pure tone."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
 
 
 def measure(library: ctypes.CDLL, volts: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Mean, sigma, weights of each channel, shape (2, ORDER + 3)."""
+    """Return mean, sigma and weights of each channel, shape (2, ORDER + 3)."""
     volts, out = np.ascontiguousarray(volts), np.empty((2, ORDER + 3))
     library.ask(*(x.ctypes.data_as(ctypes.c_void_p) for x in (volts, out)))
     return out
@@ -95,7 +95,7 @@ def test_weights_are_those_of_python(
 
 
 def test_a_pure_tone_leaves_little_and_still_its_sigma(library: ctypes.CDLL) -> None:
-    """A thousandth remains, where cancellation is largest."""
+    """A thousandth of the tone remains, where cancellation is largest."""
     tone = np.sin(0.3 * np.arange(197))[:, None] * np.array([1.0, 0.01])
     x = SteadyState.measure(tone).normalise(tone)
     wanted = np.array([prediction(column) for column in x.T])

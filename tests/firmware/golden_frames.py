@@ -1,4 +1,4 @@
-"""Frames of the wire protocol, byte by byte: what C and Python must both say."""
+"""Frames of the wire protocol byte by byte, which C and Python must both produce."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 
 class Golden(NamedTuple):
-    """One frame; ``payload`` and ``wire`` are hex, ``wire`` with its ending zero."""
+    """One frame: payload and complete frame as hex text, including the final zero."""
 
     name: str
     type: int

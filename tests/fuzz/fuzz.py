@@ -105,13 +105,13 @@ class _Worker:
         os.close(write)
 
     def lines(self) -> tuple[list[dict[str, object]], bool]:
-        """Return its results, and whether its pipe is closed."""
+        """Return its new results, and True if its pipe is closed."""
         data = os.read(self.pipe, 1 << 16)
         *lines, self._rest = (self._rest + data).split(b"\n")
         return [json.loads(line) for line in lines], not data
 
     def end(self) -> int:
-        """Wait for its end. Return its exit status."""
+        """Wait until it ends. Return its exit status."""
         os.close(self.pipe)
         _, status = os.waitpid(self.process, 0)
         shutil.rmtree(self.place, ignore_errors=True)

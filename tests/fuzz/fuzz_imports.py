@@ -72,7 +72,7 @@ def _moved(rng: Random, file: Path, folder: Path) -> None:
 
 
 def _riff(rng: Random, old: bytes) -> bytes:
-    """A WAV file of fields that need not agree, around the samples of another."""
+    """Return a WAV file with contradictory header fields around the samples of another file."""
     data = old[44:]
     tag = rng.choice((1, 1, 1, 3, 0xFFFE, 6, 85, 0))
     channels = rng.choice((1, 1, 2, 0, 3, 255, 65535))
@@ -101,7 +101,7 @@ def _riff(rng: Random, old: bytes) -> bytes:
 
 
 def arrays(rng: Random, seeds: Seeds) -> dict[str, NDArray[Any]]:
-    """Named arrays of which a few are not what they should be."""
+    """Return named arrays, a few of them damaged."""
     out = dict(seeds.arrays)
     for name in ("force", "strip", "smoothing_alpha", "second_contact", "first_finger", "source"):
         if rng.random() < 0.6:
@@ -129,7 +129,7 @@ def _texts(rng: Random, old: NDArray[Any]) -> NDArray[Any]:
 
 
 def npz(rng: Random, seeds: Seeds, path: Path) -> Path:
-    """A NumPy archive."""
+    """Import a damaged NumPy archive."""
     out = io.BytesIO()
     members = {}
     for name, array in arrays(rng, seeds).items():
@@ -167,7 +167,7 @@ def _name(rng: Random, name: str) -> str:
 
 
 def _npy(rng: Random, data: bytes) -> bytes:
-    """Another head over the same numbers, or other bytes."""
+    """Return an array file with another header, or with other bytes."""
     if rng.random() < 0.3:
         return mutate.raw(rng, data)
     shape = rng.choice(
@@ -187,7 +187,7 @@ def _npy(rng: Random, data: bytes) -> bytes:
 
 
 def _zip_fields(rng: Random, raw: bytes) -> bytes:
-    """A field of one of the heads of an archive's members: flags, method, sizes, places."""
+    """Change a header field of a member of a ZIP archive: flags, method, sizes or offsets."""
     out = bytearray(raw)
     for signature, fields in (
         (b"PK\x03\x04", (6, 8, 14, 18, 22)),
@@ -206,7 +206,7 @@ def _zip_fields(rng: Random, raw: bytes) -> bytes:
 
 
 def hdf5(rng: Random, seeds: Seeds, path: Path) -> Path:
-    """An HDF5 file, with what its format can do besides arrays."""
+    """Import an HDF5 file with unusual features of the format."""
     settings = ("sample_rate_hz", "piezo_unit", "smoothing_alpha", "source")
     with h5py.File(path, "w", libver=rng.choice(("earliest", "latest"))) as file:
         for name, array in arrays(rng, seeds).items():
@@ -261,7 +261,7 @@ def _strange(rng: Random, file: h5py.File, path: Path) -> None:
 
 
 def table(rng: Random, seeds: Seeds, path: Path) -> Path:
-    """A long CSV."""
+    """Import a damaged long CSV."""
     rows = [list(row) for row in seeds.csv]
     if rng.random() < 0.5:
         at = rng.randrange(len(rows[0]))

@@ -24,7 +24,7 @@ BY = Labeller("Ada", "2026-01-02", "the fuzzer")
 
 @cache
 def _recording() -> Recording:
-    """Return a recording of a few knocks, which is read once."""
+    """Return a recording of a few knocks, read once."""
     rng = np.random.default_rng(3)
     signal = 0.01 * rng.standard_normal(4800)
     t = np.arange(200) / RATE
@@ -39,7 +39,7 @@ def _recording() -> Recording:
 
 
 def _message(rng: Random) -> bytes:
-    """Return a message of the page, with a field damaged at times."""
+    """Return a message of the page, sometimes with a damaged field."""
     tree: dict[str, object]
     if rng.random() < 0.3:
         tree = {
@@ -60,7 +60,7 @@ def _message(rng: Random) -> bytes:
 
 
 def labels(rng: Random, folder: Path) -> None:
-    """A refused message changes nothing, and every answered action is there when it goes on."""
+    """Check that a refused message changes nothing, and that every accepted action is stored."""
     session = Session([_recording()], folder / "labelled", BY)
     with closing(session):
         for _ in range(rng.randrange(1, 30)):
@@ -84,7 +84,7 @@ def labels(rng: Random, folder: Path) -> None:
 
 
 def journal(rng: Random, folder: Path) -> None:
-    """A damaged journal is refused and stays as it is, or what is read begins the whole."""
+    """Check that a damaged journal is refused unchanged, or read from its beginning."""
     session = Session([_recording()], folder / "labelled", BY)
     with closing(session):
         for _ in range(rng.randrange(1, 12)):

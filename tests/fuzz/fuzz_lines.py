@@ -13,7 +13,7 @@ from firstcontact.device._stamped_samples import StampedSamples
 
 
 def lines(rng: Random, _: Path) -> None:
-    """Lines of a sketch in pieces of any size: numbers that are finite, or none."""
+    """Feed lines of a board in pieces of any size. The reader returns finite numbers or nothing."""
     between = rng.choice((",", ";", "\t", " ", ", "))
     rows = ["n", "left", "right"] if rng.random() < 0.5 else ["0", "1", "2"]
     text = between.join(rows) + "\n"
@@ -35,7 +35,7 @@ def lines(rng: Random, _: Path) -> None:
 
 
 def stamps(rng: Random, _: Path) -> None:
-    """Stamps that jump, stand still, go back or are none: numbers still rise by one at least."""
+    """Feed stamps that jump, stop, go back or are NaN. Sample numbers must still rise."""
     counted, last, now = StampedSamples(1000.0), -1, rng.choice((0.0, 1e9, -5.0))
     for _ in range(rng.choice((3, 60, 150))):
         n = rng.choice((1, 2, 40))

@@ -38,7 +38,7 @@ def damaged(rng: Random, model: Path, folder: Path) -> None:
 
 
 def _vouch(model: Path, folder: Path) -> None:
-    """Write the files' present digests into the cards."""
+    """Write the digests of the damaged files into the cards."""
     cards = sorted(folder.glob("*.json"), reverse=True)  # a model's says that of its detector's
     for file in (*(f for f in sorted(model.iterdir()) if f.suffix != ".json"), *cards):
         original, now = model / file.name, folder / file.name
@@ -58,7 +58,7 @@ def _tree(rng: Random, card: bytes) -> bytes:
 
 
 def _weights(rng: Random, raw: bytes) -> bytes:
-    """Other arrays, or another head over the same bytes."""
+    """Return other arrays, or another header over the same bytes."""
     try:
         arrays = load(raw)
     except Exception:  # it was damaged before
@@ -96,7 +96,7 @@ def _array(rng: Random, old: Any) -> Any:
 
 
 def _elsewhere(rng: Random, file: Path, other: Path) -> None:
-    """A file that is missing, empty, another one, or no file."""
+    """Replace a file by nothing, an empty file, another file, or a folder."""
     if file.is_dir():
         return
     file.unlink(missing_ok=True)

@@ -237,7 +237,7 @@ def table(rng: Random, rows: list[list[str]]) -> bytes:
 
 
 def array(rng: Random, old: NDArray[Any]) -> NDArray[Any]:
-    """An array that need not be what it was; no objects."""
+    """Return an array with damaged values, shape or type, without objects."""
     changes: tuple[Callable[[], NDArray[Any]], ...] = (
         lambda: _spoiled(rng, old),
         lambda: _spoiled(rng, old),
@@ -262,7 +262,7 @@ def array(rng: Random, old: NDArray[Any]) -> NDArray[Any]:
 
 
 def _spoiled(rng: Random, old: NDArray[Any]) -> NDArray[Any]:
-    """One or all values of it replaced."""
+    """Return the array with one or all values replaced."""
     if old.dtype.kind not in "iuf" or not old.size:
         return np.array([text(rng)] * max(1, old.size))
     new = old.copy()

@@ -43,7 +43,7 @@ def messages(recording: bytes) -> list[RawMessage]:
 
 
 def damaged(rng: Random, recording: bytes) -> bytes:
-    """Return its bytes with changes anywhere."""
+    """Return the recording with damaged bytes."""
     return mutate.raw(rng, recording)
 
 
@@ -95,7 +95,7 @@ def _changed(rng: Random, message: RawMessage) -> RawMessage:
 
 
 def _samples(rng: Random, data: bytes) -> bytes | None:
-    """The block's head says something else, or its values do."""
+    """Return a samples message with damaged header fields or values."""
     if len(data) < _PREFIX.size:
         return None
     kind, first, epoch, channels, count = _PREFIX.unpack_from(data)
@@ -142,7 +142,7 @@ def _by_library(rng: Random, messages: list[RawMessage]) -> bytes:
 
 
 def _by_hand(rng: Random, messages: list[RawMessage]) -> bytes:
-    """Chunks whose declared sizes, compression or records may be lies; checksums are right."""
+    """Write chunks with correct checksums and false sizes, compression or records."""
     out = MAGIC + _packed(Header("ros2", "fuzz"))
     numbers = {topic: i for i, topic in enumerate(TOPICS, 1)}
     records: list[Any] = []
@@ -206,7 +206,7 @@ def bomb() -> bytes:
 
 
 def _bomb(rng: Random) -> bytes:
-    """A small chunk that says it is of any size and unpacks to a gigabyte."""
+    """Return a small chunk that unpacks to a gigabyte and states any size."""
     size = rng.choice((1000, 1 << 26, 1 << 30, 2**62))
     return _packed(Chunk("zstd", bomb(), 0, 0, 0, size))
 

@@ -1,4 +1,4 @@
-"""Valid small files of every kind, the same each time, that are then damaged."""
+"""Valid small files of every kind, always the same, which the fuzzer damages."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class Seeds:
 
 
 def make_seeds(folder: Path) -> Seeds:
-    """Write them into a new folder, in a process without threads that stays so."""
+    """Write the files into a new folder, in a process that never starts threads."""
     seeds = Seeds(wav=folder / "wav", calibration=folder / "calibration.json")
     folder.mkdir(parents=True)
     write_calibration(_calibration(), seeds.calibration)
@@ -171,7 +171,7 @@ def _pinch(layout: Layout, i: int, first: int, dtype: str, rng: np.random.Genera
 
 
 def _models(folder: Path, seeds: Seeds) -> None:
-    """Learned as users do it, from a few sessions."""
+    """Train small models from a few sessions, as users do."""
     from firstcontact.cli.main import main
 
     rng = np.random.default_rng(2)
@@ -202,7 +202,7 @@ def _models(folder: Path, seeds: Seeds) -> None:
 
 
 def _anytime(folder: Path, seeds: Seeds) -> None:
-    """Write models that know a rig of numbers drawn at random, beside a detector."""
+    """Write models conditioned on a random rig, with a detector."""
     from firstcontact.contact import load_detector
     from firstcontact.core import FINGERTIP_RATE
     from firstcontact.models import (

@@ -51,7 +51,7 @@ def _mat() -> bytes:
 
 
 def mat(rng: Random, seeds: Seeds, folder: Path) -> list[str]:
-    """A MATLAB file with a table of its variables; at times arrays of pinches."""
+    """Import a MATLAB file with a table of its variables, or sometimes with arrays of pinches."""
     path, table = folder / "a.mat", folder / "channels.csv"
     if rng.random() < 0.3:
         from scipy.io import savemat
@@ -70,7 +70,7 @@ def _chunk(tag: int, content: bytes) -> bytes:
 
 
 def _stream(rng: Random, number: int, name: str, rate: float, kind: str, texts: bool) -> bytes:
-    """Head, samples, a clock offset and foot, of which little need be so."""
+    """Return an XDF stream with header, samples, clock offset and footer, often inconsistent."""
     message = str(rate) if rng.random() < 0.85 else str(rng.choice((0, -1, "nan", 1e12, "x", "")))
     width = "1" if rng.random() < 0.9 else str(rng.choice((0, -1, 2, 10**9, "x")))
     xml = (
@@ -99,7 +99,7 @@ def _stream(rng: Random, number: int, name: str, rate: float, kind: str, texts: 
 
 
 def xdf(rng: Random, _: Seeds, folder: Path) -> list[str]:
-    """A vibration stream and one of markers."""
+    """Import a vibration stream and a stream of markers."""
     path, table = folder / "a.xdf", folder / "channels.csv"
     kind = rng.choice(("float32", "float32", "float32", "double64", "int8", "string", "x"))
     body = b"XDF:" + _chunk(1, b"<?xml version='1.0'?><info><version>1.0</version></info>")
@@ -123,7 +123,7 @@ def _flac() -> bytes:
 
 
 def sound(rng: Random, _: Seeds, folder: Path) -> list[str]:
-    """FLAC with a label track as Audacity writes it, or a table of the contacts."""
+    """Import FLAC with an Audacity label track, or with a table of the contacts."""
     path = folder / "a.flac"
     path.write_bytes(mutate.raw(rng, _flac()) if rng.random() < 0.4 else _flac())
     if rng.random() < 0.5:
@@ -143,7 +143,7 @@ def sound(rng: Random, _: Seeds, folder: Path) -> list[str]:
 
 
 def journal(rng: Random, _: Seeds, folder: Path) -> list[str]:
-    """Journal of a label page that is continued."""
+    """Continue the journal of a label page."""
     import json
 
     from firstcontact.core import Block, Channel, ChannelKind, Layout

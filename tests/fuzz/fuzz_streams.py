@@ -27,7 +27,7 @@ ODD = (np.nan, np.inf, -np.inf, 1e39, -1e300, 1e300, 2.0**31, 1e9, -1e9, 0.0)
 
 
 def _spoiled(rng: Random, values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The same with odd values: none, some, a run or all of them."""
+    """Return the values with no, some, consecutive or all values replaced by odd ones."""
     values = values.copy()
     kind = rng.randrange(5)
     begin = rng.randrange(len(values))
@@ -38,7 +38,7 @@ def _spoiled(rng: Random, values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _hold(source: ThreadedSource) -> None:
-    """Assert that a source delivered valid samples."""
+    """Read a source and assert that it delivers valid samples."""
     ends: dict[int, int] = {}
     count = missing = 0
     for arrival in source.read(0.0):
@@ -84,7 +84,7 @@ class _Port:
 
 
 def board(rng: Random, _: Path) -> None:
-    """A board whose counter and signal are damaged in some lines, or in all that follow."""
+    """Read a board whose counter or signal is damaged in some lines, or in all later ones."""
     name = rng.choice(("count", "a", "a", "n"))
     numbers = np.arange(400.0) * rng.choice((1, 1, 1, -1, 0, 1e5))
     numbers = _spoiled(rng, numbers + rng.choice((0, 250, 65_500, 1e18)))
@@ -149,7 +149,7 @@ class _Inlet:
 
 
 def lsl(rng: Random, _: Path) -> None:
-    """An LSL stream with odd labels, rates, values and stamps."""
+    """Read an LSL stream with odd labels, rates, values and stamps."""
     labels = [
         rng.choice(("disc", "1", mutate.text(rng))) for _ in range(rng.choice((0, 1, 1, 2, 2, 3)))
     ]
@@ -196,7 +196,7 @@ class _Blocks:
 
 
 def sound(rng: Random, _: Path) -> None:
-    """A sound input with odd samples, times and overflows."""
+    """Read a sound input with odd samples, times and overflows."""
     source = AudioSource()
     source._resample(48_000.0, 4936.0)
     layout = Layout((Channel("microphone", ChannelKind.VIBRATION, None, ""),), 4936.0)

@@ -1,4 +1,4 @@
-"""Ways of input: from a seed and a number to a folder of damaged files and a command."""
+"""Routes of input: make damaged files and a command from a seed and a number."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def _recording(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
 
 
 def _none_is_wrong(path: Path, seeds: Seeds) -> None:
-    """Samples read from a damaged file equal the written ones."""
+    """Assert that samples read from a damaged file equal the written ones."""
     from firstcontact.recording import read_recording
 
     for stretch in read_recording(path).stretches:
@@ -85,7 +85,7 @@ def _none_is_wrong(path: Path, seeds: Seeds) -> None:
 
 
 def _use(rng: Random, seeds: Seeds, folder: Path, path: Path, case: Case) -> None:
-    """One of the things that people do with a recording."""
+    """Make a command that uses a recording."""
     out, file = folder / "out", str(path)
     model = str(rng.choice(seeds.models))
     kind = rng.random()
@@ -195,7 +195,7 @@ def _text(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
 
 
 def _path(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
-    """A path that names no file of the kind, or has a name that terminals obey."""
+    """Make a path without a file, or a file name with control characters."""
     names = ("x.mcap", "x.csv", "x.npz", "x.h5", "a\x1b[2J.mcap", "b\nc.mcap", "\udcff.mcap",
              "é.mcap", "x" * 240 + ".mcap", "-x.mcap", " .mcap")  # fmt: skip
     path = folder / rng.choice(names)
@@ -247,7 +247,7 @@ def _wire(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
 
 
 def _stranger(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
-    """Files of other programs, and what was done on the page of labels."""
+    """Make damaged files of other programs, or of the label page."""
     kind = rng.choice(fuzz_strangers.MAKERS)
     case.way = f"stranger: {kind.__name__}"
     case.commands.append([*kind(rng, seeds, folder), "--out", str(folder / "out")])

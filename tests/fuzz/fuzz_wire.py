@@ -46,7 +46,7 @@ ANSWERING = replace(DESCRIPTOR, predictor=DevicePredictor(MODEL))
 
 
 def descriptor(rng: Random, folder: Path) -> None:
-    """A descriptor that is taken must be one that all that follows can work with."""
+    """Check that an accepted descriptor can be used by all later code."""
     of = DESCRIPTOR if rng.random() < 0.6 else Descriptor(fingertip_layout())
     text = mutate.tree(rng, json.loads(of.to_text())).decode(errors="replace")
     taken = Descriptor.from_text(text)
@@ -65,7 +65,7 @@ def descriptor(rng: Random, folder: Path) -> None:
 
 
 def frames(rng: Random, _: Path) -> None:
-    """A device's bytes with flips, or frames of other payloads with their CRC right."""
+    """Decode a device's bytes with bit flips, or frames with other payloads and a correct CRC."""
     honest = rng.random() < 0.4
     sent = [(FrameType.DESCRIPTOR, protocol.descriptor_payload(7, DESCRIPTOR.to_text()))]
     for i in range(30):
@@ -113,7 +113,7 @@ def _other(rng: Random, kind: int, payload: bytes) -> tuple[int, bytes]:
 
 
 def requests(rng: Random, _: Path) -> None:
-    """A host's bytes, as the device hears them."""
+    """Pass a host's damaged bytes to the device."""
     device = Responder(DESCRIPTOR, 1, 100, on_order=lambda text: text)
     stream = b""
     for _ in range(rng.randrange(1, 12)):
@@ -158,7 +158,7 @@ def _estimate(rng: Random, contact: int, labelled_contacts: int) -> bytes:
 
 
 def answers(rng: Random, _: Path) -> None:
-    """A device's own contacts and estimates: what is taken of them is one, and can be shown."""
+    """Check that accepted contacts and estimates of a device are valid and can be shown."""
     out = io.StringIO()
     text, lines, state = TextSink(out), JsonLinesSink(out), State(ANSWERING, {}, None)
     for sink in (text, lines):
@@ -288,7 +288,7 @@ class _Controls:
 
 
 def page(rng: Random, _: Path) -> None:
-    """Messages of a viewer: each has an answer that can be sent."""
+    """Send messages of a viewer. Each must get a valid reply."""
     commands = Commands(_Controls())  # type: ignore[arg-type]
     for _ in range(rng.randrange(1, 4)):
         request = {"do": rng.choice(("record", "stop", "mark", "close", "open")), "text": "word"}

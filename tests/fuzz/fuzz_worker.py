@@ -35,10 +35,10 @@ Outcome = tuple[list[int], list[str]]
 def work(
     seed: int, numbers: Iterable[int], seeds: Seeds, place: Path, say: Callable[[str], None]
 ) -> None:
-    """Run inputs; before each its number is said, then what it came to, as JSON lines.
+    """Run inputs. Print the number of each before it starts, then its result, as JSON lines.
 
-    Ends early after an input that used too much memory: what comes after it is better
-    measured in a new process.
+    The worker ends early after an input that used too much memory, because a new process measures
+    the following inputs better.
     """
     os.environ["XDG_STATE_HOME"] = str(place / "state")
     os.environ["TMPDIR"] = str(place)
@@ -174,7 +174,7 @@ def _raised(error: BaseException) -> str:
 
 
 def _logged(folder: Path) -> str:
-    """Return the end of the log of an unforeseen error."""
+    """Return the end of the log of an unexpected error."""
     logs = sorted((folder.parent / "state").rglob("*.log"))
     if not logs:
         return ""

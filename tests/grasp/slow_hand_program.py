@@ -1,7 +1,7 @@
-"""Program with a hand that needs a line on standard input before it has let go.
+"""Program with a hand whose release waits for a line on standard input.
 
-It prints "closing" in its ``with`` block, "letting go" when the hand begins to let go, and "let
-go" afterwards. Tests end the program in between.
+It prints "closing" in its ``with`` block, "letting go" when the release begins, and "let go" when
+it is complete. Tests end the program in between.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from firstcontact.grasp import Hand, HandLimits, SafeHand
 
 
 class SlowHand(Hand):
-    """Hand that lets go when a line arrives."""
+    """Hand whose release waits for a line on standard input."""
 
     name = "slow"
     limits = HandLimits(speed=0.1, force=5.0, rate=100.0, watchdog=inf)

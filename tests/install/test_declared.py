@@ -32,7 +32,7 @@ def normal(name: str) -> str:
 
 
 def imported() -> Iterator[tuple[str, Path]]:
-    """The top name of everything that is imported anywhere in ``src``, and where."""
+    """Return each package that is imported in ``src``, and the importing file."""
     for file in sorted((ROOT / "src").rglob("*.py")):
         for node in ast.walk(ast.parse(file.read_text())):
             if isinstance(node, ast.Import):

@@ -1,4 +1,4 @@
-"""Rooms show one face: their modules are private, and others import names from the room."""
+"""Modules of rooms are private. Other rooms import names from the room itself."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ def normal(name: str) -> str:
 
 
 def pins(file: Path) -> dict[str, str]:
-    """Package to version of each entry; each must have a hash."""
+    """Return the version of each package. Each must have a hash."""
     text = re.sub(r"\\\n", " ", file.read_text())
     collected = {}
     for line in filter(None, (line.partition("#")[0].strip() for line in text.splitlines())):
@@ -42,7 +42,7 @@ def pins(file: Path) -> dict[str, str]:
 
 
 def dependencies(*extras: str) -> set[str]:
-    """Names of the direct dependencies of the package with these extras."""
+    """Return the names of the package's direct dependencies with these extras."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     names = set()
     lines = list(project["dependencies"])
@@ -75,7 +75,7 @@ def test_what_a_target_promises_is_in_its_files(target: str, layers: str) -> Non
 
 
 def wheel(folder: Path) -> str:
-    """Write a wheel of nothing; its SHA-256."""
+    """Write an empty wheel. Return its SHA-256."""
     folder.mkdir()
     file = folder / "trinket-1.0-py3-none-any.whl"
     info = "trinket-1.0.dist-info"
@@ -91,7 +91,7 @@ def wheel(folder: Path) -> str:
 
 @pytest.mark.parametrize("layer", ["base", "live"])
 def test_a_package_with_another_hash_is_not_installed(tmp_path: Path, layer: str) -> None:
-    """The Makefile's own rule, on requirements of one package that is made here."""
+    """The rule is that of the Makefile, here with requirements of one package."""
     shutil.copy(ROOT / "Makefile", tmp_path)
     shutil.copy(ROOT / "pyproject.toml", tmp_path)
     plugin = Path("examples/plugin_estimators")

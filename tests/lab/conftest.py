@@ -21,13 +21,13 @@ def _quick_training(small_searches: None) -> Iterator[None]:
 
 @pytest.fixture
 def own_estimators(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Hide estimators of other packages: whole studies treat them as ours."""
+    """Hide estimators of other packages, because whole studies would train them."""
     monkeypatch.setattr(ESTIMATORS, "_plugins", {})
 
 
 @pytest.fixture
 def unpainted(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Build figures, but do not paint them: painting takes longest, and other tests do it."""
+    """Build figures without rendering them. Rendering is slow, and other tests cover it."""
 
     def save(figure: object, file: StringIO, **options: object) -> None:
         file.write("<svg/>")

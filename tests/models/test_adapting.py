@@ -17,7 +17,7 @@ BASE = pretrained()
 
 
 def two_fingers(gain: float, n: int = 120) -> tuple[Touches, np.ndarray, np.ndarray]:
-    """Fingers in turn; the second one's sensor has another gain."""
+    """Return contacts of both fingers in turn. The second sensor has another gain."""
     touches, shore_a, sessions = ringing(n)
     fingers = np.arange(n) // 5 % 2
     signals = touches.signals * np.where(fingers == 1, gain, 1.0)[:, None]
@@ -48,7 +48,7 @@ def test_a_finger_with_few_pinches_is_not_known_by_itself() -> None:
 
 
 def test_whole_sessions_are_held_out() -> None:
-    """Sessions with different levels: errors between sessions must show."""
+    """The sessions have different levels, so errors between sessions must show."""
     touches, shore_a, sessions = two_fingers(1.0)
     shifted = shore_a.copy()
     for number, name in enumerate(np.unique(sessions)):
@@ -92,14 +92,14 @@ def test_scores_no_better_than_the_mean_are_a_reason_to_refuse() -> None:
 
 
 def coverage(model: InContextModel, touches: Touches, truth: np.ndarray) -> np.ndarray:
-    """Share of truths in the intervals at each time."""
+    """Return the share of truths in the intervals at each time."""
     by_time = [model.predict(touches.until(samples_in(1e-3 * ms, touches.rate))) for ms in TIMES]
     return np.array([np.mean((a.low <= truth) & (truth <= a.high)) for a in by_time])
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_intervals_that_hold_too_few_held_out_pinches_are_widened(seed: int) -> None:
-    """Signals of another kind than the network was trained on."""
+    """The signals differ from those that the network was trained on."""
     levels = (10.0, 35.0, 60.0)
     made = adapt_network(BASE, *ringing(120, seed, levels=levels))
     assert made.check is not None

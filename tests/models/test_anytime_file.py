@@ -1,4 +1,4 @@
-"""Any-time models on disk: round trips, and files that are damaged, foreign or hostile."""
+"""Network models on disk: round trips, and damaged, foreign or hostile files."""
 
 from __future__ import annotations
 

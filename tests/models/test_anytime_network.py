@@ -1,4 +1,4 @@
-"""The network in NumPy is the one that PyTorch trains."""
+"""The network in NumPy equals the PyTorch network."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""On the twin: what is known shows in the intervals, and what is like nothing is said to be so.
+"""The network on the twin: knowledge of the rig narrows intervals, and odd signals are marked.
 
-Properties that any network must have that is worth keeping; none is a number of this one.
+The properties hold for any useful network. None is a number of the present one.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ def test_more_signal_makes_answers_no_less_sure(name: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_most_truths_lie_in_their_intervals(name: str) -> None:
-    """Far below the level: coverage is judged on many rigs, not on one."""
+    """The bound is far below the level, because coverage is defined over many rigs."""
     touches, truth = objects(name)
     for samples in TIMES:
         answers = knowing(name).predict(touches.until(samples))
@@ -112,7 +112,7 @@ def _flat(signals: np.ndarray, lead: int, level: float) -> None:
 
 
 def _silent(signals: np.ndarray, lead: int, level: float) -> None:
-    """The motor is heard, and no contact is."""
+    """Return signals with the motor's noise and no contact."""
     signals[:, lead:] = signals[:, : signals.shape[1] - lead]
 
 
@@ -126,7 +126,7 @@ def _another_sensor(signals: np.ndarray, lead: int, level: float) -> None:
 
 
 def _slip(signals: np.ndarray, lead: int, level: float) -> None:
-    """Friction from 2 ms after the contact on, a third as loud as it."""
+    """Return signals with friction from 2 ms after the contact on, a third as loud."""
     rubbed = signals[:, lead + SHORTEST :]
     rubbed += np.random.default_rng(3).normal(0, level / 3, rubbed.shape)
 
@@ -168,7 +168,7 @@ def test_a_model_that_knows_no_rig_rarely_calls_a_touch_strange(
 
 
 def foreign(make: Callable[[np.ndarray, np.random.Generator], np.ndarray]) -> Touches:
-    """Return signals that begin quietly and contain no touch, from 0.03 to 1.5 V."""
+    """Return signals that begin quietly and contain no touch, with peaks from 0.03 to 1.5 V."""
     rng, n = np.random.default_rng(11), 100
     lead, tail = samples_in(BEFORE, RATE), LONGEST
     t = np.arange(tail) / RATE

@@ -1,4 +1,4 @@
-"""The floors are what they say they are."""
+"""Baselines: the training mean and the peak amplitude."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from firstcontact.testing._windows import RATE
 
 
 def windows(peaks: np.ndarray) -> np.ndarray:
-    """Windows of these peaks."""
+    """Return windows with these peaks."""
     shape = np.sin(np.linspace(0, np.pi, 11))
     return (peaks[:, None] * shape)[:, :, None].astype(np.float32)
 

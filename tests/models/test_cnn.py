@@ -1,4 +1,4 @@
-"""ONNX Runtime answers what PyTorch would, without PyTorch."""
+"""ONNX Runtime gives PyTorch's outputs without PyTorch."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ FEW = {(10, 2, 1), (74, 1, 5), (241, 2, 5)}
 
 
 def used(channels: int, outputs: int, samples: int = 74) -> tuple[EfficientNet, torch.Tensor]:
-    """A network with normalisations that are not the identity, and windows (n, samples)."""
+    """Return a network with normalisations that are not the identity, and windows (n, samples)."""
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(0)
         network = EfficientNet(channels, outputs)

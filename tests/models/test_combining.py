@@ -1,4 +1,4 @@
-"""Several pinches of one object: weighted, and never surer than what they share."""
+"""Combined estimate of several pinches of one object: its weights, and its smallest interval."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A contact that is followed gets exactly the numbers of the model for many contacts."""
+"""Predictions for one growing contact equal those of the model for many contacts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Each score, from verdicts that are known."""
+"""Scores of contact detection from known decisions."""
 
 from __future__ import annotations
 
@@ -198,7 +198,7 @@ def test_scores_are_json_for_a_real_detector():
 
 
 def test_looks_of_a_step_count_as_one_window() -> None:
-    """Published shares are comparable with the shares of a detector that steps more often."""
+    """Published shares stay comparable with those of a detector with shorter steps."""
     fine = np.arange(2, 600, 3)
     fired = np.zeros((len(fine), 2), dtype=np.bool_)
     fired[np.searchsorted(fine, 101) : np.searchsorted(fine, 107), Finger.INDEX] = True

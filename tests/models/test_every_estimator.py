@@ -1,4 +1,4 @@
-"""Every registered estimator keeps the promises; a new one is tested by registering it."""
+"""Conformance tests of all registered estimators, plug-ins included."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def test_a_task_that_it_does_not_learn_is_refused() -> None:
 
 
 class Echo(WindowModel):
-    """Answers with the window's peak; its faults are what the suite has to find."""
+    """Model that predicts the window's peak. Its faults must be detected by the check."""
 
     kind = "echo"
 

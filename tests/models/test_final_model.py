@@ -1,4 +1,4 @@
-"""A model to keep: its interval stands on its own spread where it has one."""
+"""Final model: its interval uses the model's own spread if there is one."""
 
 from __future__ import annotations
 

@@ -99,7 +99,7 @@ def test_finite_outputs_are_answers() -> None:
     [(name, task) for name, kind in window_estimators().items() for task in kind.tasks],
 )
 def test_windows_at_the_ends_of_float32(name: str, task: Task, scale: float) -> None:
-    """Squares of these overflow, or are 0: answered or refused, never half."""
+    """The squares overflow or become 0. Such windows are predicted or refused."""
     X, y, _ = toy_windows(24)
     model = make_estimator(name, task, RATE, **ESTIMATORS[name].quick).fit(X, y)
     window = np.clip(X[0] / np.abs(X[0]).max(), -1, 1) * np.float32(scale)
@@ -129,7 +129,7 @@ def test_weights_of_a_file_that_overflow(name: str, task: Task, tmp_path: Path) 
 
 
 def _overflowing(network: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """The graph with weights so large that their products are not finite."""
+    """Return the graph with weights so large that their products are not finite."""
     from onnx import ModelProto, numpy_helper
 
     model = ModelProto.FromString(network.tobytes())

@@ -1,4 +1,4 @@
-"""Intervals: bounds are plain numbers, and hold the truth as often as they say."""
+"""Intervals: their bounds, and their coverage."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def test_soft_objects_have_separate_bounds() -> None:
 
 @pytest.mark.parametrize("level", [0.5, 0.8, 0.9, 0.95])
 def test_new_truths_are_held_as_often_as_the_level_says(level: float) -> None:
-    """Over many intervals the mean coverage of fresh data is the level, or a little more."""
+    """The mean coverage over many intervals is the level or slightly more."""
     rng = np.random.default_rng(1)
     held_out = []
     for _ in range(40):
@@ -126,7 +126,7 @@ def test_answers_that_are_all_alike_make_one_range() -> None:
 
 
 def test_a_fold_is_asked_with_what_the_others_taught() -> None:
-    """The residuals of one fold are huge: only its own bounds are too narrow."""
+    """One fold has huge residuals. Only its own bounds must be too narrow."""
     rng = np.random.default_rng(2)
     answers = rng.uniform(2, 50, 300)
     folds = np.arange(300) % 3

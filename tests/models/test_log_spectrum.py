@@ -1,4 +1,4 @@
-"""The log spectrum without its level: what it hears, and what it is deaf to."""
+"""Log spectrum without its level: the features that matter, and those that do not."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ RATE = 4936.0
 
 
 def rings(hertz: np.ndarray, seed: int = 0, samples: int = 74) -> np.ndarray:
-    """Damped rings with a little noise, shape (n, samples, 1)."""
+    """Return damped oscillations with a little noise, shape (n, samples, 1)."""
     rng = np.random.default_rng(seed)
     t = np.arange(samples) / RATE
     waves = np.sin(2 * np.pi * hertz[:, None] * t) * np.exp(-t / 0.006)

@@ -41,7 +41,7 @@ def test_rmse_and_mae_and_bias_keep_their_order(errors: list[float], seed: int) 
 
 
 def test_clusters_are_drawn_completely() -> None:
-    """Two clusters of errors 0 and 2: a resample's mean is 0, 1 or 2, so the interval is [0, 2]."""
+    """Two clusters have errors 0 and 2, so resampled means are 0, 1 or 2."""
     errors = np.repeat([0.0, 2.0], 500)
     clusters = np.repeat(["a", "b"], 500)
     scores = regression_scores(np.zeros(1000), errors, clusters, 0)

@@ -1,4 +1,4 @@
-"""A model file that is damaged, foreign or hostile is refused in one sentence."""
+"""Damaged, foreign or hostile model files are refused in one sentence."""
 
 from __future__ import annotations
 
@@ -194,7 +194,7 @@ def test_arrays_that_do_not_fit(folder: Path, change: Callable[[Any], Any]) -> N
 
 
 class Hostile:
-    """Makes a file when unpickled."""
+    """Object that writes a file when it is unpickled."""
 
     def __init__(self, mark: Path) -> None:
         self.mark = mark
@@ -221,7 +221,7 @@ def test_a_model_that_cannot_be_written_leaves_the_old_one(folder: Path) -> None
 
 
 def test_a_file_that_is_too_large_is_not_read(folder: Path) -> None:
-    """Sparse, so that nothing is written: what is declared is looked at first."""
+    """The file is sparse, so its declared size is checked without writing it."""
     for name in (CARD, WEIGHTS):
         original = (folder / name).read_bytes()
         os.truncate(folder / name, 1 << 40)

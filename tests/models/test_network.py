@@ -1,4 +1,4 @@
-"""A graph that came with a file is looked through before it is run."""
+"""A graph from a file is checked before it runs."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def wide_padding(model: Any) -> None:
 
 
 def wide_value(model: Any) -> None:
-    """Small weights whose product has a million million numbers."""
+    """Return a graph with small weights whose product has 10¹² numbers."""
     shape = [1, 1, 200_000, 1]
     model.graph.initializer.append(
         numpy_helper.from_array(np.zeros(shape, dtype=np.float32), "wide")
@@ -122,7 +122,7 @@ def wrong_weight(model: Any) -> None:
 
 
 def one_batch_only(model: Any) -> None:
-    """Fits together, and breaks when two windows are asked about."""
+    """Return a graph that is consistent for one window and fails for two."""
     three = np.ones((3, 96, 1, 1), dtype=np.float32)
     model.graph.initializer.append(numpy_helper.from_array(three, "three"))
     pooled = next(n for n in model.graph.node if n.op_type == "ReduceMean" and n is not None)

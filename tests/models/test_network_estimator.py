@@ -1,4 +1,4 @@
-"""The network is an estimator: training it is adapting it."""
+"""The network as an estimator: fitting it means adapting it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Regressors and classifiers of scikit-learn as estimators: trained, saved by skops, refused."""
+"""Regressors and classifiers of scikit-learn as estimators: training, saving and refusals."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ RIDGE = "sklearn.linear_model:Ridge"
 
 
 class Mean:
-    """Regressor of a type that no file can make again."""
+    """Regressor of a type that cannot be loaded from a file."""
 
     def fit(self, X: Any, y: Any) -> Mean:
         self.mean = float(y.mean())

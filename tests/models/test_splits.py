@@ -1,4 +1,4 @@
-"""A split never mixes what it does not say it mixes."""
+"""A split has only declared groups on both sides."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from firstcontact.models import Group, Split, by_session, leave_one_out
 
 @st.composite
 def pinches(draw: st.DrawFn):
-    """Sessions, specimens and levels of some pinches, each level often enough to be split."""
+    """Return sessions, specimens and levels of pinches, each level often enough for a split."""
     n = draw(st.integers(12, 60))
     sessions = np.array(draw(st.lists(st.sampled_from("abcdef"), min_size=n, max_size=n)))
     levels = np.array(draw(st.lists(st.sampled_from([10.0, 20.0, 29.0]), min_size=n, max_size=n)))

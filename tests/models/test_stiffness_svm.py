@@ -1,4 +1,4 @@
-"""The NumPy machine is scikit-learn's, and what it chooses it chooses honestly."""
+"""SVM in NumPy: equal to scikit-learn's, with hyper-parameters chosen on inner folds."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def test_folds_without_sessions_hold_every_level() -> None:
 def test_folds_spread_the_targets_of_sessions(
     seed: int, k: int, sessions: int, values: int
 ) -> None:
-    """If each session has the same targets, each fold has them too, and no fold is empty."""
+    """If all sessions have the same targets, so do all folds, and no fold is empty."""
     groups = np.repeat(np.arange(sessions), 40)
     y = np.tile(np.arange(40) % values, sessions).astype(float)
     folds = list(inner_folds(y, groups, seed, k))

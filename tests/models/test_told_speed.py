@@ -1,4 +1,4 @@
-"""Measured closing speeds count as far as they are more exact than the rig's are alike."""
+"""Measured closing speeds count only if they are more exact than the rig's speeds are similar."""
 
 from __future__ import annotations
 

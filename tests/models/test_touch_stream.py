@@ -18,7 +18,7 @@ LENGTH, AT = 1000, 500
 
 
 def noise(layout: Layout = LAYOUT, seed: int = 0) -> Pinch:
-    """A pinch that nothing is known of but its samples."""
+    """Return a pinch of noise, without labels or contacts."""
     data = np.random.default_rng(seed).integers(-500, 500, (LENGTH, layout.width))
     return Pinch(data.astype(np.int16), layout, first_sample=7000)
 

@@ -1,8 +1,8 @@
 """Mutation check: introduce the faults of ``faults.toml`` one at a time and run the fast tests.
 
-Each fault goes into a scratch copy of the tree, and the tests of the mirrored room run until the
-first failure: ``src/firstcontact/ROOM`` is tested by ``tests/ROOM``. The command ends with 1 if a
-fault was not found, or if its old text does not occur exactly once any more.
+Each fault goes into a scratch copy of the tree. The tests of the same room then run until the first
+failure: ``tests/ROOM`` tests ``src/firstcontact/ROOM``. The command ends with 1 if the tests missed
+a fault, or if a fault's old text does not occur exactly once.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ LONG = 1800
 
 @dataclass(frozen=True)
 class Fault:
-    """Fault: another text in a file, and its meaning."""
+    """Fault: the replacement of a text in a file, and its meaning."""
 
     meaning: str
     file: str
@@ -36,7 +36,7 @@ class Fault:
 
     @property
     def tests(self) -> str:
-        """Folder of the tests that must find it."""
+        """Folder of the tests that must detect it."""
         return f"tests/{Path(self.file).parts[2]}"
 
 
@@ -47,7 +47,7 @@ def faults() -> list[Fault]:
 
 
 def outcome(fault: Fault, copy: Path, words: list[str]) -> tuple[str, str]:
-    """Return "found", "survived" or "stale", and the test that found the fault.
+    """Return "found", "survived" or "stale", and the test that detected the fault.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def scratch(folder: Path) -> Path:
 
 
 def main() -> int:
-    """Check all faults, or those whose words hold a text."""
+    """Check all faults, or those whose description contains a text."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--only", default="", help="faults with this text in file or meaning")
     parser.add_argument("--out", type=Path, help="results as JSON")

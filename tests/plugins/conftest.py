@@ -1,4 +1,4 @@
-"""The example plug-in, really installed."""
+"""Example plug-in, installed in an environment."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ EXAMPLE = Path(__file__).parent / "example"
 
 @pytest.fixture(scope="session")
 def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """With the example installed, for commands only."""
+    """Environment variables with the example installed, for commands only."""
 
     def install(site: Path) -> None:
         # Building leaves files behind.

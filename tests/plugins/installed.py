@@ -1,4 +1,4 @@
-"""Programs that see the example plug-in."""
+"""Programs that run with the example plug-in installed."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import forked
 
 
 def run(environment: dict[str, str], *arguments: object) -> subprocess.CompletedProcess[str]:
-    """Run code of Python with these arguments."""
+    """Run Python code with these arguments."""
     return forked.run("code", *arguments, env=environment)
 
 

@@ -1,4 +1,4 @@
-"""The package of examples/plugin_estimators is installed; all tests of estimators run it."""
+"""The package examples/plugin_estimators is installed and passes all estimator tests."""
 
 from __future__ import annotations
 

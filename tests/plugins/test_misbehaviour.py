@@ -1,4 +1,4 @@
-"""Plug-ins that misbehave: code 2 and their name where they were chosen, no effect where not."""
+"""Faulty plug-ins: the command that chose one exits with 2 and names it, others work."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ Install = Callable[..., str]
 
 @pytest.fixture
 def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Install]:
-    """Install a package with one entry point in each of some groups; return its module's name."""
+    """Install a package with one entry point in several groups. Return its module's name."""
     site = tmp_path / "site"
     site.mkdir()
     monkeypatch.syspath_prepend(site)
@@ -78,7 +78,7 @@ def run(*words: object) -> int:
 
 
 def refused(capsys: pytest.CaptureFixture[str], raised: str, name: str = "bad") -> None:
-    """Expect a last line that names the plug-in and what it raised."""
+    """Assert that the last line names the plug-in and its exception."""
     last = capsys.readouterr().err.splitlines()[-1]
     assert last.startswith("firstcontact: ")
     assert repr(name) in last

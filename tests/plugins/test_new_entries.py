@@ -1,4 +1,4 @@
-"""Each new entry is one file and at most one line: the examples of the pages, in a copy."""
+"""Each new entry is one file and at most one line. The documented examples run in a copy."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ HANDS = ROOT / "docs" / "how-to" / "drive-a-hand.md"
 
 @dataclass(frozen=True)
 class Entry:
-    """A new entry of the package.
+    """New entry of the package.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ ENTRIES = {
 
 
 def example(page: Path, heading: str) -> str:
-    """The first block of Python below a heading, without its checks."""
+    """Return the first Python block below a heading, without its checks."""
     text = page.read_text(encoding="utf-8").partition(f"## {heading}\n")[2]
     code = re.search(r"^```python\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
     assert code is not None, heading
@@ -132,7 +132,7 @@ def example(page: Path, heading: str) -> str:
 
 @pytest.fixture(scope="module")
 def work(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with recordings and a model."""
+    """Folder with recordings and a model."""
     folder = tmp_path_factory.mktemp("entries")
     fc.simulate(folder / "pinches", pinches_per_block=4, pinches_per_object=0)
     fc.adapt().save(folder / "general")

@@ -1,4 +1,4 @@
-"""A detector and an estimator of another package: trained, kept, studied, live."""
+"""Detector and estimator of another package: training, saving, study and live use."""
 
 from __future__ import annotations
 

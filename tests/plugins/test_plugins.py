@@ -1,4 +1,4 @@
-"""A package that is really installed adds to every command; what is broken in it stops nothing."""
+"""An installed plug-in extends every command. Its broken entries affect nothing else."""
 
 from __future__ import annotations
 

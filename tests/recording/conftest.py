@@ -1,4 +1,4 @@
-"""A small device whose first channel counts the samples, so that no loss stays hidden."""
+"""Small device whose first channel counts the samples, so that tests detect every loss."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def layout() -> Layout:
 
 @pytest.fixture
 def counted() -> Callable[..., Block]:
-    """Make a block of which both channels say the sample number."""
+    """Return a function that makes a block whose channels hold the sample number."""
 
     def make(first: int, samples: int, epoch: int = 0) -> Block:
         number = np.arange(first, first + samples)
@@ -34,7 +34,7 @@ def counted() -> Callable[..., Block]:
 
 @pytest.fixture
 def small(tmp_path: Path, layout: Layout, counted: Callable[..., Block]) -> Path:
-    """A closed recording of 350 samples in blocks of 70."""
+    """Write a closed recording of 350 samples in blocks of 70."""
     path = tmp_path / "small.mcap"
     with RecordingWriter(path, Header(layout, "synthetic")) as writer:
         for first in range(0, 350, 70):
@@ -44,7 +44,7 @@ def small(tmp_path: Path, layout: Layout, counted: Callable[..., Block]) -> Path
 
 @pytest.fixture
 def numbers_agree() -> Callable[[Recording], None]:
-    """Check that every sample read is the one it claims to be."""
+    """Assert that every sample holds its own number."""
 
     def check(recording: Recording) -> None:
         for stretch in recording.stretches:

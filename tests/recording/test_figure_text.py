@@ -1,4 +1,4 @@
-"""Names in figures: any text may be one, and none stops a drawing. Warnings are errors here."""
+"""Names in figures: any text can be drawn, without warnings."""
 
 from __future__ import annotations
 

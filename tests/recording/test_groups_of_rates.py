@@ -1,4 +1,4 @@
-"""A layout may hold groups of different rates: 2200 Hz and 100 Hz, as a BioTac has them."""
+"""Layouts with groups of different rates, such as a BioTac's 2200 Hz and 100 Hz."""
 
 from __future__ import annotations
 

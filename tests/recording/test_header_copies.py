@@ -1,4 +1,4 @@
-"""A recording that was killed has its header twice: no one byte costs all its samples."""
+"""A recording of a killed writer has two headers, so that one damaged byte does not cost it all."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ HEADER = Header(fingertip_layout(), "synthetic", session="1", notes="the only on
 
 @pytest.fixture
 def killed(tmp_path: Path) -> Path:
-    """Write a file as a writer killed after one second of samples leaves it."""
+    """Write a file like that of a writer killed after one second of samples."""
     path = tmp_path / "whole.mcap"
     killed_path = tmp_path / "killed.mcap"
     with RecordingWriter(path, HEADER) as writer:
@@ -59,7 +59,7 @@ def test_second_header_is_written_within_the_first_second(killed: Path) -> None:
 
 
 def test_recording_at_the_highest_rate_is_read(tmp_path: Path) -> None:
-    """The padding after its first header is longer than any JSON may be."""
+    """The padding after the first header is longer than the longest JSON."""
     path = tmp_path / "a.mcap"
     header = Header(replace(HEADER.layout, rate=1e7), "synthetic", "float32")
     with RecordingWriter(path, header) as writer:

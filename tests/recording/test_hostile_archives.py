@@ -1,4 +1,4 @@
-"""NPZ and HDF5 files that declare what they do not hold, or point out of themselves."""
+"""NPZ and HDF5 files that declare false sizes or link to other files."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SECRET = "root:x:0:0"
 
 @pytest.fixture
 def check_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
-    """Import, and expect one short sentence with these words and nothing written."""
+    """Import, and assert that one short sentence with these words is printed, nothing written."""
 
     def check(path: Path, *words: str) -> str:
         assert main(["import", str(path), "--out", str(tmp_path / "out")]) == 2
@@ -43,7 +43,7 @@ def check_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Callabl
 
 
 def npy(array: np.ndarray) -> bytes:
-    """An array as a member."""
+    """Return an array as a member of an archive."""
     stream = io.BytesIO()
     np.save(stream, array)
     return stream.getvalue()

@@ -1,4 +1,4 @@
-"""Recordings that were made to do harm: one sentence or a note, in little time and memory."""
+"""Malicious recordings: refused in one sentence or noted, with little time and memory."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ BLOCK = Block(np.ones((1000, 16), np.int16))
 
 
 def write(path: Path, *parts: tuple[str, bytes]) -> Path:
-    """A whole recording of these messages."""
+    """Write a complete recording of these messages."""
     with path.open("w+b") as stream:
         file = ChunkFile(stream, 100, "ros2", "test")
         topics = ("/header", "/samples", "/pinch", "/marker")
@@ -50,7 +50,7 @@ def packed(tree: Any) -> bytes:
 
 
 def changed(tree: dict[str, Any], *path: str | int, to: Any) -> dict[str, Any]:
-    """A copy with one field that is something else."""
+    """Return a copy with one changed field."""
     copy = json.loads(json.dumps(tree))
     place = copy
     for step in path[:-1]:
@@ -245,7 +245,7 @@ def test_compressed_chunks_are_read(tmp_path: Path, kind: str) -> None:
 
 
 def test_false_chunk_headers_are_refused_quickly(tmp_path: Path) -> None:
-    """Each of 20,000 beginnings of a chunk claims the rest of the file."""
+    """Each of 20,000 chunk headers claims the rest of the file."""
     path = tmp_path / "a.mcap"
     entry = 9 + 40
     size = len(MAGIC) + 20_000 * entry

@@ -1,4 +1,4 @@
-"""WAV folders and CSV tables with what no sensor and no person writes."""
+"""WAV folders and CSV tables with invalid content."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from firstcontact.cli.main import main
 
 @pytest.fixture
 def check_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., None]:
-    """Import, and expect one short sentence with these words and nothing written."""
+    """Import, and assert that one short sentence with these words is printed, nothing written."""
 
     def check(path: Path, *words: str, options: tuple[str, ...] = ()) -> None:
         assert main(["import", str(path), "--out", str(tmp_path / "out"), *options]) == 2
@@ -91,7 +91,7 @@ ROWS = [[k // 5, k % 5, 20, 2] for k in range(10)]
 
 
 def table(path: Path, **changes: object) -> Path:
-    """Ten rows of which the first has these cells."""
+    """Write a table of ten rows, with these cells in the first row."""
     names = ["pinch", "piezo_index", "shore_a", "first_contact"]
     lines = [",".join(names)]
     for k, row in enumerate(ROWS):

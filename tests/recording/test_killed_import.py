@@ -1,4 +1,4 @@
-"""An import that was killed leaves nothing that is taken for recordings."""
+"""A killed import leaves no files that could be taken for recordings."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def arrays(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def killed_folder(tmp_path: Path, arrays: Path) -> Path:
-    """The folder in which an import to ``o`` was killed."""
+    """Folder in which an import to ``o`` was killed."""
     folder = tmp_path / "data"
     folder.mkdir()
     command = [sys.executable, "-c", KILLED, str(arrays), str(folder / "o")]

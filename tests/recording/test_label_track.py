@@ -1,4 +1,4 @@
-"""Audacity label tracks, and FLAC beside WAV."""
+"""Audacity label tracks, and FLAC files."""
 
 from __future__ import annotations
 

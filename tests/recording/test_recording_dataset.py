@@ -128,7 +128,7 @@ def test_paths_may_be_strings(tmp_path, layout, pinches):
 
 
 def test_public_functions_accept_path_strings():
-    """``open`` takes strings, so users give strings: an AttributeError says nothing to them."""
+    """Users pass strings, because ``open`` accepts them."""
     rooms = re.split(r"^###? (firstcontact\S*)$", PAGE.read_text(encoding="utf-8"), flags=re.M)[1:]
     assert rooms
     for room, table in zip(rooms[::2], rooms[1::2], strict=True):

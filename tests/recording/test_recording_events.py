@@ -22,7 +22,7 @@ SAMPLES = 20_000
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """Two long files whose samples count up, so that a cut says where it is from."""
+    """Write two long files whose samples count up, so that a cut shows its origin."""
     (tmp_path / "in").mkdir()
     count = np.arange(SAMPLES, dtype=np.int16)
     wavfile.write(tmp_path / "in" / "mono.wav", RATE, count)

@@ -1,4 +1,4 @@
-"""Contacts out of a stranger's columns, and what is assumed where they say too little."""
+"""Contacts from the columns of a table, and assumptions where columns are missing."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ ONE, TWO = (make_layout(SETTINGS, sensors) for sensors in (1, 2))
 def two_fingers(
     seed: int, first_finger: Finger, first_sample: int, second_sample: int
 ) -> np.ndarray:
-    """Noise on both channels, a step response on each after its finger touches."""
+    """Return noise on both channels, and a step response on each after its finger touches."""
     piezo = np.random.default_rng(seed).normal(0, 0.01, (300, 2))
     # The fingers' gains differ, so the larger trace is not always the livelier one.
     piezo[:, 1] *= 20

@@ -1,4 +1,4 @@
-"""MATLAB files: arrays of pinches, and a stranger's signals at several rates."""
+"""MATLAB files: arrays of pinches, and signals at several rates described by a table."""
 
 from __future__ import annotations
 

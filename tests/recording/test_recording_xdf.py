@@ -1,4 +1,4 @@
-"""XDF files, written here byte by byte as the format says, so that faults can be made in them."""
+"""XDF files, written byte by byte so that tests can damage them."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def chunk(tag: int, content: bytes) -> bytes:
 def stream(
     number: int, name: str, rate: float, kind: str, stamps: Any, values: Any, foot: bool = True
 ) -> bytes:
-    """One stream: head, samples in chunks of a tenth of a second, a clock offset, foot."""
+    """Return one stream: header, samples in chunks of 0.1 s, a clock offset and footer."""
     width = 1 if kind == "string" else np.asarray(values).reshape(len(stamps), -1).shape[1]
     xml = (
         f"<?xml version='1.0'?><info><name>{name}</name><type>x</type><channel_count>{width}"

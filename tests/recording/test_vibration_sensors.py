@@ -1,4 +1,4 @@
-"""Vibration sensors with or without a finger, of one or several axes, smoothed or not."""
+"""Vibration sensors with or without a finger, with one or several axes, smoothed or not."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ TOUCH = 600
 
 
 def ring(n: int, seed: int, axes: int = 1) -> np.ndarray:
-    """Noise, and a contact in the last axis; shape (n, 1000, axes)."""
+    """Return noise with a contact in the last axis, shape (n, 1000, axes)."""
     data = np.random.default_rng(seed).normal(0, 0.01, (n, 1000, axes))
     t = np.arange(1000 - TOUCH) / RATE
     data[:, TOUCH:, -1] += np.sin(2 * np.pi * 200 * t) * np.exp(-t / 0.01)

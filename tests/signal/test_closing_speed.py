@@ -1,4 +1,4 @@
-"""Closing speed from positions: a line, and its standard error."""
+"""Closing speed from positions: the fitted line and its standard error."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Resampling keeps the signal, the truth and a note."""
+"""Resampling of datasets: signal, contacts and notes."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def test_step_does_not_ring_before_its_lookahead():
 
 
 def test_resampling_has_a_rate_limit() -> None:
-    """And no rate in a file can take all memory."""
+    """Otherwise a rate in a file could use up all memory."""
     layout = fingertip_layout()
     pinch = Pinch(np.zeros((100, len(layout.channels))), layout)
     dataset = Dataset((pinch,))

@@ -1,4 +1,4 @@
-"""Windows after a contact: whole or refused, the same offline and live."""
+"""Windows after a contact: complete or refused, equal offline and live."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Soak test of the live sources with faults: ``python tests/soak/soak.py --help``.
 
-Each sender numbers its samples. Each source runs a live session of its own that records, in a
-process of its own. In the end received and lost samples are as many as were sent, each recorded
-sample is the one that its number says, and all that were received are recorded; all else is a
+Each sender numbers its samples. Each source runs a live session that records, in a separate
+process. At the end three statements must hold. Received and lost samples add up to the sent ones.
+Each recorded sample holds its own number. All received samples are recorded. Anything else is a
 finding.
 """
 
@@ -134,18 +134,18 @@ def check_counts(
 
 
 def _wrapped(numbers: NDArray[np.int64], modulus: int) -> NDArray[np.int64]:
-    """Return numbers between minus and plus half of a modulus."""
+    """Return numbers wrapped to the range of plus or minus half a modulus."""
     wrapped: NDArray[np.int64] = (numbers + modulus // 2) % modulus - modulus // 2
     return wrapped
 
 
 def _peak_memory() -> int:
-    """Return the most memory that this process has had, kB."""
+    """Return the peak memory of this process, kB."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 
 
 def soak(minutes: float, seed: int, links: list[str], out: Path) -> int:
-    """Run the links side by side and write their results; return 1 if there are findings."""
+    """Run the links in parallel and write their results. Return 1 if there are findings."""
     with tempfile.TemporaryDirectory(prefix="firstcontact-soak-") as place:
         processes = {}
         for name in links:

@@ -1,12 +1,12 @@
 """Program that sends numbered samples by LSL, with faults on request.
 
-    python soak_lsl_sender.py NAME RATE MODULUS
+python soak_lsl_sender.py NAME RATE MODULUS
 
-Reads requests from standard input, one a line: ``hold SECONDS`` (the samples come later, with their
-own stamps), ``lose COUNT`` (samples are not sent), ``nan COUNT`` and ``huge COUNT`` (samples hold
-NaN or 1e300), ``rest`` (no sample is made from now on) and ``end``. Requests wait until somebody
-listens. Says ``ready``, ``heard`` when somebody listens, and the number of the last sample after
-``rest``.
+It reads requests from standard input, one per line. ``hold SECONDS`` delays samples, which keep
+their own stamps. ``lose COUNT`` omits samples. ``nan COUNT`` and ``huge COUNT`` send NaN or 1e300.
+``rest`` stops the samples, and ``end`` ends the program. Requests wait until a listener is
+connected. The program prints ``ready``, ``heard`` when a listener is connected, and the number of
+the last sample after ``rest``.
 """
 
 import os

@@ -1,4 +1,4 @@
-"""A detector and models trained on a few twin pinches, shared by the tests of this room."""
+"""Detector and models trained on a few twin pinches, shared by the tests of this folder."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ SEED = 5
 
 
 def twin_pinches(numbers: Sequence[int]) -> Dataset:
-    """Pinches of the five blocks in turn."""
+    """Return pinches of the five blocks in turn."""
     pinches: list[Pinch] = []
     for n in numbers:
         kind = BLOCKS[n % len(BLOCKS)]
@@ -44,7 +44,7 @@ def training() -> Dataset:
 
 @pytest.fixture(scope="session")
 def fresh() -> Dataset:
-    """Pinches that nothing learned from."""
+    """Pinches outside the training data."""
     return twin_pinches(range(100, 112))
 
 

@@ -1,4 +1,4 @@
-"""Updates as a session gives them, made up: a pinch every so often, both fingers ringing."""
+"""Synthetic session updates: a pinch at regular intervals, with both fingers ringing."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ WORDS = ("block 29", "apple", "", "tennis ball", "block 60")
 
 
 class Feed:
-    """Updates of 247 samples (50 ms), each with what happened in them.
+    """Generator of updates of 247 samples (50 ms), each with its events.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class Feed:
         self._plan()
 
     def _plan(self) -> None:
-        """Events of the closing that begins now."""
+        """Plan the events of the closing that begins now."""
         self.start = self.sample // PERIOD * PERIOD
         first = self.start + CLOSING
         self.shore = float(self.rng.uniform(8, 85))
@@ -103,7 +103,7 @@ class Feed:
         )
 
     def happenings(self, first: int, end: int) -> tuple[list[Event], list[Marker]]:
-        """Events that are known in these samples, in order, and markers."""
+        """Return events and markers that become known in these samples, in order."""
         a, b = self.contacts
         predictions: list[tuple[int, Event]] = [
             (self.start, ClosingStart(self.start, self.epoch)),
@@ -127,7 +127,7 @@ class Feed:
         return events, markers
 
     def block(self, n: int) -> Block:
-        """The next samples, made or made before."""
+        """Return the next samples, made now or earlier."""
         if self._made is None:
             return Block(self._samples(n), self.sample, self.epoch)
         place = self.sample % PERIOD
@@ -136,7 +136,7 @@ class Feed:
         return Block(self._made[place], self.sample, self.epoch)
 
     def _samples(self, n: int) -> np.ndarray:
-        """Samples as a fingertip might send them."""
+        """Return samples like those of a fingertip."""
         i = self.sample + np.arange(n)
         volts = 0.006 * self.rng.normal(size=(n, len(LAYOUT.channels)))
         since = np.zeros(n)
@@ -157,7 +157,7 @@ class Feed:
         return raw
 
     def update(self, n: int = 247) -> Update:
-        """The next samples."""
+        """Return an update with the next samples."""
         n = min(n, PERIOD - self.sample % PERIOD)
         block = self.block(n)
         events, markers = self.happenings(self.sample, self.sample + n)
@@ -178,7 +178,7 @@ class Feed:
         return Update((arrival,), tuple(events), health, self.recording, self.ledger())
 
     def ledger(self) -> dict[str, float]:
-        """Figures as the session gives them."""
+        """Return time statistics like those of a session."""
         if self.pinches == 0:
             return {"estimates": 0.0, "overruns": 0.0, "blocks": 0.0, "busy": 0.0}
         times = {"decide": 0.0018, "signal": 0.015, "compute": 0.00021, "total": 0.0158}
@@ -198,7 +198,7 @@ class Feed:
 
 
 class Requests:
-    """Controls that note what they were asked for, and act on a feed."""
+    """Controls that record the viewers' requests and act on a feed."""
 
     def __init__(self, feed: Feed | None = None) -> None:
         self.feed = feed or Feed()

@@ -1,4 +1,4 @@
-"""Helpers of the live tests: events without the host's clock, and offline results to compare."""
+"""Helpers of the live tests: events without the host's clock, and offline results."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Facts = tuple[object, ...]
 
 
 def facts(events: list[Event]) -> list[Facts]:
-    """Facts that do not depend on blocks or the host's clock."""
+    """Return the events without properties that depend on blocks or the host's clock."""
     return [(type(event).__name__, *_facts(event)) for event in events]
 
 
@@ -51,7 +51,7 @@ def run(pipeline: Pipeline, blocks: list[Block]) -> list[Event]:
 
 
 def as_blocks(dataset: Dataset) -> list[Block]:
-    """One block for each pinch, each an epoch."""
+    """Return one block for each pinch, each in its own epoch."""
     return [Block(p.data, p.first_sample, epoch) for epoch, p in enumerate(dataset.pinches)]
 
 
@@ -61,7 +61,7 @@ def cut_frames(dataset: Dataset, size: int = 5) -> list[Block]:
 
 
 def cut(block: Block, edges: list[int]) -> list[Block]:
-    """A block in pieces."""
+    """Return a block in pieces."""
     places = [0, *sorted(edges), len(block.data)]
     pairs = itertools.pairwise(places)
     return [Block(block.data[a:b], block.first_sample + a, block.epoch) for a, b in pairs]
@@ -70,7 +70,7 @@ def cut(block: Block, edges: list[int]) -> list[Block]:
 def offline(
     detector: Detector, entry: WindowPredictor, pinch: Pinch
 ) -> tuple[Contact | None, float | None]:
-    """First contact and prediction as the study finds them."""
+    """Return first contact and prediction as the study computes them."""
     contacts = detect(detector, pinch)
     first = contacts[0] if contacts else None
     windows, selected = contact_windows(Dataset((pinch,)), [first], entry.model.spec.duration)

@@ -21,7 +21,7 @@ FIRST = Contact(Finger.THUMB, 100, 110)
 
 
 class Scripted:
-    """Predictor that returns its moment in samples after the contact, or raises or ends."""
+    """Predictor that returns its elapsed samples, raises an error, or ends."""
 
     name, rate, uses_shape, uses_speed = "scripted", RATE, False, False
     reason = ""
@@ -69,7 +69,7 @@ class Scripted:
 def closing(
     predictor: Scripted, second: Contact | None, edges: Sequence[int] = (), end: int = 300
 ) -> tuple[list[Event], ClosingEstimates]:
-    """Events of a closing of samples 0 to 300, cut at these edges."""
+    """Return the events of a closing of samples 0 to 300, cut at these edges."""
     estimates = ClosingEstimates(predictor, LAYOUT, lambda: 0.0)
     events: list[tuple[int, Event]] = []
     for block in cut(Block(np.zeros((end, 1)), 0), sorted(set(edges))):
@@ -109,7 +109,7 @@ def test_what_stands_depends_on_no_sample_after_the_second_contact(
 
 
 def test_what_was_final_too_early_is_withdrawn() -> None:
-    """The second contact is decided a little after it happens: the later event counts."""
+    """The second contact is detected a little late, so the later event counts."""
     events, _ = closing(Scripted([20, 40]), Contact(Finger.INDEX, 130, 145))
     assert finals(events) == [40.0, 20.0]
     events, estimates = closing(Scripted([40]), Contact(Finger.INDEX, 130, 145))

@@ -15,7 +15,7 @@ LONG = 60.0
 
 
 class Keeper:
-    """Keeps what it gets; waits before each until it may go on."""
+    """Sink that stores its updates and waits before each for permission."""
 
     def __init__(self, name: str, go_on: threading.Event | None = None) -> None:
         self.name = name

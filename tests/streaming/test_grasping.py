@@ -36,7 +36,7 @@ RATE = LAYOUT.rate
 def drive(
     pinches: Dataset, pipeline: Pipeline, grasping: Grasping, host: Callable[[], float]
 ) -> list[Event]:
-    """Feed pinches as a session does, each an epoch."""
+    """Feed pinches as a session does, each in its own epoch."""
     events: list[Event] = []
     for epoch, pinch in enumerate(pinches.pinches):
         for i in range(0, len(pinch.data), FRAME):
@@ -52,7 +52,7 @@ def drive(
 
 
 def still() -> float:
-    """A clock for which computing takes no time."""
+    """Return a clock by which computing takes no time."""
     return 0.0
 
 
@@ -162,7 +162,7 @@ def test_the_end_summarises_the_events(
 
 
 def test_a_policy_acts_on_the_final_estimate(hand: PrintHand) -> None:
-    """However short its signal: no better one comes. A hand cannot take back what it did."""
+    """It acts even if the signal was short, because no better estimate follows."""
     policy = live_policy("first_contact")
     grasping = Grasping(policy, hand, LAYOUT)
     with hand:
@@ -198,7 +198,7 @@ def test_an_estimate_out_of_range_is_as_none(hand: PrintHand) -> None:
 def test_samples_that_came_late_make_an_estimate_late(
     hand: PrintHand, fresh: Dataset, detector: Detector, models: list[WindowPredictor]
 ) -> None:
-    """Against those that came soonest: what is the same for all of them cannot be known."""
+    """Delays count relative to the fastest samples. A constant delay cannot be detected."""
     counts = []
     for late in (0.0, 0.040):
         delay = TransportDelay(RATE)

@@ -20,7 +20,7 @@ LAYOUT = fingertip_layout()
 
 
 class LoggedHand(Hand):
-    """Takes orders down."""
+    """Hand that records its orders."""
 
     name = "told"
     limits = HandLimits(speed=0.2, force=12.0, rate=1e3, watchdog=inf)
@@ -41,14 +41,14 @@ class LoggedHand(Hand):
 
 
 class Session:
-    """Blocks that come one after the other."""
+    """Stream of consecutive blocks."""
 
     def __init__(self, grasping: Grasping) -> None:
         self.grasping = grasping
         self.sample = 0
 
     def block(self, *events: Event) -> list[HandCommand]:
-        """The next one, and what is found in it."""
+        """Return the next block and its events."""
         block = Block(np.zeros((5, LAYOUT.width), np.int16), self.sample, 0)
         self.sample = block.end
         self.grasping.on_samples(block, block.end / LAYOUT.rate)
@@ -95,7 +95,7 @@ def test_a_closing_is_begun_by_who_asks_and_held_until_it_is_opened() -> None:
 
 
 def test_the_motor_of_an_opening_hand_begins_nothing() -> None:
-    """Only where others begin closings is one heard."""
+    """A motor start begins a closing only if the hand closes by itself."""
     for begins, closes in ((Begins.US, False), (Begins.OTHERS, True), (Begins(3), True)):
         hand = LoggedHand(begins)
         driven(hand).block(ClosingStart(15, 0))
@@ -215,7 +215,7 @@ def test_every_hand_says_who_begins_its_closings() -> None:
 
 
 class Alarms(SlipDetector):
-    """Hears a slip in every block while something is held."""
+    """Slip detector that reports a slip in every block while an object is held."""
 
     name = "alarms"
     is_holding = False

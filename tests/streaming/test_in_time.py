@@ -1,4 +1,4 @@
-"""In time means available before the second contact: on the page, in JSON, in text and counted."""
+""" "In time" means available before the second contact: on the page, in JSON, text and counts."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ times = st.fixed_dictionaries(
 
 
 def contacts_with_offset(offset: int | None) -> tuple[Contact, ...]:
-    """The contacts of a pinch with this offset, in samples."""
+    """Return the contacts of a pinch with this offset, in samples."""
     if offset is None:
         return (FIRST,)
     return FIRST, Contact(SECOND.finger, FIRST.sample + offset, SECOND.decided)
@@ -68,7 +68,7 @@ def page_state(*events: Any) -> dict[str, Any]:
 
 
 def truth(finished_pinch: PinchDone) -> str | None:
-    """The verdict, reckoned here."""
+    """Return the verdict, computed independently."""
     if not finished_pinch.estimates:
         return "none"
     if not finished_pinch.real_time:
@@ -88,7 +88,7 @@ def truth(finished_pinch: PinchDone) -> str | None:
 def test_page_text_and_json_say_the_same_and_never_praise_what_came_late(
     finished_pinch: PinchDone,
 ) -> None:
-    """No row reads: available 70 ms after the first contact, second after 5.1 ms, in time."""
+    """Available 70 ms after the first contact is not in time for a second one after 5.1 ms."""
     case = truth(finished_pinch)
     parts = page_state(FIRST_EVENT, *finished_pinch.estimates, finished_pinch)
     ((row,), now) = parts["pinches"], parts["now"]
@@ -133,7 +133,7 @@ def test_the_summary_counts_each_pinch_once(finished_pinch: list[PinchDone]) -> 
 
 
 def test_the_row_that_misled_says_so() -> None:
-    """The samples lay before the second contact, but the estimate came later."""
+    """The samples came before the second contact, but the estimate came after it."""
     contacts = contacts_with_offset(25)
     samples = timed(ANSWER, elapsed=20 / RATE, complete=FIRST.sample + 20, waited=0.066)
     (row,) = page_state(FIRST_EVENT, pinch(samples, contacts=contacts))["pinches"]
@@ -161,7 +161,7 @@ def test_it_is_the_hosts_clock_that_decides(
     anytime: InContextModel,
     data: st.DataObject,
 ) -> None:
-    """Blocks that are held up, and a slow computer, count: all by the clock of the host."""
+    """Delayed blocks and slow computing count, by the host's clock."""
     one = fresh.pinches[data.draw(st.integers(0, 4))]
     edges = data.draw(st.lists(st.integers(1, len(one.data) - 1), max_size=40))
     compute = data.draw(st.sampled_from((0.0, 0.001, 0.02)))

@@ -1,4 +1,4 @@
-"""JSON lines: each event as documented, without delay, also when the reader closes."""
+"""JSON lines: each event as documented, without delay, even if the reader closes."""
 
 from __future__ import annotations
 

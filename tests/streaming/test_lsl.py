@@ -1,4 +1,4 @@
-"""LSL: what a listener in another process gets, over the loopback interface."""
+"""LSL streams as received by another process over the loopback interface."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ print(json.dumps(got), flush=True)
 
 @pytest.fixture(scope="module")
 def loopback(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Streams of these tests stay on this machine; LSL reads this once, when first used."""
+    """Keep the streams on this machine. LSL reads this setting once, at its first use."""
     config = tmp_path_factory.mktemp("lsl") / "lsl_api.cfg"
     config.write_text(LOOPBACK, encoding="utf-8")
     previous = os.environ.get("LSLAPICFG")
@@ -79,7 +79,7 @@ def loopback(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 
 
 class Listener:
-    """A process that finds both streams, and what it got from them."""
+    """Process that finds both streams, and the data that it received."""
 
     def __init__(self, name: str, samples: int, events: int) -> None:
         arguments = [name, str(samples), str(events), str(PATIENCE)]
@@ -93,7 +93,7 @@ class Listener:
         self._first = self._process.stdout.readline()
 
     def require(self) -> None:
-        """Skip where LSL finds no stream, because the machine has no interface that lets it."""
+        """Skip the test if LSL finds no stream because of the machine's network interfaces."""
         if self._first != "open\n":
             _, errors = self._process.communicate(timeout=2 * PATIENCE)
             if self._process.returncode == 77:
@@ -182,7 +182,7 @@ def test_without_listeners_nothing_waits(loopback: None) -> None:
 def test_without_the_library_the_extra_is_named(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """A pylsl that finds no liblsl raises RuntimeError when it is imported."""
+    """Without liblsl, importing pylsl raises RuntimeError."""
     (tmp_path / "pylsl.py").write_text("raise RuntimeError('LSL binary library not found')")
     monkeypatch.syspath_prepend(tmp_path)
     for module in [m for m in sys.modules if m == "pylsl" or m.startswith("pylsl.")]:

@@ -1,4 +1,4 @@
-"""The page in a real browser: headless Chromium, driven."""
+"""The live page in a real browser (headless Chromium)."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ return blue;
 
 
 class Fed:
-    """A page whose feed goes on by itself, at about the pace of a hand."""
+    """Page with a feed that runs at about the pace of a hand."""
 
     def __init__(self, asks: tuple[Ask, ...] = (), **options: Any) -> None:
         self.feed = Feed()
@@ -184,7 +184,7 @@ def test_the_hand_is_asked_by_buttons_that_are_there_where_it_can_be(chromium: A
 
 
 def test_a_page_that_hangs_no_longer_holds_the_hand_closed(chromium: Any) -> None:
-    """Only the page itself can say that it is there: its browser answers all pings for it."""
+    """Only the page itself can show that it is alive, because the browser answers pings for it."""
     fed = Fed(asks=(Ask.CLOSE, Ask.OPEN))
     try:
         chromium.get(fed.sink.url)

@@ -1,4 +1,4 @@
-"""Thinning for the page: it keeps peaks and gaps for any block size."""
+"""Thinned traces keep peaks and gaps, for any block size."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ZERO = LAYOUT.channels[0].offset
 
 
 def block(first: int, n: int, epoch: int = 0, thumb: int = 7) -> Block:
-    """Samples whose index channel counts them, within what int16 holds."""
+    """Return samples whose index channel counts them, within the range of int16."""
     raw = np.full((n, len(LAYOUT.channels)), thumb, np.int16)
     raw[:, 0] = (first + np.arange(n)) % 30_000
     return Block(raw, first, epoch)

@@ -1,4 +1,4 @@
-"""No label of the page's pictures lies on another or is cut off, however late an answer is."""
+"""Labels in the page's pictures never overlap and are never cut off, even for late estimates."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
 
 
 def _slow(event: Event, compute: float) -> Event:
-    """The same, had computing taken so long."""
+    """Return the event with another computing time."""
     if isinstance(event, PinchDone):
         slow = tuple(_slow_estimate(e, compute) for e in event.estimates)
         return changed(event, estimates=slow)
@@ -78,7 +78,7 @@ def _slow_estimate(e: Estimate, compute: float) -> Estimate:
 
 
 def next_pinch(feed: Feed, sink: PageSink, compute: float) -> str:
-    """Show a pinch whose answer took so long; how its time is written."""
+    """Show a pinch with this computing time. Return the text of its time."""
     predictions = ""
     while True:
         update = feed.update()
@@ -92,7 +92,7 @@ def next_pinch(feed: Feed, sink: PageSink, compute: float) -> str:
 
 
 def on_one_another(boxes: list[Box]) -> list[tuple[str, str]]:
-    """Texts that share more than a hair."""
+    """Return the texts that overlap by more than a hair."""
     return [
         (a[0], b[0])
         for i, a in enumerate(boxes)

@@ -1,4 +1,4 @@
-"""The page shows how the answer narrows, where it ends, and what pinches of one object say."""
+"""The page shows how intervals narrow, where estimates end, and combined estimates."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ COMBINED = ObjectEstimate(
 
 
 def page_state(*events: Event) -> dict[str, Any]:
-    """Return the state that a viewer gets after these events."""
+    """Return the page's state after these events, as a viewer receives it."""
     state = State(DESCRIPTOR, {}, controls=None)
     state.take(Update((numbered(0, 1600),), events, Health(connected=True)))
     parts = state.changed({})

@@ -53,7 +53,7 @@ def view(sink: PageSink) -> ClientConnection:
 
 
 def merged(viewer: ClientConnection, wanted: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
-    """Messages, the later over the earlier, until they are as wanted."""
+    """Return the merged messages once they meet the condition."""
     so_far: dict[str, Any] = {"columns": 0, "first": None, "skipped": 0}
     while not wanted(so_far):
         message = viewer.recv(timeout=PATIENCE)
@@ -214,7 +214,7 @@ def test_as_many_at_once_are_not_more(page: PageSink) -> None:
 
 
 def deaf(sink: PageSink) -> socket.socket:
-    """A viewer that opens the socket and then never reads."""
+    """Connect a viewer that never reads."""
     line = socket.socket()
     line.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
     line.settimeout(PATIENCE)

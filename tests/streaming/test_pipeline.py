@@ -48,7 +48,7 @@ def test_an_answer_that_is_not_finite_is_refused_aloud(
     models: list[WindowPredictor],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Weights can overflow for one window and not for another. The page must report it."""
+    """Weights can overflow for one window only. The page must report it."""
     model = models[1].model
     pipeline = Pipeline(LAYOUT, detector, WindowLadder([models[1]]))  # has made its rehearsal
     monkeypatch.setattr(type(model), "output", lambda self, window: np.full(1, np.nan))

@@ -1,4 +1,4 @@
-"""A session in real time changes settings of the process, and takes none of them with it."""
+"""A real-time session changes settings of the process and restores them."""
 
 from __future__ import annotations
 

@@ -88,7 +88,7 @@ def test_where_pinches_have_labels_one_without_stands_by_itself() -> None:
 
 
 def test_where_nobody_says_what_is_pinched_each_pinch_stands_by_itself() -> None:
-    """Blocks of 29 and 50 Shore A, one after the other, are not one of 40."""
+    """Two blocks of 29 and 50 Shore A must not be combined to 40."""
     pinched = ObjectCombiner()
     for n in range(3):
         estimate = pinched.add_pinch(pinch(n))

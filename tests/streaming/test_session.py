@@ -1,4 +1,4 @@
-"""A session from a recording: nothing lost, live is offline, everything closed on every way out."""
+"""Session on a recording: no losses, offline results, and complete clean-up at every exit."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class Keeper:
 
 @pytest.fixture(scope="module")
 def stream() -> np.ndarray:
-    """A hand of the twin that picks things up, for a while."""
+    """Return the samples of a twin hand that picks up objects for ``SECONDS``."""
     twin = TwinStream("paper-rig", None, 3)
     return DeviceFilter().update(twin.read(round(SECONDS * LAYOUT.rate)))
 

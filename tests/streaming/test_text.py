@@ -73,7 +73,7 @@ def test_at_another_speed_no_times_are_told_and_nothing_is_late() -> None:
 
 
 def named(*markers: Marker, marks: tuple[PinchMark, ...] = (), later: bool = False) -> list[str]:
-    """Labels and markers around a pinch from 400 to 1600."""
+    """Return labels and markers around a pinch from sample 400 to 1600."""
     stream = io.StringIO()
     sink = TextSink(stream, {"block 29": 29.0}.get)
     sink.open(DESCRIPTOR)

@@ -1,4 +1,4 @@
-"""Hand of the twin: it behaves as other hands, and executes its commands."""
+"""The twin's hand: conformance with other hands, and execution of its commands."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def hand(source: TwinSource) -> Hand:
 
 
 def heard(source: Source, enough: Callable[[list[Marker]], bool]) -> list[Marker]:
-    """Markers from now on, until there are enough."""
+    """Return the markers from now on, until there are enough."""
     markers: list[Marker] = []
     while not enough(markers):
         arrivals: list[Arrival] = source.read(DEAD)

@@ -1,4 +1,4 @@
-"""Live withdrawal of a contact that was none: estimates, events and the hand."""
+"""Live withdrawal of false contacts: estimates, events and the hand."""
 
 from __future__ import annotations
 

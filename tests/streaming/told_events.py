@@ -1,4 +1,4 @@
-"""One event of each kind, and makers of estimates and pinches, for the tests of the outputs."""
+"""One event of each kind, with functions that make estimates and pinches."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ SECOND_EVENT = ContactEvent(SECOND, False, 0, 1000.12)
 
 
 def timed(estimate: Estimate, **fields: Any) -> Estimate:
-    """Return the estimate with other fields, and the time that follows from them."""
+    """Return the estimate with other fields and the resulting time."""
     e = replace(estimate, **fields)
     ready = (e.complete - e.contact.sample) / RATE
     return replace(e, available=ready + e.waited + e.transport + e.compute)
@@ -125,7 +125,7 @@ EVENTS: tuple[Event, ...] = (
 
 
 def numbered(first: int, n: int, epoch: int = 0, host: float = 0.0) -> Arrival:
-    """Samples whose first channel is their number, and the other columns zero."""
+    """Return samples whose first channel holds their number. The other columns are zero."""
     data = np.zeros((n, 16), dtype=np.int16)
     data[:, 0] = np.arange(first, first + n) % 32768
     return Arrival(Block(data, first, epoch), host)

@@ -48,7 +48,7 @@ def test_signal_is_proportional_to_the_coupling() -> None:
 
 
 def test_load_below_friction_only_shears_the_pad() -> None:
-    """Slowly loaded, a patch is pulled as far as its spring says, and none lets go."""
+    """Under a slowly rising load, the spring determines the pull of a patch, and none slips."""
     slow = np.minimum(np.arange(10 * N) / (9 * N), 1.0)
     voice = sound()
     voice.hear(np.full((10 * N, 2), 20.0), np.zeros(10 * N), slow)

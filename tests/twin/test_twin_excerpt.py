@@ -25,7 +25,7 @@ BEFORE, DURATION = 0.04, 0.06
 
 
 def silent(draw: PinchDraw) -> PinchDraw:
-    """Without noise and jitter, which differ with the length; its contact at a sampling instant."""
+    """Return the draw without noise and jitter, with its contact at a sampling instant."""
     quiet = tuple(
         replace(n, rotor=0.0, mesh=0.0, friction=0.0, click_rate=0.0, mains=0.0) for n in draw.noise
     )

@@ -31,7 +31,7 @@ def random_scans(seed: int, n: int) -> NDArray[np.uint16]:
 
 
 def reference(scans: NDArray[np.uint16]) -> list[list[int]]:
-    """Filter with a simple implementation."""
+    """Filter scans with a simple implementation."""
     out = []
     for i, scan in enumerate(scans.tolist()):
         row = [0] * 16

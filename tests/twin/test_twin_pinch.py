@@ -20,7 +20,7 @@ WINDOW = round(0.015 * LAYOUT.rate)
 
 @cache
 def pinches(condition: Condition = PAPER_RIG, per_block: int = 60) -> tuple[Pinch, ...]:
-    """Return ``each`` pinches of every block."""
+    """Return this number of pinches of every block."""
     return tuple(simulated(kind, i, condition) for kind in BLOCKS for i in range(per_block))
 
 

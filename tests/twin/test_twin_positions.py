@@ -1,4 +1,4 @@
-"""The twin's hand measures its closing speed, and nothing else changes."""
+"""Tests of the closing speed that the twin's hand measures, without side effects."""
 
 from __future__ import annotations
 

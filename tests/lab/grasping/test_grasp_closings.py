@@ -1,4 +1,4 @@
-"""Closings of the plant: the same chance for all, the same rows again, on any workers."""
+"""Closings of the plant: same random draws for all policies, reproducible with any workers."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def model(tmp_path_factory: pytest.TempPathFactory) -> Model:
 
 @pytest.fixture(scope="module")
 def rows(model: Model) -> dict[str, Row]:
-    """Closings of all variants on the same pinch."""
+    """Return the closings of all variants on the same pinch."""
     trial = Trial(PinchSetup("block 20", 0), VARIANTS, (0.020,), TUNED)
     return {row.variant: row for row in run_trial(trial, model)}
 

@@ -1,4 +1,4 @@
-"""Means and shares, on rows whose numbers are known."""
+"""Means and shares of rows with known numbers."""
 
 from __future__ import annotations
 

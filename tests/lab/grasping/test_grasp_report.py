@@ -1,4 +1,4 @@
-"""The report says what the results hold, and needs nothing but itself."""
+"""The report agrees with the results and needs no other file."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Looking things up: what the table says of forces, fronts, resamples, tuning and controls."""
+"""Lookups in the table of closings: forces, fronts, resamples, tuning and controls."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Made-up results of a grasp study."""
+"""Artificial results of a grasp study."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ POLICIES = household_policies()
 
 
 def household() -> Household:
-    """Everybody drops a fifth."""
+    """Return results in which every policy drops a fifth."""
     shares = dict.fromkeys(POLICIES, 0.2)
     on = TunedOn(hands=[1100, 1101], specimens=[1], picks=9, budget=8, folds=2, families=[["egg"]])
     return Household(
@@ -89,7 +89,7 @@ def household() -> Household:
 
 
 def results() -> GraspResults:
-    """A whole study."""
+    """Return the results of a whole study."""
     tuning = Tuning(
         settings={"threshold": 0.05, "approach": 1.5, "speed": 0.02, "force": 2.6},
         tried=7, peak=3.0, time=0.14, unsteady=0.0,

@@ -1,4 +1,4 @@
-"""Branches of picks that never were: what holds and damages them is known."""
+"""Artificial branches of picks with known holding and damaging forces."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Time to act: the samples and the arithmetic, on the board and here."""
+"""Table of the time to act: signal and computing, on the board and on this machine."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Remarks follow the numbers."""
+"""Remarks of the comparison agree with the numbers."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from partial import results
 
 
 def remarks(*results: SubjectResults) -> dict[str, str]:
-    """The remark of each row, for subjects A, B, ..."""
+    """Return the remark of each row, for subjects A, B, ..."""
     subjects = dict(zip("AB", results, strict=False))
     return {line.cells[0].text: line.cells[-1].text for line in comparison(subjects).lines}
 

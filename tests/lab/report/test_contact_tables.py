@@ -1,4 +1,4 @@
-"""Rows say what was counted, from results of known content."""
+"""Rows of contact tables, from results with known content."""
 
 from __future__ import annotations
 

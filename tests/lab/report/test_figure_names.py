@@ -1,4 +1,4 @@
-"""Figures of the study with objects of any name; warnings are errors."""
+"""Figures of the study with object names of any text, without warnings."""
 
 from __future__ import annotations
 

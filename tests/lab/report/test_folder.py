@@ -1,4 +1,4 @@
-"""A study's folder: held while it works, and not written over by another study."""
+"""Folder of a study: locked while the study runs, never overwritten by another study."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The first table has the claims of the paper with verdicts, and only what was measured."""
+"""The first table lists the paper's claims with verdicts, and only measured numbers."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from partial import results
 
 
 def verdicts(**subjects: SubjectResults) -> dict[str, str]:
-    """The verdict of each claim."""
+    """Return the verdict of each claim."""
     return {line.cells[0].text: line.cells[-1].text for line in claims(subjects).lines}
 
 

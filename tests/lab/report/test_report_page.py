@@ -1,4 +1,4 @@
-"""The page in a browser: text in figures has one size; what cannot be written does not stop it."""
+"""The report in a browser: equal text sizes in figures. Text that cannot be drawn is replaced."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ MEASURE = """<script>addEventListener("load", () => {
 
 
 def page(subjects: int) -> str:
-    """A report with chapters of one figure and of two, for one subject in the last."""
+    """Return a report of some subjects. The first one has a figure that the others lack."""
     errors = RegressionScores(rmse=1.0, mae=1.0, mse=1.0, bias=0.0, n=3, intervals={})
     scores = {"svm": WindowErrors(blocks=errors)}
     alone = lengths_figure("svm", {"3": scores, "15": scores})

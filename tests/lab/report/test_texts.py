@@ -1,4 +1,4 @@
-"""Text of the report follows the results: no sentence holds for some data only."""
+"""Text of the report follows from the results, for any data."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ DATA = {
 
 
 def text(part: str, results: SubjectResults) -> str:
-    """The text of a section for one subject."""
+    """Return the text of a section for one subject."""
     return PARTS[part].text({"A": results})
 
 

@@ -1,4 +1,4 @@
-"""Axes bear the unit of the data."""
+"""Axes have the unit of the data."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""When a window answers: closed forms on pinches whose samples do not matter."""
+"""Time to a complete window: closed forms on pinches whose samples do not matter."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Answers at any time: what is asked, what is counted, and by when."""
+"""Estimates at any time: the scored pinches, the counts and the times."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The judge of measured closing speeds."""
+"""Part ``closing_speed``: gain of measured closing speeds."""
 
 from __future__ import annotations
 

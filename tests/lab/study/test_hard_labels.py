@@ -1,4 +1,4 @@
-"""Labels as people make them: a study does what they permit, says what it left out, and goes on."""
+"""Incomplete labels: a study runs all possible parts and states which it left out."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def relabel(dataset: Dataset, new: Callable[[int, Label], Label]) -> Dataset:
 
 
 def cut(dataset: Dataset, first: int, last: int, rows: Sequence[int] | None = None) -> Dataset:
-    """Pinches that hold only samples ``first`` to ``last``; all, or those at ``rows``."""
+    """Return pinches cut to the samples ``first`` to ``last``, all of them or those at ``rows``."""
 
     def shorter(pinch: Pinch) -> Pinch:
         truth = tuple(c for c in pinch.truth if first <= c.sample < last)

@@ -1,4 +1,4 @@
-"""The score that needs no training, and the study of ranks."""
+"""Part ``hardness``: the score without training, and the study of ranks."""
 
 from __future__ import annotations
 

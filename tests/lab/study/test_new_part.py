@@ -1,4 +1,4 @@
-"""A part of another package: one file, registered in one line, seen everywhere."""
+"""A study part of another package: one file, one registered line, visible everywhere."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ ROOT = Path(__file__).parents[3]
 
 
 def example() -> str:
-    """The part that CONTRIBUTING shows."""
+    """Return the part that CONTRIBUTING shows."""
     text = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
     section = text.split("## A study part")[1]
     match = re.search(r"```python\n(.*?)```", section, re.DOTALL)

@@ -1,4 +1,4 @@
-"""A whole study of simple pinches: what is there, what is absent, what survives an interrupt."""
+"""A whole study of synthetic pinches: present and absent results, and interruption."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def results(out: Path) -> dict:
 
 @pytest.fixture(scope="module")
 def study_folder(shore: Dataset, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of a finished study, which was whole after every part."""
+    """Folder of a finished study. Its files were complete after every part."""
     out = tmp_path_factory.mktemp("study")
     state, steps = study(shore, out)
     seen: list[int] = []

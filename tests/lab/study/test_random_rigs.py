@@ -1,4 +1,4 @@
-"""The judge of other structure: its rigs and its scores."""
+"""Part ``random_rigs``: its rigs of other structure and its scores."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Classes of hardness from short windows: signals, contacts and estimators beside one another."""
+"""Hardness classes from short windows, by signal, contacts and estimator."""
 
 from __future__ import annotations
 

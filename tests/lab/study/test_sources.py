@@ -1,4 +1,4 @@
-"""Every source comes the same way: recordings, at the models' rate."""
+"""Every source is loaded as recordings at the models' rate."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Splits of the study declare what their sides share."""
+"""Splits of the study declare the groups that both sides share."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ def test_every_call_is_made_and_timed() -> None:
 
 @pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="needs to share a core")
 def test_interrupted_calls_on_a_shared_core_are_detected() -> None:
-    """Another process spins on the same core: the system takes it away, in some call."""
+    """Another process uses the same core and preempts some calls."""
     core = min(os.sched_getaffinity(0))
     previous = os.sched_getaffinity(0)
     spin = (

@@ -1,4 +1,4 @@
-"""``firstcontact grasp-study``: from the twin to the report, and what it refuses."""
+"""``firstcontact grasp-study``: from the twin to the report, and its refusals."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from firstcontact_lab.grasping.settings import GraspStudySettings, HouseholdSett
 
 @pytest.fixture
 def smallest(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Make the quick study smaller still: as it is, `.ci/run` runs it."""
+    """Reduce the quick study further. `.ci/run` runs it in its normal size."""
     quick = GraspStudySettings().quick()
     household = replace(
         quick.household,

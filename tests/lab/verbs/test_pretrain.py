@@ -1,4 +1,4 @@
-"""``firstcontact pretrain``: a network from nothing; what was made is not made again."""
+"""``firstcontact pretrain``: trains a network, and reuses finished parts."""
 
 from __future__ import annotations
 

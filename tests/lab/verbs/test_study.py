@@ -1,4 +1,4 @@
-"""The study as a command: exit codes, files, and an interrupt that leaves no process behind."""
+"""``firstcontact study``: exit codes, files, and an interrupt that leaves no process behind."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from firstcontact_lab.verbs.study import Study
 
 @pytest.fixture
 def arrays(tmp_path: Path) -> Path:
-    """Three materials of known rank, in two sessions, that ring at different frequencies."""
+    """Return three materials of known rank in two sessions. They ring at different frequencies."""
     rng = np.random.default_rng(0)
     levels = np.repeat([0, 1, 2], [14, 14, 12])
     piezo = 0.002 * rng.standard_normal((40, 900, 1))
@@ -112,7 +112,7 @@ def test_the_same_study_may_run_again_and_no_other_meanwhile_or_over_it(
 
 
 def living_in_group(group: int) -> list[str]:
-    """Processes of a group that are not ending already."""
+    """Return the processes of a group that are not ending."""
     exiting = 0x4  # PF_EXITING of the Linux kernel
     collected = []
     for stat in Path("/proc").glob("[0-9]*/stat"):

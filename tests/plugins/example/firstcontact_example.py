@@ -20,7 +20,7 @@ from firstcontact.recording import Exporter, Importer, from_arrays
 
 
 class Halfway(Policy):
-    """Slows down at the first contact, but not as much as it could."""
+    """Policy that slows down at the first contact, halfway to the gentle command."""
 
     name = "halfway"
     title = "half as gentle"
@@ -33,7 +33,7 @@ class Halfway(Policy):
 
 
 class DiaryHand(Hand):
-    """Writes its commands into a file, which is its port."""
+    """Hand that writes its commands into a file, which is its port."""
 
     name = "diary"
     limits = HandLimits(speed=0.2, force=10.0, rate=200.0, watchdog=inf)
@@ -45,13 +45,13 @@ class DiaryHand(Hand):
         self._file: IO[str] | None = None
 
     def send(self, command: Command) -> None:
-        """Write it down."""
+        """Write the command."""
         if self._file is None:
             raise HandError("the diary is not open")
         print("close", command.speed, command.force, file=self._file)
 
     def release(self) -> None:
-        """Write that down, too."""
+        """Write the release."""
         if self._file is not None:
             print("release", file=self._file)
 
@@ -76,7 +76,7 @@ TAPE = SourceKind(
 
 
 def write(dataset: Dataset, path: Path) -> None:
-    """Arrays as lists."""
+    """Write a dataset as lists."""
     shortest = min(len(p.data) for p in dataset.pinches)
     tree = {
         "piezo": [p.vibration()[:shortest].tolist() for p in dataset.pinches],
@@ -88,7 +88,7 @@ def write(dataset: Dataset, path: Path) -> None:
 
 
 def read(path: Path, rate: float | None) -> Dataset:
-    """Lists as arrays."""
+    """Read a dataset from lists."""
     tree = json.loads(path.read_text(encoding="utf-8"))
     return from_arrays(path, {name: np.array(value) for name, value in tree.items()})
 
@@ -98,18 +98,18 @@ EXPORTER = Exporter("toy", write)
 
 
 class EnergyDetector(WindowDetector):
-    """Fires when the newest part is much louder than the steady state."""
+    """Detector that fires when the newest part is much louder than the steady state."""
 
     name = "energy"
 
     def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Say which windows are."""
+        """Return True for each loud window."""
         new = windows[:, :, -windows.shape[2] * 3 // 20 :]
         return np.asarray(np.mean(new**2, axis=2) > 6.0)
 
 
 class LoudnessModel(WindowModel):
-    """A line in the logarithm of the RMS."""
+    """Linear model of the logarithm of the RMS."""
 
     kind = "loudness"
 
@@ -122,21 +122,21 @@ class LoudnessModel(WindowModel):
         return {"slope": float(self.line[0])}
 
     def outputs(self, X: NDArray[np.float32]) -> NDArray[np.float64]:
-        """The line's value for each window."""
+        """Return the line's value for each window."""
         loud = 0.5 * np.log((X.astype(np.float64) ** 2).mean(axis=(1, 2)))
         return np.asarray(np.polyval(self.line, loud)[:, None])
 
     def output(self, window: NDArray[np.float32]) -> NDArray[np.float64]:
-        """The same for one window."""
+        """Return the line's value for one window."""
         return np.asarray(self.outputs(window[None])[0])
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
-        """Slope and offset."""
+        """Return slope and offset."""
         return {"line": self.line}
 
     @classmethod
     def from_arrays(cls, spec: Spec, arrays: dict[str, NDArray[np.float64]]) -> LoudnessModel:
-        """The inverse."""
+        """Return the inverse of :meth:`to_arrays`."""
         return cls(spec, arrays["line"])
 
 
@@ -157,7 +157,7 @@ class Loudness(Estimator):
         groups: NDArray[np.str_] | None = None,
         seed: int = 0,
     ) -> LoudnessModel:
-        """A line through all windows."""
+        """Fit a line to all windows."""
         spec = training_spec(self.task, self.rate, X, y, groups)
         loud = 0.5 * np.log((X.astype(np.float64) ** 2).mean(axis=(1, 2)))
         return LoudnessModel(spec, np.polyfit(loud, y, 1))

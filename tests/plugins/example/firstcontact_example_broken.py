@@ -1,3 +1,3 @@
-"""A plug-in whose library is not there."""
+"""Plug-in that imports a missing library."""
 
 raise ImportError("libtoy is missing: install it")

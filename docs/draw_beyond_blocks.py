@@ -51,7 +51,7 @@ def write(name: str, image: str) -> None:
 
 
 def median_signal(seed: int, kind: TwinObject) -> tuple[np.ndarray, np.ndarray]:
-    """Time (ms) and median signal (V) of a thing, by the hand of a seed, until second contacts."""
+    """Return time (ms) and median signal (V) of an object by one hand, up to second contacts."""
     pinches = []
     for number in range(PINCHES):
         draw = draw_pinch(seed, EVERYDAY, "picture", kind, f"{kind.name} {number}")

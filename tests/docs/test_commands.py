@@ -11,7 +11,7 @@ at the first failure. A comment on the line before a ``sh`` fence states when it
 
 Python in ``python`` fences runs too, each fence separately.
 
-Sets are smaller here, and the simulated hand is faster than real time: see ``SMALL`` and ``FASTER``.
+Sets are smaller here, and the simulated hand is faster than real time (``SMALL``, ``FASTER``).
 """
 
 from __future__ import annotations

@@ -221,7 +221,7 @@ def _ridge(
     groups: NDArray[Any] | None,
     seed: int,
 ) -> tuple[NDArray[np.float32], float]:
-    """Weights and offsets, (outputs, features + 1), and the strength that errs least."""
+    """Return weights and offsets, (outputs, features + 1), and the ridge with the least error."""
     from sklearn.linear_model import Ridge
     from sklearn.model_selection import GridSearchCV
 

@@ -11,9 +11,9 @@ from firstcontact.collect import Guide, Judged, is_tapped
 from firstcontact.core import InputError, Label
 from firstcontact.device import LinkNews, Source
 
-#: Time without a closing after which the terminal says what it waits for, s of the device's time.
+#: Time without a closing after which the terminal prints a reminder, s of the device's time.
 REMIND = 10.0
-#: A noise this far above its floor hides closings.
+#: Factor over the noise floor above which closings cannot be detected.
 NOISY = 1.4
 
 

@@ -17,9 +17,9 @@ from typing import Annotated, Any, Literal, NoReturn, get_args, get_origin, get_
 
 from firstcontact.core import InputError, Registry, parse_float, parse_int
 
-#: Group of the options that name no other.
+#: Default group of options.
 GENERAL_GROUP = "options"
-#: Column at which help texts begin, at most.
+#: Largest column at which help texts begin.
 INDENT = 28
 
 
@@ -48,7 +48,7 @@ class Option:
     help: str = ""
 
 
-#: Condition of the twin: as in the published set-up, or as outside a lab.
+#: Condition of the twin: like the published set-up, or like everyday use.
 Condition = Annotated[Literal["paper-rig", "everyday"], Option(group="simulated hand")]
 
 
@@ -296,7 +296,7 @@ def _number(parse: Callable[[str], float]) -> Callable[[str], float]:
     return parsed
 
 
-#: Parsers of numbers are those of files; a speed may be infinite.
+#: Parsers of numbers, as for files. A speed may be infinite.
 _PARSERS: dict[Any, Callable[[str], Any]] = {
     int: _number(parse_int),
     float: _number(partial(parse_float, finite=False)),

@@ -16,13 +16,13 @@ from typing import Any, Literal
 from firstcontact.core import InputError, read_record
 from firstcontact.streaming import Ask, LiveSession
 
-#: Keys that close the hand; these and no others, so that what is hit in haste opens.
+#: Keys that close the hand. Every other key opens it, so that a hasty key opens.
 CLOSES = b"cC"
-#: Keys that tell of a new object; where a hand is driven they open it, too, as any other does.
+#: Keys that begin a new object. If a hand is driven, they also open it.
 NEW = b"nN"
 #: Longest line, bytes.
 LONGEST = 4096
-#: How often a terminal is looked at that is another program's meanwhile, s.
+#: Time between two checks whether a background program is back in the foreground, s.
 AGAIN = 0.5
 
 

@@ -13,7 +13,7 @@ from firstcontact.core import mark_as_signal
 
 #: Signals of Ctrl-C, the system, a closed terminal and Ctrl-\; some systems lack one.
 NAMES = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT")
-#: Time after which a further signal cuts the finishing short, s.
+#: Time after which a further signal ends the program immediately, s.
 INSISTED = 5.0
 
 

@@ -7,7 +7,7 @@ import sys
 from importlib.metadata import version
 from pathlib import Path
 
-#: Model of the twin's default hand, made by ``make twin-model``, and the condition and seed of it.
+#: Folder of the model for the twin's default hand (``make twin-model``), with condition and seed.
 SHIPPED = Path(__file__).parents[1] / "twin" / "pretrained"
 SHIPPED_HAND = "paper-rig", 0
 #: Source in the headers of the twin's recordings.

@@ -26,13 +26,13 @@ LASTING = 0.002
 #: Least RMS of that part relative to the peak since the contact. A finger that pushes gives 0.75 to
 #: 0.95, a steady tone 0.71, noise 0.4, and a click less.
 PUSHING = 0.65
-#: A part this much louder than the signal before the contact is no click, whatever its shape.
+#: Factor over the signal before the contact above which no click is assumed.
 CLEAR = 12.0
 #: Part of the signal before the contact that it is compared with, s, and the end of this part.
 BEFORE, GUARD = 0.017, 0.001
-#: Part of a closing that is kept, s: longer than all these and the delay of a decision.
+#: Part of a closing that is kept, s. It is longer than all these times and the delay of a decision.
 KEPT = 0.1
-#: Pieces in which pinches are judged, s: what comes after the last contact is not looked at.
+#: Length of the pieces in which pinches are judged, s. Samples after the last contact are not read.
 PIECE = 0.05
 
 

@@ -9,7 +9,7 @@ from msgspec import Meta
 
 from firstcontact.core._errors import InputError
 
-#: Slowest and fastest closing of a hand, m/s: far beyond any.
+#: Bounds on closing speeds, m/s, far beyond those of any hand.
 SLOWEST, FASTEST = 1e-4, 10.0
 
 

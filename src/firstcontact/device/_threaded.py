@@ -60,7 +60,7 @@ class ThreadedSource(ABC):
         self._resampler: tuple[int, CausalResampler] | None = None  # with its epoch
         self._unusable = 0
         self._rate_check = RateCheck(1.0)
-        #: True while the reader works off what waited in a buffer.
+        #: True while the reader processes a backlog.
         self._behind = False
         self._looked = 0.0
         self._silence = 0.0

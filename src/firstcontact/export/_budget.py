@@ -16,14 +16,15 @@ from firstcontact.export._trained import NamedModel, Trained
 from firstcontact.models import CompactNetwork, InContextModel, Windows, compacted, cut_touches
 from firstcontact.signal import contact_windows
 
-#: Clock of a Teensy 4, Hz, and cycles that an instruction is taken to last.
+#: Clock of a Teensy 4, Hz, and assumed cycles per instruction.
 CLOCK, CYCLES = 600e6, 1.5
-#: Directions of the network's thin layers: what is tried, and what is taken by default.
+#: Possible numbers of directions of the network's thin layers, and the default.
 DIRECTIONS = (8, 12, 16, 24, 32, 48)
 USUAL_DIRECTIONS = 16
-#: The same where the motor's pitch is listened to: once a contact, for twice an answer's price.
+#: Numbers of directions if the network uses the motor's pitch, which costs two predictions per
+#: contact.
 LISTENING_DIRECTIONS = (16, 24)
-#: Windows that a smaller model is fitted to, at least.
+#: Smallest number of windows to fit a smaller model to.
 FEWEST_WINDOWS = 10
 
 

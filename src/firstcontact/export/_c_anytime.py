@@ -26,7 +26,8 @@ from firstcontact.models import (
 from firstcontact.signal import samples_in
 
 Fields = dict[str, Any]
-#: Instructions for one look at the motor's pitch, as counted, and the floats that it works in.
+#: Counted instructions for one analysis of the motor's pitch, and the size of its work memory,
+#: floats.
 LISTENING = 381_000
 MOST_HEARD = 256
 EAR_FLOATS = 2 * 256 + 1026 + 400 + 584

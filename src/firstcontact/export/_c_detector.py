@@ -10,7 +10,7 @@ from firstcontact.export._c_model import KERNELS
 from firstcontact.export._c_text import CUnit, c_struct, constant_bytes
 from firstcontact.models import COMPONENTS
 
-#: Channels of a fingertip pair; whoever compiles may say another number.
+#: Number of channels of a pair of fingertips. A compiler option can change it.
 CHANNELS = 2
 
 _HEADER = """\
@@ -97,13 +97,13 @@ def _judge(kernel: str) -> tuple[str, ...]:
     return name, *(kernel_file for kernel_file in KERNELS if f'#include "{kernel_file}.h"' in text)
 
 
-#: Names in the order in which an image tells their values.
+#: Names of the values, in the order of an image.
 TOLD = (
     "FC_WINDOW", "FC_STEP", "FC_STEADY", "FC_SEARCH", "FC_RING", "FC_LOOK", "FC_LOOKS", "FC_QUIET",
     "FC_ORDER", "FC_PARTS", "FC_LONGEST", "FC_BEFORE", "FC_BESIDE", "FC_FEATURES", "FC_HEADS",
     "FC_HIDDEN", "FC_FOUND", "FC_WIDEST", "FC_COMPONENTS",
 )  # fmt: skip
-#: What the kernels themselves fix: orders of prediction, parts of a look, features of a contact.
+#: Sizes that the kernels fix: prediction orders, parts of a look, features of a contact.
 OF_KERNELS = {"FC_ORDER": 12, "FC_PARTS": 5, "FC_FEATURES": 14, "FC_COMPONENTS": COMPONENTS}
 
 

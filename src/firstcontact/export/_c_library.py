@@ -16,7 +16,7 @@ from firstcontact.export._exporters import ModelExporter
 from firstcontact.export._sketch import sketch
 from firstcontact.export._trained import Trained
 
-#: Name of the library, for who includes it.
+#: Name of the library in #include lines.
 NAME = "FirstContactModel"
 
 _PROPERTIES = """\
@@ -33,7 +33,7 @@ includes={includes}
 """
 
 
-#: Headers that files of others include.
+#: Headers that other files include.
 _SHARED = ("fc_math", "fc_flash", "fc_exact")
 
 

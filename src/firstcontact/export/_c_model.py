@@ -11,7 +11,7 @@ from firstcontact.export._c_text import CUnit, c_struct, constant_bytes
 from firstcontact.export._trained import NamedModel
 from firstcontact.models import Interval
 
-#: Files that every model of a window needs, and those that have kernels of steps.
+#: Files that every window model needs, and files with the kernels of steps.
 FIXED = ("fc_model",)
 KERNELS = ("fc_steps", "fc_layers", "fc_shapes")
 

@@ -23,11 +23,11 @@ from firstcontact.export._reach import check_reach
 from firstcontact.models import STAGES, STILL, CompactModel, CompactNetwork, InContextModel, Rounded
 
 MAGIC = b"FCMI"
-#: Raised when a firmware that reads the one before could not read it.
+#: Version of the format, raised when older firmware cannot read a new image.
 FORMAT = 1
-#: Longest text about a model, bytes: FC_IMAGE_TEXT of the firmware.
+#: Longest description of a model, bytes: FC_IMAGE_TEXT of the firmware.
 TEXT_MOST = 300
-#: Order of the scalars that the detector's judge is given.
+#: Order of the scalars that the detector's classifier receives.
 _JUDGE = ("awake", "floor", "ridge", "bias", "doubt")
 
 

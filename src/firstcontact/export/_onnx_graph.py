@@ -15,12 +15,12 @@ from firstcontact.export._onnx_steps import Graph
 from firstcontact.export._trained import NamedModel, Trained
 
 OPSET = 17
-#: Largest difference to Python's outputs that is let through, relative to the largest of them.
+#: Largest accepted difference from Python's outputs, relative to the largest output.
 TOLERANCE = 1e-3
 
 
-#: How the kernels of steps are written: a function of the kernel's name in one of these; a step
-#: that has none is refused.
+#: Modules that write kernels as ONNX, each by a function of the kernel's name. A step without a
+#: function is refused.
 FORMS = (_onnx_steps, _onnx_layers, _onnx_shapes)
 
 

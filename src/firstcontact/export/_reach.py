@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from firstcontact.core import LARGEST, InputError
 from firstcontact.models import FARTHEST, STAGES, CompactNetwork, InContextModel, Rounded
 
-#: No number may pass this.
+#: Largest allowed magnitude of any number.
 MOST = LARGEST
 
 

@@ -25,7 +25,7 @@ from firstcontact.models._splits import inner_folds
 
 Places = NDArray[np.intp]
 
-#: Detectors that find the contacts of pinches they did not learn from.
+#: Number of folds of detectors, so that each places contacts of pinches outside its training.
 FOLDS = 3
 
 

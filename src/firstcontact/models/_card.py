@@ -12,7 +12,7 @@ from firstcontact.core import Count, Name, Notes, Rate, Sha256
 from firstcontact.models._interval import Interval
 from firstcontact.models._spec import Task
 
-#: Largest window that a model may ask for: samples, and the numbers of classes beside it.
+#: Largest window that a model may require, in samples, and largest number of classes.
 Samples = Annotated[int, msgspec.Meta(ge=1, le=1_000_000)]
 Classes = Annotated[tuple[float, ...], msgspec.Meta(max_length=1000)]
 ShoreA = Annotated[float, msgspec.Meta(ge=0, le=100)]

@@ -29,8 +29,8 @@ LEARNING_RATE = 4e-3
 RISE = 0.25
 #: Schedule of the paper: rate of Adam, epochs between halvings, and epochs in all.
 PUBLISHED_RATE, HALVE_EVERY, PUBLISHED_EPOCHS = 1e-3, 5, 40
-#: Small batches learn more in the few epochs before the rate is spent: at least 16 to an epoch, of
-#: at least 8 windows, because they are normalised together.
+#: Smallest number of batches in an epoch, and smallest batch. Small batches train better in few
+#: epochs, and the windows of a batch are normalised together.
 BATCH = 64
 STEPS = 16
 SMALLEST = 8

@@ -14,7 +14,7 @@ from firstcontact.models._network import Network
 from firstcontact.models._spec import Spec, Windows
 from firstcontact.models._window_model import TARGET, ArrayCheck, ArraysModel
 
-#: Windows that ONNX Runtime is given at once: more of them only cost memory.
+#: Number of windows for one call of ONNX Runtime. More only cost memory.
 _BATCH = 256
 
 

@@ -29,7 +29,7 @@ from firstcontact.models._spec import Arrays, Values
 from firstcontact.models._touches import TIMES, Touches, lengths
 from firstcontact.signal import samples_in
 
-#: Fewer pinches or levels of Shore A than this: the network predicts alone.
+#: Smallest numbers of pinches and of Shore A levels. With fewer the network predicts alone.
 LEAST_PINCHES, LEAST_LEVELS = 20, 3
 #: Range of the factor of the regression's spread.
 _SCALES = 0.1, 10.0

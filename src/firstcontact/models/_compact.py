@@ -23,11 +23,12 @@ from firstcontact.models._network_inputs import network_inputs
 from firstcontact.models._rig import GENERAL, stage_index
 from firstcontact.models._touches import Touches, lengths
 
-#: Layers that are made thin; the others have few weights or are gone once a rig is known.
+#: Layers that become thin. Others have few weights, or disappear once the rig is known.
 THIN = ("query1", "query2", "body1", "body2", "body3")
-#: Sum of the magnitudes of a row's integers: times 2^15 it stays below 2^31.
+#: Limit on the sum of a row's integer magnitudes, so that it stays below 2^31 after multiplication
+#: by 2^15.
 MOST = 65_000
-#: Fewest touches that directions are found in.
+#: Smallest number of contacts from which directions are computed.
 FEWEST = 40
 
 

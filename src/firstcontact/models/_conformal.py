@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from firstcontact.models._interval import SHORE_A, Interval
 from firstcontact.models._spec import Values
 
-#: Most ranges of answers, and fewest pinches in one.
+#: Largest number of ranges of predictions, and smallest number of pinches in one.
 RANGES = 5
 RANGE_PINCHES = 40
-#: With fewer known sessions nothing is known of how much sessions differ.
+#: Smallest number of known sessions. With fewer, the difference between sessions is unknown.
 SESSIONS = 3
 
 

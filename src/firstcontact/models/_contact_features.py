@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from firstcontact.models._spec import Values
 
-#: Amplitudes below this share of the level count as this: a logarithm needs some.
+#: Share of the level below which an amplitude counts as this share, so that its logarithm exists.
 LEAST = 1e-4
 NAMES = (
     "peak",

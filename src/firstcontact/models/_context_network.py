@@ -17,13 +17,13 @@ from firstcontact.models._rig import GENERAL, TOKEN
 Arrays = Mapping[str, NDArray[Any]]
 Matrix = NDArray[np.float32]
 
-#: Inputs are cut off so many standard deviations from their mean.
+#: Number of standard deviations from the mean at which inputs are clipped.
 FARTHEST = 6.0
-#: Components of the answer's mixture, and heads that look at the context.
+#: Number of components of the predicted mixture, and number of attention heads.
 COMPONENTS, HEADS = 3, 4
 #: Unit of the outputs: Shore A is CENTRE + UNIT times them.
 CENTRE, UNIT = 40.0, 40.0
-#: Layers by name: what they take is checked when weights are read.
+#: Names of the layers. Their shapes are checked when weights are read.
 LAYERS = ("token1", "token2", "mean", "key", "value", "query1", "query2", "body1", "body2",
           "body3", "answer")  # fmt: skip
 

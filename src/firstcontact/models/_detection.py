@@ -12,11 +12,11 @@ from firstcontact.contact import Detector, WindowDecisions, confirmed_contacts, 
 from firstcontact.core import Block, Contact, Dataset, InputError, Record
 from firstcontact.signal import lookahead, samples_in
 
-#: A contact younger than this, s, need not show in a window yet.
+#: Age up to which a contact need not show in a window, s.
 GUARD = 0.001
-#: One window counts each so often, s, as published.
+#: Time between two counted windows, s, as published.
 WINDOW_STEP = 0.003
-#: How far from the strip a first trigger may be, s.
+#: Largest distance of a first trigger from the strip's contact, s.
 TOLERANCE = 0.003
 
 

@@ -17,7 +17,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn.utils import fuse_conv_bn_eval
 
-#: Samples that every convolution sees.
+#: Number of samples that every convolution covers.
 KERNEL = 3
 STEM_KERNEL = 5
 STEM = 16
@@ -51,8 +51,8 @@ class Stage:
     blocks: int
 
 
-#: EfficientNetV2 (Tan and Le 2021, table 4) made small: Fused-MBConv first, MBConv with
-#: squeeze-excitation where the signal has become short.
+#: Reduced EfficientNetV2 (Tan and Le 2021, table 4): Fused-MBConv first, then MBConv with
+#: squeeze-excitation for the shortened signal.
 STAGES = (
     Stage(fused=True, expand=1, channels=16, stride=2, blocks=1),
     Stage(fused=True, expand=4, channels=24, stride=2, blocks=1),

@@ -32,29 +32,29 @@ class Estimator(ABC):
         Sampling rate of the windows, Hz.
     """
 
-    #: On the command line, in files and in results.
+    #: Name on the command line, in files and in results.
     name: ClassVar[str]
-    #: As people read it, and its colour in figures.
+    #: Title for readers, and colour in figures.
     title: ClassVar[str]
     colour: ClassVar[str] = SKY
-    #: What its models are.
+    #: Class of its models.
     model: ClassVar[type[WindowModel]]
-    #: What it can learn.
+    #: Supported tasks.
     tasks: ClassVar[tuple[Task, ...]] = tuple(Task)
-    #: Whether it is a floor to stand on rather than something to be used.
+    #: True for a baseline, which is only scored for comparison.
     baseline: ClassVar[bool] = False
-    #: Whether training takes long: a report is to be readable before.
+    #: True if training is slow. Studies then run it last.
     slow: ClassVar[bool] = False
-    #: Whether it is made to be asked by another sensor than it learned from.
+    #: True if its models are meant to transfer to other sensors.
     moves: ClassVar[bool] = False
     #: True if it learns from windows by `fit`; False if from whole contacts, by `fit_contacts`.
     takes_windows: ClassVar[bool] = True
-    #: Folds from which the interval of a model to keep is computed.
+    #: Number of folds for the interval of a final model.
     folds: ClassVar[int] = 5
-    #: Modules that training needs and the base install lacks, and the extra that brings them.
+    #: Modules that training needs beyond the base install, and the extra that contains them.
     modules: ClassVar[tuple[str, ...]] = ()
     extra: ClassVar[str] = ""
-    #: Fields with which it learns quickly, for small studies and for many trainings.
+    #: Settings for fast training, used in small studies and repeated trainings.
     quick: ClassVar[Mapping[str, Any]] = MappingProxyType({})
 
     task: Task

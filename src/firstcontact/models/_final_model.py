@@ -28,7 +28,7 @@ from firstcontact.models._window_model import WindowModel
 Target = Literal["shore_a", "hardness_rank"]
 #: Unit of the errors of each target.
 UNITS: dict[Target, str] = {"shore_a": "Shore A", "hardness_rank": "ranks"}
-#: Fewer pinches cannot be learned from and held out, too.
+#: Smallest number of pinches for training and held-out scores.
 LEAST = 10
 
 

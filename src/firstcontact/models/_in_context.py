@@ -33,7 +33,7 @@ from firstcontact.models._spec import Arrays, Values
 from firstcontact.models._told_speed import LEAST, MOST, ToldSpeeds
 from firstcontact.models._touches import Touches, lengths
 
-#: Number of the rig that stands for any finger.
+#: Finger number of the rig that holds for any finger.
 ANY = -1
 #: Lowest and highest level of a rig, V.
 LOUD = 1e-9, 1e9

@@ -9,9 +9,9 @@ import numpy as np
 
 from firstcontact.models._spec import Values
 
-#: The ends of the Shore A scale.
+#: Ends of the Shore A scale.
 SHORE_A = (0.0, 100.0)
-#: No number of an interval is larger: an answer with its bounds stays finite.
+#: Largest number in an interval, so that predictions with their bounds stay finite.
 LARGEST = 1e9
 
 

@@ -22,15 +22,17 @@ from firstcontact.models._spectral_steps import spectral_program
 from firstcontact.models._splits import inner_folds
 from firstcontact.models._window_model import TARGET, ArrayCheck, ArraysModel, WindowModel
 
-#: Inverse strength of the regularisation, strongest first; with each kind of input it is
-#: searched on groups that the candidate has not seen.
+#: Inverse strengths of the regularisation, strongest first. Each is tried with each kind of input,
+#: on held-out groups.
 C_GRID = (1e-3, 1e-2, 1e-1, 1.0)
 SEARCH_WINDOWS = 1000
-#: Stopping criterion of the solver, and a coarser one that ranks candidates alike.
+#: Stopping criteria of the solver: for the final fit, and a coarser one that ranks candidates
+#: equally.
 ACCURACY, SEARCH_ACCURACY = 1e-4, 1e-2
-#: Up to so many groups each is left out in turn; more are dealt into so many folds.
+#: Number of groups up to which each is left out in turn. More groups are divided into this number
+#: of folds.
 MOST_GROUPS, FOLDS = 12, 5
-#: A probability counts as at least this: one window does not decide a search.
+#: Smallest probability that is counted, so that a single window does not decide a search.
 LEAST = 1e-3
 
 

@@ -17,7 +17,7 @@ from firstcontact.models._scores import (
 )
 
 Values = NDArray[np.float64]
-#: Resamples of a bootstrap interval.
+#: Number of resamples for a bootstrap interval.
 RESAMPLES = 2000
 #: Coverage of every interval.
 CONFIDENCE = 0.95

@@ -17,15 +17,15 @@ from firstcontact.models._spec import Values
 from firstcontact.models._touches import BEFORE, Signals
 from firstcontact.signal import BASELINE_GUARD, samples_in
 
-#: Range of frequencies that is listened to, Hz, and the points that it is told in.
+#: Frequency range of the motor's spectrum, Hz, and its number of points.
 LOWEST, HIGHEST, POINTS = 100.0, 2300.0, 400
-#: Between two points: ln(frequency).
+#: Distance between two points in ln(frequency).
 STEP = float(np.log(HIGHEST / LOWEST)) / (POINTS - 1)
-#: The farthest shift that is looked for, points: a factor of two in speed.
+#: Largest shift of the search, points: a factor of two in speed.
 FARTHEST = 88
-#: A shift is believed where spectrum and reference have this correlation.
+#: Correlation between spectrum and reference above which a shift is trusted.
 BELIEVED = 0.5
-#: A count of the converter, V.
+#: One count of the converter, V.
 COUNT = 3.2e-3
 _FFT = 2048
 _SMOOTH = 61

@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 
 from firstcontact.core import InputError, import_onnxruntime
 
-#: Old enough for every ONNX Runtime that we allow.
+#: Version of the operators, supported by every allowed ONNX Runtime.
 OPSET = 18
-#: What windows are called in the graph.
+#: Name of the input in the graph.
 INPUT = "window"
-#: What the exporter makes of the network, and nothing else.
+#: Operators that our exporter uses. All others are refused.
 OPERATORS = frozenset({"Add", "Conv", "Gemm", "Mul", "ReduceMean", "Sigmoid", "Unsqueeze"})
-#: Most bytes of a graph (ours has 200 kB), largest number in an attribute, and how much
-#: larger than the window what an operator makes of it may be.
+#: Largest graph, bytes (ours has 200 kB), largest number in an attribute, and largest size of an
+#: inner value relative to the window.
 LARGEST = 1 << 20
 _ATTRIBUTE = 1024
 _GROWTH, _SMALL = 64, 4096
@@ -45,7 +45,7 @@ class Network:
     def __init__(self, raw: bytes, samples: int, channels: int, outputs: int) -> None:
         runtime = import_onnxruntime()
         model = _checked(raw, (channels, 1, samples), outputs)
-        #: Numbers that were learned.
+        #: Number of trained weights.
         self.parameters = sum(prod(t.dims) for t in model.graph.initializer if t.data_type == 1)
         options = runtime.SessionOptions()
         options.intra_op_num_threads = options.inter_op_num_threads = 1

@@ -24,12 +24,12 @@ from firstcontact.models._touches import TIMES, Touches
 from firstcontact.models._training import DURATION, LabelledTouches
 from firstcontact.signal import samples_in
 
-#: A finger with fewer pinches than this is not known by itself.
+#: Smallest number of pinches with which a finger is conditioned separately.
 LEAST_OF_FINGER = 8
-#: Of more pinches of a level, so many: the network was trained with hardly fewer, and on sessions
-#: that were held out twenty-five times as many scored alike.
+#: Largest number of pinches of a level. The network was trained with about this many. On held-out
+#: sessions, twenty-five times as many scored equally.
 MOST_OF_LEVEL = 20
-#: Folds in which the ways to know the rig are compared.
+#: Number of folds in which the conditioning schemes are compared.
 FOLDS = 3
 
 
@@ -163,11 +163,11 @@ def adapt_network(
     return Adapted(model, best, scores, root_mean_square(tested[best].from_mean), check)
 
 
-#: Ways to know a rig: all fingers as one, or each by itself.
+#: Conditioning schemes: all fingers together, or each finger alone.
 WAYS = ("one", "each finger")
 
 
-#: From contacts and their Shore A to a model of the rig.
+#: Function from contacts and their Shore A to a model of the rig.
 Condition = Callable[[Touches, Values], InContextModel]
 
 

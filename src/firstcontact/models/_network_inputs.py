@@ -11,12 +11,12 @@ from firstcontact.models._rig import STAGES, Rig
 from firstcontact.models._spec import Values
 from firstcontact.models._touches import Touches
 
-#: Radius that curvature is told relative to, m: a fingertip's.
+#: Unit of the curvature input, as a radius in m: that of a fingertip.
 TIP = 0.010
-#: Numbers about closing speed and radius.
+#: Number of inputs for closing speed and radius.
 BESIDE = 5
-#: Inputs of the network: waveform over the rig's level and over its own peak, which samples
-#: there are yet, features, what is known beside.
+#: Number of inputs of the network: waveform over the rig's level and over its own peak, mask of the
+#: samples so far, features, closing speed and radius.
 INPUTS = 3 * STAGES[-1] + len(NAMES) + BESIDE
 
 

@@ -12,7 +12,7 @@ from firstcontact.core import InputError, Step
 from firstcontact.core import layer_steps as layers
 from firstcontact.core.steps import dense
 
-#: Length and channels of a vector; of one that has no samples the length is 1.
+#: Length and channels of each vector. A vector without samples has length 1.
 Shape = tuple[int, int]
 
 
@@ -44,11 +44,11 @@ class NetworkSteps:
         self._constants = {t.name: numpy_helper.to_array(t) for t in graph.initializer}
         self._vectors = {graph.input[0].name: compressed}
         self._shapes: dict[str, Shape] = {graph.input[0].name: (samples, channels)}
-        #: What a logistic function was asked of: it becomes a step with what it is multiplied by.
+        #: Inputs of logistic functions. Each becomes a step together with its product.
         self._logistic: dict[str, str] = {}
         for node in graph.node:
             self._known[node.op_type](self, node)
-        #: Name of the vector of answers.
+        #: Name of the output vector.
         self.output = self._vectors[graph.output[0].name]
 
     def _add(self, node: Any, make: Callable[[str], Step], shape: Shape) -> None:

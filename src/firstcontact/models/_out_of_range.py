@@ -13,16 +13,16 @@ from firstcontact.core import InputError, take_array
 from firstcontact.models._contact_features import NAMES, Shape
 from firstcontact.models._rig import STAGES
 
-#: Numbers that are looked at: features, the noise before the contact, and how long it is flat.
+#: Traits of a contact: features, the noise before the contact, and the share of flat samples.
 TRAITS = len(NAMES) + 2
-#: A converter that repeats itself in this share of its samples is dead or at its end.
+#: Share of repeated samples above which a converter counts as dead or saturated.
 STILL = 0.5
-#: Share of what was learned from that is called strange.
+#: Share of the training contacts that is marked out of range.
 FALSE_ALARMS = 0.01
 #: Direction in which all traits move when the gain of the sensor changes.
 _GAIN = np.isin(np.arange(TRAITS), [NAMES.index(n) for n in ("peak", "steepest rise", "power")])
 _GAIN[len(NAMES)] = True  # the noise before the contact
-#: A gain may differ so much between sessions that a distance says nothing below this.
+#: Distance that differences of gain between sessions can cause. Smaller distances are ignored.
 _SHRINK = 1e-3
 
 

@@ -9,10 +9,10 @@ import numpy as np
 
 from firstcontact.models._interval import SHORE_A
 
-#: Part of a pinch's error that the next pinch of the same object has, too: what specimen, label,
-#: session and rig contribute. Told as a standard deviation in those of the whole error. Measured
-#: by ``firstcontact pretrain`` on random rigs that nothing was learned from, 5 pinches of each
-#: thing in one session ("same object" in the card of the network): 0.88 to 0.89 at 3 to 15 ms.
+#: Share of a pinch's error that all pinches of the object have in common, as a standard deviation:
+#: the contribution of specimen, label, session and rig. Measured by ``firstcontact pretrain`` on
+#: random rigs outside the training, with 5 pinches of each object in one session ("same object" in
+#: the network's card): 0.88 to 0.89 at 3 to 15 ms.
 SHARED = 0.89
 
 

@@ -24,7 +24,7 @@ from firstcontact.signal import SavitzkyGolay, contact_windows, samples_in
 
 #: Elapsed times after a contact at which the network predicts, s.
 MOMENTS = tuple(n / 1000 for n in range(round(SHORTEST / STEP), round(LONGEST / STEP) + 1))
-#: Longest window that a model may ask for, s.
+#: Longest window that a model may require, s.
 LONGEST_WINDOW = 10.0
 #: Content of the channels of a window.
 _CHANNELS = ("piezo of the finger that touched", "piezo of the other finger")

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from firstcontact.core import RbfKernel
 
 Real = NDArray[np.float64]
-#: Share of the kernel's mean square that is added, so that weights stay small.
+#: Regularisation: share of the kernel's mean square that is added to keep weights small.
 RIDGE = 1e-8
 
 

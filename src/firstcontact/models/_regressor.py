@@ -30,8 +30,8 @@ from firstcontact.models._estimator import Estimator, training_spec
 from firstcontact.models._spec import Arrays, Spec, Task, Values, Windows
 from firstcontact.models._window_model import WindowModel
 
-#: Types of scikit-learn that hold numbers only, beside those that skops trusts itself: the trees
-#: of forests and of boosting, and the kernels of Gaussian processes.
+#: Trusted scikit-learn types that hold numbers only, besides those of skops: trees of forests and
+#: boosting, and kernels of Gaussian processes.
 TRUSTED = (
     "sklearn.tree._tree.Tree",
     "sklearn.ensemble._hist_gradient_boosting.predictor.TreePredictor",
@@ -131,7 +131,7 @@ class RegressorEstimator(Estimator):
     model: ClassVar[type[WindowModel]] = RegressorModel
     modules: ClassVar[tuple[str, ...]] = ("skops",)
     extra: ClassVar[str] = "sklearn"
-    #: Class or instance that is trained.
+    #: Class or instance of a regressor.
     regressor: ClassVar[Any]
 
     def fit(

@@ -14,19 +14,21 @@ from firstcontact.models._spec import Values
 from firstcontact.models._told_speed import ToldSpeeds
 from firstcontact.models._touches import Touches, lengths
 
-#: Shares of the longest window at which the context is kept; answers use the next longer one.
+#: Stages at which the context is stored, in samples after the contact at the fingertip's rate. A
+#: prediction uses the next longer one.
 STAGES = (10, 12, 15, 18, 22, 26, 32, 40, 50, 61, 74)
-#: Most levels of Shore A that a context tells apart; more are joined.
+#: Largest number of Shore A levels in a context. More levels are merged.
 LEVELS = 8
-#: Points of a level's median waveform.
+#: Number of points of a level's median waveform.
 WAVE = 25
-#: Numbers of a level at a stage: Shore A and how many, medians and spreads of features, waveform.
+#: Number of values of a level at a stage: Shore A, number of pinches, medians and spreads of
+#: features, waveform.
 TOKEN = 2 + 2 * len(NAMES) + WAVE
-#: Numbers about the rig as a whole.
+#: Number of values about the rig as a whole.
 GENERAL = 6
-#: Level of a rig that nothing is known of, V.
+#: Level of an unknown rig, V.
 USUAL_LEVEL = 0.35
-#: Spreads larger than this say no more.
+#: Largest spread. Larger ones are clipped.
 _WIDEST = 3.0
 
 

@@ -15,17 +15,17 @@ from firstcontact.models._interval import SHORE_A
 from firstcontact.models._rig import STAGES
 from firstcontact.models._spec import Arrays, Values
 
-#: Inputs among those of the network: the features and the closing speed that the motor sounds like.
+#: Inputs taken from the network's: the features, and the closing speed by the motor's pitch.
 INPUTS = slice(3 * STAGES[-1], 3 * STAGES[-1] + len(NAMES) + 1)
 WIDTH = INPUTS.stop - INPUTS.start
 #: Length scale in standard deviations of an input, and variances of the linear part and of the
-#: noise; the smooth part and the constant have 1. They hold for every rig: a search on its held-out
-#: pinches scored no better on rigs of other structure.
+#: noise. The smooth part and the constant have variance 1. The values hold for every rig. A search
+#: on held-out pinches of the rig scored no better on rigs of other structure.
 LENGTH, LINEAR, NOISE = 2.0, 1.0, 0.3
 #: Added to the standard deviation of each input.
 _LEAST_SPREAD = 0.1
-#: Most pinches. Inputs are about 1 in size and are clipped here: a contact without a first swing
-#: has some that are a thousand times as large.
+#: Largest number of pinches, and limit to which inputs (about 1 in size) are clipped. A contact
+#: without a first swing has inputs a thousand times as large.
 MOST, LARGEST = 160, 10.0
 
 

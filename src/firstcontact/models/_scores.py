@@ -6,7 +6,7 @@ from typing import NamedTuple, Protocol
 
 from firstcontact.core import Record
 
-#: Low and high end of an interval.
+#: Lower and upper end of an interval.
 Ends = tuple[float, float]
 
 
@@ -40,7 +40,7 @@ class ClassificationScores(Record, frozen=True, kw_only=True):
         return max(map(sum, self.confusion), default=0) / self.n
 
 
-#: Of whatever was asked of a model.
+#: Scores of any kind, by name.
 TaskScores = RegressionScores | ClassificationScores
 
 

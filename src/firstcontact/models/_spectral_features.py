@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 
 from firstcontact.models._spec import Values, Windows
 
-#: Bands of the coarse spectrum, their lowest edge, Hz, and the length that windows are padded to.
+#: Number of bands of the coarse spectrum, their lowest edge, Hz, and the padded length of windows.
 BANDS = 16
 LOWEST = 100.0
 PADDED = 256
-#: Added to each share of the energy before the logarithm, as a part of an even share: what lies
-#: 30 dB below it is noise, whose level belongs to the sensor.
+#: Value added to each share of the energy before the logarithm, as part of an even share. Lines 30
+#: dB below it are noise, whose level depends on the sensor.
 FLOOR = 1e-3
-#: Of the energy, by when the window is described.
+#: Quantiles of the energy whose times describe the window.
 QUANTILES = (0.10, 0.25, 0.50, 0.75, 0.90)
 _TINY = 1e-300
 
@@ -108,7 +108,7 @@ def in_bands(padded: int, rate: float) -> NDArray[np.float64]:
     return weights
 
 
-#: What a model may be given, the fewest inputs first.
+#: Kinds of features, the one with the fewest inputs first.
 KINDS: Mapping[str, Features] = {
     "bands": log_bands,
     "bands and course": lambda waves, rate: np.concatenate(

@@ -18,7 +18,7 @@ from firstcontact.models._spectral_features import (
     padded_length,
 )
 
-#: Numbers that the course in time is told in.
+#: Number of values that describe the course in time.
 COURSE = len(QUANTILES) + 3
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Index = NDArray[np.intp]
-#: Folds of a split by session, where there are that many sessions.
+#: Largest number of folds of a split by session.
 FOLDS = 5
 
 
@@ -124,7 +124,7 @@ def leave_one_out(values: NDArray[Any], shares: Sequence[Group] = (Group.SESSION
     ]
 
 
-#: Targets of more values than this are cut into as many ranges to spread them over the folds.
+#: Number of different target values above which they are grouped into this many ranges.
 RANGES = 5
 
 

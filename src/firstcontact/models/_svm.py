@@ -18,17 +18,17 @@ from firstcontact.models._splits import inner_folds
 from firstcontact.models._svm_model import SvmModel, loudness_level, shape_and_level
 from firstcontact.models._window_model import WindowModel
 
-#: Windows of a search, unless told otherwise.
+#: Default number of windows for the search.
 SEARCH_WINDOWS = 800
-#: What is searched. gamma is given as a multiple of 1 / inputs (each input has unit variance),
-#: epsilon in standard deviations of the target.
+#: Candidates of the search. gamma is a multiple of 1 / inputs (each input has unit variance),
+#: epsilon is in standard deviations of the target.
 C_GRID = (1.0, 10.0, 100.0)
 GAMMA_GRID = (0.1, 0.3, 1.0, 3.0)
 EPSILON_GRID = (0.3, 0.15, 0.05)
-#: The first candidate this close to the best is taken: wide tubes and small C come first, and with
-#: them fewer support vectors and a quicker answer.
+#: Relative loss up to which a candidate counts as the best. The first such candidate is taken: wide
+#: tubes and small C come first, because they need fewer support vectors.
 TOLERANCE = 1.02
-#: Stopping criterion of the solver in the search. Ten times the usual one ranks candidates alike.
+#: Stopping criterion of the solver in the search. Ten times the usual one ranks candidates equally.
 SEARCH_ACCURACY = 1e-2
 
 

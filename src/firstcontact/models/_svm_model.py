@@ -18,7 +18,7 @@ from firstcontact.models._window_model import TARGET, ArrayCheck, ArraysModel
 #: Weight of the level beside the samples of the shape, each of unit variance. With 74 samples the
 #: level then carries about a tenth of all variance.
 LEVEL_WEIGHT = 3.0
-#: Vectors of smaller machines.
+#: Numbers of support vectors of smaller models.
 SIZES = (25, 50, 75, 100, 150, 200, 300, 500)
 
 

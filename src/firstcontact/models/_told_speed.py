@@ -10,18 +10,19 @@ from numpy.typing import NDArray
 
 from firstcontact.models._spec import Values
 
-#: Spread and error of ln(speed) are at least this: no rig is more alike, no measurement more exact.
-#: They are at most the other: speeds from the slowest to the fastest differ by less.
+#: Smallest and largest spread and error of ln(speed). No rig or measurement is more exact than the
+#: first, and no speeds differ by more than the second.
 LEAST, MOST = 0.01, 10.0
-#: Variance of the measurements, as a share of that of the rig's speeds, above which they are not
-#: used. Higher limits gained less than they cost on rigs whose hand closes at one speed.
+#: Largest variance of the measurements' errors, as a share of the variance of the rig's speeds.
+#: Noisier measurements are not used. Higher limits cost more on rigs with one closing speed than
+#: they gained elsewhere.
 MOST_NOISE = 0.5
-#: Spread that is assumed of a rig with fewer pinches than this, as of one from an old file.
+#: Assumed spread of a rig with fewer pinches than the second number, as in old files.
 ASSUMED, FEWEST = 0.2, 4
-#: Relative error above which a measurement tells nothing about the rig.
+#: Relative error above which a measurement is ignored for the rig.
 USELESS = 0.5
-#: Values further outside the quartiles than so many times their distance are mistakes: 3.4 standard
-#: deviations from the mean of a normal variable.
+#: Distance from the quartiles, in interquartile ranges, above which a value counts as a mistake:
+#: 3.4 standard deviations of a normal variable.
 FENCE = 2.0
 
 

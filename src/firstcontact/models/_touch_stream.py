@@ -20,7 +20,7 @@ from firstcontact.models._touches import (
 )
 from firstcontact.signal import MEMORY, DeviceSmoothing, samples_in
 
-#: From one answer to the next, s.
+#: Time between two predictions, s.
 STEP = 0.001
 
 
@@ -58,7 +58,7 @@ class TouchStream:
         self._signal: Signals | None = None  # of the contact so far ...
         self._cut = 0  # ... with so many samples after it
         self._baseline = 0.0
-        #: Why nothing more comes, "" where all is well.
+        #: Reason why no further prediction comes, "" if none is missing.
         self.refused = ""
         self._restart(0, 0)
 

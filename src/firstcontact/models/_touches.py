@@ -23,12 +23,12 @@ from firstcontact.core import (
 )
 from firstcontact.signal import BASELINE, BASELINE_GUARD, DeviceSmoothing, samples_in
 
-#: So much of the signal before the contact is looked at, s: there the motor is heard.
+#: Length of the signal before the contact that is used, s. It contains the motor's noise.
 BEFORE = 0.040
-#: Answers come from so long after the contact on, and until so long after it, s.
+#: Earliest and latest time after the contact for predictions, s.
 SHORTEST = 0.002
 LONGEST = FINGERTIP_WINDOW
-#: Times after the contact that answers are scored at, ms.
+#: Times after the contact at which predictions are scored, ms.
 TIMES = (2, 3, 5, 8, 15)
 
 Signals = NDArray[np.float32]
@@ -248,8 +248,8 @@ def _signal(pinch: Pinch, contact: Contact) -> Signals | None:
 
 #: Shape hint of a flat object.
 FLAT = "flat"
-#: Least and largest radius that can be told, mm: rounder ones were not learned from, and what is
-#: less curved is flat.
+#: Smallest and largest radius of a hint, mm. No rounder objects were in the training, and larger
+#: radii count as flat.
 LEAST, MOST = 5.0, 200.0
 
 

@@ -48,7 +48,7 @@ from firstcontact.recording import check_rate
 from firstcontact.signal import resample_dataset
 
 Contacts = Literal["detected", "known"]
-#: Estimator of the any-time model that :func:`adapt` makes, and :func:`train` beside window models.
+#: Estimator of :func:`adapt`, and of :func:`train` besides the window models.
 RIG_ESTIMATOR: type[NetworkEstimator] = CombinedEstimator
 #: Longest and shortest window, s.
 WINDOWS = (0.001, 1.0)

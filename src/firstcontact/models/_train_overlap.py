@@ -20,7 +20,8 @@ from firstcontact.models._card import TrainingData
 
 Digests = NDArray[np.uint64]
 
-#: Of a digest, bytes. Among 100,000 by 100,000 pinches one in a billion runs finds a false match.
+#: Length of a digest, bytes. With 100,000 training and 100,000 test pinches, one run in a billion
+#: has a false match.
 SIZE = 8
 
 

@@ -18,7 +18,7 @@ from firstcontact.signal import contact_windows
 
 Windows = NDArray[np.float32]
 Values = NDArray[np.float64]
-#: The window that stiffness is read from, s.
+#: Default length of a window, s.
 DURATION = FINGERTIP_WINDOW
 
 

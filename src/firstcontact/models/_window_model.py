@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from firstcontact.core import InputError, Program
 from firstcontact.models._spec import Arrays, Spec, Task, Values, Windows
 
-#: Answers are smaller: no target is as large, and squares of errors stay finite.
+#: Limit on predictions. No target is as large, and squares of errors stay finite.
 LARGEST = 1e9
 
 
@@ -28,12 +28,12 @@ class WindowModel(ABC):
 
     #: Name of the runtime in model files.
     kind: ClassVar[str]
-    #: Modules that it needs and the base install lacks, and the extra that brings them.
+    #: Modules that it needs beyond the base install, and the extra that contains them.
     modules: ClassVar[tuple[str, ...]] = ()
     extra: ClassVar[str] = ""
-    #: What it takes and answers.
+    #: Specification of its inputs and predictions.
     spec: Spec
-    #: Mean and scale that make answers of the outputs of a regression.
+    #: Mean and scale that convert the outputs of a regression to predictions.
     target: tuple[float, float] = (0.0, 1.0)
 
     @property

@@ -10,7 +10,7 @@ from contextlib import suppress
 from firstcontact.device import Descriptor
 from firstcontact.streaming._sink import Sink, Update
 
-#: Number of updates that may wait for a sink: at 50 a second this is 4 s.
+#: Largest number of updates that wait for a sink: 4 s at 50 updates per second.
 WAITING = 200
 
 

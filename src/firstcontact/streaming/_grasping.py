@@ -18,7 +18,7 @@ from firstcontact.streaming._events import (
 )
 from firstcontact.streaming._hand_requests import Ask, HandRequests
 
-#: Origin of a release because samples, or this program, were silent.
+#: Origin of a release after silence, of the samples or of this program.
 SILENCE = "silence"
 
 

@@ -16,7 +16,8 @@ from firstcontact.streaming._events import (
     PinchDone,
 )
 
-#: Time after its first contact at which a device's pinch is over, s; the host's is known by then.
+#: Time after its first contact at which a device's pinch is complete, s. The host's pinch is known
+#: by then.
 OVER = 0.3
 #: Epoch and sample of a contact.
 Place = tuple[int, int]

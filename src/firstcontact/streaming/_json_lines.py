@@ -13,7 +13,7 @@ from firstcontact.recording import Marker
 from firstcontact.streaming._sink import Update, write_now
 
 FORMAT = "firstcontact-live"
-#: Raised whenever a field changes its meaning or goes.
+#: Version of the format, raised when a field changes its meaning or disappears.
 FORMAT_VERSION = 3
 
 

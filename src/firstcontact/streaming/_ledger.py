@@ -10,7 +10,7 @@ import numpy as np
 from firstcontact.core import Estimate, percent
 from firstcontact.streaming._events import PinchDone, Verdict
 
-#: Number of pinches that the figures cover: the last ones.
+#: Number of pinches that the statistics cover, the newest ones.
 KEPT = 10_000
 #: Times in the ledger, in the order in which they happen, and their names for people.
 TIMES = {
@@ -42,7 +42,7 @@ class Ledger:
         self.estimates = 0
         #: Number of pinches so far by verdict.
         self.verdicts: Counter[Verdict | None] = Counter()
-        #: Pinches in time because no second contact was heard.
+        #: Number of pinches in time because no second contact was detected.
         self.unheard = 0
         #: Number of blocks that took longer to process than their samples last.
         self.overruns = 0

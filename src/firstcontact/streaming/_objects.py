@@ -11,7 +11,7 @@ from firstcontact.models import combine
 from firstcontact.recording import Marker, PinchMark
 from firstcontact.streaming._events import ObjectEstimate, PinchDone
 
-#: Most markers that wait for their pinch, and most pinches of one object that are combined.
+#: Largest number of markers that wait for their pinch, and of combined pinches of one object.
 WAITING, PINCHES = 16, 100
 
 

@@ -42,13 +42,13 @@ from firstcontact.streaming._predictors import Predictor
 #: Time after the first contact at which a pinch is over, s, or 1.5 times the last moment of the
 #: model if that is longer: all offsets between the contacts are shorter.
 AFTER = 0.2
-#: Samples are processed in groups of this length while nothing is due, s: each wakes a core that
-#: has grown cold, and a page does not draw more often.
+#: Length of the groups in which samples are processed while no event is due, s. Each group wakes an
+#: idle core, and a page does not draw more often.
 IDLE = 0.024
-#: Time between predictions for a made-up contact while a closing waits for its first one, s. The
-#: caches of the processor forget the model within a few milliseconds.
+#: Time between predictions for an artificial contact while a closing waits for its first one, s.
+#: Otherwise the model leaves the processor's caches within a few milliseconds.
 WARM = 0.005
-#: Longest closing, s: without noise floors a longer epoch is a stream of several closings.
+#: Longest closing, s. Without noise floors, a longer epoch contains several closings.
 LONGEST_EPOCH = 10.0
 
 #: Function of a contact's sample, its epoch, and its time on the host's clock, s (NaN if unknown).

@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
     from firstcontact.models import InContextModel, Model, WindowPredictor
 
-#: Up to this number of moments in real time, one after the other is quicker than all together.
+#: Number of moments up to which separate predictions are faster than one call for all, in real
+#: time.
 FEW = 4
 _NOT_FINITE = "the model's prediction is not a finite number"
 
@@ -142,7 +143,7 @@ class NetworkPredictor:
         self.model = model
         self.name, self.rate = model.kind, model.rate
         self.moments = tuple(n / model.rate for n in moments(model.rate))
-        #: Only a rig whose own pinches had speeds can read those of others.
+        #: True if the rig's own pinches had measured speeds. Other speeds cannot be used.
         self.uses_speed = any(rig.speeds is not None for rig in model.rigs.values())
         touches = _made_up_contact(model.rate)
         self._warming = model.follow(touches), touches.waves[0], int(touches.valid[0])

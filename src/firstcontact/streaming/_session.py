@@ -24,14 +24,14 @@ from firstcontact.streaming._pipeline import Pipeline
 from firstcontact.streaming._readiness import Readiness
 from firstcontact.streaming._sink import Sink, Update
 
-#: Longest wait for samples, s: a stop is noticed after that time.
+#: Longest wait for samples, s. It limits the time until a stop is noticed.
 WAIT = 0.05
-#: Samples go to the recorder in groups of this length at most, s; events at once.
+#: Longest group of samples for the recorder, s. Events are passed on immediately.
 TOGETHER = 0.1
 #: Longest time for which estimates hold back the recorder and the sinks, s.
 HOLD = 0.05
-#: Time after the newest samples for which the session looks for more without a pause, s: a thread
-#: that sleeps wakes up late, on a core that has grown cold.
+#: Time after the newest samples in which the session polls without a pause, s. A thread that sleeps
+#: wakes up late, on an idle core.
 POLL = 0.003
 
 

@@ -18,7 +18,7 @@ from firstcontact.signal import samples_in
 from firstcontact.testing._checks import refused
 from firstcontact.testing._closings import LAYOUT, SAMPLES, closing, closings
 
-#: Contacts of the detector itself: which of them are withdrawn is no business of a detector.
+#: Detections without confirmation, because withdrawals are not part of a detector.
 detect = partial(detect_and_confirm, confirm=False)
 
 

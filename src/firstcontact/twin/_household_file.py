@@ -45,7 +45,7 @@ class HouseholdSource:
     key: str
     authors: str
     year: int | None
-    """None if it is undated."""
+    """Year of the publication; None if it is undated."""
     title: str
     where: str
 

@@ -22,13 +22,13 @@ class FingerParameters(NamedTuple):
     link_stiffness: float = 2.5e3
     """Gear train and linkage between drive and phalanx, N/m."""
     link_damping: float = 3.0
-    """N s/m."""
+    """Damping of gear train and linkage, N s/m."""
     phalanx_mass: float = 0.018
     """Distal phalanx and mount, kg."""
     mount_stiffness: float = 4.2e5
     """Board on its screwed PETG mount, N/m."""
     mount_damping: float = 2.6
-    """N s/m."""
+    """Damping of the mount, N s/m."""
     board_mass: float = 0.0021
     """Board with piezo disc and wires, kg."""
     pad_stiffness: float = 4.5e4
@@ -40,7 +40,7 @@ class FingerParameters(NamedTuple):
     pad_relaxation: float = 1.2e-3
     """Relaxation time of that arm, s."""
     pad_damping: float = 1.5
-    """N s/m."""
+    """Damping of the pad, N s/m."""
     skin_mass: float = 0.00055
     """Front of the pad that moves with the skin, kg."""
     pad_modulus: float = 4.43e6
@@ -67,13 +67,13 @@ class ObjectParameters(NamedTuple):
     face_mass: float = 0.095
     """Mass that moves with each face, kg."""
     bulk_stiffness: float = 1.4e5
-    """Between the faces, N/m."""
+    """Stiffness between the faces, N/m."""
     bulk_damping: float = 30.0
-    """N s/m."""
+    """Damping between the faces, N s/m."""
     clamp_stiffness: float = 150.0
     """Stiffness of the support, N/m."""
     clamp_damping: float = 1.5
-    """N s/m."""
+    """Damping of the support, N s/m."""
     arm_share: float = 0.25
     """Contact stiffness of the Maxwell arm, as a share of the slow one."""
     arm_relaxation: float = 4.0e-3

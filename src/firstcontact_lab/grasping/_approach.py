@@ -25,7 +25,7 @@ from firstcontact.twin import (
 from firstcontact_lab.grasping._closing import BLOCK, LAYOUT, PlantHand
 from firstcontact_lab.grasping._own_hand import CONDITION, OwnHand
 
-#: The longest closing, with the slowest lift, s.
+#: Longest closing, with the slowest lift, s.
 LONGEST = 2.0
 
 

@@ -17,11 +17,11 @@ from firstcontact_lab.grasping._slip import SlipWatch
 
 Values = NDArray[np.float64]
 
-#: Ways to be lifted, by name.
+#: Kinds of lift, by name.
 LIFTS = {"abrupt": Lift(), "gradual": Lift(over=1.0)}
-#: Declared times from the beginning of a slip to where the hand knows, s.
+#: Declared latencies of the slip detection, s.
 DETECTION = (0.100, 0.300)
-#: Samples that nobody listens to are taken in lots of so many.
+#: Number of samples per step when no policy reads them.
 LOT = 100
 
 

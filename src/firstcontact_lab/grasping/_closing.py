@@ -16,9 +16,9 @@ from firstcontact.streaming import (
 )
 from firstcontact.twin import GraspPlant
 
-#: Samples of a block, as the device sends them.
+#: Number of samples of a block, as the device sends them.
 BLOCK = 5
-#: Samples of a block when nobody listens any more.
+#: Number of samples of a block when no policy reads them.
 LONG = 50
 LAYOUT = fingertip_layout()
 

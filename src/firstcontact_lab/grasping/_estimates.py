@@ -14,12 +14,12 @@ from firstcontact_lab.grasping._household_numbers import Judged, Tables
 from firstcontact_lab.grasping._own_hand import OwnHand
 from firstcontact_lab.grasping.results import Estimates, ObjectErrors
 
-#: Windows, s.
+#: Lengths of the windows, s.
 WINDOWS = (0.003, 0.005, 0.008, 0.015)
 USED = "used"
-#: The firmest block has 60 Shore A; the network was never trained on much firmer things.
+#: Largest Shore A for the restricted scores. The network was not trained on much firmer objects.
 FIRMEST = 70.0
-#: A window is a whole number of samples: it may be half of one shorter.
+#: Largest difference of a window's length, s, because windows have whole numbers of samples.
 HALF = 1e-4
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-#: By words of their names; whoever is in none is a family by itself.
+#: Families by words of the objects' names. An object without a family is a family by itself.
 FAMILIES = (
     ("raspberry", "blueberry", "strawberry"),
     ("silken tofu", "bread roll"),

@@ -23,9 +23,9 @@ from firstcontact_lab.report.style import STYLE
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-#: What is filmed where it is there, from so long before the first contact to so long after it, s.
+#: Filmed objects, and the time before and after the first contact, s.
 KINDS, BEFORE, AFTER = ("raspberry", "hammer, at its handle"), 0.05, 0.65
-#: Pictures, and how many a second.
+#: Number of pictures, and pictures per second.
 PICTURES, PACE = 72, 12
 
 

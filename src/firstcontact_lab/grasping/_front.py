@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 
 from firstcontact_lab.grasping._table import Outcomes, Values
 
-#: What all forces are multiplied by, from the most cautious on.
+#: Factors on all forces, the most cautious one first.
 SCALES = np.exp(np.linspace(np.log(0.25), np.log(4.0), 41))
-#: Place of the tuned caution among them.
+#: Index of the tuned caution among them.
 TUNED = int(np.argmin(np.abs(SCALES - 1.0)))
 #: Share of damaged picks at which drops are compared.
 DAMAGE = 0.10
-#: Shares over which a setting is chosen: one share alone would be chance.
+#: Shares of damage over which a setting is chosen. A single share would be random.
 AROUND = (0.07, 0.10, 0.13)
 
 

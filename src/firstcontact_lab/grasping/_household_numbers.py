@@ -32,7 +32,7 @@ from firstcontact_lab.grasping._tuning import (
 )
 from firstcontact_lab.grasping.results import Between
 
-#: Resamples of an interval.
+#: Number of resamples for an interval.
 RESAMPLES = 1000
 #: Half width of a normal's 90 % interval, in standard deviations.
 NORMAL = 1.645

@@ -18,12 +18,12 @@ from firstcontact_lab.grasping._household_numbers import (
     labelled,
 )
 
-#: RMSE of labels with noise, Shore A: 0 is the label.
+#: RMSE of the noise on labels, Shore A; 0 is the exact label.
 NOISES = (0.0, 3.0, 5.0, 10.0)
-#: Lift and detection of the closings in full that have a reflex.
+#: Lift and detection latency of full closings with a reflex.
 FULL = ("gradual", DETECTION[0])
 
-#: What a policy was tuned to, by the kind of thing that it is judged on.
+#: Function from the name of an object to the settings of a policy that is judged on it.
 SettingsOf = Callable[[str], Mapping[str, float]]
 
 

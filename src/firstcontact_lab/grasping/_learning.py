@@ -12,7 +12,7 @@ from firstcontact_lab.grasping.results import ModelErrors
 from firstcontact_lab.grasping.settings import GraspStudySettings
 from firstcontact_lab.report.folder import MARK, fresh
 
-#: The training sessions are named by the twin: "blocks-01" and on. The closed ones are not.
+#: Condition of the training pinches. The twin names their sessions "blocks-01" and so on.
 CONDITION = "paper-rig"
 
 

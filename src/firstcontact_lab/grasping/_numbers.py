@@ -16,7 +16,8 @@ def _breaks(row: Row) -> bool:
     return KINDS[row.kind].fragility is not None
 
 
-#: Objects that are told of together. The peak of what broke says how much it bore, no more.
+#: Groups of objects with common statistics. The peak force of a broken object is only its breaking
+#: force.
 GROUPS: Mapping[str, Callable[[Row], bool]] = {
     "soft": lambda row: not _breaks(row) and row.shore_a <= SOFT,
     "firm": lambda row: not _breaks(row) and row.shore_a > SOFT,

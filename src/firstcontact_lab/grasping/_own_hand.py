@@ -21,9 +21,9 @@ from firstcontact.models import (
 from firstcontact.twin import BLOCKS, Drive, GraspPlant, condition, draw_pinch, draw_specimen
 from firstcontact_lab.grasping._closing import LAYOUT
 
-#: How much the twin varies.
+#: Condition of the twin.
 CONDITION = "paper-rig"
-#: A block is watched for so long after its first contact, s: longer than any window.
+#: Time that a block is observed after its first contact, s, longer than any window.
 AFTER = 0.060
 
 

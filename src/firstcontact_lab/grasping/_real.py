@@ -18,7 +18,7 @@ from firstcontact_lab.grasping._closing import BLOCK, LAYOUT, Order, PlantHand
 from firstcontact_lab.grasping._own_hand import OwnHand
 from firstcontact_lab.grasping._slip import SlipWatch
 
-#: Samples between looks at a slip.
+#: Number of samples between two checks for a slip.
 LOOK = 10
 
 

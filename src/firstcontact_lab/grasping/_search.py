@@ -14,11 +14,11 @@ from firstcontact_lab.grasping._variants import Variant, unmodulated, variants
 from firstcontact_lab.grasping.results import Tuning
 from firstcontact_lab.grasping.settings import HEADLINE, KINDS, SOFT, GraspStudySettings
 
-#: The best so many of a first round meet again on more pinches.
+#: Number of finalists of the first round, which are compared on more pinches.
 FINALISTS = 12
-#: It may take so much longer than closing without modulation, as a share.
+#: Largest additional time relative to closing without modulation.
 SLOWER = 0.10
-#: Objects of the first round: a soft one, and the heaviest.
+#: Objects of the first round: a soft one, and the heaviest one.
 FIRST_ROUND = ("block 10", "orange 1")
 
 

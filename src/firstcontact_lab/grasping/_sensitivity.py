@@ -19,7 +19,7 @@ from firstcontact_lab.grasping._household_numbers import (
 from firstcontact_lab.grasping._table import Table, Values
 from firstcontact_lab.grasping.results import Between
 
-#: By which factors estimates are off, and draws where each is off by chance.
+#: Factors by which estimates are changed, and number of draws with random changes.
 LIMITS, MASSES, FRICTIONS = (0.7, 1.4), (0.8, 1.25), (0.8, 1.25)
 DRAWS, SPREAD = 8, 0.3
 

@@ -14,7 +14,7 @@ from firstcontact_lab.grasping._learning import CONDITION
 from firstcontact_lab.grasping._variants import Variant
 from firstcontact_lab.grasping.settings import KINDS
 
-#: By variant: the settings that its policy was tuned to.
+#: Tuned settings of each variant's policy.
 Tuned = Mapping[str, Mapping[str, float]]
 
 

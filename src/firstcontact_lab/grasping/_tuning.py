@@ -15,11 +15,11 @@ from firstcontact.twin import household_named
 from firstcontact_lab.grasping._front import AROUND, SCALES, Front, find_scale, front
 from firstcontact_lab.grasping._table import Outcomes, Reflexed, Table, Values
 
-#: Each pick that is tuned on stands for specimens whose needs and limits scatter so, as a share:
-#: what the household's specimens do, and a rule that depends on one of them is none.
+#: Relative scatter of the needs and limits of specimens that a pick for tuning represents. It is
+#: the scatter of the household's specimens, so that a setting does not depend on single ones.
 SCATTER = 0.2
 Settings = Mapping[str, float]
-#: What a policy is told of each pick.
+#: Input of a policy for each pick.
 Told = Sequence[Estimate | None]
 
 

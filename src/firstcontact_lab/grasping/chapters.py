@@ -28,7 +28,7 @@ from firstcontact_lab.report.page import Column, Page, Section
 from firstcontact_lab.report.state import duration
 from firstcontact_lab.report.tables import Cell, Line, Row, Table, Value, format_cell, matrix
 
-#: Shore A of about the firmest object that the network was trained on.
+#: Approximate Shore A of the firmest object in the network's training.
 MET = 80.0
 CONTROLS = {
     "mass_permuted": "Weights of other objects",

@@ -15,11 +15,11 @@ from firstcontact_lab.report.style import canvas, uri
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-#: As a picture of its own and in the report, inch.
+#: Size of the figure as a separate picture and in the report, inch.
 SIZE = (7.4, 4.6)
-#: Shown up to so much of either, %.
+#: Largest share of drops and of damage in the figure, %.
 MOST_DAMAGE, MOST_DROPS = 40.0, 60.0
-#: Points beside one another, %.
+#: Distance below which two points are drawn side by side, %.
 APART = 0.35
 
 

@@ -7,7 +7,7 @@ from typing import Any
 from firstcontact.core import Record
 from firstcontact.models import Bounded, Ends
 
-#: Among policies: the best that can be done to each specimen, which no policy can.
+#: Name of the ceiling: the best choice for each specimen, which no policy can reach.
 CEILING = "ceiling"
 
 
@@ -89,7 +89,7 @@ class Filmed(Record, frozen=True, kw_only=True):
     specimen: int
 
 
-#: Variant to latency (ms) to group of objects.
+#: Summaries by variant, latency (ms) and group of objects.
 Policies = dict[str, dict[str, dict[str, Summary]]]
 
 

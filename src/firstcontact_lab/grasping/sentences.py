@@ -7,7 +7,7 @@ from firstcontact.grasp import POLICIES
 from firstcontact_lab.grasping._household_numbers import baseline, candidate
 from firstcontact_lab.grasping.results import CEILING, Between, GraspResults, Household
 
-#: What is no policy, as it is called.
+#: Titles of references that are not policies.
 REFERENCES = {
     "label": "label told",
     "label_rmse_3": "label with noise, RMSE 3",

@@ -8,9 +8,9 @@ from firstcontact.grasp import APPROACH, BOOST
 from firstcontact.models import ESTIMATORS
 from firstcontact.twin import BRITTLE, EVERYDAY_OBJECTS, HOUSEHOLD, TwinObject, block
 
-#: Objects up to this Shore A are the soft ones of the headline.
+#: Largest Shore A of the soft objects in the headline.
 SOFT = 20.0
-#: The brake latency of the headline and of the search for force feedback, s.
+#: Brake latency of the headline and of the search for force feedback, s.
 HEADLINE = 0.020
 #: Blocks that cannot break, from the softest to the firmest.
 BLOCKS = tuple(block(s) for s in (5, 10, 15, 20, 30, 43, 60, 70))

@@ -25,8 +25,7 @@ from firstcontact.signal import BASELINE, BASELINE_GUARD, samples_in
 from firstcontact.twin import Rng
 from firstcontact_lab.pretraining._examples import CONTEXTS, MARGIN, Examples, placing, volts
 
-#: Shares of contacts of which nothing is known of the rig, whose closing speed is told, and
-#: whose radius is told.
+#: Shares of contacts without a known rig, with a given closing speed, and with a given radius.
 NO_CONTEXT, TOLD_SPEED, TOLD_RADIUS = 0.08, 0.2, 0.3
 _RATE = FINGERTIP_RATE
 _BEFORE, _AFTER = samples_in(BEFORE, _RATE), samples_in(LONGEST, _RATE)

@@ -43,15 +43,15 @@ from firstcontact.twin import (
     touch,
 )
 
-#: A contact is placed so many samples before or after it happens, at most, and about so many:
-#: mean and standard deviation of what the detectors do on the twin.
+#: Largest placement error of a contact in samples, and its mean and standard deviation, as for the
+#: detectors on the twin.
 MARGIN = 8
 PLACED = (2.0, 1.2)
-#: Block pinches of a context: least of each level of Shore A, and one more than most.
+#: Block pinches of a context: smallest number of each Shore A level, and upper limit (exclusive).
 CONTEXT = (4, 20)
-#: Things and further block pinches that are asked about, and pinches of each.
+#: Numbers of objects and further block pinches to predict, and pinches of each.
 THINGS, ASKED = 24, 2
-#: Contexts that are made of a rig's block pinches: of all, and of some.
+#: Number of contexts from a rig's block pinches: one of all pinches, the others of some.
 CONTEXTS = 2
 #: Share of rigs that have the paper's blocks.
 PAPER = 0.6

@@ -27,7 +27,7 @@ from firstcontact.signal import samples_in
 from firstcontact_lab.pretraining._batches import cut, draw_batch
 from firstcontact_lab.pretraining._examples import CONTEXTS, MARGIN, Examples, volts
 
-#: Share of intervals that are to hold the truth.
+#: Nominal coverage of the intervals.
 LEVEL = 0.9
 
 

@@ -11,7 +11,7 @@ from firstcontact.models import InContextModel, Values, combine
 from firstcontact_lab.pretraining._examples import Examples
 from firstcontact_lab.pretraining._finishing import answers
 
-#: Pinches of each thing, all in one session.
+#: Number of pinches of each object, all in one session.
 PINCHES = 5
 
 

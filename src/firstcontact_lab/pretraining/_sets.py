@@ -13,9 +13,10 @@ from firstcontact.core import Runner, replacing
 from firstcontact.twin import FAMILIES
 from firstcontact_lab.pretraining._examples import Examples, joined, rig_examples
 
-#: Raised whenever rigs, things or what is kept of them change: older files are made again.
+#: Version of the files, raised when rigs, objects or stored values change. Older files are made
+#: again.
 DRAWN = 1
-#: Rigs of one file.
+#: Number of rigs in one file.
 PART = 50
 
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-#: Widths: of what is made of a token, of the context, of the body, of its last layer.
+#: Widths of the layers for a token, the context, the body, and the last layer of the body.
 TOKENS, CONTEXT, BODY, LAST = 96, 64, 256, 128
 _KEYS = 16 * HEADS
 

@@ -18,7 +18,7 @@ from firstcontact_lab.pretraining._batches import draw_batch, token_rows
 from firstcontact_lab.pretraining._examples import Examples
 from firstcontact_lab.pretraining._torch_network import TorchNetwork
 
-#: Contacts of a step, and those that are prepared together.
+#: Number of contacts in a step, and number prepared together.
 BATCH, PREPARED = 512, 16_384
 #: Largest learning rate, the share of the training in which it rises, and weight decay.
 RATE, WARM_UP, DECAY = 2e-3, 0.15, 2e-2

@@ -20,9 +20,10 @@ from firstcontact_lab.pretraining._same_object import PINCHES, same_object
 from firstcontact_lab.pretraining._sets import example_set
 from firstcontact_lab.pretraining._training import Training
 
-#: Numbers of the first rigs: of training, of calibration, of judgement, of held-out families.
+#: First rig numbers for training, calibration, judgement and held-out families.
 TRAINED, CALIBRATED, JUDGED, HELD_OUT = 0, 1_000_000, 2_000_000, 3_000_000
-#: Where each thing is pinched again and again: to learn what errors share, and to be judged by.
+#: First rig numbers of sets with repeated pinches of each object, for calibrating the shared error
+#: and for judging it.
 AGAIN, AGAIN_JUDGED = 4_000_000, 5_000_000
 #: Samples after the contact at which the network is judged: 3, 5, 8 and 15 ms.
 SAMPLES = {str(ms): samples_in(ms / 1000, FINGERTIP_RATE) for ms in TIMES[1:]}

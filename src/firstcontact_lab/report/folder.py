@@ -15,7 +15,7 @@ from typing import Any
 from firstcontact.core import InputError, write_json
 from firstcontact_lab.report.results import read_options
 
-#: Says that a folder of recordings was made by a study and may be made again.
+#: Marker file for recordings that a study made and may replace.
 MARK = "made-by-study.json"
 RESULTS, REPORT = "results.json", "report.html"
 _REMEDY = "choose another --out, or move it away"

@@ -10,7 +10,7 @@ from firstcontact.contact import DETECTORS
 from firstcontact.core import GREEN, SKY, Registry
 from firstcontact.models import ESTIMATORS
 
-#: Keys in results, and how splits are called.
+#: Keys in results, with the titles of the splits.
 SPLITS = {
     "random_90_10": "random 90/10",
     "by_session": "by session",
@@ -26,14 +26,14 @@ class Look:
     colour: str
 
 
-#: Titles of the in-context network, which is in no registry of estimators.
+#: Titles of the in-context network, which has no registry entry.
 NETWORK_TITLES: Mapping[str, str] = {
     "in_context": "In-context network",
     "in_context_radius": "In-context network, radius told",
 }
 #: Colour of the network in all figures.
 NETWORK_COLOUR = GREEN
-#: Titles of competitors that are in no registry of estimators.
+#: Titles of competitors without a registry entry.
 TITLES: Mapping[str, str] = {
     **NETWORK_TITLES,
     "masked": "Default estimator, masked",
@@ -58,7 +58,7 @@ def detector(name: str) -> Look:
     return _look(DETECTORS, name)
 
 
-#: Titles of estimators of other packages that results hold, for where they are not installed.
+#: Titles of estimators of other packages, for results on machines without these packages.
 _ABSENT = {"minirocket": "MiniRocket"}
 
 

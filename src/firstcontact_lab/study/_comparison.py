@@ -14,18 +14,19 @@ from firstcontact_lab.study._entrants import Entrant, Query, answer
 from firstcontact_lab.study._off_blocks import Answered, OffBlocks, off_blocks
 from firstcontact_lab.study._rig_sets import RigSet, Sizes, Use, rig_set
 
-#: Levels that are left out, one after the other, Shore A.
+#: Shore A levels that are left out in turn.
 LEVELS = (20.0, 29.0, 43.0)
 BRIEF = Sizes(blocks=16, held_out=4, objects=6, other_blocks=6, kinds=16)
-#: Questions besides the levels that are left out.
+#: Queries other than the left-out levels.
 HOME, OTHER, FLOOR = "home", "other hand", "floor"
 
-#: Those told more, and who learned from the kinds of object on the very rig.
+#: Competitors with additional knowledge, and those trained on the same kinds of object on the same
+#: rig.
 TOLD = (
     Entrant("modulus", "told the modulus"),
     Entrant("contact_stiffness", "told the stiffness"),
 )
-#: The default estimator as the network is asked: nothing after the second contact is fed to it.
+#: Default estimator with the network's inputs: no samples after the second contact.
 MASKED = Entrant("masked", "anybody", {"estimator": ESTIMATORS.default})
 AT_HOME = Entrant("floor", "trained", {"estimator": ESTIMATORS.default})
 #: The default any-time estimator, and the in-context network without and with the radius given.
@@ -119,7 +120,7 @@ def compared(
     )
 
 
-#: Options that say who an entrant is, not how it learned.
+#: Options that identify a competitor, and do not describe its training.
 _OWN = ("estimator", "radii", "regressor")
 
 

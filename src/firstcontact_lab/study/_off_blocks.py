@@ -14,7 +14,7 @@ from firstcontact.models import Bounded, Ends, LabelledWindows, cluster_interval
 from firstcontact_lab.study._rig_sets import Use
 
 Values = NDArray[np.float64]
-#: Pinches of one object whose answers are averaged.
+#: Number of pinches of one object whose predictions are averaged.
 TOGETHER = 3
 
 

@@ -39,14 +39,15 @@ DELAY, MARGIN = (3.0, 2.5), 12
 LABEL = 2.0
 #: Pinches of each block, and their sessions: one pair for each rig in turn.
 CONTEXTS = (6, 3), (12, 4), (20, 6)
-#: Pinches and sessions of each block that is asked about; random objects; pinches of each object.
+#: Numbers of pinches and sessions of each predicted block, of random objects, and of pinches of
+#: each object.
 HELD_OUT, OBJECTS, AGAIN = (4, 2), 24, 3
 #: Uses of a pinch.
 OWN, BLOCK, EVERYDAY, RANDOM = "own", "blocks", "everyday", "random"
 #: Factors between which the closing speed of a rig with free speed is drawn for each pinch,
 #: log-uniform.
 FREE_SPEED = (0.5, 2.0)
-#: Rounder than this nothing is, m.
+#: Largest radius of a round object, m. Larger ones are flat.
 _FLAT = 1.0
 _RATE = FINGERTIP_RATE
 

@@ -28,23 +28,23 @@ from firstcontact.twin import (
 )
 
 Values = NDArray[np.float64]
-#: What is made of a pinch, s: before its first contact, and in all.
+#: Simulated time of a pinch, s: before its first contact, and in total.
 BEFORE, LENGTH = 0.045, 0.070
-#: Added to the seed of a set: the other hand's.
+#: Value added to the seed of a set for the other hand.
 OTHER_HAND = 1_000_000
 
 
-#: Rounder than this nothing is, m: blocks.
+#: Radius from which an object counts as flat, m: that of blocks.
 FLAT = 1.0
 
 
 class Use(StrEnum):
     """Use of a pinch in a set."""
 
-    #: Blocks that the rig is known by, and those of further sessions.
+    #: Blocks for conditioning, and blocks of other sessions.
     BLOCKS = "blocks"
     HELD = "held_blocks"
-    #: Objects that nothing has learned from.
+    #: Objects outside all training.
     OBJECTS = "objects"
     #: Blocks and objects of another hand.
     OTHER_BLOCKS = "other_hand_blocks"

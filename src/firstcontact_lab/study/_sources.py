@@ -16,9 +16,9 @@ from firstcontact_lab.study.settings import StudySettings
 
 #: The twin's conditions, in the order of the report.
 CONDITIONS = ("paper-rig", "everyday")
-#: What makes a folder one that can be imported.
+#: Files by which a folder can be imported.
 LABELS = "labels.csv"
-#: Folders below a study's.
+#: Folders inside a study's folder.
 _RECORDINGS, _IMPORTED = "recordings", "imported"
 
 

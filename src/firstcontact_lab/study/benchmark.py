@@ -29,7 +29,7 @@ from firstcontact_lab.study.scores import (
 )
 from firstcontact_lab.study.settings import StudySettings
 
-#: Contacts are as late as one of these, samples: about what detectors do on the twin.
+#: Delays of the contacts in samples, drawn at random: about those of detectors on the twin.
 LATE = (0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 4)
 
 
@@ -48,7 +48,7 @@ class Size:
     sizes: Sizes = field(default_factory=Sizes)
 
 
-#: For a first look.
+#: Size of a quick benchmark.
 QUICK = Size((StudySettings().rig_seeds[0],), BRIEF)
 
 

@@ -26,7 +26,7 @@ from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.tables import Cell, Row, Table, matrix
 from firstcontact_lab.study.part import Part, Subjects
 
-#: How a header says what lies under its pinches (``simulate --noise``).
+#: Header text that names the noise of the pinches (``simulate --noise``).
 SAID = "noise of "
 
 

@@ -23,9 +23,9 @@ from firstcontact_lab.study.parts.hardness import HARDNESS
 from firstcontact_lab.study.parts.short_windows import REAL
 from firstcontact_lab.study.set_folder import RealSet
 
-#: How far from its label a contact may be placed, s.
+#: Largest distance of a placed contact from its label, s.
 WITHIN = 0.002
-#: What a detector can have learned from: simulated pinches, or the set's other specimens.
+#: Training data of a detector: simulated pinches, the set's other specimens, or none.
 TWIN, OTHERS, NOTHING = "twin", "others", "nothing"
 
 Firsts = list[Contact | None]

@@ -16,15 +16,15 @@ from numpy.typing import NDArray
 from firstcontact.core import Record
 from firstcontact.models import Reference, WindowModel, Windows
 
-#: Calls before the clock counts: caches and parts that are built late.
+#: Number of calls before the measurement, which fill caches.
 WARM_UP = 200
-#: The reference is slow; a tenth of the calls gives its percentiles well enough.
+#: Divisor of the number of calls for the slow reference. A tenth suffices for its percentiles.
 REFERENCE_SHARE = 10
 
 Call = Callable[[Any], object]
 
 
-#: Switches are counted for this thread alone where the system can.
+#: Preemptions are counted for this thread alone if the system supports it.
 _WHOSE = getattr(resource, "RUSAGE_THREAD", resource.RUSAGE_SELF)
 
 

@@ -33,14 +33,14 @@ from firstcontact.signal import SavitzkyGolay, samples_in
 
 #: Lengths of the windows, s.
 LENGTHS = tuple(ms / 1000 for ms in TIMES)
-#: Folds that intervals are calibrated in.
+#: Number of folds for calibrating intervals.
 FOLDS = 5
-#: Fewer windows than this of a length are not learned from.
+#: Smallest number of windows of a length for training.
 LEAST = 10
 
 Ask = Callable[[Windows], Values]
-#: From windows (n, samples, 1), Shore A, sessions or None, a rate in Hz and a seed to what answers
-#: for windows.
+#: Function from windows (n, samples, 1), Shore A, sessions or None, rate in Hz and seed to a
+#: prediction function.
 Learn = Callable[[Windows, Values, NDArray[np.str_] | None, float, int], Ask]
 
 

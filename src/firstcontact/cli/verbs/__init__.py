@@ -17,7 +17,7 @@ from typing import Any
 
 from firstcontact.core import ForeignCode, InputError, register_foreign
 
-#: Options that stand in place of a verb.
+#: Options without a verb.
 GENERAL = ("--help", "--version", "--completion")
 #: Group of the entry points by which other packages register verbs.
 GROUP = "firstcontact.verbs"

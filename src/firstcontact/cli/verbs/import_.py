@@ -10,7 +10,7 @@ from firstcontact.cli.options import Option
 from firstcontact.core import counted
 from firstcontact.recording import IMPORTERS
 
-#: Group of the options that tell what files may leave out.
+#: Option group for facts that files may lack.
 UNSTORED = Option(group="what the files do not store")
 
 

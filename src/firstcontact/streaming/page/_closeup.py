@@ -9,10 +9,10 @@ import numpy as np
 
 from firstcontact.core import Block, ChannelKind, Contact, Finger, Layout
 
-#: Shown before and after the contact, s.
+#: Time that is shown before and after the contact, s.
 BEFORE = 0.005
 AFTER = 0.035
-#: Samples held for a contact that is told late, s.
+#: Time of samples kept for a contact that is reported late, s.
 HELD = 0.5
 
 

@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Block, ChannelKind, Layout
 
-#: What the page shows, s.
+#: Time that the traces show, s.
 SECONDS = 2.0
-#: Columns in it: what a good tablet has for a trace.
+#: Number of columns in that time, as many as a good tablet has pixels for a trace.
 COLUMNS = 1200
-#: Epochs whose samples can still be placed.
+#: Number of epochs whose samples can still be placed.
 EPOCHS = 8
 
 
@@ -30,7 +30,7 @@ class Columns:
     def __init__(self, layout: Layout) -> None:
         self._layout = layout
         self._vibration = layout.columns(ChannelKind.VIBRATION)
-        #: Samples in a column.
+        #: Number of samples in a column.
         self.samples = max(1, round(layout.rate * SECONDS / COLUMNS))
         # A quarter more than is shown, so that a viewer that hiccups misses nothing.
         visible = int(np.ceil(layout.rate * SECONDS / self.samples))

@@ -17,13 +17,13 @@ from firstcontact.streaming._sink import Controls
 
 #: Longest message of a viewer, bytes.
 LONGEST = 4096
-#: Most requests of one viewer: at once, and per second. No finger is faster.
+#: Largest number of requests of one viewer, at once and per second. No person is faster.
 EACH = 10, 5.0
-#: Most requests of all viewers: a marker takes the device as long as 1 ms of samples.
+#: Largest number of requests of all viewers. A marker takes the device as long as 1 ms of samples.
 ALL = 20, 10.0
 #: Message of the page that opens the hand.
 OPEN = b'{"do":"open"}'
-#: Message of the page that shows that it is alive: no request, and without an answer.
+#: Message that shows that the page is alive. It is no request and gets no reply.
 HERE = '{"do":"here"}'
 
 

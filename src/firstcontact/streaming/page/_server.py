@@ -23,15 +23,15 @@ from firstcontact.streaming.page._state import State
 from firstcontact.streaming.page.guard import Guard
 from firstcontact.streaming.page.serving import answer, plain, serve_page
 
-#: Between two messages to a viewer, s.
+#: Shortest time between two messages to a viewer, s.
 TICK = 0.05
-#: Viewers at a time; what each costs is small, and bounded by this.
+#: Largest number of viewers. It limits their total cost.
 VIEWERS = 16
-#: A viewer that takes nothing for this long is let go, s.
+#: Time after which a viewer that reads nothing is disconnected, s.
 PATIENCE = 10.0
-#: A viewer that had the hand close and is silent for this long is let go, and the hand opens, s.
+#: Time after which a silent viewer that closed the hand is disconnected, s. The hand then opens.
 SILENCE = 1.5
-#: Bytes that wait for one viewer before it skips.
+#: Number of waiting bytes above which a viewer skips updates.
 WAITING_BYTES = 32_768
 _HEAD = struct.Struct("<IId")
 

@@ -71,7 +71,7 @@ class PageSink:
                 f"the Shore A of {odd[0]!r} is not a finite number: train the model again"
             )
         self._files = load("firstcontact.streaming.page", "static")
-        #: What viewers may ask for; may be given until the page is opened.
+        #: Session that carries out viewers' requests. It can be set until the page is opened.
         self.controls = controls
         self._landmarks = dict(landmarks)
         self._socket = listen(host, port)

@@ -32,13 +32,13 @@ from firstcontact.streaming.page._rows import PinchRows, brief
 
 #: Mean time from the first to the second contact, as published, ms.
 BUDGET_MS = 16.65
-#: Number of contact marks: more than two seconds have.
+#: Largest number of contact marks, more than two seconds contain.
 MARKS = 64
-#: Most updates that wait for a viewer.
+#: Largest number of updates that wait for a viewer.
 PENDING = 20
-#: Number of faults that are shown: the last ones.
+#: Number of faults that are shown, the newest ones.
 FAULTS = 4
-#: Force is shown as the mean of this long, s.
+#: Time over which the shown force is averaged, s.
 FORCE_SECONDS = 0.02
 
 
@@ -129,7 +129,7 @@ class State:
             "hand_asks": [] if controls is None else [a.value for a in controls.hand_asks()],
             "uses_shape": controls is not None and controls.uses_shape,
         }
-        #: JSON of everything that does not change while the source is open.
+        #: JSON of all data that do not change while the source is open.
         self.hello = msgspec.json.encode(hello).decode()
 
     def take(self, update: Update) -> None:

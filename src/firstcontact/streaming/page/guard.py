@@ -12,7 +12,7 @@ from urllib.parse import parse_qs, quote, unquote, urlsplit
 
 from websockets.datastructures import Headers
 
-#: Characters that a token must have at least.
+#: Smallest number of characters of a token.
 TOKEN_LENGTH = 16
 
 

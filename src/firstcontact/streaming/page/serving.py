@@ -17,12 +17,12 @@ from websockets.http11 import Request, Response
 from firstcontact.core import InputError
 from firstcontact.streaming.page.guard import Guard, NotAllowedError
 
-#: Where a page's scripts open their socket.
+#: URL path at which a page's scripts open their socket.
 SOCKET = "/socket"
 LAST_PORT = 65_535
-#: Content type and bytes, by path.
+#: Content type and bytes of each file, by URL path.
 Files = Mapping[str, tuple[str, bytes]]
-#: What the system holds back for a viewer that does not read, bytes.
+#: Size of the system's buffer for a viewer that does not read, bytes.
 SENDING_BYTES = 131_072
 _SAFE = {
     "Content-Security-Policy": (

@@ -29,7 +29,7 @@ from firstcontact_lab.study._subject import Subject
 from firstcontact_lab.study.part import Part, Step
 from firstcontact_lab.study.settings import StudySettings
 
-#: Slow estimators are asked on so many sets only, learning quickly.
+#: Number of sets for slow estimators, which train quickly there.
 SLOW_SETS = 1
 
 

@@ -141,9 +141,9 @@ def read_board(path: Path) -> dict[str, BoardTime]:
     return times_by_model
 
 
-#: Contacts that the any-time network is asked about in turn.
+#: Number of contacts for the network's timing, in turn.
 ASKED = 100
-#: Windows that a slow estimator is trained on before it is timed.
+#: Number of windows to train a slow estimator on before timing it.
 SLOW_WINDOWS = 300
 
 
@@ -226,7 +226,7 @@ ANYTIME_TIME = Field.optional("anytime_us", InferenceTime)
 BOARD = Field.optional("board", dict[str, BoardTime])
 #: Time of one window on a computer that the paper does not name (section IV).
 PUBLISHED = {"svm": "< 1 ms", "cnn": "1.4 ms"}
-#: The same as numbers, µs.
+#: The published times as numbers, µs.
 PUBLISHED_US = {"svm": 1000.0, "cnn": 1400.0}
 #: Largest share of preempted calls, and largest load per core, at which times count. The
 #: study's own workers make a load of one per core in the minute before.

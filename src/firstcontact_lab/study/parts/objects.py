@@ -74,7 +74,7 @@ class ObjectConditions(Record, frozen=True, kw_only=True):
 ObjectResults = ByName[ObjectScores, ObjectConditions]
 
 
-#: Under this name objects' predictions are kept for later parts.
+#: Key of the predictions for objects, which later parts use.
 UNSEEN = "unseen_objects"
 
 

@@ -533,7 +533,7 @@ def _order(real: RealSet) -> str:
     return text.replace("-", "−")
 
 
-#: Balanced accuracy of the class of a material left out, at ``SHOWN_MS``.
+#: Balanced accuracy of the hardness class of held-out materials, at ``SHOWN_MS``.
 BALANCED = Row[SubjectResults](
     f"Hardness class, material left out: balanced accuracy, {' / '.join(SHOWN_MS)} ms",
     optional(

@@ -1,7 +1,7 @@
 """Draw the pictures of docs/explanation/beyond-blocks.md: ``python docs/draw_beyond_blocks.py``.
 
-The first is made of pinches of the twin, here; the others show what stands in
-docs/results (study.json and generalise.json), and are left as they are where those do not hold it.
+The first picture shows pinches that this script simulates. The others show results from
+docs/results (study.json and generalise.json). Pictures without results there stay unchanged.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ THINGS = (
 
 
 def write(name: str, image: str) -> None:
-    """Write an image out of its data URI."""
+    """Write an image from its data URI."""
     svg = base64.b64decode(image.split(",", 1)[1])
     (IMAGES / f"beyond-blocks-{name}.svg").write_bytes(svg)
 
@@ -64,7 +64,7 @@ def median_signal(seed: int, kind: TwinObject) -> tuple[np.ndarray, np.ndarray]:
 
 
 def waveforms() -> str:
-    """Flat and round things by one hand; one block by several, and over their own levels."""
+    """Draw flat and round objects by one hand, and one block by several hands."""
     with canvas(1, 3, (9.6, 3.4)) as (figure, axes):
         objects, hands, levels = axes[0]
         for name, colour, style in THINGS:
@@ -91,7 +91,7 @@ def waveforms() -> str:
 
 
 def main() -> None:
-    """Draw all that can be drawn."""
+    """Draw all pictures whose results exist."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--results", type=Path, default=ROOT / "docs/results")
     folder = parser.parse_args().results

@@ -1,6 +1,6 @@
 """Film the live page for the README: ``python docs/film_page.py docs/images/page.gif``.
 
-Runs ``firstcontact live --device twin --page``, looks at it with a headless Chromium
+The script runs ``firstcontact live --device twin --page``. It opens the page in a headless Chromium
 (``CHROMIUM``, ``CHROMEDRIVER``, or those on the path) and writes an animated GIF.
 """
 
@@ -29,7 +29,7 @@ COLOURS = 96
 
 
 def pictures(folder: Path) -> list[Image.Image]:
-    """Return what a viewer sees, one picture each sixth of a second."""
+    """Return the pictures that a viewer sees, six per second."""
     command = [sys.executable, "-m", "firstcontact.cli.main", "live", "--device", "twin", "--page"]
     with subprocess.Popen(
         [*command, "--port", "0", "--seed", "3"], stdout=subprocess.DEVNULL,
@@ -63,7 +63,7 @@ def pictures(folder: Path) -> list[Image.Image]:
 
 
 def main() -> None:
-    """Film it."""
+    """Film the page."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("out", type=Path)
     out = parser.parse_args().out

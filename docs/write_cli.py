@@ -1,4 +1,4 @@
-"""Write docs/reference/cli.md from what each verb says of itself.
+"""Write docs/reference/cli.md from the help of each verb.
 
 python docs/write_cli.py
 """
@@ -44,7 +44,7 @@ sys.exit(main(sys.argv[1:]))
 
 
 def help_text(*arguments: str) -> str:
-    """Return what the longest help of a command prints, 96 columns wide, without colours."""
+    """Return the ``--help-all`` of a command, 96 columns wide, without colours."""
     option = "--help-all" if arguments else "--help"
     command = [sys.executable, "-c", ALONE, *arguments, option]
     environment = {

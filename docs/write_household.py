@@ -1,7 +1,7 @@
 """Write the tables of docs/reference/household.md from the household's data files.
 
-They stand between ``<!-- household: NAME -->`` and ``<!-- /household -->``; a test holds them
-against the data.
+The tables lie between ``<!-- household: NAME -->`` and ``<!-- /household -->``. A test compares
+them with the data.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def _cell(quantity: Quantity | None, factor: float, marks: dict[str, int]) -> st
 
 
 def tables() -> dict[str, str]:
-    """Return the objects, and the sources that they name by number."""
+    """Return the table of objects, and the numbered list of sources."""
     marks = {key: i + 1 for i, key in enumerate(HOUSEHOLD_SOURCES)}
     heads = ["object", "group", "origin", *(SHOWN[name][0] for name in QUANTITIES)]
     lines = ["| " + " | ".join(heads) + " |", "| " + " | ".join(["---"] * len(heads)) + " |"]
@@ -60,7 +60,7 @@ def filled(text: str) -> str:
 
 
 def main() -> None:
-    """Write them."""
+    """Write the tables."""
     PAGE.write_text(filled(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
 
 

@@ -62,7 +62,7 @@ _TIME = np.arange(_AFTER) / FINGERTIP_RATE
 
 
 def sine(frequency: float, least: float, most: float) -> Callable[[np.random.Generator], Signal]:
-    """Sines of about a frequency, Hz, that decay in ``least`` to ``most`` seconds."""
+    """Return sines near a frequency, Hz, that decay in ``least`` to ``most`` seconds."""
 
     def made(rng: np.random.Generator) -> Signal:
         turns = 2 * np.pi * frequency * np.exp(0.05 * rng.standard_normal()) * _TIME
@@ -74,7 +74,7 @@ def sine(frequency: float, least: float, most: float) -> Callable[[np.random.Gen
 
 
 def noise(rng: np.random.Generator) -> Signal:
-    """White noise."""
+    """Return white noise."""
     return rng.standard_normal(_AFTER) / 3
 
 
@@ -123,7 +123,7 @@ def cut_contacts(
 
 
 def read_wav(file: Path) -> tuple[int, Signal]:
-    """Rate and first channel of 16-bit sound, as shares of full scale."""
+    """Return the rate and the first channel of 16-bit sound, as shares of full scale."""
     from scipy.io import wavfile
 
     rate, data = wavfile.read(file)
@@ -131,7 +131,7 @@ def read_wav(file: Path) -> tuple[int, Signal]:
 
 
 def strikes(folder: Path) -> Iterator[Touches]:
-    """Labelled strikes on piezo discs, by file."""
+    """Return labelled strikes on piezo discs, by file."""
     by_file: dict[str, list[int]] = {}
     with (folder / "hits.csv").open(encoding="utf-8") as stream:
         for row in csv.DictReader(stream):
@@ -149,7 +149,7 @@ def impacts(folder: Path) -> Iterator[Touches]:
 
 
 def speech() -> Iterator[Touches]:
-    """Onsets in spoken words, in four voices."""
+    """Return onsets in spoken words, in four voices."""
     for voice in ("en-gb", "en-us", "de", "fr"):
         with TemporaryDirectory() as folder:
             file = Path(folder) / "spoken.wav"
@@ -161,7 +161,7 @@ def speech() -> Iterator[Touches]:
 
 
 def joined(parts: Iterator[Touches]) -> Touches:
-    """Contacts of several sounds as one set."""
+    """Return contacts of several sounds as one set."""
     return cut_touches([signal for part in parts for signal in part.signals])
 
 
@@ -172,7 +172,7 @@ def shares(model: InContextModel, touches: Touches) -> NDArray[np.float64]:
 
 
 def simulated(family: str, rigs: int) -> list[tuple[Rig, Touches]]:
-    """Random rigs as their block pinches show them, and touches of blocks and objects."""
+    """Return random rigs from their block pinches, and touches of blocks and objects."""
     from firstcontact.twin import FAMILIES
     from firstcontact_lab.pretraining._batches import cut
     from firstcontact_lab.pretraining._examples import MARGIN, placing, rig_examples, volts
@@ -239,7 +239,7 @@ def measured(data: Path | None) -> dict[str, Any]:
 
 
 def table(rows: dict[str, Any]) -> str:
-    """Markdown of the rows."""
+    """Return the rows as Markdown."""
     head = ["", "n", *(f"{ms} ms" for ms in TIMES), *(f"no rig, {ms} ms" for ms in TIMES)]
     lines = [head, ["---"] * len(head)]
     for group, title in (
@@ -260,7 +260,7 @@ def filled(text: str) -> str:
 
 
 def main() -> None:
-    """Measure where that was asked for, and write the table."""
+    """Measure if the options say so, and write the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--measure", action="store_true", help="measure before the table is made")
     parser.add_argument("--data", type=Path, help="folder of piezo_strikes and impact_hardness")

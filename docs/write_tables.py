@@ -121,7 +121,7 @@ def tables(results: Path) -> dict[str, str]:
 
 
 def copy(source: Path, name: str) -> None:
-    """Copy results into the docs; where the data lay on the machine of the run is left out."""
+    """Copy results into the docs, without the paths of the machine that ran the study."""
     grasp = name == "grasp"
     tree = to_tree(read_results(source, GraspResults) if grasp else read_study(source))
     run = tree["study"]

@@ -14,7 +14,7 @@ import firstcontact as fc
 
 
 class Stiffness(Node):
-    """Publishes the final estimate of each pinch."""
+    """ROS 2 node that publishes the final estimate of each pinch."""
 
     def __init__(self, device: str, model: str | None, pinches: int | None = None) -> None:
         super().__init__("firstcontact")

@@ -1,8 +1,8 @@
-"""Gaussian-process regression, trained by scikit-learn: answers with a spread of their own.
+"""Gaussian-process regression, trained by scikit-learn: predictions with their own spread.
 
-C. E. Rasmussen and C. K. I. Williams: Gaussian Processes for Machine Learning, 2006,
-chapter 2. Many windows are thinned to a subset (section 8.3.3): memory and time of an
-answer grow with the square of their number.
+C. E. Rasmussen and C. K. I. Williams: Gaussian Processes for Machine Learning, 2006, chapter 2.
+Many windows are thinned to a subset (section 8.3.3), because memory and time of a prediction grow
+with the square of their number.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ SEARCHED = 300
 
 
 class GaussianProcessModel(ArraysModel):
-    """A squared exponential kernel with noise.
+    """Gaussian process with a squared exponential kernel and noise.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ class GaussianProcessModel(ArraysModel):
 
     @property
     def notes(self) -> Mapping[str, Any]:
-        """The kernel that was chosen, and how many windows are kept."""
+        """Return the chosen kernel, and the number of stored windows."""
         return {
             "signal": self._signal,
             "length": self._length,
@@ -115,7 +115,7 @@ class GaussianProcessModel(ArraysModel):
         return spread
 
     def program(self) -> Program:
-        """Shape and level, covariances, and from them mean and deviation."""
+        """Return the program: shape and level, covariances, then mean and standard deviation."""
         a = self._arrays
         n = self.spec.samples * self.spec.channels
         slope = LEVEL_WEIGHT / float(a["level"][1])
@@ -178,7 +178,7 @@ class GaussianProcess(Estimator):
         )
 
     def reference(self, model: GaussianProcessModel, X: Windows, y: Values) -> Reference:
-        """scikit-learn's process with the same kernel on the same windows."""
+        """Return scikit-learn's process with the same kernel on the same windows."""
         from sklearn.gaussian_process import GaussianProcessRegressor
 
         arrays = model.to_arrays()
@@ -205,7 +205,7 @@ def _form(signal: float, length: float, noise: float) -> Any:
 
 
 def _kernel(inputs: NDArray[np.float32], wanted: Values) -> tuple[float, float, float]:
-    """Variance of the signal, length and variance of the noise of the likeliest kernel."""
+    """Return variance, length and noise variance of the kernel with the highest likelihood."""
     import warnings
 
     from sklearn.exceptions import ConvergenceWarning

@@ -1,8 +1,8 @@
 """MiniRocket with ridge regression: the share of a window above each fixed kernel's threshold.
 
-A. Dempster, D. F. Schmidt, G. I. Webb: MiniRocket: A Very Fast (Almost) Deterministic
-Transform for Time Series Classification, KDD 2021. Written in NumPy: the packages that
-have it (aeon, sktime) bring Numba, pandas and megabytes with them for a hundred lines.
+A. Dempster, D. F. Schmidt, G. I. Webb: MiniRocket: A Very Fast (Almost) Deterministic Transform for
+Time Series Classification, KDD 2021. This version uses NumPy alone. The packages that contain
+MiniRocket (aeon, sktime) also install Numba, pandas and many megabytes.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ np.put_along_axis(KERNELS, _TRIPLES, np.float32(HIGH), axis=1)
 
 
 def dilations(samples: int) -> NDArray[np.int64]:
-    """Distances between the taps for windows of this length, ascending."""
+    """Return the distances between the taps for windows of this length, ascending."""
     most = max(1.0, (samples - 1) / (TAPS - 1))
     return np.unique(np.logspace(0, np.log2(most), 5, base=2.0).astype(np.int64))
 
@@ -62,10 +62,10 @@ def convolve(X: Values, dilation: int) -> Values:
 
 
 def normalised(X: Windows) -> Values:
-    """Windows (n, samples, channels) end to end, divided by their RMS: (n, samples * channels).
+    """Return windows end to end, divided by their RMS: (n, samples * channels).
 
-    In double precision, in which no sum lies so near a bias that the order of its terms, another
-    on each machine, decides.
+    The result has double precision. In single precision a sum can lie so near a bias that the order
+    of its terms, which differs between machines, decides.
     """
     flat = X.transpose(0, 2, 1).reshape(len(X), -1).astype(np.float64)
     rms = np.sqrt(np.einsum("ij,ij->i", flat, flat) / flat.shape[1])
@@ -73,7 +73,7 @@ def normalised(X: Windows) -> Values:
 
 
 class MiniRocketModel(ArraysModel):
-    """Shares of a window above biases, and the logarithm of its level, in a linear model.
+    """Linear model of the shares of a window above biases, and of the logarithm of its level.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ class MiniRocketModel(ArraysModel):
         return out
 
     def program(self) -> Program:
-        """Shape and level, shares above the biases, and the linear model."""
+        """Return the program: shape and level, shares above the biases, and the linear model."""
         arrays, spec = self._arrays, self.spec
         n = spec.samples * spec.channels
         dilated = [int(step) for step in arrays["dilations"]]
@@ -151,7 +151,7 @@ class MiniRocketModel(ArraysModel):
 def features(
     X: Windows, distances: NDArray[Any], biases: NDArray[np.float32]
 ) -> NDArray[np.float32]:
-    """Share of each window above each bias, and the logarithm of its RMS: (n, features)."""
+    """Return the share of each window above each bias, and its log RMS: (n, features)."""
     waves = normalised(X)
     shares = [
         (convolve(waves, int(step))[:, :, None, :] > bias[:, :, None]).mean(axis=3)
@@ -163,10 +163,10 @@ def features(
 
 @dataclass(frozen=True)
 class MiniRocket(Estimator):
-    """MiniRocket's features of the shape of a window, its level, and a ridge.
+    """Ridge regression on MiniRocket's features of a window's shape, and on its level.
 
-    For classification the ridge answers one of several targets of 1 and -1. Biases are
-    quantiles of what the kernels give on training windows.
+    For classification the ridge predicts one of several targets of 1 and -1. Biases are quantiles
+    of the kernels' output on training windows.
     """
 
     name: ClassVar[str] = "minirocket"
@@ -177,7 +177,7 @@ class MiniRocket(Estimator):
     def fit(
         self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0
     ) -> MiniRocketModel:
-        """See :meth:`Estimator.fit`; the ridge is chosen on whole sessions left out."""
+        """See :meth:`Estimator.fit`; the ridge is chosen on held-out sessions."""
         spec = training_spec(self.task, self.rate, X, y, groups)
         steps = dilations(X.shape[1] * X.shape[2])
         biases = _biases(normalised(X), steps, seed)
@@ -200,7 +200,7 @@ class MiniRocket(Estimator):
 
 
 def _biases(waves: Values, steps: NDArray[np.int64], seed: int) -> NDArray[np.float32]:
-    """Quantiles of each kernel's output on some windows: (d, 84, k)."""
+    """Return quantiles of each kernel's output on some windows: (d, 84, k)."""
     k = max(1, FEATURES // (len(KERNELS) * len(steps)))
     # Low-discrepancy quantiles by the golden ratio, as published.
     golden = (np.arange(1, len(steps) * len(KERNELS) * k + 1) * (np.sqrt(5) - 1) / 2) % 1.0

@@ -1,4 +1,4 @@
-"""The ``firstcontact`` command: one verb a file in ``verbs``, and what verbs share."""
+"""Command line ``firstcontact``: one file per verb in ``verbs``, and code that verbs share."""
 
 import lazy_loader
 

@@ -18,7 +18,7 @@ _kept: deque[str] = deque(maxlen=KEPT)
 
 
 class _Lines(logging.Handler):
-    """Handler that keeps each record as one plain line, and shows those from a level on.
+    """Handler that keeps each record as one plain line, and prints those above a level.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The ``firstcontact`` command: finds the verb, and prints errors as one sentence."""
+"""Command ``firstcontact``: runs a verb, and prints each error as one sentence."""
 
 from __future__ import annotations
 

@@ -78,7 +78,7 @@ class Argument:
 
     @property
     def choices(self) -> tuple[str, ...]:
-        """Return the values that it takes; empty if there are others."""
+        """Return the allowed values; empty if the values are not listed."""
         kind = _without_none(self.kind)
         return get_args(kind) if get_origin(kind) is Literal else self.option.names
 
@@ -99,7 +99,7 @@ class Argument:
         return names if self.choices else {str: "TEXT"}.get(kind, kind.__name__.upper())
 
     def declare(self, parser: Any, *, hidden: bool) -> None:
-        """Add it to a parser, or to a group of one; the help leaves it out if ``hidden``."""
+        """Add the option to a parser or to an option group. If ``hidden``, the help omits it."""
         text = (
             argparse.SUPPRESS if hidden else (self.help + self._default_text()).replace("%", "%%")
         )
@@ -131,7 +131,7 @@ class Argument:
 
 
 def parse_options(verb: type[Any], prog: str, words: Sequence[str]) -> Any:
-    """Return the verb with the options that these words give.
+    """Return the verb with the options in these words.
 
     ``--help`` prints the help and exits, as argparse does.
 
@@ -203,7 +203,7 @@ def devices(recorded: bool = True, more: str = "") -> Option:
 
 
 class _Parser(argparse.ArgumentParser):
-    """A parser that raises what argparse would print before it ends the process."""
+    """Argument parser that raises errors instead of printing them and ending the process."""
 
     def error(self, message: str) -> NoReturn:
         sentence = message.removeprefix("argument ")

@@ -97,7 +97,10 @@ def _keys_at_once(number: int) -> list[Any] | None:
 
 
 def _ours(number: int) -> bool:
-    """Return True if this program is in the terminal's foreground. Reading would stop it else."""
+    """Return True if this program is in the terminal's foreground.
+
+    In the background, reading the terminal would stop the program.
+    """
     try:
         return os.tcgetpgrp(number) == os.getpgrp()
     except OSError:

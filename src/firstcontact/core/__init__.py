@@ -1,4 +1,4 @@
-"""The nouns: small frozen types that every room shares."""
+"""Basic types that every room shares: small and frozen."""
 
 import lazy_loader
 

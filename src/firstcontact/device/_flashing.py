@@ -109,7 +109,7 @@ class _Link:
     def _model(
         self, kind: FrameType, payload: bytes, received: int, length: int
     ) -> tuple[int, int]:
-        """Send a frame. Return the state of the device and the bytes of the model that it has."""
+        """Send a frame. Return the device's state, and the number of bytes that it has received."""
         frame = self.ask(kind, payload, FrameType.MODEL_STATE)
         if frame is None:
             # A device that answers other frames does not know this one.

@@ -303,7 +303,10 @@ class SerialSource:
 
     @contextmanager
     def _last_turn(self) -> Iterator[None]:
-        """Wait for a reader, but not for ever: a signal may have ended it while it had the turn."""
+        """Wait until no reader reads the port, with a time limit.
+
+        A signal may have ended a reader during its turn.
+        """
         has_turn = self._turn.acquire(timeout=LAST_TURN)
         try:
             yield

@@ -31,7 +31,7 @@ _importing = threading.Lock()
 
 
 class _UnansweredError(Exception):
-    """No hand answered; the package would end the process."""
+    """Error for a port on which no hand answers. The package would end the process instead."""
 
 
 def _unanswered(code: object = None) -> None:

@@ -226,7 +226,7 @@ class _Listening(Network):
 
 
 def deaf(model: InContextModel) -> InContextModel:
-    """Return a model that ignores the motor's pitch and so needs no spectrum per contact."""
+    """Return a model without the motor's pitch, which needs no spectrum per contact."""
     return _told_nothing(model, False)
 
 

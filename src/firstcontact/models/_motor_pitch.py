@@ -70,7 +70,7 @@ def spectra(signals: Signals, lead: int, rate: float) -> Spectra:
 
 
 def quiet_samples(lead: int, rate: float) -> int:
-    """Return the number of samples before the contact that surely contain no contact."""
+    """Return the number of samples before the contact that are guaranteed to contain no contact."""
     return lead - samples_in(BASELINE_GUARD, rate)
 
 

@@ -69,10 +69,10 @@ class Adapted:
 
     @property
     def refusal(self) -> str:
-        """Return why the model is of no use for this rig, "" if it is of use.
+        """Return the reason why the model is useless for this rig, "" if it is useful.
 
-        The network must be of use even if a regression reads the rig's pinches: that knows nothing
-        of other objects.
+        The network must be useful even if a regression can read the rig's pinches, because the
+        regression knows no other objects.
         """
         if not self.scores:
             return ""
@@ -326,7 +326,7 @@ class NetworkEstimator(Estimator):
 
 
 class UnknownRigError(InputError):
-    """The pinches do not describe a rig."""
+    """Error for pinches that do not describe a rig."""
 
 
 def check_network(task: str, windows: Sequence[float], level: float, rate: float | None) -> None:

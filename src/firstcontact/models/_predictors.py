@@ -60,7 +60,7 @@ class WindowPredictor:
 
     @property
     def duration(self) -> float:
-        """Length of the window, s: the roundest one that has this number of samples."""
+        """Length of the window, s, with as few decimals as give this number of samples."""
         spec = self.model.spec
         for decimals in (3, 4):
             length = round(spec.duration, decimals)

@@ -1,4 +1,4 @@
-"""Closing speeds that a hand has measured: how far to believe them."""
+"""Closing speeds that a hand measured, weighted by their precision."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ FENCE = 2.0
 
 @dataclass(frozen=True, slots=True)
 class ToldSpeeds:
-    """Closing speeds of a rig, as its hand measured them and as its motor sounded.
+    """Closing speeds of a rig, from its hand's measurements and its motor's pitch.
 
-    The network takes a speed as exact. It is therefore given the mean of the posterior: a
-    measurement counts as far as it is more exact than the rig's speeds are alike.
+    The network takes a speed as exact. It is therefore given the posterior mean of the speed. A
+    measurement counts more if its error is small compared with the spread of the rig's speeds.
 
     Parameters
     ----------

@@ -52,7 +52,7 @@ class Stream:
 
     @property
     def says(self) -> bool:
-        """True if the stream holds texts."""
+        """True if the stream holds text."""
         return self.values.dtype.kind == "U"
 
 

@@ -68,16 +68,16 @@ def closing_speed(times: ArrayLike, positions: ArrayLike, at: float) -> ClosingS
 
 
 def _few(freedom: int) -> float:
-    """Return by how much a residual variance of these degrees of freedom widens the error."""
+    """Return the factor by which the error grows if residuals have few degrees of freedom."""
     from scipy.special import stdtrit  # takes time to import
 
     return float(stdtrit(freedom, BELOW_TWO)) / 2
 
 
 def _step(positions: NDArray[np.float64]) -> float:
-    """Return the step of an encoder, m; 0 for one whose steps are too fine to be seen.
+    """Return the step of an encoder, m; 0 if the steps are too fine to detect.
 
-    Steps are seen where a position repeats, or where all travels are multiples of the smallest.
+    Steps are detected if a position repeats, or if all travels are multiples of the smallest.
     """
     travels = np.diff(np.sort(positions))
     moved = travels[travels > SAME]

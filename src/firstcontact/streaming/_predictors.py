@@ -256,7 +256,7 @@ class _NetworkStream:
 
 
 class WindowLadder:
-    """Window models: one prediction as each window is complete, the shortest first.
+    """Predictor with several window models. It predicts when each window is complete.
 
     Parameters
     ----------

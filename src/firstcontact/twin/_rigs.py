@@ -1,8 +1,8 @@
-"""Random rigs and objects, the training distribution of a network for any rig.
+"""Random rigs and objects: the training distribution of a network for any rig.
 
 The distribution is wide, around a hand that is not the twin's. Its limits come from mechanics and
-electronics; no limit was tuned on a score. :mod:`firstcontact.twin._rig_families` is outside: other
-laws of pad or material, other sensors, other noise, edges.
+electronics; no limit was tuned on a score. :mod:`firstcontact.twin._rig_families` lies outside it:
+other laws of pad or material, other sensors, other noise, edges.
 """
 
 from __future__ import annotations

@@ -31,7 +31,7 @@ PIECE = 25
 
 
 def pieces(duration: float) -> int:
-    """Return the number of whole pieces nearest to a duration, s."""
+    """Return the number of simulation pieces in a duration, s, rounded."""
     return round(duration * FINGERTIP_RATE / PIECE)
 
 

@@ -90,6 +90,6 @@ def _summary(rows: list[Row]) -> tuple[float, float, float]:
 
 
 def _worth(summary: tuple[float, float, float], limit: float) -> tuple[float, float, float, float]:
-    """Return a sort key, best first: faults, then the value to minimise; with the summary."""
+    """Return a sort key, best first: constraint violations, then peak force; and the summary."""
     peak, time, unsteady = summary
     return (unsteady + max(time / limit - 1, 0.0), peak, time, unsteady)

@@ -1,4 +1,4 @@
-"""``firstcontact benchmark``: a user's regressor beside ours, on rigs of the twin or recordings."""
+"""``firstcontact benchmark``: a user's regressor against ours, on simulated rigs or recordings."""
 
 from __future__ import annotations
 

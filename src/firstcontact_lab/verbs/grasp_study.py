@@ -1,4 +1,4 @@
-"""``firstcontact grasp-study``: what stiffness is worth to a hand, on the twin."""
+"""``firstcontact grasp-study``: value of stiffness for a hand, on the twin."""
 
 from __future__ import annotations
 

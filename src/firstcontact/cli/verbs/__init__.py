@@ -1,4 +1,4 @@
-"""Verbs of the command line, one a file: its options are a dataclass, its work is ``run``.
+"""Verbs of the command line, one file each. A dataclass has the options, its ``run`` the work.
 
 A file here is a verb, named after it: ``flash_model.py`` holds the class ``FlashModel`` of the verb
 ``flash-model``. Other packages add verbs by entry points of the group ``firstcontact.verbs``.

@@ -193,7 +193,7 @@ def short_windows(subject: Subject, settings: StudySettings, runner: Runner) -> 
 
 
 def _ways(subject: Subject) -> list[_Variant]:
-    """Return the variant that the numbers describe, followed by its alternatives."""
+    """Return the kind of windows that the numbers describe, then its alternatives."""
     moves = [
         n for n, e in window_estimators().items() if e.moves and Task.CLASSIFICATION in e.tasks
     ]

@@ -113,7 +113,7 @@ class Structures(Record, frozen=True, kw_only=True):
 
 @dataclass(slots=True, eq=False)
 class _Counts:
-    """Sums of one detector on one rig."""
+    """Counts and squared errors of one detector on one rig."""
 
     outcomes: dict[str, int] = field(default_factory=lambda: dict.fromkeys(OUTCOMES, 0))
     alarms: int = 0
@@ -172,7 +172,7 @@ def structure(subject: Subject, settings: StudySettings, runner: Runner) -> Part
 def _judge_rig(
     place: tuple[str, int], count: int
 ) -> tuple[dict[str, _Counts], list[tuple[float, float]]]:
-    """Return the sums of each detector on a rig, and the errors of the unconditioned model."""
+    """Return counts and errors of each detector on a rig, and errors of the unconditioned model."""
     motor, seed = place
     rig = draw_structured(seed, motor)
     blocks = draw_blocks(rig, LEVELS, BLOCKS_EACH, 3)

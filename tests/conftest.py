@@ -17,12 +17,16 @@ import pytest
 from hypothesis import settings
 
 from firstcontact.core import Dataset
+from forked_children import fork_twins
 from shared_runs import made_once
 from toy_pinches import rank_dataset, shore_dataset
 
 # Tests assert no times: neither here nor by the way.
 settings.register_profile("firstcontact", deadline=None, max_examples=50)
 settings.load_profile("firstcontact")
+
+# Some hundred tests have a twin on a port.
+fork_twins()
 
 # Figures are drawn to files; no test needs a display.
 os.environ["MPLBACKEND"] = "Agg"

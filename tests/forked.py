@@ -12,10 +12,13 @@ import runpy
 import subprocess
 import sys
 import warnings
+from multiprocessing import forkserver
 from multiprocessing.reduction import DupFd
 from pathlib import Path
 from pkgutil import resolve_name, walk_packages
 from typing import Any
+
+from forked_children import fork_twins
 
 #: Longest wait for a program, s: only a failing test waits so long.
 LONG = 240.0
@@ -28,13 +31,19 @@ _RARE = (
     ".pretraining",
     ".pretrain",
 )
-#: Slow imports that many commands share, but none that starts threads.
+#: Slow imports that many commands share, but none that starts threads, and the loaded twin.
 PRELOADED = [
     module.name
     for package in ("firstcontact", "firstcontact_lab")
     for module in walk_packages(resolve_name(package).__path__, f"{package}.")
     if not any(name in module.name for name in _RARE)
-] + ["scipy.stats", "sklearn.svm", "sklearn.pipeline", "matplotlib.backends.backend_svg"]
+] + [
+    "scipy.stats",
+    "sklearn.svm",
+    "sklearn.pipeline",
+    "matplotlib.backends.backend_svg",
+    "preloaded",
+]
 
 _SERVER = multiprocessing.get_context("forkserver")
 _SERVER.set_forkserver_preload(PRELOADED)
@@ -69,6 +78,7 @@ class Program(subprocess.Popen[str]):
         place, environment = str(cwd or Path.cwd()), dict(os.environ if env is None else env)
         arguments = (self._kind, args, place, environment, streams, start_new_session, self._strict)
         self._process = _SERVER.Process(target=_program, args=arguments)
+        _start_server()
         self._process.start()
         self.pid, self._child_created = self._process.pid, True
         self._close_pipe_fds(p2cread, p2cwrite, c2pread, c2pwrite, errread, errwrite)
@@ -82,6 +92,19 @@ class Program(subprocess.Popen[str]):
         if self.poll() is None:
             raise subprocess.TimeoutExpired(self.args, timeout or 0.0)
         return self.returncode
+
+
+def _start_server() -> None:
+    """Start the server, unless it runs. Its interpreter finds the modules of these tests."""
+    path = os.environ.get("PYTHONPATH")
+    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(Path(__file__).parent), path]))
+    try:
+        forkserver.ensure_running()
+    finally:
+        if path is None:
+            del os.environ["PYTHONPATH"]
+        else:
+            os.environ["PYTHONPATH"] = path
 
 
 class _Stream:
@@ -138,6 +161,7 @@ def _program(
     sys.stderr = open(  # noqa: SIM115
         2, "w", 1, encoding="utf-8", errors="backslashreplace", closefd=False
     )
+    fork_twins()
     if strict:
         warnings.simplefilter("error")
     if kind == "command":

@@ -13,12 +13,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from distributed import rpc
 
 from dask_cluster import Cluster, cluster
 from firstcontact.cli.main import main
 from firstcontact.cli.verbs.train import Train
-from firstcontact.core import use_cluster
 from firstcontact.twin import simulate
 from processes import children, until
 from trainings import recordings
@@ -40,12 +38,16 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 async def processing(address: str) -> dict[str, list[str]]:
     """Ask the scheduler for the tasks of each worker, without connecting as a client."""
+    from distributed import rpc
+
     async with rpc(address) as scheduler:
         tasks: dict[str, list[str]] = await scheduler.processing(workers=None)
         return tasks
 
 
 def test_a_set_is_the_same_to_the_byte_though_a_worker_is_killed(tmp_path: Path) -> None:
+    from firstcontact.core import use_cluster
+
     simulate(tmp_path / "here", "everyday", 6, 1, 3)
     made = 0
 

@@ -5,18 +5,24 @@ from __future__ import annotations
 import os
 import signal
 from collections.abc import Iterator
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import joblib
 import numpy as np
 import pytest
-from distributed import Client
 from numpy.typing import NDArray
 
 from dask_cluster import Cluster, cluster
-from firstcontact.core import InputError, Serial, parallel, use_cluster
-from firstcontact.core import _cluster as module
+from firstcontact.core import InputError, Serial, parallel
 from processes import gone
+
+
+def use_cluster(address: str) -> AbstractContextManager[None]:
+    # Only the process that runs these tests imports Dask.
+    from firstcontact.core import use_cluster
+
+    return use_cluster(address)
 
 
 @pytest.fixture(scope="module")
@@ -41,6 +47,8 @@ def test_jobs_and_shared_values_reach_the_workers(two_workers: Cluster) -> None:
 
 
 def test_dask_backend_of_joblib_moves_jobs(two_workers: Cluster) -> None:
+    from distributed import Client
+
     with (
         Client(two_workers.address) as client,
         joblib.parallel_config("dask", client=client),
@@ -87,7 +95,7 @@ def test_single_worker_runs_all_jobs(tmp_path: Path) -> None:
 def test_killed_scheduler_is_an_input_error(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(module, "PATIENCE", 2.0)
+    monkeypatch.setattr("firstcontact.core._cluster.PATIENCE", 2.0)
     with cluster(tmp_path, 1) as dying, use_cluster(dying.address), parallel(1) as runner:
         stream = runner.stream(paused, [False, True, True])
         assert next(stream) is False
@@ -117,10 +125,10 @@ def test_invalid_addresses_are_refused(address: str) -> None:
 def test_missing_scheduler_and_empty_cluster_are_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(module, "PATIENCE", 0.3)
+    monkeypatch.setattr("firstcontact.core._cluster.PATIENCE", 0.3)
     with pytest.raises(InputError, match=r"127\.0\.0\.1"), use_cluster("tcp://127.0.0.1:1"):
         pass
-    monkeypatch.setattr(module, "PATIENCE", 2.0)
+    monkeypatch.setattr("firstcontact.core._cluster.PATIENCE", 2.0)
     with (
         cluster(tmp_path, 0) as empty,
         pytest.raises(InputError, match="--cluster"),

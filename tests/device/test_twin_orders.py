@@ -16,6 +16,9 @@ from firstcontact.device._twin_source import TwinSource
 from firstcontact.device._twin_words import TOLD, peak_text
 from firstcontact.twin import TwinStream
 
+#: Multiple of real time at which orders still arrive within a closing.
+SPEED = 4
+
 
 @pytest.fixture
 def twin() -> Iterator[TwinDevice]:
@@ -101,7 +104,7 @@ def test_command_lowers_the_peak_of_its_closing_only() -> None:
     while len(stream.pinches) < 20 or stream.pinches[-1].end is None:
         stream.read(1000)
     drawn = [p.start for p in stream.pinches]
-    with TwinDevice(seed=4) as device, host(device.port) as h:
+    with TwinDevice(seed=4, speed=SPEED) as device, host(device.port) as h:
         h.start(1)
         log = ClosingLog(h)
         number, start, _ = log.send_order(Command(0.03, 1.0), 900)
@@ -118,7 +121,7 @@ def test_command_lowers_the_peak_of_its_closing_only() -> None:
 
 
 def test_release_opens_the_hand_after_the_latency() -> None:
-    with TwinDevice(seed=4, latency=0.010) as device, host(device.port) as h:
+    with TwinDevice(seed=4, speed=SPEED, latency=0.010) as device, host(device.port) as h:
         h.start(1)
         log = ClosingLog(h)
         _, start, release_sample = log.send_order(None, 2500)
@@ -146,7 +149,7 @@ def test_each_invalid_order_is_answered_and_changes_nothing(twin: TwinDevice) ->
 
 
 def test_a_command_to_a_hand_at_rest_is_answered() -> None:
-    with TwinDevice(seed=4) as device, host(device.port) as h:
+    with TwinDevice(seed=4, speed=SPEED) as device, host(device.port) as h:
         h.start(1)
         while not any(
             "twin: hand is not closing, command 1" in content for _, content in h.markers
@@ -159,7 +162,10 @@ def test_a_command_to_a_hand_at_rest_is_answered() -> None:
 
 def test_marks_are_not_orders() -> None:
     """A program or viewer that sets markers cannot move the hand."""
-    with TwinDevice(seed=4, objects=["block 10", "apple 1"]) as device, host(device.port) as h:
+    with (
+        TwinDevice(seed=4, speed=SPEED, objects=["block 10", "apple 1"]) as device,
+        host(device.port) as h,
+    ):
         h.start(1)
         texts = ("object: block 10", "hand: release", "hand: 0.0 0.0", "twin: told hand: 0.0 0.0")
 

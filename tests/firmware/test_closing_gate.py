@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import subprocess
+from functools import cache
 
 import numpy as np
 import pytest
@@ -15,9 +16,13 @@ from firstcontact.core import Block, ChannelKind, Finger, fingertip_layout
 from firstcontact.twin import DeviceFilter, TwinStream
 
 LAYOUT = fingertip_layout()
-DATA = DeviceFilter().update(TwinStream(seed=4).read(12 * 4936))
 #: Memory for a gate, more than it needs, bytes.
 ROOM = 4096
+
+
+@cache
+def samples() -> np.ndarray:
+    return DeviceFilter().update(TwinStream(seed=4).read(12 * 4936))
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +37,7 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
 
 def volts(kind: ChannelKind) -> np.ndarray:
     columns = LAYOUT.columns(kind)
-    return np.ascontiguousarray(LAYOUT.physical(DATA, columns), np.float64)
+    return np.ascontiguousarray(LAYOUT.physical(samples(), columns), np.float64)
 
 
 def of_firmware(library: ctypes.CDLL, cut: int, lost: int) -> list[tuple[str, int]]:
@@ -42,7 +47,7 @@ def of_firmware(library: ctypes.CDLL, cut: int, lost: int) -> list[tuple[str, in
     piezo, loads = volts(ChannelKind.VIBRATION), volts(ChannelKind.FORCE)
     library.fc_gate_start(gate, floors, ctypes.c_uint32(0))
     turns = []
-    for n in [*range(cut), *range(cut + lost, len(DATA))]:
+    for n in [*range(cut), *range(cut + lost, len(samples()))]:
         if lost and n == cut + lost:
             library.fc_gate_start(gate, floors, ctypes.c_uint32(n))
         at = (a[n].ctypes.data_as(ctypes.c_void_p) for a in (piezo, loads))
@@ -53,8 +58,8 @@ def of_firmware(library: ctypes.CDLL, cut: int, lost: int) -> list[tuple[str, in
 
 def of_host(cut: int, lost: int) -> list[tuple[str, int]]:
     gate = ClosingGate(LAYOUT, FLOORS)
-    events = gate.update(Block(DATA[:cut]))
-    events += gate.update(Block(DATA[cut + lost :], cut + lost))
+    events = gate.update(Block(samples()[:cut]))
+    events += gate.update(Block(samples()[cut + lost :], cut + lost))
     named = [("opens" if e.turn is Turn.OPENS else "shuts", e.sample) for e in events]
     # The firmware's gate does not report that a gap ends a closing: its caller restarts it.
     return [e for e in named if not lost or e != ("shuts", cut)]

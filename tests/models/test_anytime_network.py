@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -19,9 +20,10 @@ from firstcontact.models import (
     mean_and_spread,
 )
 
-torch = pytest.importorskip("torch")
-from firstcontact_lab.pretraining._torch_network import TorchNetwork  # noqa: E402
+if TYPE_CHECKING:
+    from firstcontact_lab.pretraining._torch_network import TorchNetwork
 
+pytestmark = pytest.mark.skipif(find_spec("torch") is None, reason="PyTorch is not installed")
 N = 17
 
 
@@ -34,6 +36,11 @@ def scales(rng: np.random.Generator) -> dict[str, np.ndarray]:
 
 
 def pair(seed: int) -> tuple[TorchNetwork, Network, dict[str, np.ndarray]]:
+    # Only the process that runs these tests imports PyTorch: all processes collect them.
+    import torch
+
+    from firstcontact_lab.pretraining._torch_network import TorchNetwork
+
     torch.manual_seed(seed)
     trained, of = TorchNetwork(), scales(np.random.default_rng(seed))
     return trained, Network({**trained.arrays(), **of}), of
@@ -42,6 +49,8 @@ def pair(seed: int) -> tuple[TorchNetwork, Network, dict[str, np.ndarray]]:
 @pytest.mark.parametrize("levels", [0, 1, 5, 8])
 @pytest.mark.parametrize("seed", [0, 1])
 def test_both_answer_alike(levels: int, seed: int) -> None:
+    import torch
+
     trained, runs, of = pair(seed)
     rng = np.random.default_rng(seed + 100)
     x = 3 * rng.standard_normal((N, INPUTS))

@@ -7,28 +7,44 @@ import subprocess
 import sys
 from itertools import product
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-import torch
 
 from firstcontact.models import Task
 from firstcontact.models._cnn import Cnn, as_input
-from firstcontact.models._efficientnet import EfficientNet
 from firstcontact.models._network import Network
-from firstcontact.models._network_export import export
 from firstcontact.testing._windows import RATE, toy_windows
 from saved import load_window, save_window
+
+if TYPE_CHECKING:
+    from firstcontact.models._efficientnet import EfficientNet
 
 #: The shortest, the usual and the longest window; the slow tests have all combinations.
 FEW = {(10, 2, 1), (74, 1, 5), (241, 2, 5)}
 
 
-def used(channels: int, outputs: int, samples: int = 74) -> tuple[EfficientNet, torch.Tensor]:
+# Only the process that runs these tests imports PyTorch: all processes collect them.
+def make(channels: int, outputs: int) -> EfficientNet:
+    from firstcontact.models._efficientnet import EfficientNet
+
+    return EfficientNet(channels, outputs)
+
+
+def export(network: EfficientNet, samples: int) -> bytes:
+    from firstcontact.models._network_export import export
+
+    return export(network, samples)
+
+
+def used(channels: int, outputs: int, samples: int = 74) -> tuple[EfficientNet, Any]:
     """Return a network with normalisations that are not the identity, and windows (n, samples)."""
+    import torch
+
     with torch.random.fork_rng(devices=[]):
         torch.manual_seed(0)
-        network = EfficientNet(channels, outputs)
+        network = make(channels, outputs)
         windows = np.random.default_rng(0).normal(size=(64, samples, channels))
         x = as_input(windows.astype(np.float32))
         for _ in range(5):
@@ -44,6 +60,8 @@ def used(channels: int, outputs: int, samples: int = 74) -> tuple[EfficientNet, 
     ],
 )
 def test_the_export_is_the_network(samples: int, channels: int, outputs: int) -> None:
+    import torch
+
     network, x = used(channels, outputs, samples)
     with torch.no_grad():
         expected = network(x).numpy()
@@ -56,6 +74,8 @@ def test_the_export_is_the_network(samples: int, channels: int, outputs: int) ->
 def test_a_trained_network_answers_as_in_pytorch(
     task: Task, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    import torch
+
     from firstcontact.models import _cnn as cnn
     from firstcontact.models._cnn_model import compress
 
@@ -73,6 +93,8 @@ def test_a_trained_network_answers_as_in_pytorch(
 
 @pytest.mark.slow
 def test_the_same_weights_are_the_same_bytes_in_another_process(tmp_path: Path) -> None:
+    import torch
+
     network, _ = used(1, 1)
     script = (
         "import sys, torch, multiprocessing.synchronize as s; "
@@ -96,13 +118,17 @@ def test_the_same_weights_are_the_same_bytes_in_another_process(tmp_path: Path) 
 
 
 def test_it_is_an_efficientnet_v2() -> None:
-    kinds = [type(m).__name__ for m in EfficientNet(1, 1).modules()]
+    import torch
+
+    kinds = [type(m).__name__ for m in make(1, 1).modules()]
     assert kinds.count("SqueezeExcitation") == 2
     assert "SiLU" in kinds
-    assert EfficientNet(1, 1)(torch.zeros(2, 1, 1, 74)).shape == (2, 1)
+    assert make(1, 1)(torch.zeros(2, 1, 1, 74)).shape == (2, 1)
 
 
 def test_training_leaves_the_random_state_of_others_alone() -> None:
+    import torch
+
     X, y, _ = toy_windows(32)
     torch.manual_seed(5)
     expected = torch.rand(3)

@@ -29,7 +29,11 @@ def stream(
     number: int, name: str, rate: float, kind: str, stamps: Any, values: Any, foot: bool = True
 ) -> bytes:
     """Return one stream: header, samples in chunks of 0.1 s, a clock offset and footer."""
-    width = 1 if kind == "string" else np.asarray(values).reshape(len(stamps), -1).shape[1]
+    numbers = np.zeros((len(stamps), 1)) if kind == "string" else np.asarray(values)
+    numbers = numbers.reshape(len(stamps), -1).astype("<f4")
+    width = numbers.shape[1]
+    samples = np.zeros(len(stamps), [("size", "u1"), ("stamp", "<f8"), ("values", "<f4", (width,))])
+    samples["size"], samples["stamp"], samples["values"] = 8, stamps, numbers
     xml = (
         f"<?xml version='1.0'?><info><name>{name}</name><type>x</type><channel_count>{width}"
         f"</channel_count><nominal_srate>{rate}</nominal_srate><channel_format>{kind}"
@@ -40,13 +44,14 @@ def stream(
     for start in range(0, len(stamps), 400):
         chunk_range = range(start, min(start + 400, len(stamps)))
         body = of + b"\x04" + struct.pack("<I", len(chunk_range))
+        if kind != "string":
+            body += samples[start : chunk_range.stop].tobytes()
+            parts.append(chunk(3, body))
+            continue
         for i in chunk_range:
+            text = values[i].encode()
             body += b"\x08" + struct.pack("<d", stamps[i])
-            if kind == "string":
-                text = values[i].encode()
-                body += b"\x04" + struct.pack("<I", len(text)) + text
-            else:
-                body += np.atleast_1d(values[i]).astype("<f4").tobytes()
+            body += b"\x04" + struct.pack("<I", len(text)) + text
         parts.append(chunk(3, body))
     for at in (0.0, 100.0):
         parts.append(chunk(4, of + struct.pack("<dd", at, 0.0)))

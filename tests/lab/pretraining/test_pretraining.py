@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import fields
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 
 pytest.importorskip("numba")
-pytest.importorskip("torch")
 
 from firstcontact.core import Serial, parallel
 from firstcontact.models import INPUTS, LEVELS, STAGES, TOKEN, Network
@@ -27,9 +28,19 @@ from firstcontact_lab.pretraining._examples import (
 )
 from firstcontact_lab.pretraining._finishing import LEVEL, answers, finished
 from firstcontact_lab.pretraining._sets import example_set
-from firstcontact_lab.pretraining._training import Training
 
+if TYPE_CHECKING:
+    from firstcontact_lab.pretraining._training import Training
+
+pytestmark = pytest.mark.skipif(find_spec("torch") is None, reason="PyTorch is not installed")
 SEED = 5
+
+
+def training(*arguments: Any) -> Training:
+    """Start a training. Only the process that runs it imports PyTorch."""
+    from firstcontact_lab.pretraining._training import Training
+
+    return Training(*arguments)
 
 
 @cache
@@ -111,23 +122,23 @@ def test_a_separate_family_is_a_separate_set(tmp_path: Path) -> None:
 
 
 def test_a_training_that_was_stopped_gives_what_it_would_have_given(tmp_path: Path) -> None:
-    uninterrupted = Training(few(), 3, SEED, tmp_path / "whole").run()
+    uninterrupted = training(few(), 3, SEED, tmp_path / "whole").run()
 
     def stop(epoch: int, loss: float) -> None:
         raise KeyboardInterrupt
 
     for _ in range(2):  # after the first and after the second pass
         with pytest.raises(KeyboardInterrupt):
-            Training(few(), 3, SEED, tmp_path / "parts").run(stop)
+            training(few(), 3, SEED, tmp_path / "parts").run(stop)
     epochs: list[int] = []
-    parts = Training(few(), 3, SEED, tmp_path / "parts").run(lambda e, loss: epochs.append(e))
+    parts = training(few(), 3, SEED, tmp_path / "parts").run(lambda e, loss: epochs.append(e))
     assert epochs == [3]
     assert np.array_equal(weights(uninterrupted), weights(parts))
 
 
 def test_weights_depend_only_on_the_seed(tmp_path: Path) -> None:
     one, again, other = (
-        weights(Training(few(), 1, seed, tmp_path / name).run())
+        weights(training(few(), 1, seed, tmp_path / name).run())
         for name, seed in (("a", 1), ("b", 1), ("c", 2))
     )
     assert np.array_equal(one, again)
@@ -136,7 +147,7 @@ def test_weights_depend_only_on_the_seed(tmp_path: Path) -> None:
 
 def test_training_lowers_the_loss(tmp_path: Path) -> None:
     losses: list[float] = []
-    Training(few(), 10, SEED, tmp_path / "t").run(lambda e, loss: losses.append(loss))
+    training(few(), 10, SEED, tmp_path / "t").run(lambda e, loss: losses.append(loss))
     assert losses[-1] < losses[0]
 
 
@@ -163,7 +174,7 @@ def test_a_batch_is_what_the_network_takes(tmp_path: Path) -> None:
 
 def test_intervals_cover_their_share_of_the_calibration_data(tmp_path: Path) -> None:
     examples = few()
-    model = finished(Training(examples, 2, SEED, tmp_path / "t").run(), examples, SEED)
+    model = finished(training(examples, 2, SEED, tmp_path / "t").run(), examples, SEED)
     objects = examples.object_ids >= 0
     for samples in (STAGES[0], STAGES[5], STAGES[-1]):
         values, spreads = answers(model.network, examples, samples, SEED)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 pytest.importorskip("numba")
-pytest.importorskip("torch")
 
 from firstcontact.models import pretrained_folder, read_card
 from firstcontact.models._pooling import SHARED

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -10,19 +11,21 @@ import numpy as np
 import pytest
 
 pytest.importorskip("numba")
-pytest.importorskip("torch")
 
 from firstcontact.models import WEIGHTS, read_card
 from firstcontact.twin import FAMILIES
-from firstcontact_lab.pretraining.pretrain import Size
 from ringing import ringing
 from saved import load_network
 from trainings import run
+
+pytestmark = pytest.mark.skipif(find_spec("torch") is None, reason="PyTorch is not installed")
 
 
 def test_a_small_one_from_nothing_and_the_same_again(
     tmp_path: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    from firstcontact_lab.pretraining.pretrain import Size
+
     few = Size(calibration=10, judgement=2, held_out=1)
     monkeypatch.setattr(
         Size, "resized", lambda size, rigs, epochs: replace(few, rigs=rigs, epochs=epochs)

@@ -1,0 +1,94 @@
+"""Twins without the second that an interpreter, its imports and compiled functions take to load.
+
+`firstcontact.core.Child` starts the process of a twin. Here that process is forked from the one
+that asks for it. Programs that tests start with ``sys.executable`` start theirs as users do.
+"""
+
+from __future__ import annotations
+
+import gc
+import os
+import signal
+import subprocess
+import sys
+import traceback
+import warnings
+from functools import cache
+from types import SimpleNamespace
+from typing import Any
+
+from firstcontact.core import Command, _children, _die_with_parent
+
+#: Module of the process that is forked.
+TWIN = "firstcontact.device._twin_process"
+
+
+@cache
+def load() -> None:
+    """Import what the twin's process needs, and load its compiled functions."""
+    from firstcontact.device import _twin_process
+    from firstcontact.twin import DeviceFilter, TwinStream
+
+    stream = TwinStream(seed=0)
+    DeviceFilter().update(stream.read(_twin_process.REHEARSED))
+    stream.command(Command(0.0, 0.0))
+    stream.read(_twin_process.FRAME_SAMPLES)
+
+
+def fork_twins() -> None:
+    """Fork the twins that this process starts from now on."""
+    _children.subprocess = SimpleNamespace(Popen=_start, PIPE=subprocess.PIPE)  # type: ignore[attr-defined]
+
+
+def _start(words: list[str], **options: Any) -> subprocess.Popen[bytes]:
+    if TWIN not in words:
+        return subprocess.Popen(words, **options)
+    load()
+    return _Fork(words, **options)
+
+
+class _Fork(subprocess.Popen[bytes]):
+    """Process that goes on from this one, with streams and a session of its own."""
+
+    def _execute_child(  # type: ignore[no-untyped-def]
+        self, args, executable, preexec_fn, close_fds, pass_fds, cwd, env, startupinfo,
+        creationflags, shell, p2cread, p2cwrite, c2pread, c2pwrite, errread, errwrite, *_,
+    ):  # fmt: skip
+        with warnings.catch_warnings():
+            # Other threads hold no lock that the twin takes. Python 3.12 warns of them.
+            warnings.simplefilter("ignore", DeprecationWarning)
+            self.pid = os.fork()
+        if self.pid == 0:
+            _run(args[args.index("-m") + 2 :], p2cread, c2pwrite)
+        self._child_created = True
+        self._close_pipe_fds(p2cread, p2cwrite, c2pread, c2pwrite, errread, errwrite)
+
+
+def _run(words: list[str], *streams: int) -> None:
+    code = 1
+    try:
+        # Nothing of the other process may be finalised here: its descriptors have other meanings.
+        gc.freeze()
+        os.setsid()
+        for number, stream in enumerate(streams):
+            os.dup2(stream, number)
+        os.closerange(3, os.sysconf("SC_OPEN_MAX"))
+        signal.set_wakeup_fd(-1)
+        for number in signal.valid_signals():
+            if callable(signal.getsignal(number)):
+                signal.signal(number, signal.SIG_DFL)
+        sys.stdin = open(0, encoding="utf-8", closefd=False)  # noqa: SIM115
+        sys.stdout = open(1, "w", encoding="utf-8", closefd=False)  # noqa: SIM115
+        sys.stderr = open(2, "w", 1, encoding="utf-8", closefd=False)  # noqa: SIM115
+        warnings.resetwarnings()
+        warnings.simplefilter("ignore", DeprecationWarning)
+        sys.modules.pop(TWIN, None)
+        sys.argv = ["-m", *words]
+        _die_with_parent.main()
+        code = 0
+    except SystemExit as leaving:
+        code = int(leaving.code or 0)
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        os._exit(code)

@@ -1,0 +1,5 @@
+"""Modules and compiled functions that the fork server has before it forks programs."""
+
+from forked_children import load
+
+load()

@@ -89,8 +89,7 @@ def wheel(folder: Path) -> str:
     return hashlib.sha256(file.read_bytes()).hexdigest()
 
 
-@pytest.mark.parametrize("layer", ["base", "live"])
-def test_a_package_with_another_hash_is_not_installed(tmp_path: Path, layer: str) -> None:
+def test_a_package_with_another_hash_is_not_installed(tmp_path: Path) -> None:
     """The rule is that of the Makefile, here with requirements of one package."""
     shutil.copy(ROOT / "Makefile", tmp_path)
     shutil.copy(ROOT / "pyproject.toml", tmp_path)
@@ -99,9 +98,9 @@ def test_a_package_with_another_hash_is_not_installed(tmp_path: Path, layer: str
     shutil.copy(ROOT / plugin / "pyproject.toml", tmp_path / plugin)
     right = wheel(tmp_path / "wheels")
     (tmp_path / "requirements").mkdir()
-    for name in ("base", "live"):
-        (tmp_path / "requirements" / f"{name}.txt").write_text("")
-    entry = tmp_path / "requirements" / f"{layer}.txt"
+    entries = [tmp_path / "requirements" / f"{layer}.txt" for layer in ("base", "live")]
+    for entry in entries:
+        entry.write_text("")
     environment = {k: v for k, v in os.environ.items() if not k.startswith(("PIP_", "MAKE"))} | {
         "PIP_CONFIG_FILE": os.devnull,
         "PIP_NO_INDEX": "1",
@@ -115,17 +114,19 @@ def test_a_package_with_another_hash_is_not_installed(tmp_path: Path, layer: str
     def installed() -> bool:
         return bool(list(tmp_path.glob(".venv/lib/*/site-packages/trinket.py")))
 
-    entry.write_text(f"trinket==1.0 --hash=sha256:{'0' * 64}\n")
-    process = make()
-    assert process.returncode != 0
-    assert "DO NOT MATCH THE HASHES" in process.stderr
-    assert not installed()
-    entry.write_text("trinket==1.0\n")  # none at all
-    process = make()
-    assert process.returncode != 0
-    assert "--require-hashes" in process.stderr
-    assert not installed()
+    for entry in entries:
+        entry.write_text(f"trinket==1.0 --hash=sha256:{'0' * 64}\n")
+        process = make()
+        assert process.returncode != 0
+        assert "DO NOT MATCH THE HASHES" in process.stderr
+        assert not installed()
+        entry.write_text("trinket==1.0\n")  # none at all
+        process = make()
+        assert process.returncode != 0
+        assert "--require-hashes" in process.stderr
+        assert not installed()
+        entry.write_text("")
     # The right one is taken; the package behind it is not here to be built.
-    entry.write_text(f"trinket==1.0 --hash=sha256:{right}\n")
+    entries[0].write_text(f"trinket==1.0 --hash=sha256:{right}\n")
     make()
     assert installed()

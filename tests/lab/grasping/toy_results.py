@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from toy_rows import rows
-
 from firstcontact_lab.grasping._household_numbers import conditions, household_policies
 from firstcontact_lab.grasping._numbers import by_policy
 from firstcontact_lab.grasping.results import (
@@ -88,26 +86,38 @@ def household() -> Household:
     )  # fmt: skip
 
 
-def results() -> GraspResults:
-    """Return the results of a whole study."""
+def payload() -> Payload:
+    """Return payload results of the made-up rows."""
+    from toy_rows import rows
+
     tuning = Tuning(
         settings={"threshold": 0.05, "approach": 1.5, "speed": 0.02, "force": 2.6},
         tried=7, peak=3.0, time=0.14, unsteady=0.0,
     )  # fmt: skip
+    return Payload(
+        data=GraspData(
+            source="twin",
+            objects=["block 5"],
+            sessions=4,
+            pinches=16,
+            closings=96,
+            training=100,
+            latencies_ms=[20.0],
+        ),
+        models=ModelErrors(rmse={"15": 3.21}, interval_width={"15": 8.0}),
+        feedback={"feedback": tuning},
+        policies=by_policy(rows(), 0),
+    )
+
+
+def results(payload_results: Payload | None = None) -> GraspResults:
+    """Return the results of a whole study."""
     return GraspResults(
         study=GraspRun(
             command="firstcontact grasp-study <b>", started="now", seconds=12.0, quick=True,
             seed=3, workers=2, versions={"python": "3"},
         ),
         household=household(),
-        payload=Payload(
-            data=GraspData(
-                source="twin", objects=["block 5"], sessions=4, pinches=16, closings=96,
-                training=100, latencies_ms=[20.0],
-            ),
-            models=ModelErrors(rmse={"15": 3.21}, interval_width={"15": 8.0}),
-            feedback={"feedback": tuning},
-            policies=by_policy(rows(), 0),
-        ),
+        payload=payload_results or payload(),
         film=Filmed(objects=["raspberry", "hammer"], hand=1200, specimen=2),
     )  # fmt: skip

@@ -16,8 +16,15 @@ from firstcontact.twin import (
     excerpt,
     simulate_pinch,
 )
+from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.parts.anytime import ANYTIME, AnytimeResults, anytime, anytime_table
+from firstcontact_lab.study.parts.anytime import (
+    ANYTIME,
+    AnytimeResults,
+    _before_second,
+    anytime,
+    anytime_table,
+)
 from firstcontact_lab.study.settings import StudySettings
 
 BRIEF = StudySettings().quick()
@@ -45,18 +52,30 @@ def objects() -> list[Pinch]:
     return twin_pinches(EVERYDAY_OBJECTS[:3], 4, 2)
 
 
-def score(pinches: list[Pinch], late: int = 2, decided: int = 8) -> AnytimeResults | None:
+def subject(pinches: list[Pinch], late: int = 2, decided: int = 8) -> Subject:
     contacts = tuple(
         p.first and Contact(p.first.finger, p.first.sample + late, p.first.sample + decided)
         for p in pinches
     )
-    outcome = anytime(Subject("any", Dataset(tuple(pinches)), contacts), BRIEF)
+    return Subject("any", Dataset(tuple(pinches)), contacts)
+
+
+def score(pinches: list[Pinch]) -> AnytimeResults | None:
+    outcome = anytime(subject(pinches), BRIEF)
     assert (outcome.results[ANYTIME] is None) == bool(outcome.left_out)
     return outcome.results[ANYTIME]
 
 
-def test_unseen_objects_are_asked_about_and_blocks_of_other_sessions(blocks, objects) -> None:
-    scores = score(blocks + objects)
+@pytest.fixture(scope="module")
+def outcome(blocks, objects) -> PartResult:
+    return anytime(subject(blocks + objects), BRIEF)
+
+
+def test_unseen_objects_are_asked_about_and_blocks_of_other_sessions(
+    outcome, blocks, objects
+) -> None:
+    scores = outcome.results[ANYTIME]
+    assert not outcome.left_out
     assert (scores.asked, scores.fixed) == ("objects", None)
     assert scores.n + scores.too_short == len(objects)
     assert scores.blocks.n <= len(blocks)
@@ -67,6 +86,8 @@ def test_unseen_objects_are_asked_about_and_blocks_of_other_sessions(blocks, obj
         assert all(
             low <= entry.rmse[ms] <= high for ms, (low, high) in entry.intervals["rmse"].items()
         )
+    share = _before_second(subject(blocks + objects), BRIEF.early)
+    assert (scores.before_second, scores.with_second) == share
 
 
 def test_without_unseen_objects_blocks_stand_first(blocks) -> None:
@@ -83,10 +104,9 @@ def test_an_answer_waits_for_the_decision_and_for_its_samples(blocks, objects) -
     pinches = blocks + objects
     offsets = np.array([p.offset for p in pinches if p.offset is not None])
     shortest = lengths(RATE)[0]
-    at_once, later = score(pinches, 0, 0), score(pinches, 0, 40)
-    assert at_once.with_second == later.with_second == len(offsets)
-    assert at_once.before_second == np.mean(offsets > (shortest - 1) / RATE)
-    assert later.before_second == np.mean(offsets > 40 / RATE)
+    for decided, wait in ((0, (shortest - 1) / RATE), (40, 40 / RATE)):
+        share, of = _before_second(subject(pinches, 0, decided), BRIEF.early)
+        assert (share, of) == (np.mean(offsets > wait), len(offsets))
 
 
 def test_another_finger_is_no_answer(blocks, objects) -> None:
@@ -95,11 +115,15 @@ def test_another_finger_is_no_answer(blocks, objects) -> None:
     contacts = tuple(
         Contact(other[p.first.finger], p.first.sample, p.first.sample) for p in pinches
     )
-    scores = anytime(Subject("any", Dataset(tuple(pinches)), contacts), BRIEF).results[ANYTIME]
-    assert scores is None or scores.before_second == 0.0
+    share, _ = _before_second(Subject("any", Dataset(tuple(pinches)), contacts), BRIEF.early)
+    assert share == 0.0
 
 
-def test_no_sample_after_the_second_contact_is_used(blocks, objects) -> None:
+def test_known_contacts_were_not_found_before_the_second(blocks) -> None:
+    assert _before_second(Subject("any", Dataset(tuple(blocks))), BRIEF.early) == (None, None)
+
+
+def test_no_sample_after_the_second_contact_is_used(outcome, blocks, objects) -> None:
     def noisy(pinch: Pinch) -> Pinch:
         if pinch.second is None:
             return pinch
@@ -107,13 +131,10 @@ def test_no_sample_after_the_second_contact_is_used(blocks, objects) -> None:
         data[pinch.second.sample - pinch.first_sample :] = 30_000
         return Pinch(data, pinch.layout, pinch.label, pinch.first_sample, pinch.truth)
 
-    assert score(blocks + objects) == score([noisy(p) for p in blocks + objects])
+    assert outcome.results[ANYTIME] == score([noisy(p) for p in blocks + objects])
 
 
-def test_the_table_has_a_column_a_time(blocks, objects) -> None:
-    pinches = Dataset(tuple(blocks + objects))
-    results = anytime(Subject("any", pinches), BRIEF).results
-    table = anytime_table(results)
-    assert results.anytime.before_second is None  # contacts were not found but known
+def test_the_table_has_a_column_a_time(outcome, objects) -> None:
+    table = anytime_table(outcome.results)
     assert all(len(row.cells) == len(table.head) == 6 for row in table.lines)
     assert all(p.label.role is Role.TEST for p in objects)

@@ -54,10 +54,12 @@ def cut(dataset: Dataset, first: int, last: int, rows: Sequence[int] | None = No
     return replace(dataset, pinches=pinches)
 
 
-def whole_study(dataset: Dataset, out: Path) -> dict[str, Any]:
+def whole_study(dataset: Dataset, out: Path, *without: str) -> dict[str, Any]:
     """Run all steps except the CNN, which uses labels in the same way and takes longer."""
     steps = protocol.plan([("recordings", lambda: dataset)], SMALL, Serial())
-    steps = [s for s in steps if "slow" not in s.title and s.title != "inference time"]
+    excluded = {"inference time", *without}
+    assert excluded <= {step.title for step in steps}
+    steps = [s for s in steps if "slow" not in s.title and s.title not in excluded]
     state = State("study", asdict(SMALL), True, [Findings("recordings")], [s.title for s in steps])
     protocol.run(steps, state, out)
     text = (out / "results.json").read_text(encoding="utf-8")
@@ -90,6 +92,7 @@ def test_one_specimen_name_at_every_level_and_object(
             lambda i, label: replace(label, object="fruit") if label.role is Role.TEST else label,
         ),
         tmp_path,
+        "estimates at any time",
     )
     assert tree["blocks"]["svm"]["leave_one_shore_out"]["n"] == 36
     assert len(tree["objects"]["svm"]["per_object"]) == 2
@@ -218,7 +221,7 @@ def test_one_fold_without_known_contacts(
 ) -> None:
     dataset = make_shore()
     few = tuple(replace(p, truth=()) if i != 5 else p for i, p in enumerate(dataset.pinches))
-    tree = whole_study(replace(dataset, pinches=few), tmp_path)
+    tree = whole_study(replace(dataset, pinches=few), tmp_path, "estimates at any time")
     assert tree["contact"]["windows_start_at"] == "three_sigma"
     assert tree["contact"]["three_sigma"]["n"] == 1
     assert any("windows start where the 3σ threshold fires" in r for r in tree["left_out"])

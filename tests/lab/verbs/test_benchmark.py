@@ -76,6 +76,8 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "their_driver.py").write_text("raise RuntimeError('no board')\n", encoding="utf-8")
     (tmp_path / "their_exit.py").write_text("raise SystemExit(0)\n", encoding="utf-8")
     (tmp_path / "their_break.py").write_text("raise KeyboardInterrupt\n", encoding="utf-8")
+    sizes = Sizes(blocks=6, held_out=3, objects=5, other_blocks=3, kinds=6)
+    monkeypatch.setattr(benchmark, "QUICK", replace(benchmark.QUICK, sizes=sizes))
     monkeypatch.chdir(tmp_path)
     monkeypatch.delitem(__import__("sys").modules, "their_regressors", raising=False)
     return tmp_path
@@ -86,11 +88,7 @@ def run_benchmark(name: str, *more: str) -> int:
     return run("benchmark", name, *words, *more)
 
 
-def test_a_pipeline_lands_in_the_table_beside_ours(
-    folder: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    sizes = Sizes(blocks=6, held_out=3, objects=5, other_blocks=3, kinds=6)
-    monkeypatch.setattr(benchmark, "QUICK", replace(benchmark.QUICK, sizes=sizes))
+def test_a_pipeline_lands_in_the_table_beside_ours(folder: Path, capsys: Any) -> None:
     name = "their_regressors:pipeline"
     assert run_benchmark(name) == 0
     output = capsys.readouterr().out

@@ -16,15 +16,20 @@ from firstcontact_lab.grasping.settings import GraspStudySettings, HouseholdSett
 def smallest(monkeypatch: pytest.MonkeyPatch) -> None:
     """Reduce the quick study further. `.ci/run` runs it in its normal size."""
     quick = GraspStudySettings().quick()
-    household = replace(
-        quick.household,
+    household = HouseholdSettings(
+        tuning_hands=1,
         judged_hands=1,
+        tuning_specimens=(1,),
+        judged_specimens=(2,),
         blocks=4,
-        forces=(1.0, 4.0, 12.0),
+        speeds=(0.10,),
+        boosts=(2.0,),
+        forces=(1.0, 3.0, 12.0),
         folds=2,
-        budget=8,
-        permutations=2,
-        kinds=HouseholdSettings().kinds[::8],
+        budget=2,
+        few=True,
+        permutations=1,
+        kinds=("raspberry", "apple", "wrench"),
     )
     small = replace(
         quick, household=household, sessions=1, training=10, kinds=("block 5", "egg shell")

@@ -18,9 +18,9 @@ from firstcontact.contact import (
     ContactListener,
     ThresholdDetector,
     Withdrawal,
-    confirmed_contacts,
     detect,
     first_contact,
+    judge_pinch,
 )
 from firstcontact.contact._confirmation import CONFIRMED, KEPT, ConfirmingLatch
 from firstcontact.contact._detector import WindowDecisions
@@ -84,11 +84,28 @@ def test_contact_of_the_twin_stands(seed: int) -> None:
     assert detect(detector, pinch) == detect(detector, pinch, confirm=False) != []
 
 
-def test_contacts_that_stand_are_those_of_decisions(clicked: Pinch) -> None:
+@pytest.mark.parametrize("until", [0, 100, 700, 10_000])
+def test_judging_ends_when_the_first_contact_stands(clicked: Pinch, until: int) -> None:
     detector = ThresholdDetector(8.0)
     detector.start(LAYOUT)
-    decisions = detector.judge(Block(clicked.data, clicked.first_sample))
-    assert confirmed_contacts(decisions, clicked) == detect(detector, clicked)
+    every = detector.judge(Block(clicked.data, clicked.first_sample))
+    judged = judge_pinch(detector, clicked, clicked.first_sample + until)
+    assert judged.first is not None
+    assert judged.first == detect(detector, clicked)[0]
+    n = len(judged.windows.ends)
+    for name in ("ends", "fired", "onsets"):
+        assert np.array_equal(getattr(judged.windows, name), getattr(every, name)[:n])
+    asked = clicked.first_sample + min(until, len(clicked.data)) - 1
+    least = max(asked - samples_in(detector.step, LAYOUT.rate), judged.first.decided - 1)
+    assert judged.windows.ends[-1] > least
+    assert (n < len(every.ends)) == (until < len(clicked.data))
+
+
+def test_pinch_without_contact_is_judged_to_its_end(clicked: Pinch) -> None:
+    detector = ThresholdDetector(1e6)
+    judged = judge_pinch(detector, clicked, 0)
+    assert judged.first is None
+    assert judged.windows.ends[-1] >= clicked.first_sample + len(clicked.data) - 15
 
 
 def test_first_contact_is_that_of_all_contacts(clicked: Pinch) -> None:

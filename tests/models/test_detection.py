@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from firstcontact.contact import ThresholdDetector, WindowDecisions
+from firstcontact.contact import PinchDecisions, ThresholdDetector, WindowDecisions
 from firstcontact.core import (
     Block,
     Contact,
@@ -50,7 +50,8 @@ class Scripted:
             row = int(np.searchsorted(ENDS, end))
             fired[row, finger] = True
             onsets[row, finger] = onset
-        return WindowDecisions(ENDS, fired, onsets)
+        ended = (block.first_sample <= ENDS) & (block.end > ENDS)
+        return WindowDecisions(ENDS[ended], fired[ended], onsets[ended])
 
 
 def pinch(truth: int | None = TRUTH) -> Pinch:
@@ -204,7 +205,8 @@ def test_looks_of_a_step_count_as_one_window() -> None:
     fired[np.searchsorted(fine, 101) : np.searchsorted(fine, 107), Finger.INDEX] = True
     fired[np.searchsorted(fine, TRUTH + 8), Finger.THUMB] = True
     verdicts = WindowDecisions(fine, fired, np.where(fired, fine[:, None], -1))
-    scores = score_decisions([verdicts], Dataset((pinch(),)), 3 / LAYOUT.rate)
+    judged = PinchDecisions(verdicts, Contact(Finger.INDEX, 101, 101))
+    scores = score_decisions([judged], Dataset((pinch(),)), 3 / LAYOUT.rate)
     assert (scores.quiet_windows, scores.windows) == (2 * 20, 2 * 20 + 1)
     assert scores.quiet_windows_silent == pytest.approx(39 / 40)
     assert scores.contact_windows_found == 1.0

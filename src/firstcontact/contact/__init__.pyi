@@ -11,10 +11,11 @@ from ._closing_start import cut_closings as cut_closings
 from ._closing_start import describe_starts as describe_starts
 from ._confirmation import ConfirmingLatch as ConfirmingLatch
 from ._confirmation import ContactListener as ContactListener
+from ._confirmation import PinchDecisions as PinchDecisions
 from ._confirmation import Withdrawal as Withdrawal
-from ._confirmation import confirmed_contacts as confirmed_contacts
 from ._confirmation import detect as detect
 from ._confirmation import first_contact as first_contact
+from ._confirmation import judge_pinch as judge_pinch
 from ._detector import Detector as Detector
 from ._detector import WindowDecisions as WindowDecisions
 from ._detector import latch as latch

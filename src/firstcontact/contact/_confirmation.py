@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -219,9 +219,47 @@ class ContactListener:
         return events
 
 
-def confirmed_contacts(decisions: WindowDecisions, pinch: Pinch) -> list[Contact]:
-    """Return the contacts of a pinch from a detector's decisions, without the withdrawn ones."""
-    return _standing(ConfirmingLatch(pinch.layout).update(_block(pinch), decisions))
+@dataclass(frozen=True, slots=True, eq=False)
+class PinchDecisions:
+    """Decisions of a detector in one pinch.
+
+    Parameters
+    ----------
+    windows
+        Decisions for its windows, at least until the first contact is confirmed.
+    first
+        First contact that is not withdrawn; None without one.
+    """
+
+    windows: WindowDecisions
+    first: Contact | None
+
+
+def judge_pinch(detector: Detector, pinch: Pinch, until: int) -> PinchDecisions:
+    """Judge a pinch from its first sample on.
+
+    Later windows than those that confirm the first contact are judged only up to a sample.
+
+    Parameters
+    ----------
+    detector
+        Fitted or loaded detector.
+    pinch
+        Pinch that begins where its closing does.
+    until
+        Number of the sample before which all windows are judged.
+    """
+    detector.start(pinch.layout)
+    latch = ConfirmingLatch(pinch.layout)
+    windows: list[WindowDecisions] = []
+    contacts: list[Contact] = []
+    for piece in _pieces(_block(pinch), until, pinch.layout.rate):
+        windows.append(detector.judge(piece))
+        contacts = _standing(latch.update(piece, windows[-1]), contacts)
+        if contacts and latch.is_confirmed:
+            break
+    arrays = ([getattr(part, f.name) for part in windows] for f in fields(WindowDecisions))
+    return PinchDecisions(WindowDecisions(*map(np.concatenate, arrays)), next(iter(contacts), None))
 
 
 def _standing(
@@ -235,6 +273,15 @@ def _standing(
         else:
             contacts.clear()
     return contacts
+
+
+def _pieces(block: Block, until: int, rate: float) -> Iterator[Block]:
+    """Yield the block up to a sample, or its first piece, then the rest in pieces."""
+    size = samples_in(PIECE, rate)
+    end = max(until - block.first_sample, size)
+    yield Block(block.data[:end], block.first_sample, block.epoch)
+    for start in range(end, len(block.data), size):
+        yield Block(block.data[start : start + size], block.first_sample + start, block.epoch)
 
 
 def _block(pinch: Pinch, start: int | None = None) -> Block:
@@ -285,10 +332,8 @@ def _listen(detector: Detector, pinch: Pinch) -> Iterator[tuple[list[Contact], b
     """Yield the contacts so far, and whether they stand, until no further one is possible."""
     block = _block(pinch, closing_start(pinch).sample)
     listener = ContactListener(detector, pinch.layout)
-    size = samples_in(PIECE, pinch.layout.rate)
     contacts: list[Contact] = []
-    for start in range(0, max(len(block.data), 1), size):
-        piece = Block(block.data[start : start + size], block.first_sample + start, block.epoch)
+    for piece in _pieces(block, 0, pinch.layout.rate):
         contacts = _standing(listener.update(piece), contacts)
         yield contacts, listener.is_confirmed
         if listener.ended:

@@ -35,7 +35,7 @@ from ._context_network import Network as Network
 from ._detection import TOLERANCE as TOLERANCE
 from ._detection import Delays as Delays
 from ._detection import DetectionScores as DetectionScores
-from ._detection import judged as judged
+from ._detection import judge_pinches as judge_pinches
 from ._detection import outcome as outcome
 from ._detection import quantiles as quantiles
 from ._detection import resampler_lookahead as resampler_lookahead

@@ -8,8 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.contact import Detector, WindowDecisions, confirmed_contacts, cut_closings
-from firstcontact.core import Block, Contact, Dataset, InputError, Record
+from firstcontact.contact import (
+    Detector,
+    PinchDecisions,
+    WindowDecisions,
+    cut_closings,
+    judge_pinch,
+)
+from firstcontact.core import Contact, Dataset, InputError, Record
 from firstcontact.signal import lookahead, samples_in
 
 #: Age up to which a contact need not show in a window, s.
@@ -18,6 +24,8 @@ GUARD = 0.001
 WINDOW_STEP = 0.003
 #: Largest distance of a first trigger from the strip's contact, s.
 TOLERANCE = 0.003
+#: Windows up to this long after a known contact are judged even if it is found before, s.
+JUDGED = 0.035
 
 
 class Delays(Record, frozen=True, kw_only=True):
@@ -162,21 +170,21 @@ def score_detector(
     InputError
         When no pinch has a known first contact.
     """
-    verdicts = judged(detector, cut_closings(dataset))
+    verdicts = judge_pinches(detector, cut_closings(dataset))
     return score_decisions(verdicts, dataset, detector.step, early, tolerance)
 
 
-def judged(detector: Detector, heard: Dataset) -> list[WindowDecisions]:
-    """Run the detector over each pinch, from its first sample, and return its window decisions."""
-    verdicts = []
-    for pinch in heard.pinches:
-        detector.start(pinch.layout)
-        verdicts.append(detector.judge(Block(pinch.data, pinch.first_sample)))
-    return verdicts
+def judge_pinches(detector: Detector, heard: Dataset) -> list[PinchDecisions]:
+    """Run the detector over each pinch from its first sample, as far as its scores need."""
+    beyond = samples_in(JUDGED, heard.layout.rate)
+    return [
+        judge_pinch(detector, pinch, 0 if pinch.first is None else pinch.first.sample + beyond)
+        for pinch in heard.pinches
+    ]
 
 
 def score_decisions(
-    verdicts: Sequence[WindowDecisions],
+    verdicts: Sequence[PinchDecisions],
     dataset: Dataset,
     step: float,
     early: float = 0.0,
@@ -215,14 +223,14 @@ def score_decisions(
     ]
     if not judged_pinches:
         raise InputError("no pinch has a known first contact: detection cannot be scored")
-    for pinch, truth, firsts in judged_pinches:
+    for pinch, truth, verdict in judged_pinches:
         rate = pinch.layout.rate
         fingers = pinch.layout.vibration_fingers
         if truth.finger in fingers:
             look = max(1, samples_in(step, rate))
             looks = max(1, samples_in(WINDOW_STEP, rate) // look)
             steps = counts.add(
-                _pooled(firsts, looks),
+                _pooled(verdict.windows, looks),
                 fingers.index(truth.finger),
                 truth.sample,
                 samples_in(early, rate),
@@ -230,11 +238,11 @@ def score_decisions(
                 looks * look,
             )
             counts.seconds += steps * looks * look / rate
-        contacts = confirmed_contacts(firsts, pinch)
-        became = outcome(next(iter(contacts), None), truth, rate, early, tolerance)
+        first = verdict.first
+        became = outcome(first, truth, rate, early, tolerance)
         outcomes[became] += 1
-        if contacts and right_and_not_early(contacts[0], truth, rate, early, tolerance):
-            delay = (contacts[0].decided - truth.sample) / rate + waited
+        if first is not None and right_and_not_early(first, truth, rate, early, tolerance):
+            delay = (first.decided - truth.sample) / rate + waited
             delays.append(1e3 * delay)
             decided += became == "success" and delay <= tolerance
     return DetectionScores(

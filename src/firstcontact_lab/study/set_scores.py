@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 from firstcontact.contact import (
     DETECTORS,
     Detector,
-    confirmed_contacts,
     cut_closings,
     find_onsets,
     make_detector,
 )
 from firstcontact.core import Block, Contact, Dataset, InputError, Record
-from firstcontact.models import Delays, judged, quantiles
+from firstcontact.models import Delays, judge_pinches, quantiles
 from firstcontact.signal import resample_dataset
+from firstcontact_lab.study.detection import trigger_delays
 from firstcontact_lab.study.parts.hardness import HARDNESS
 from firstcontact_lab.study.parts.short_windows import REAL
 from firstcontact_lab.study.set_folder import RealSet
@@ -207,8 +207,7 @@ def _judged(
     """
 
     def firsts(detector: Detector, pinches: Dataset) -> Firsts:
-        pairs = zip(judged(detector, pinches), pinches.pinches, strict=True)
-        return [next(iter(confirmed_contacts(v, p)), None) for v, p in pairs]
+        return [verdict.first for verdict in judge_pinches(detector, pinches)]
 
     if training != OTHERS:
         detector = make_detector(name)
@@ -233,7 +232,7 @@ def _judged(
 def _scored(
     labelled: Dataset, firsts: Firsts, recorded_set: RealSet, detectors: Sequence[Detector]
 ) -> DetectorScores:
-    places, delays = _against(labelled, firsts)
+    places, delays = trigger_delays(labelled, firsts)
     alarms = None
     if recorded_set.noise:
         minutes = sum(len(b.data) for b in recorded_set.noise) / recorded_set.layout.rate / 60.0
@@ -256,19 +255,6 @@ def _placement(places: NDArray[np.float64], delays: NDArray[np.float64], early: 
     )
 
 
-def _against(
-    labelled: Dataset, firsts: Sequence[Contact | None]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the delay of each placement and decision, s; NaN where the contact was missed."""
-    rate = labelled.layout.rate
-    out = np.full((2, len(labelled)), np.nan)
-    for i, (pinch, first) in enumerate(zip(labelled.pinches, firsts, strict=True)):
-        if first is not None and pinch.first is not None:
-            at = pinch.first.sample
-            out[:, i] = (first.sample - at) / rate, (first.decided - at) / rate
-    return out[0], out[1]
-
-
 def _good(places: NDArray[np.float64], early: float) -> NDArray[np.bool_]:
     with np.errstate(invalid="ignore"):
         return np.asarray((places >= -(early + WITHIN)) & (places <= WITHIN))
@@ -287,7 +273,7 @@ def _alarms(detector: Detector, noise: Sequence[Block], recorded_set: RealSet) -
 
 
 def _by_file(recorded_set: RealSet, labelled: Dataset, firsts: Firsts) -> dict[str, Recorded]:
-    places, delays = _against(labelled, firsts)
+    places, delays = trigger_delays(labelled, firsts)
     out = {}
     for session in dict.fromkeys(labelled.sessions.tolist()):
         rows = labelled.sessions == session

@@ -20,8 +20,9 @@ from firstcontact_lab.report.results import NOTHING
 from firstcontact_lab.report.state import State
 from firstcontact_lab.study import _protocol as protocol
 from firstcontact_lab.study._subject import Subject
+from firstcontact_lab.study.detection import detection_splits
 from firstcontact_lab.study.parts.blocks import BLOCKS, blocks
-from firstcontact_lab.study.parts.contacts import CONTACT, contacts, detection_splits
+from firstcontact_lab.study.parts.contacts import CONTACT, contacts
 from firstcontact_lab.study.parts.data import DATA, describe
 from firstcontact_lab.study.parts.hardness import HARDNESS, hardness
 from firstcontact_lab.study.parts.inference import inference

@@ -14,7 +14,7 @@ from firstcontact.core import Dataset, Serial
 from firstcontact_lab.report.findings import Findings, PartResult
 from firstcontact_lab.report.state import State
 from firstcontact_lab.study import _protocol as protocol
-from firstcontact_lab.study.parts.contacts import detection_splits
+from firstcontact_lab.study.detection import detection_splits
 from firstcontact_lab.study.settings import StudySettings
 
 SMALL = replace(StudySettings(), durations=(0.005, 0.015), folds=3, brief=True, calls=30, workers=1)

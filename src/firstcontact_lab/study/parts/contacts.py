@@ -2,60 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from firstcontact.contact import (
     DETECTORS,
-    WindowDecisions,
-    WindowDetector,
     closing_starts,
-    confirmed_contacts,
     count_starts,
     cut_closings,
     describe_starts,
-    make_detector,
     untrained_name,
 )
-from firstcontact.core import (
-    GREY,
-    INK,
-    ORANGE,
-    RED,
-    ByName,
-    ChannelKind,
-    Contact,
-    Dataset,
-    InputError,
-    Pinch,
-    Record,
-    Runner,
-    percent,
-)
-from firstcontact.models import (
-    TOLERANCE,
-    DetectionScores,
-    Group,
-    Split,
-    by_session,
-    judged,
-    resampler_lookahead,
-    score_decisions,
-)
+from firstcontact.core import ByName, Contact, Dataset, Record, Runner, percent
+from firstcontact.models import TOLERANCE, DetectionScores, Group, Split, score_decisions
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import Figure, PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
-from firstcontact_lab.report.style import canvas, uri, vibration_axis
 from firstcontact_lab.report.tables import Claim, Row, Table, lifted, row_table
+from firstcontact_lab.study._contact_figures import delay_figure, detectors_figure
 from firstcontact_lab.study._subject import Subject
+from firstcontact_lab.study.detection import detection_splits, judge_detectors, trigger_delays
 from firstcontact_lab.study.part import Part, Step, Subjects, distinct, per_subject
 from firstcontact_lab.study.parts.data import DATA
 from firstcontact_lab.study.settings import StudySettings
-from firstcontact_lab.study.splits import random_folds
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,10 +127,6 @@ ContactResults = ByName[DetectionScores, ContactConditions]
 KNOWN = "known"
 
 
-#: Folds: a detector needs fewer than an estimator, and takes longer to train.
-FOLDS = 3
-
-
 def contacts(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
     """Detect all first contacts out of fold, and score every detector against the truth.
 
@@ -170,14 +138,13 @@ def contacts(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
     dataset = cut_closings(subject.dataset, starts)
     has_contact = np.array([p.first is not None for p in dataset.pinches])
     splits = detection_splits(dataset, settings.seed)
-    verdicts, failed = _judge(dataset, splits, settings.early, runner)
+    verdicts, failed = judge_detectors(dataset, splits, settings.early, runner)
     if not any(DETECTORS[name].learns for name in verdicts):
         everyone = np.arange(len(dataset))
         splits = [Split("all", everyone[:0], everyone)]
-        verdicts, _ = _judge(dataset, splits, settings.early, runner)
+        verdicts, _ = judge_detectors(dataset, splits, settings.early, runner)
     start = settings.detector if settings.detector in verdicts else untrained_name()
-    pairs = zip(verdicts[start], dataset.pinches, strict=True)
-    detections = tuple(next(iter(confirmed_contacts(v, p)), None) for v, p in pairs)
+    detections = tuple(verdict.first for verdict in verdicts[start])
     missing = sum(contact is None for contact in detections)
     not_found = MissingContacts(by=start, pinches=missing, of=len(dataset))
     left_out = []
@@ -206,11 +173,15 @@ def contacts(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
             step = DETECTORS[name].step
             scores[name] = score_decisions(given, dataset, step, settings.early)
         example = _example(dataset, detections)
-        figures.append(delay_figure(dataset, _firsts(dataset, verdicts), settings.early))
+        delays = {
+            name: 1e3 * trigger_delays(dataset, [verdict.first for verdict in given])[1]
+            for name, given in verdicts.items()
+        }
+        figures.append(delay_figure(dataset, delays, settings.early))
         figures.append(
             detectors_figure(
                 subject.dataset.pinches[example],
-                {name: given[example] for name, given in verdicts.items()},
+                {name: given[example].windows for name, given in verdicts.items()},
                 starts[example].sample,
                 settings.early,
             )
@@ -220,111 +191,10 @@ def contacts(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
     return PartResult([CONTACT(ByName(scores, about))], figures, left_out)
 
 
-def detection_splits(dataset: Dataset, seed: int) -> list[Split]:
-    """Return folds over all pinches, with training pinches of role ``train`` only.
-
-    Whole sessions are held out if known. Otherwise folds are random and declare shared sessions and
-    specimens. None for a single pinch.
-    """
-    if len(dataset) < 2:
-        return []
-    sessions = dataset.sessions
-    if len(np.unique(sessions)) > 1 and "" not in sessions:
-        folds = by_session(sessions, dataset.objects, seed, FOLDS)
-    else:
-        folds = random_folds(np.zeros(len(dataset)), seed, FOLDS)
-    return [replace(f, train=f.train[~dataset.test[f.train]]) for f in folds]
-
-
-def judge(
-    job: tuple[str, int], dataset: Dataset, splits: Sequence[Split], early: float
-) -> list[WindowDecisions] | str:
-    """Fit a detector if it needs training, and apply it to the test side of a split.
-
-    Return a sentence if it cannot learn from these pinches.
-
-    Parameters
-    ----------
-    job
-        Name of the detector, and index of the split.
-    dataset
-        Pinches from the start of their closings, with at least the vibration channels.
-    splits
-        Splits of the pinches.
-    early
-        Longest time by which a contact may precede its label, s.
-    """
-    name, split = job[0], splits[job[1]]
-    detector = make_detector(name)
-    if detector.learns:
-        try:
-            detector = detector.fit(dataset.take(split.train), early)
-        except InputError as error:
-            return str(error)
-    return judged(detector, dataset.take(split.test))
-
-
-def _judge(
-    dataset: Dataset, splits: Sequence[Split], early: float, runner: Runner
-) -> tuple[dict[str, list[WindowDecisions]], dict[str, str]]:
-    """Return the decisions of every detector, and reasons for missing ones."""
-    failed: dict[str, str] = {}
-    for name, kind in DETECTORS.items():
-        if kind.learns and not (splits and len(splits[0].train)):
-            failed[name] = "it takes two pinches or more to train it on some and judge it by others"
-    for split in splits:
-        if len(split.train):
-            split.check(dataset.sessions, dataset.specimens)
-    names = [name for name in DETECTORS if name not in failed]
-    jobs = [(name, place) for place in range(len(splits)) for name in names]
-    answered = runner.map(judge, jobs, _vibration_only(dataset), splits, early)
-    out: dict[str, dict[int, WindowDecisions]] = {name: {} for name in DETECTORS}
-    for (name, place), answers in zip(jobs, answered, strict=True):
-        if isinstance(answers, str):
-            failed.setdefault(name, answers)
-        else:
-            out[name].update(zip(splits[place].test.tolist(), answers, strict=True))
-    complete = {
-        name: detections for name, detections in out.items() if splits and name not in failed
-    }
-    return {
-        n: [detections[i] for i in range(len(dataset))] for n, detections in complete.items()
-    }, failed
-
-
-def _vibration_only(dataset: Dataset) -> Dataset:
-    """Return the vibration channels only, for the workers."""
-    columns = list(dataset.layout.columns(ChannelKind.VIBRATION))
-    channels = tuple(replace(c, axes=1, axis=0) for c in dataset.layout.vibration)
-    layout = replace(dataset.layout, channels=channels)
-    return replace(
-        dataset,
-        pinches=tuple(
-            replace(p, data=np.ascontiguousarray(p.data[:, columns]), layout=layout)
-            for p in dataset.pinches
-        ),
-    )
-
-
 def _describe_folds(splits: Sequence[Split]) -> DetectionFolds:
     shares = sorted(set().union(*(s.shares for s in splits)))
     held_out = "pinches" if Group.SESSION in shares else "sessions"
     return DetectionFolds(n=len(splits), held_out=held_out, shares=[str(s) for s in shares])
-
-
-def _firsts(
-    dataset: Dataset, verdicts: Mapping[str, Sequence[WindowDecisions]]
-) -> dict[str, NDArray[np.float64]]:
-    """Return the delays of first decisions after true contacts, ms; NaN if missing."""
-    out = {}
-    for name, given in verdicts.items():
-        delays = np.full(len(dataset), np.nan)
-        for i, (pinch, verdict) in enumerate(zip(dataset.pinches, given, strict=True)):
-            detections = confirmed_contacts(verdict, pinch)
-            if detections and pinch.first is not None:
-                delays[i] = 1e3 * (detections[0].decided - pinch.first.sample) / pinch.layout.rate
-        out[name] = delays
-    return out
 
 
 def _example(dataset: Dataset, detections: Sequence[Contact | None]) -> int:
@@ -336,151 +206,6 @@ def _example(dataset: Dataset, detections: Sequence[Contact | None]) -> int:
     ]
     able = able or [i for i, p in enumerate(dataset.pinches) if p.first is not None]
     return able[len(able) // 2]
-
-
-#: Triggers further from the contact than this, ms, are counted at the edges.
-EDGE = 15.0
-
-
-def delay_figure(
-    dataset: Dataset, delays: Mapping[str, NDArray[np.float64]], early: float
-) -> Figure:
-    """Draw a histogram of the first decision after the known contact (ms), by detector.
-
-    ``early`` is the longest time by which a contact may precede its label, s.
-    """
-    late = f" (labels may come up to {1e3 * early:g} ms late)" if early else ""
-    waited = 1e3 * resampler_lookahead(dataset)
-    counted = f" The resampler's look-ahead of {waited:.1f} ms is counted." if waited else ""
-    zero = "label" if early else "known contact"
-    rate = dataset.layout.rate
-    with canvas(len(delays), 1, (6.2, 1.2 + 1.4 * len(delays)), sharex=True) as (figure, axes):
-        for ax, (name, values) in zip(axes[:, 0], delays.items(), strict=True):
-            detections = values[np.isfinite(values)] + waited
-            # Whole samples to a bar, or bars would differ by what falls into them.
-            width = 1e3 * max(1, round(0.0005 * rate)) / rate
-            reach = np.ceil(EDGE / width - 0.5) + 0.5
-            bins = width * np.arange(-reach, reach + 1)
-            ax.hist(
-                np.clip(detections, bins[0], bins[-1]),
-                bins=bins,
-                color=names.detector(name).colour,
-            )
-            ax.axvline(0, color=INK, lw=1, ls="--")
-            n_early = int((detections < -EDGE).sum())
-            missed = int(sum(p.first is not None for p in dataset.pinches) - len(detections))
-            ax.set_title(names.detector(name).title)
-            ax.text(
-                0.05,
-                0.93,
-                f"{n_early:,} earlier than −{EDGE:g} ms\n{missed:,} never",
-                transform=ax.transAxes,
-                va="top",
-                fontsize=8,
-            )
-            ax.set_ylabel("Pinches")
-            ax.grid(axis="x", visible=False)
-        axes[-1, 0].set_xlabel(f"First decision after the {zero} (ms)")
-        axes[-1, 0].set_xlim(-EDGE - 1, EDGE + 1)
-        image = uri(figure)
-    return Figure(
-        "delays",
-        "Time of the first detection",
-        f"Time from the {zero} (dashed line) to the detector's first decision, on either finger. "
-        f"Decisions left of the line came too early{late}. The outermost bars contain all "
-        f"decisions beyond the axis.{counted}",
-        image,
-    )
-
-
-def detectors_figure(
-    pinch: Pinch,
-    verdicts: Mapping[str, WindowDecisions],
-    start: int,
-    early: float = 0.0,
-    n_early: float = 0.090,
-    suffix: float = 0.030,
-) -> Figure:
-    """Draw the vibration of the first finger, the 3σ band, and the windows that fired.
-
-    ``start`` is the sample at which the closing and its steady state start. ``early`` is the
-    longest time by which a contact may precede its label, s.
-    """
-    assert pinch.first is not None
-    rate, fingers = pinch.layout.rate, pinch.layout.vibration_fingers
-    column = fingers.index(pinch.first.finger) if pinch.first.finger in fingers else 0
-    label, factor = vibration_axis(pinch.layout, milli=True)
-    values = factor * pinch.vibration()[:, column]
-    numbers = pinch.first_sample + np.arange(len(values))
-    time = 1e3 * (numbers - pinch.first.sample) / rate
-    visible = (time >= -1e3 * n_early) & (time <= 1e3 * suffix)
-    steady = values[start - pinch.first_sample :][: WindowDetector.sizes(rate).steady]
-    if not len(steady) or np.ptp(steady) == 0.0:
-        steady = values  # nothing to measure: the picture is drawn all the same
-    mean, sigma = float(steady.mean()), float(steady.std()) or 1.0
-    with canvas(2, 1, (6.2, 4.2), sharex=True, gridspec_kw={"height_ratios": [3, 1]}) as (
-        figure,
-        axes,
-    ):
-        top, low = axes[:, 0]
-        top.axhspan(
-            mean - 3 * sigma,
-            mean + 3 * sigma,
-            color=ORANGE,
-            alpha=0.15,
-            lw=0,
-            label="±3σ of the steady state",
-        )
-        top.plot(
-            time[visible],
-            values[visible],
-            color=INK,
-            lw=1.0,
-            label=pinch.layout.vibration[column].sensor,
-        )
-        # Zoomed to where detectors decide: the contact itself runs out of the picture.
-        top.set_ylim(mean - 12 * sigma, mean + 20 * sigma)
-        top.set_ylabel(label)
-        top.legend(loc="upper left", ncols=2)
-        for row, (name, verdict) in enumerate(verdicts.items()):
-            ends = 1e3 * (verdict.ends - pinch.first.sample) / rate
-            fired = verdict.fired[:, column]
-            inside = (ends >= -1e3 * n_early) & (ends <= 1e3 * suffix)
-            low.scatter(
-                ends[inside & ~fired],
-                np.full((inside & ~fired).sum(), row),
-                s=12,
-                facecolors="none",
-                edgecolors=GREY,
-                lw=0.7,
-            )
-            low.scatter(
-                ends[inside & fired],
-                np.full((inside & fired).sum(), row),
-                s=22,
-                color=names.detector(name).colour,
-            )
-        low.set_yticks(range(len(verdicts)), [names.detector(n).title for n in verdicts])
-        low.set_ylim(len(verdicts) - 0.4, -0.6)
-        low.grid(axis="y", visible=False)
-        low.set_xlabel(f"Time after the {'label' if early else 'known contact'} (ms)")
-        for ax in (top, low):
-            ax.axvline(0, color=RED, lw=1.2, ls="--")
-        image = uri(figure)
-    return Figure(
-        "detectors",
-        "What the detectors say",
-        "One pinch, zoomed to its noise. Below, each circle is a 20 ms window, drawn at its end; "
-        "filled: the detector says contact. "
-        + (
-            f"The dashed line is the label, up to {1e3 * early:g} ms after the contact; a filled "
-            "circle further left than that is a false alarm."
-            if early
-            else "The dashed line is the known contact; a filled circle left of it is a false "
-            "alarm."
-        ),
-        image,
-    )
 
 
 CONTACT: Field[ContactResults] = Field("contact", ContactResults, ByName({}, ContactConditions()))

@@ -1,0 +1,119 @@
+"""Contacts of pinches by detectors that did not learn from them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.contact import DETECTORS, PinchDecisions, make_detector
+from firstcontact.core import ChannelKind, Contact, Dataset, InputError, Runner
+from firstcontact.models import Split, by_session, judge_pinches
+from firstcontact_lab.study.splits import random_folds
+
+#: Folds: a detector needs fewer than an estimator, and takes longer to train.
+FOLDS = 3
+
+
+def detection_splits(dataset: Dataset, seed: int) -> list[Split]:
+    """Return folds over all pinches, with training pinches of role ``train`` only.
+
+    Whole sessions are held out if known. Otherwise folds are random and declare shared sessions and
+    specimens. None for a single pinch.
+    """
+    if len(dataset) < 2:
+        return []
+    sessions = dataset.sessions
+    if len(np.unique(sessions)) > 1 and "" not in sessions:
+        folds = by_session(sessions, dataset.objects, seed, FOLDS)
+    else:
+        folds = random_folds(np.zeros(len(dataset)), seed, FOLDS)
+    return [replace(f, train=f.train[~dataset.test[f.train]]) for f in folds]
+
+
+def judge(
+    job: tuple[str, int], dataset: Dataset, splits: Sequence[Split], early: float
+) -> list[PinchDecisions] | str:
+    """Fit a detector if it needs training, and apply it to the test side of a split.
+
+    Return a sentence if it cannot learn from these pinches.
+
+    Parameters
+    ----------
+    job
+        Name of the detector, and index of the split.
+    dataset
+        Pinches from the start of their closings, with at least the vibration channels.
+    splits
+        Splits of the pinches.
+    early
+        Longest time by which a contact may precede its label, s.
+    """
+    name, split = job[0], splits[job[1]]
+    detector = make_detector(name)
+    if detector.learns:
+        try:
+            detector = detector.fit(dataset.take(split.train), early)
+        except InputError as error:
+            return str(error)
+    return judge_pinches(detector, dataset.take(split.test))
+
+
+def judge_detectors(
+    dataset: Dataset, splits: Sequence[Split], early: float, runner: Runner
+) -> tuple[dict[str, list[PinchDecisions]], dict[str, str]]:
+    """Return the decisions of every detector, and reasons for missing ones."""
+    failed: dict[str, str] = {}
+    for name, kind in DETECTORS.items():
+        if kind.learns and not (splits and len(splits[0].train)):
+            failed[name] = "it takes two pinches or more to train it on some and judge it by others"
+    for split in splits:
+        if len(split.train):
+            split.check(dataset.sessions, dataset.specimens)
+    names = [name for name in DETECTORS if name not in failed]
+    jobs = [(name, place) for place in range(len(splits)) for name in names]
+    answered = runner.map(judge, jobs, _vibration_only(dataset), splits, early)
+    out: dict[str, dict[int, PinchDecisions]] = {name: {} for name in DETECTORS}
+    for (name, place), answers in zip(jobs, answered, strict=True):
+        if isinstance(answers, str):
+            failed.setdefault(name, answers)
+        else:
+            out[name].update(zip(splits[place].test.tolist(), answers, strict=True))
+    complete = {
+        name: detections for name, detections in out.items() if splits and name not in failed
+    }
+    return {
+        n: [detections[i] for i in range(len(dataset))] for n, detections in complete.items()
+    }, failed
+
+
+def _vibration_only(dataset: Dataset) -> Dataset:
+    """Return the vibration channels only, for the workers."""
+    columns = list(dataset.layout.columns(ChannelKind.VIBRATION))
+    channels = tuple(replace(c, axes=1, axis=0) for c in dataset.layout.vibration)
+    layout = replace(dataset.layout, channels=channels)
+    return replace(
+        dataset,
+        pinches=tuple(
+            replace(p, data=np.ascontiguousarray(p.data[:, columns]), layout=layout)
+            for p in dataset.pinches
+        ),
+    )
+
+
+def trigger_delays(
+    dataset: Dataset, triggers: Sequence[Contact | None]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the times from the known contact to the placed one and to the decision, s.
+
+    They are NaN where the contact is unknown or missed.
+    """
+    rate = dataset.layout.rate
+    out = np.full((2, len(dataset)), np.nan)
+    for i, (pinch, trigger) in enumerate(zip(dataset.pinches, triggers, strict=True)):
+        if trigger is not None and pinch.first is not None:
+            known = pinch.first.sample
+            out[:, i] = (trigger.sample - known) / rate, (trigger.decided - known) / rate
+    return out[0], out[1]

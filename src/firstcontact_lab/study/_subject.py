@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Contact, Dataset
-from firstcontact.models import LabelledWindows, distinct_specimens, labelled_windows
+from firstcontact.models import Adapted, LabelledWindows, distinct_specimens, labelled_windows
 
 Values = NDArray[np.float64]
 Contacts = tuple[Contact | None, ...]
@@ -30,6 +30,8 @@ class Subject:
         Examples with their predictions, by (model, split).
     set_name
         Name of the recordings in results.
+    adapted
+        Any-time model that was conditioned on the training pinches; None before.
     """
 
     name: str
@@ -37,6 +39,7 @@ class Subject:
     detections: Contacts = ()
     predictions: dict[tuple[str, str], tuple[LabelledWindows, Values]] = field(default_factory=dict)
     set_name: str = "recordings"
+    adapted: Adapted | None = None
 
     @property
     def truth(self) -> Contacts:

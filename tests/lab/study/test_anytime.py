@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from firstcontact.core import Contact, Dataset, Label, Pinch, Role
+from firstcontact.core import Contact, Dataset, Label, Pinch, Role, Serial
 from firstcontact.core._pinch import Finger
 from firstcontact.models import lengths
 from firstcontact.twin import (
@@ -61,14 +61,14 @@ def subject(pinches: list[Pinch], late: int = 2, decided: int = 8) -> Subject:
 
 
 def score(pinches: list[Pinch]) -> AnytimeResults | None:
-    outcome = anytime(subject(pinches), BRIEF)
+    outcome = anytime(subject(pinches), BRIEF, Serial())
     assert (outcome.results[ANYTIME] is None) == bool(outcome.left_out)
     return outcome.results[ANYTIME]
 
 
 @pytest.fixture(scope="module")
 def outcome(blocks, objects) -> PartResult:
-    return anytime(subject(blocks + objects), BRIEF)
+    return anytime(subject(blocks + objects), BRIEF, Serial())
 
 
 def test_unseen_objects_are_asked_about_and_blocks_of_other_sessions(

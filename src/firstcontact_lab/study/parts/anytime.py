@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from msgspec.structs import asdict
 
-from firstcontact.core import Record, counted, is_same_rate, percent
+from firstcontact.core import Record, Runner, counted, is_same_rate, percent
 from firstcontact.models import (
     ESTIMATORS,
     RIG_ESTIMATOR,
@@ -16,6 +16,8 @@ from firstcontact.models import (
     Bounded,
     Ends,
     LabelledTouches,
+    Predictions,
+    Split,
     Task,
     bounded,
     by_session,
@@ -96,7 +98,7 @@ class AnytimeResults(AnytimeScores, frozen=True, kw_only=True):
 _TITLE = "Answers at any time"
 
 
-def anytime(subject: Subject, settings: StudySettings) -> PartResult:
+def anytime(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
     """Condition the network on training pinches, and predict unseen objects and other sessions.
 
     Nothing is trained. Samples from the second contact on are ignored. Pinches whose second contact
@@ -115,15 +117,28 @@ def anytime(subject: Subject, settings: StudySettings) -> PartResult:
     long_enough = labelled.touches.answerable
     learn = ~subject.dataset.test[labelled.rows]
     objects = labelled.take(long_enough & ~learn)
-    by_estimator = {
-        name: scores
-        for name in rig_estimators()
-        if (scores := _scores(name, home, objects, settings)) is not None
-    }
-    if not by_estimator:
+    folds = _folds(home, settings)
+    if not folds and not len(objects):
         return _none("neither unseen objects nor sessions that could be held out")
+    # The job with all contacts takes the longest, and goes first.
+    everyone = np.arange(len(home))
+    splits = [Split("all", everyone, everyone[:0]), *folds]
+    jobs = [(name, place) for place in range(len(splits)) for name in rig_estimators()]
+    made = dict(
+        zip(jobs, runner.map(_predict, jobs, splits, home, objects, settings.seed), strict=True)
+    )
+    by_estimator = {}
+    for name in rig_estimators():
+        by_fold = [made[name, place][1] for place in range(1, len(splits))]
+        blocks = _block_scores(by_fold, folds, home, settings.seed) if folds else None
+        if len(objects):
+            truth, clusters = objects.shore_a, objects.clusters
+            asked = anytime_scores(made[name, 0][1], truth, clusters, settings.seed)
+            by_estimator[name] = OtherScores(asked=asked, blocks=blocks)
+        elif blocks is not None:
+            by_estimator[name] = OtherScores(asked=blocks)
     scores = by_estimator.pop(RIG_ESTIMATOR.name)
-    adapted = conditioned_model(RIG_ESTIMATOR.name, home, settings.seed)
+    adapted = subject.adapted = made[RIG_ESTIMATOR.name, 0][0]
     queries = ~learn if len(objects) else learn
     share, of = _before_second(subject, settings.early)
     results = AnytimeResults(
@@ -157,33 +172,37 @@ def conditioned_model(estimator: str, home: LabelledTouches, seed: int) -> Adapt
     return rig_estimators()[estimator](Task.REGRESSION, home.touches.rate).fit_contacts(home, seed)
 
 
-def _scores(
-    estimator: str, home: LabelledTouches, objects: LabelledTouches, settings: StudySettings
-) -> OtherScores | None:
-    """Score unseen objects and blocks of other sessions; without objects the blocks alone."""
-    blocks = _blocks(estimator, home, settings)
-    if not len(objects):
-        return None if blocks is None else OtherScores(asked=blocks)
-    model = conditioned_model(estimator, home, settings.seed).model
-    answers = predictions_by_time(model, objects.touches)
-    asked = anytime_scores(answers, objects.shore_a, objects.clusters, settings.seed)
-    return OtherScores(asked=asked, blocks=blocks)
-
-
-def _blocks(estimator: str, home: LabelledTouches, settings: StudySettings) -> AnytimeScores | None:
-    """Return the scores on training pinches, with whole sessions held out."""
+def _folds(home: LabelledTouches, settings: StudySettings) -> list[Split]:
+    """Return the folds that hold out whole sessions; none if that leaves one level to learn."""
     if home.named_sessions is None:
-        return None
+        return []
     folds = by_session(home.sessions, home.shore_a, settings.seed, settings.folds)
-    if learns_one_value(folds, home.shore_a):
-        return None
-    parts = []
-    for fold in folds:
-        selected = conditioned_model(estimator, home.take(fold.train), settings.seed).model
-        parts.append(predictions_by_time(selected, home.take(fold.test).touches))
-    order = np.concatenate([fold.test for fold in folds])
-    queries = home.take(order)
-    return anytime_scores(join_by_time(parts), queries.shore_a, queries.sessions, settings.seed)
+    return [] if learns_one_value(folds, home.shore_a) else folds
+
+
+def _predict(
+    job: tuple[str, int],
+    splits: Sequence[Split],
+    home: LabelledTouches,
+    objects: LabelledTouches,
+    seed: int,
+) -> tuple[Adapted, dict[int, Predictions]]:
+    """Condition an estimator on one side of a split; predict the other, or objects without one."""
+    name, split = job[0], splits[job[1]]
+    adapted = conditioned_model(name, home.take(split.train), seed)
+    asked = home.take(split.test) if len(split.test) else objects
+    return adapted, predictions_by_time(adapted.model, asked.touches) if len(asked) else {}
+
+
+def _block_scores(
+    predictions: Sequence[Mapping[int, Predictions]],
+    folds: Sequence[Split],
+    home: LabelledTouches,
+    seed: int,
+) -> AnytimeScores:
+    """Return the scores on training pinches, with whole sessions held out."""
+    queries = home.take(np.concatenate([fold.test for fold in folds]))
+    return anytime_scores(join_by_time(predictions), queries.shore_a, queries.sessions, seed)
 
 
 def _fixed(subject: Subject, queries: LabelledTouches, seed: int) -> FixedWindow | None:
@@ -371,7 +390,7 @@ PART = Part(
     [
         Step(
             "estimates at any time",
-            lambda subject, settings, runner: anytime(subject, settings),
+            anytime,
             cost=4,
         )
     ],

@@ -202,13 +202,13 @@ def _anytime(subject: Subject, settings: StudySettings) -> InferenceTime | None:
     home = conditioning_contacts(labelled, subject)
     if home is None:
         return None
-    adapted_model = conditioned_model(RIG_ESTIMATOR.name, home, settings.seed).model
+    adapted = subject.adapted or conditioned_model(RIG_ESTIMATOR.name, home, settings.seed)
     # As live asks: how fast the hand closes is worked out once a contact, before any answer.
     first = moments(model.rate)[0]
     queries = [home.touches.take(np.array([k])).until(first) for k in range(min(len(home), ASKED))]
-    inputs = [(touch, adapted_model.rig_features(touch)) for touch in queries]
+    inputs = [(touch, adapted.model.rig_features(touch)) for touch in queries]
     with one_thread():
-        return time_calls(lambda pair: adapted_model.predict(*pair), inputs, settings.calls)
+        return time_calls(lambda pair: adapted.model.predict(*pair), inputs, settings.calls)
 
 
 def _train(job: tuple[str, Task], blocks: LabelledWindows, seed: int) -> WindowModel:

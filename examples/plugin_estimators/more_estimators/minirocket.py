@@ -7,7 +7,7 @@ MiniRocket (aeon, sktime) also install Numba, pandas and many megabytes.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from typing import Any, ClassVar
@@ -154,11 +154,17 @@ def features(
     """Return the share of each window above each bias, and its log RMS: (n, features)."""
     waves = normalised(X)
     shares = [
-        (convolve(waves, int(step))[:, :, None, :] > bias[:, :, None]).mean(axis=3)
+        _share(convolve(waves, int(step))[:, :, None, :] > bias[:, :, None])
         for step, bias in zip(distances, biases, strict=True)
     ]
     every = [*(s.reshape(len(X), -1) for s in shares), log_rms(X)]
     return np.column_stack(every).astype(np.float32)
+
+
+def _share(mask: NDArray[np.bool_]) -> Values:
+    """Return the mean along the last axis, bit by bit: quicker than the mean of booleans."""
+    counts = np.bitwise_count(np.packbits(mask, axis=-1)).sum(axis=-1)
+    return np.asarray(counts / mask.shape[-1])
 
 
 @dataclass(frozen=True)
@@ -222,13 +228,28 @@ def _ridge(
     seed: int,
 ) -> tuple[NDArray[np.float32], float]:
     """Return weights and offsets, (outputs, features + 1), and the ridge with the least error."""
-    from sklearn.linear_model import Ridge
-    from sklearn.model_selection import GridSearchCV
+    x = inputs.astype(np.float64)
+    errors = np.zeros(len(RIDGES))
+    for train, validation in inner_folds(y, groups, seed):
+        for place, weights in enumerate(_ridges(x[train], wanted[train], RIDGES)):
+            predicted = x[validation] @ weights[:, :-1].T + weights[:, -1]
+            errors[place] += np.mean((predicted - wanted[validation]) ** 2)
+    strength = RIDGES[int(np.argmin(errors))]
+    (weights,) = _ridges(x, wanted, [strength])
+    return weights.astype(np.float32), strength
 
-    folds = list(inner_folds(y, groups, seed))
-    search = GridSearchCV(
-        Ridge(), {"alpha": RIDGES}, scoring="neg_mean_squared_error", cv=folds, refit=True
-    ).fit(inputs.astype(np.float64), wanted)
-    best = search.best_estimator_
-    weights = np.column_stack([np.atleast_2d(best.coef_), np.atleast_1d(best.intercept_)])
-    return weights.astype(np.float32), float(best.alpha)
+
+def _ridges(
+    x: NDArray[np.float64], wanted: NDArray[np.float64], strengths: Sequence[float]
+) -> Iterator[NDArray[np.float64]]:
+    """Yield weights and offset for each strength. All share the covariance of the features."""
+    from scipy.linalg import solve
+
+    centre, middle = x.mean(axis=0), wanted.mean(axis=0)
+    x = x - centre
+    covariance, along = x.T @ x, x.T @ (wanted - middle)
+    for strength in strengths:
+        ridge = covariance.copy()
+        ridge.flat[:: len(ridge) + 1] += strength
+        weights = solve(ridge, along, assume_a="pos", overwrite_a=True).T
+        yield np.column_stack([weights, middle - weights @ centre])

@@ -51,8 +51,7 @@ def integrate_pinch(
 
 def pinch_scans(draw: PinchDraw, duration: float = DURATION) -> NDArray[np.uint16]:
     """Return the converters' readings of one pinch, shape (samples, 6), ordered like ``SCAN``."""
-    times, out = integrate_pinch(draw, duration=duration)
-    return PinchFingertips(draw, times).read(out)
+    return _motion_and_scans(draw, duration)[1]
 
 
 def simulate_pinch(
@@ -83,14 +82,20 @@ def simulate_pinch(
         int16 samples in :func:`firstcontact.core._layout.fingertip_layout`. Its true contacts come
         from the strips.
     """
-    times, out = integrate_pinch(draw, duration=duration)
-    scans = PinchFingertips(draw, times).read(out)
+    motion, scans = _motion_and_scans(draw, duration)
     data = settled_filter(scans[0], draw.velostat).update(scans)
     first = Finger.INDEX if draw.timing.first_is_index else Finger.THUMB
     truth = strip_contacts(scans, first_sample)
     truth.sort(key=lambda c: (c.sample, c.finger != first))
     speed = None
     if positions is not None and truth:
-        positions.add(out, first_sample)
+        positions.add(motion, first_sample)
         speed = positions.speed(truth[0].sample)
     return Pinch(data, _LAYOUT, label, first_sample, tuple(truth), closing_speed=speed)
+
+
+def _motion_and_scans(
+    draw: PinchDraw, duration: float
+) -> tuple[NDArray[np.float64], NDArray[np.uint16]]:
+    times, motion = integrate_pinch(draw, duration=duration)
+    return motion, PinchFingertips(draw, times).read(motion)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import closing
+from contextlib import closing, nullcontext
 from dataclasses import dataclass, replace
 from itertools import chain, islice
 from pathlib import Path
@@ -14,6 +14,7 @@ from firstcontact.core import (
     InputError,
     Pinch,
     Progress,
+    Runner,
     cores,
     fingertip_layout,
     parallel,
@@ -47,6 +48,7 @@ def simulate(
     progress: Progress = None,
     noise: RecordedNoise | None = None,
     positions: bool = False,
+    runner: Runner | None = None,
 ) -> list[Path]:
     """Simulate a set of pinches.
 
@@ -70,6 +72,8 @@ def simulate(
     positions
         True for a hand that reports its positions: each pinch then has a measured closing speed.
         Samples stay the same.
+    runner
+        Runner of the jobs, in place of the threads.
 
     Returns
     -------
@@ -91,11 +95,12 @@ def simulate(
         for start in range(0, len(session.pinches), _BATCH)
     ]
     total = sum(len(session.pinches) for session in sessions)
+    threads = parallel(workers or cores(), prefer="threads")
     try:
         with (
             temporary_path(resolve_path(directory)) as folder,
-            parallel(workers or cores(), prefer="threads") as runner,
-            closing(runner.stream(_simulate_batch, batches, c, seed, noise, positions)) as made,
+            threads if runner is None else nullcontext(runner) as pool,
+            closing(pool.stream(_simulate_batch, batches, c, seed, noise, positions)) as made,
             progress_steps(progress, total, "pinch", c.name) as step,
         ):
             folder.mkdir()

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
-from firstcontact.core import FINGERTIP_RATE, Dataset, InputError, is_temporary
+from firstcontact.core import FINGERTIP_RATE, Dataset, InputError, Runner, is_temporary
 from firstcontact.recording import find_importer, load_dataset
 from firstcontact.signal import resample_dataset
 from firstcontact_lab.report.folder import MARK, check_fresh, fresh
@@ -22,12 +21,7 @@ LABELS = "labels.csv"
 _RECORDINGS, _IMPORTED = "recordings", "imported"
 
 
-def simulated(
-    condition: str,
-    settings: StudySettings,
-    out: Path,
-    progress: Callable[[int], object] = lambda count: None,
-) -> Dataset:
+def simulated(condition: str, settings: StudySettings, out: Path, runner: Runner) -> Dataset:
     """Simulate a condition into ``out/recordings`` and load it like any recording.
 
     Recordings of an earlier study there are replaced.
@@ -46,8 +40,7 @@ def simulated(
         settings.block_pinches,
         settings.object_pinches,
         settings.seed,
-        settings.workers,
-        progress,
+        runner=runner,
     )
     return load_dataset(directory)
 

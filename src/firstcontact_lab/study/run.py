@@ -6,10 +6,11 @@ import sys
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from firstcontact.core import Dataset, parallel, resolve_path
+from firstcontact.core import Dataset, Runner, parallel, resolve_path
 from firstcontact_lab.report.findings import Findings
 from firstcontact_lab.report.folder import sole_use, without_worker_warnings
 from firstcontact_lab.report.state import State
@@ -67,7 +68,7 @@ def run_study(
             bar.update(finished + step_cost * count / total - bar.n)
 
         with parallel(settings.workers, within) as runner:
-            sources = _sources(settings, out, recordings, within)
+            sources = _sources(settings, out, recordings, runner)
             steps = protocol.plan(sources, settings, runner, _set_name(recordings))
             bar.reset(total=sum(step.cost for step in steps))
             titles = [f"{step.subject}: {step.title}" for step in steps]
@@ -104,20 +105,8 @@ _BAR = "{desc}{percentage:3.0f} %|{bar}| {elapsed}, {remaining} left"
 
 
 def _sources(
-    settings: StudySettings, out: Path, recordings: Path | None, within: Callable[[int, int], None]
+    settings: StudySettings, out: Path, recordings: Path | None, runner: Runner
 ) -> Sources:
     if recordings is not None:
         return [("recordings", lambda: recorded(recordings, out))]
-    total = 5 * settings.block_pinches + 8 * settings.object_pinches
-
-    def simulate(condition: str) -> Callable[[], Dataset]:
-        made = 0
-
-        def progress(count: int) -> None:
-            nonlocal made
-            made += count
-            within(made, total)
-
-        return lambda: simulated(condition, settings, out, progress)
-
-    return [(condition, simulate(condition)) for condition in CONDITIONS]
+    return [(name, partial(simulated, name, settings, out, runner)) for name in CONDITIONS]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.io import wavfile
 
-from firstcontact.core import FINGERTIP_RATE, InputError
+from firstcontact.core import FINGERTIP_RATE, InputError, Serial
 from firstcontact_lab.study._sources import recorded, simulated
 from firstcontact_lab.study.settings import StudySettings
 
@@ -32,7 +32,7 @@ def arrays(path: Path, rate: float = 8000.0) -> Path:
 
 def test_the_twin_is_read_back_from_its_recordings_and_may_be_made_again(tmp_path: Path) -> None:
     for _ in range(2):
-        dataset = simulated("paper-rig", TINY, tmp_path)
+        dataset = simulated("paper-rig", TINY, tmp_path, Serial())
         assert dataset.source == "twin"
         assert len(dataset) == 5 * 2 + 8
     assert list((tmp_path / "recordings" / "paper-rig").rglob("*.mcap"))
@@ -43,7 +43,7 @@ def test_a_folder_that_no_study_made_is_left_alone(tmp_path: Path) -> None:
     mine.mkdir(parents=True)
     (mine / "precious.mcap").write_bytes(b"mine")
     with pytest.raises(InputError, match="was not made by a study"):
-        simulated("paper-rig", TINY, tmp_path)
+        simulated("paper-rig", TINY, tmp_path, Serial())
     assert (mine / "precious.mcap").read_bytes() == b"mine"
 
 

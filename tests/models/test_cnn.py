@@ -117,6 +117,17 @@ def test_the_same_weights_are_the_same_bytes_in_another_process(tmp_path: Path) 
     assert b".py" not in other.stdout  # no paths of the machine that trained
 
 
+@pytest.mark.slow
+def test_shipped_graph_is_that_of_the_exporter() -> None:
+    from onnx import ModelProto
+
+    from firstcontact.models._network_export import GRAPH, trace
+
+    traced, shipped = trace().graph, ModelProto.FromString(GRAPH.read_bytes()).graph
+    assert [node.op_type for node in shipped.node] == [node.op_type for node in traced.node]
+    assert {w.name for w in shipped.initializer} == {w.name for w in traced.initializer}
+
+
 def test_it_is_an_efficientnet_v2() -> None:
     import torch
 

@@ -60,7 +60,7 @@ class Cnn(Estimator):
     model: ClassVar[type[WindowModel]] = CnnModel
     slow: ClassVar[bool] = True
     folds: ClassVar[int] = 3
-    modules: ClassVar[tuple[str, ...]] = ("torch", "onnxscript", *CnnModel.modules)
+    modules: ClassVar[tuple[str, ...]] = ("torch", *CnnModel.modules)
     extra: ClassVar[str] = CnnModel.extra
     quick: ClassVar[Mapping[str, Any]] = MappingProxyType({"epochs": 8})
 

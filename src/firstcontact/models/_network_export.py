@@ -1,4 +1,8 @@
-"""Export of the network to ONNX, with PyTorch's exporter. Importing this imports PyTorch."""
+"""Export of the network to ONNX, without PyTorch's exporter. Importing this imports PyTorch.
+
+The exporter takes seconds in each process, so its graph is shipped and only the weights are new.
+``python -m firstcontact.models._network_export`` makes it again, after the network changed.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +11,8 @@ import warnings
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
+from importlib.resources import files
+from pathlib import Path
 from threading import RLock
 from typing import Any
 
@@ -17,6 +23,9 @@ from tqdm import tqdm
 
 from firstcontact.models._efficientnet import EfficientNet
 from firstcontact.models._network import INPUT, OPSET
+
+#: Graph of the network without weights.
+GRAPH = Path(str(files("firstcontact.models").joinpath("efficientnet.onnx")))
 
 
 def export(network: EfficientNet, samples: int) -> bytes:
@@ -46,8 +55,9 @@ def _filled(
     from onnx import ModelProto, numpy_helper
 
     model = ModelProto()
-    model.CopyFrom(_graph(channels))
-    model.graph.input[0].type.tensor_type.shape.dim[3].dim_value = samples
+    model.CopyFrom(_graph())
+    shape = model.graph.input[0].type.tensor_type.shape
+    shape.dim[1].dim_value, shape.dim[3].dim_value = channels, samples
     model.graph.output[0].type.tensor_type.shape.dim[1].dim_value = outputs
     for tensor in model.graph.initializer:
         if tensor.name in weights:
@@ -58,19 +68,23 @@ def _filled(
 
 
 @cache
-def _graph(channels: int) -> Any:
-    """Return the exported graph, for windows of any length and any number of outputs.
+def _graph() -> Any:
+    """Return the graph that is shipped, for windows of any shape and any number of outputs."""
+    from onnx import ModelProto
 
-    The graph is cached, because an export takes seconds, and folds and tasks ask for many.
-    """
+    return ModelProto.FromString(GRAPH.read_bytes())
+
+
+def trace() -> Any:
+    """Return the graph as PyTorch exports it, without the values of its weights."""
     with torch.random.fork_rng(devices=[]), _quiet():
         torch.manual_seed(0)
-        network = EfficientNet(channels, 1).folded()
+        network = EfficientNet(1, 1).folded()
         for parameter in network.parameters():
             torch.nn.init.normal_(parameter)  # equal tensors would become one
         exported = torch.onnx.export(
             network,
-            (torch.zeros(2, channels, 1, 74),),
+            (torch.zeros(2, 1, 1, 74),),
             input_names=[INPUT],
             output_names=["outputs"],
             opset_version=OPSET,
@@ -87,8 +101,12 @@ def _graph(channels: int) -> Any:
         del part.metadata_props[:]
         part.ClearField("doc_string")
     del graph.value_info[:]
-    missing = set(network.state_dict()) - {tensor.name for tensor in graph.initializer}
+    names = set(network.state_dict())
+    missing = names - {tensor.name for tensor in graph.initializer}
     assert not missing, f"the exporter renamed {sorted(missing)}"
+    for tensor in graph.initializer:
+        if tensor.name in names:
+            tensor.ClearField("raw_data")
     return model
 
 
@@ -107,3 +125,7 @@ def _quiet() -> Iterator[None]:
             yield
     finally:
         log.setLevel(level)
+
+
+if __name__ == "__main__":
+    GRAPH.write_bytes(trace().SerializeToString(deterministic=True))

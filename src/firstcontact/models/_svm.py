@@ -115,6 +115,8 @@ def search(
     tuple
         C, gamma, epsilon (0 for classification).
     """
+    from sklearn import config_context
+
     rng = np.random.default_rng(seed)
     chosen = np.sort(rng.permutation(len(y))[:most])
     inputs, y = inputs[chosen], y[chosen]
@@ -129,16 +131,19 @@ def search(
     if not folds:
         return C_GRID[0], gammas[0], epsilons[0]
     distances = _squared_distances(inputs)
-    kernels = {gamma: np.exp(-gamma * distances) for gamma in gammas}
-    candidates = list(product(epsilons, C_GRID, gammas))
-    losses = np.array(
-        [
-            np.mean([_loss(task, (c, gamma, epsilon), kernels[gamma], y, *fold) for fold in folds])
-            for epsilon, c, gamma in candidates
-        ]
-    )
-    epsilon, c, gamma = candidates[_first_close(losses)]
-    return c, gamma, epsilon
+    losses = {}
+    with config_context(assume_finite=True, skip_parameter_validation=True):  # many short fits
+        for gamma in gammas:
+            kernel = np.exp(-gamma * distances)
+            sides = [
+                (kernel[np.ix_(train, train)], y[train], kernel[np.ix_(ask, train)], y[ask])
+                for train, ask in folds
+            ]
+            for epsilon, c in product(epsilons, C_GRID):
+                parameters = c, gamma, epsilon
+                losses[parameters] = np.mean([_loss(task, parameters, *side) for side in sides])
+    candidates = [(c, gamma, epsilon) for epsilon, c, gamma in product(epsilons, C_GRID, gammas)]
+    return candidates[_first_close(np.array([losses[each] for each in candidates]))]
 
 
 def _first_close(losses: NDArray[np.float64]) -> int:
@@ -159,16 +164,18 @@ def _loss(
     parameters: tuple[float, float, float],
     kernel: NDArray[np.float64],
     y: Values,
-    train: NDArray[np.intp],
-    validation: NDArray[np.intp],
+    asked_kernel: NDArray[np.float64],
+    truth: Values,
 ) -> float:
-    """Return the error rate or RMSE of a candidate on one fold."""
+    """Return the error rate or RMSE of a candidate on one fold.
+
+    The kernels are those of the training windows, and of the others with the training windows.
+    """
     machine = svm_machine(task, parameters).set_params(kernel="precomputed", tol=SEARCH_ACCURACY)
-    machine.fit(kernel[np.ix_(train, train)], y[train])
-    predicted = machine.predict(kernel[np.ix_(validation, train)])
+    predicted = machine.fit(kernel, y).predict(asked_kernel)
     if task is Task.CLASSIFICATION:
-        return float(np.mean(predicted != y[validation]))
-    return float(np.sqrt(np.mean((predicted - y[validation]) ** 2)))
+        return float(np.mean(predicted != truth))
+    return float(np.sqrt(np.mean((predicted - truth) ** 2)))
 
 
 def _model(

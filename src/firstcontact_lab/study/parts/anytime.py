@@ -16,6 +16,7 @@ from firstcontact.models import (
     Bounded,
     Ends,
     LabelledTouches,
+    NetworkEstimator,
     Predictions,
     Split,
     Task,
@@ -123,22 +124,20 @@ def anytime(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
     # The job with all contacts takes the longest, and goes first.
     everyone = np.arange(len(home))
     splits = [Split("all", everyone, everyone[:0]), *folds]
-    jobs = [(name, place) for place in range(len(splits)) for name in rig_estimators()]
-    made = dict(
-        zip(jobs, runner.map(_predict, jobs, splits, home, objects, settings.seed), strict=True)
-    )
+    predicted = runner.map(_predict, splits, home, objects, settings.seed)
+    adapted, on_objects = predicted[0]
+    subject.adapted = adapted
     by_estimator = {}
     for name in rig_estimators():
-        by_fold = [made[name, place][1] for place in range(1, len(splits))]
-        blocks = _block_scores(by_fold, folds, home, settings.seed) if folds else None
+        on_blocks = [by_name[name] for _, by_name in predicted[1:]]
+        blocks = _block_scores(on_blocks, folds, home, settings.seed) if folds else None
         if len(objects):
             truth, clusters = objects.shore_a, objects.clusters
-            asked = anytime_scores(made[name, 0][1], truth, clusters, settings.seed)
+            asked = anytime_scores(on_objects[name], truth, clusters, settings.seed)
             by_estimator[name] = OtherScores(asked=asked, blocks=blocks)
         elif blocks is not None:
             by_estimator[name] = OtherScores(asked=blocks)
     scores = by_estimator.pop(RIG_ESTIMATOR.name)
-    adapted = subject.adapted = made[RIG_ESTIMATOR.name, 0][0]
     queries = ~learn if len(objects) else learn
     share, of = _before_second(subject, settings.early)
     results = AnytimeResults(
@@ -181,17 +180,31 @@ def _folds(home: LabelledTouches, settings: StudySettings) -> list[Split]:
 
 
 def _predict(
-    job: tuple[str, int],
-    splits: Sequence[Split],
-    home: LabelledTouches,
-    objects: LabelledTouches,
-    seed: int,
-) -> tuple[Adapted, dict[int, Predictions]]:
-    """Condition an estimator on one side of a split; predict the other, or objects without one."""
-    name, split = job[0], splits[job[1]]
-    adapted = conditioned_model(name, home.take(split.train), seed)
+    split: Split, home: LabelledTouches, objects: LabelledTouches, seed: int
+) -> tuple[Adapted, dict[str, Mapping[int, Predictions]]]:
+    """Condition all estimators on one side of a split; predict the other, or objects without one.
+
+    Returns
+    -------
+    tuple
+        Default estimator's model, and the predictions of each estimator by time.
+    """
+    learned = home.take(split.train)
     asked = home.take(split.test) if len(split.test) else objects
-    return adapted, predictions_by_time(adapted.model, asked.touches) if len(asked) else {}
+    adapted = conditioned_model(RIG_ESTIMATOR.name, learned, seed)
+    # The default contains the network, conditioned as it would be alone.
+    models = {
+        NetworkEstimator.name: adapted.model.network_alone(),
+        RIG_ESTIMATOR.name: adapted.model,
+    }
+    for name in rig_estimators():
+        if name not in models:
+            models[name] = conditioned_model(name, learned, seed).model
+    if not len(asked):
+        return adapted, {}
+    return adapted, {
+        name: predictions_by_time(model, asked.touches) for name, model in models.items()
+    }
 
 
 def _block_scores(

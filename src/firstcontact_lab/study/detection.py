@@ -114,6 +114,6 @@ def trigger_delays(
     out = np.full((2, len(dataset)), np.nan)
     for i, (pinch, trigger) in enumerate(zip(dataset.pinches, triggers, strict=True)):
         if trigger is not None and pinch.first is not None:
-            known = pinch.first.sample
-            out[:, i] = (trigger.sample - known) / rate, (trigger.decided - known) / rate
+            truth = pinch.first.sample
+            out[:, i] = (trigger.sample - truth) / rate, (trigger.decided - truth) / rate
     return out[0], out[1]

@@ -133,8 +133,8 @@ def anytime(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
         blocks = _block_scores(on_blocks, folds, home, settings.seed) if folds else None
         if len(objects):
             truth, clusters = objects.shore_a, objects.clusters
-            asked = anytime_scores(on_objects[name], truth, clusters, settings.seed)
-            by_estimator[name] = OtherScores(asked=asked, blocks=blocks)
+            unseen = anytime_scores(on_objects[name], truth, clusters, settings.seed)
+            by_estimator[name] = OtherScores(asked=unseen, blocks=blocks)
         elif blocks is not None:
             by_estimator[name] = OtherScores(asked=blocks)
     scores = by_estimator.pop(RIG_ESTIMATOR.name)
@@ -190,7 +190,7 @@ def _predict(
         Default estimator's model, and the predictions of each estimator by time.
     """
     learned = home.take(split.train)
-    asked = home.take(split.test) if len(split.test) else objects
+    queries = home.take(split.test) if len(split.test) else objects
     adapted = conditioned_model(RIG_ESTIMATOR.name, learned, seed)
     # The default contains the network, conditioned as it would be alone.
     models = {
@@ -200,10 +200,10 @@ def _predict(
     for name in rig_estimators():
         if name not in models:
             models[name] = conditioned_model(name, learned, seed).model
-    if not len(asked):
+    if not len(queries):
         return adapted, {}
     return adapted, {
-        name: predictions_by_time(model, asked.touches) for name, model in models.items()
+        name: predictions_by_time(model, queries.touches) for name, model in models.items()
     }
 
 
@@ -400,13 +400,7 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
 PART = Part(
     "anytime",
     "Estimates at any time",
-    [
-        Step(
-            "estimates at any time",
-            anytime,
-            cost=4,
-        )
-    ],
+    [Step("estimates at any time", anytime, cost=4)],
     lambda subjects: (
         "One pre-trained network, conditioned on the rig by its own block pinches, predicts at "
         "any moment. A regression on the same pinches is averaged with it. Later signal is not "

@@ -81,7 +81,7 @@ def test_a_trained_network_answers_as_in_pytorch(
 
     trained = []
     train = cnn._train
-    monkeypatch.setattr(cnn, "_train", lambda *a: trained.append(train(*a)) or trained[0])
+    monkeypatch.setattr(cnn, "_train", lambda *a: trained.extend(train(*a)) or trained)
     X, y, _ = toy_windows(64)
     model = Cnn(task, RATE, epochs=2).fit(X, y)
     with torch.no_grad():
@@ -135,6 +135,18 @@ def test_it_is_an_efficientnet_v2() -> None:
     assert kinds.count("SqueezeExcitation") == 2
     assert "SiLU" in kinds
     assert make(1, 1)(torch.zeros(2, 1, 1, 74)).shape == (2, 1)
+
+
+@pytest.mark.parametrize("task", list(Task))
+def test_several_trainings_at_once_are_those_of_each_alone(task: Task) -> None:
+    X, y, _ = toy_windows(160)
+    estimator = Cnn(task, RATE, epochs=1)
+    sets = [(X[a:b], y[a:b], None) for a, b in ((0, 64), (20, 85), (0, 160), (96, 160))]
+    for model, each in zip(estimator.fit_several(sets), sets, strict=True):
+        alone = estimator.fit(*each)
+        assert model.notes == alone.notes
+        expected = alone.outputs(X)
+        np.testing.assert_allclose(model.outputs(X), expected, atol=0.01 * np.abs(expected).max())
 
 
 def test_training_leaves_the_random_state_of_others_alone() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from math import cos, pi
@@ -14,14 +14,22 @@ from numpy.typing import NDArray
 
 from firstcontact.core import RED
 from firstcontact.models._cnn_model import CnnModel, compress
-from firstcontact.models._estimator import Estimator, Reference, target_scale, training_spec
-from firstcontact.models._spec import Task, Values, Windows
+from firstcontact.models._estimator import (
+    Estimator,
+    Reference,
+    TrainingSet,
+    target_scale,
+    training_spec,
+)
+from firstcontact.models._spec import Spec, Task, Values, Windows
 from firstcontact.models._window_model import WindowModel
 
 if TYPE_CHECKING:
     from torch import Tensor
 
     from firstcontact.models._efficientnet import EfficientNet
+
+Inputs = NDArray[np.float32]
 
 #: Largest rate of a one-cycle schedule, and the share of its steps in which the rate rises.
 #: Smith and Topin: Super-Convergence, 2018 (arXiv:1708.07120).
@@ -60,6 +68,7 @@ class Cnn(Estimator):
     model: ClassVar[type[WindowModel]] = CnnModel
     slow: ClassVar[bool] = True
     folds: ClassVar[int] = 3
+    together: ClassVar[int] = 3
     modules: ClassVar[tuple[str, ...]] = ("torch", *CnnModel.modules)
     extra: ClassVar[str] = CnnModel.extra
     quick: ClassVar[Mapping[str, Any]] = MappingProxyType({"epochs": 8})
@@ -71,24 +80,43 @@ class Cnn(Estimator):
         self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0
     ) -> CnnModel:
         """See :meth:`Estimator.fit`. Leaves PyTorch's random state as it was."""
+        return self.fit_several([(X, y, groups)], seed)[0]
+
+    def fit_several(self, sets: Sequence[TrainingSet], seed: int = 0) -> list[CnnModel]:
+        """See :meth:`Estimator.fit_several`. Sets with as many steps are trained together."""
         from firstcontact.models._network_export import export
 
+        epochs = PUBLISHED_EPOCHS if self.published else self.epochs
+        prepared = [self._prepared(*each) for each in sets]
+        alike: dict[object, list[int]] = {}
+        for place, (spec, *_, inputs, wanted) in enumerate(prepared):
+            steps = len(inputs) // _batch(len(inputs))
+            key = spec.samples, spec.channels, wanted.shape[1], _batch(len(inputs)), steps
+            alike.setdefault(key, []).append(place)
+        models: dict[int, CnnModel] = {}
+        for places in alike.values():
+            examples = [prepared[place][-2:] for place in places]
+            networks = _train(examples, epochs, self.published, seed)
+            for place, network in zip(places, networks, strict=True):
+                spec, scale, target, inputs, _ = prepared[place]
+                training = np.array([epochs, _batch(len(inputs))], dtype=np.float64)
+                onnx = np.frombuffer(export(network, spec.samples), dtype=np.uint8)
+                models[place] = CnnModel(spec, scale, target, training, onnx)
+        return [models[place] for place in range(len(sets))]
+
+    def _prepared(
+        self, X: Windows, y: Values, groups: NDArray[Any] | None
+    ) -> tuple[Spec, NDArray[np.float64], NDArray[np.float64], Inputs, Inputs]:
+        """Return specification, scales of windows and targets, and what the network learns."""
         spec = training_spec(self.task, self.rate, X, y, groups)
         scale = _scale(X)
-        regression = self.task is Task.REGRESSION
         target = target_scale(self.task, y)
         wanted = (
             ((y - target[0]) / target[1])[:, None]
-            if regression
+            if self.task is Task.REGRESSION
             else (y[:, None] == np.array(spec.classes))
         )
-        epochs = PUBLISHED_EPOCHS if self.published else self.epochs
-        network = _train(
-            compress(X, scale), wanted.astype(np.float32), epochs, self.published, seed
-        )
-        training = np.array([epochs, _batch(len(X))], dtype=np.float64)
-        onnx = np.frombuffer(export(network, spec.samples), dtype=np.uint8)
-        return CnnModel(spec, scale, target, training, onnx)
+        return spec, scale, target, compress(X, scale), wanted.astype(np.float32)
 
     def reference(self, model: CnnModel, X: Windows, y: Values) -> Reference:
         """Return eager PyTorch with random weights, which do not affect the time."""
@@ -134,42 +162,55 @@ def as_input(inputs: NDArray[np.float32]) -> Tensor:
 
 
 def _train(
-    inputs: NDArray[np.float32],
-    wanted: NDArray[np.float32],
-    epochs: int,
-    published: bool,
-    seed: int,
-) -> EfficientNet:
-    """Return a trained network in evaluation mode: same seed and threads, same weights."""
+    examples: Sequence[tuple[Inputs, Inputs]], epochs: int, published: bool, seed: int
+) -> list[EfficientNet]:
+    """Return trained networks in evaluation mode: same seed and threads, same weights.
+
+    Parameters
+    ----------
+    examples
+        Inputs and targets of each network; all have as many steps of the same batch.
+    epochs, published, seed
+        As in :class:`Cnn`, and the random seed of each network.
+    """
     import torch
 
     from firstcontact.models._efficientnet import EfficientNet
+    from firstcontact.models._joined_network import join, separate
 
-    with torch.random.fork_rng(devices=[]):
-        torch.manual_seed(seed)
-        network = EfficientNet(inputs.shape[2], wanted.shape[1])
-        network.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
-        X, Y = as_input(inputs), torch.from_numpy(wanted)
-        rate = PUBLISHED_RATE if published else LEARNING_RATE
-        optimiser = torch.optim.Adam(network.parameters(), lr=rate, fused=True)
-        loss = torch.nn.MSELoss()
-        # The rest of a shuffled epoch is left out: a normalisation needs a whole batch.
-        batch = _batch(len(X))
-        steps = len(X) // batch
-        halving = HALVE_EVERY * steps
-        schedule = torch.optim.lr_scheduler.LambdaLR(
-            optimiser,
-            (lambda step: 0.5 ** (step // halving))
-            if published
-            else partial(_one_cycle, steps=epochs * steps),
-        )
-        for _ in range(epochs):
-            order = torch.randperm(len(X))
-            for start in range(0, len(X) - batch + 1, batch):
-                members = order[start : start + batch]
-                optimiser.zero_grad()
-                loss(network(X[members]), Y[members]).backward()
-                optimiser.step()
-                schedule.step()
-    network.eval()
-    return network
+    networks, orders = [], []
+    for inputs, wanted in examples:
+        with torch.random.fork_rng(devices=[]):
+            torch.manual_seed(seed)
+            networks.append(EfficientNet(inputs.shape[2], wanted.shape[1]))
+            orders.append([torch.randperm(len(inputs)) for _ in range(epochs)])
+    trained = networks[0] if len(networks) == 1 else join(networks)
+    trained.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
+    X = [as_input(inputs) for inputs, _ in examples]
+    Y = [torch.from_numpy(wanted) for _, wanted in examples]
+    rate = PUBLISHED_RATE if published else LEARNING_RATE
+    optimiser = torch.optim.Adam(trained.parameters(), lr=rate, fused=True)
+    loss = torch.nn.MSELoss()
+    # The rest of a shuffled epoch is left out: a normalisation needs a whole batch.
+    batch = _batch(len(X[0]))
+    steps = len(X[0]) // batch
+    halving = HALVE_EVERY * steps
+    schedule = torch.optim.lr_scheduler.LambdaLR(
+        optimiser,
+        (lambda step: 0.5 ** (step // halving))
+        if published
+        else partial(_one_cycle, steps=epochs * steps),
+    )
+    for epoch in range(epochs):
+        for start in range(0, steps * batch, batch):
+            members = [order[epoch][start : start + batch] for order in orders]
+            optimiser.zero_grad()
+            windows = torch.cat([x[rows] for x, rows in zip(X, members, strict=True)], dim=1)
+            targets = torch.cat([y[rows] for y, rows in zip(Y, members, strict=True)], dim=1)
+            # The sum of the networks' losses: each has the gradient that it has alone.
+            (len(networks) * loss(trained(windows), targets)).backward()
+            optimiser.step()
+            schedule.step()
+    if trained is not networks[0]:
+        separate(trained, networks)
+    return [network.eval() for network in networks]

@@ -15,6 +15,9 @@ from firstcontact.core import SKY, InputError
 from firstcontact.models._spec import Spec, Task, Values, Windows
 from firstcontact.models._window_model import WindowModel
 
+#: Windows, targets and sessions (or None) that a model is fitted to.
+TrainingSet = tuple[Windows, Values, NDArray[Any] | None]
+
 
 @dataclass(frozen=True)
 class Estimator(ABC):
@@ -51,6 +54,8 @@ class Estimator(ABC):
     takes_windows: ClassVar[bool] = True
     #: Number of folds for the interval of a final model.
     folds: ClassVar[int] = 5
+    #: Number of trainings that take less time together, in :meth:`fit_several`.
+    together: ClassVar[int] = 1
     #: Modules that training needs beyond the base install, and the extra that contains them.
     modules: ClassVar[tuple[str, ...]] = ()
     extra: ClassVar[str] = ""
@@ -87,6 +92,18 @@ class Estimator(ABC):
         InputError
             The windows cannot be used, or the targets do not fit them.
         """
+
+    def fit_several(self, sets: Sequence[TrainingSet], seed: int = 0) -> Sequence[WindowModel]:
+        """Fit a model to each of several sets of windows; by default one after the other.
+
+        Parameters
+        ----------
+        sets
+            Windows, targets and sessions of each set, as in :meth:`fit`.
+        seed
+            Random seed of each training.
+        """
+        return [self.fit(*each, seed=seed) for each in sets]
 
     def reference(self, model: Any, X: Windows, y: Values) -> Reference | None:
         """Return the training library's own prediction, for timing; by default there is none.

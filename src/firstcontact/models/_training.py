@@ -60,6 +60,11 @@ class LabelledWindows:
         return _tells_apart(self.sessions)
 
     @property
+    def named_sessions(self) -> NDArray[np.str_] | None:
+        """Session of each window; None unless all have a name."""
+        return self.sessions if (self.sessions != "").all() else None
+
+    @property
     def clusters(self) -> NDArray[np.str_]:
         """Return the clusters to resample: sessions, else specimens, else pinches."""
         return resampling_clusters(self.sessions, self.specimens)
@@ -239,17 +244,23 @@ class Fit:
 
 def fit_model(fit: Fit) -> WindowModel:
     """Train the model that a :class:`Fit` describes."""
+    return fit_models([fit])[0]
+
+
+def fit_models(fits: Sequence[Fit]) -> Sequence[WindowModel]:
+    """Train models that differ in their windows only."""
     from firstcontact.models._registry import ESTIMATORS, make_estimator
     from firstcontact.models._window_model import WindowModel
 
+    fit = fits[0]
     estimator = make_estimator(fit.model, fit.task, fit.learn.rate, **fit.options)
-    sessions = fit.learn.sessions
-    groups = sessions if (sessions != "").all() else None
+    sets = [(f.learn.X, f.learn.y, f.learn.named_sessions) for f in fits]
     with ESTIMATORS.calling(estimator.name):
-        model = estimator.fit(fit.learn.X, fit.learn.y, groups, seed=fit.seed)
-        if not isinstance(model, WindowModel):
-            raise TypeError(f"{type(model).__name__} was returned by fit, but is no model")
-    return model
+        models = estimator.fit_several(sets, seed=fit.seed)
+        for model in models:
+            if not isinstance(model, WindowModel):
+                raise TypeError(f"{type(model).__name__} was returned by fit, but is no model")
+    return models
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -283,21 +294,25 @@ def held_out_with_spread(
     runner: Runner, questions: Sequence[Question], seed: int
 ) -> list[tuple[Values, Values | None]]:
     """Return :func:`held_out` predictions, each with the spread of the models if they have one."""
-    folds = []
+    from firstcontact.models._registry import find_estimator
+
+    jobs = []
     for number, question in enumerate(questions):
-        for place, split in enumerate(question.splits):
+        for split in question.splits:
             split.check(question.data.sessions, question.data.specimens)
-            folds.append((number, place))
+        places, size = range(len(question.splits)), find_estimator(question.model).together
+        jobs += [(number, places[i : i + size]) for i in range(0, len(places), size)]
     # Views of mappings, as registries have them, do not travel.
     plain = [replace(question, options=dict(question.options)) for question in questions]
-    answers = runner.map(_held_out, folds, plain, seed)
+    answers = runner.map(_held_out, jobs, plain, seed)
     out = [np.full((2, len(q.data)), np.nan) for q in questions]
     has_spread = dict.fromkeys(range(len(questions)), True)
-    for (number, place), (predicted, spread) in zip(folds, answers, strict=True):
-        test_rows = questions[number].splits[place].test
-        out[number][0, test_rows] = predicted
-        has_spread[number] &= spread is not None
-        out[number][1, test_rows] = np.nan if spread is None else spread
+    for (number, places), by_place in zip(jobs, answers, strict=True):
+        for place, (predicted, spread) in zip(places, by_place, strict=True):
+            test_rows = questions[number].splits[place].test
+            out[number][0, test_rows] = predicted
+            has_spread[number] &= spread is not None
+            out[number][1, test_rows] = np.nan if spread is None else spread
     return [
         (predictions[0], predictions[1] if has_spread[number] else None)
         for number, predictions in enumerate(out)
@@ -305,11 +320,13 @@ def held_out_with_spread(
 
 
 def _held_out(
-    fold: tuple[int, int], questions: Sequence[Question], seed: int
-) -> tuple[Values, Values | None]:
-    """Return predictions for the test side of one split."""
-    question = questions[fold[0]]
-    data, split = question.data, question.splits[fold[1]]
-    learn, ask = data.take(split.train), data.X[split.test]
-    model = fit_model(Fit(question.model, question.task, learn, ask, seed, question.options))
-    return model.predict(ask), model.spread(ask)
+    job: tuple[int, range], questions: Sequence[Question], seed: int
+) -> list[tuple[Values, Values | None]]:
+    """Return predictions for the test sides of some splits of a question."""
+    question = questions[job[0]]
+    fits = []
+    for split in (question.splits[place] for place in job[1]):
+        learn, ask = question.data.take(split.train), question.data.X[split.test]
+        fits.append(Fit(question.model, question.task, learn, ask, seed, question.options))
+    models = fit_models(fits)
+    return [(m.predict(f.ask), m.spread(f.ask)) for m, f in zip(models, fits, strict=True)]

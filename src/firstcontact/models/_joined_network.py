@@ -1,0 +1,62 @@
+"""Several networks as one with grouped layers. Importing this imports PyTorch.
+
+Small networks spend most of a training step on starting operators. Three that are trained together
+take two thirds of the time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from copy import deepcopy
+
+import torch
+from torch import Tensor, nn
+
+from firstcontact.models._efficientnet import EfficientNet
+
+
+class GroupedLinear(nn.Module):
+    """Linear layers of several networks, each for its own part of the inputs."""
+
+    def __init__(self, layers: Sequence[nn.Linear]) -> None:
+        super().__init__()
+        self.copies = len(layers)
+        self.weight = _joined([layer.weight for layer in layers])
+        self.bias = _joined([layer.bias for layer in layers])
+
+    def forward(self, x: Tensor) -> Tensor:
+        """Shape (n, copies * inputs) in, (n, copies * outputs) out."""
+        parts = x.reshape(len(x), self.copies, -1).transpose(0, 1)
+        weight = self.weight.view(self.copies, -1, parts.shape[2]).transpose(1, 2)
+        out = torch.baddbmm(self.bias.view(self.copies, 1, -1), parts, weight)
+        return out.transpose(0, 1).flatten(1)
+
+
+def join(networks: Sequence[EfficientNet]) -> EfficientNet:
+    """Return a network whose channels are those of several networks side by side."""
+    joined = deepcopy(networks[0])
+    for name, module in list(joined.named_modules()):
+        same = [network.get_submodule(name) for network in networks]
+        if isinstance(module, nn.Linear):
+            joined.set_submodule(name, GroupedLinear(same))  # type: ignore[arg-type]
+        elif isinstance(module, nn.Conv2d):
+            module.groups *= len(networks)
+        elif isinstance(module, nn.BatchNorm2d):
+            module.running_mean = torch.cat([m.running_mean for m in same])  # type: ignore[misc]
+            module.running_var = torch.cat([m.running_var for m in same])  # type: ignore[misc]
+        if isinstance(module, nn.Conv2d | nn.BatchNorm2d):
+            for key, _ in list(module.named_parameters()):
+                setattr(module, key, _joined([getattr(m, key) for m in same]))
+    return joined
+
+
+def separate(joined: EfficientNet, networks: Sequence[EfficientNet]) -> None:
+    """Copy weights and statistics of :func:`join` back into the networks."""
+    for name, tensor in joined.state_dict().items():
+        parts = tensor.chunk(len(networks)) if tensor.ndim else [tensor] * len(networks)
+        for network, part in zip(networks, parts, strict=True):
+            network.state_dict()[name].copy_(part)
+
+
+def _joined(parameters: Sequence[Tensor]) -> nn.Parameter:
+    return nn.Parameter(torch.cat([parameter.detach() for parameter in parameters]))

@@ -129,14 +129,14 @@ def live(
 
     if not hasattr(type(source), "descriptor"):
         raise InputError(
-            f"an open source is needed, not {type(source).__name__}: open(device) gives one",
+            f"it must be an open source, not {type(source).__name__}: make one with open(device)",
             parameter="source",
         )
     if real_time is None:
         real_time = getattr(source, "speed", 1.0) == 1.0
     for name, bound in (("seconds", seconds), ("pinches", pinches)):
         if bound is not None and not bound > 0:
-            raise InputError(f"{bound:g} is given: give a number above 0", parameter=name)
+            raise InputError(f"it is {bound:g}: give a number above 0", parameter=name)
     recorded = hasattr(source, "calibration")
     is_live = real_time and not recorded
     if hand is not None and HANDS.find(hand).begins is Begins.US:

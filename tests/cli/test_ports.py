@@ -28,7 +28,7 @@ def test_no_ports_exist(
 ) -> None:
     plug(monkeypatch)
     assert main(["ports"]) == 0
-    assert "no serial port is here" in (output := capsys.readouterr().out)
+    assert "no serial port found" in (output := capsys.readouterr().out)
     assert "--device twin" in output
 
 

@@ -77,7 +77,7 @@ class Terminal:
         if self._guide is not None and reader_gone() and not self._deserted:
             self._deserted = True
             print(
-                "firstcontact: standard output is closed; what needs no reader continues",
+                "firstcontact: standard output is closed; the recording continues",
                 file=sys.stderr,
             )
 
@@ -127,8 +127,8 @@ class Terminal:
         )
         if self._asks and reader_gone():
             raise InputError(
-                "a person has to read here what comes next, but standard output is closed: use a "
-                "terminal, or record one object at a time"
+                "standard output is closed, so nobody can read the next step: use a terminal, or "
+                "record one object at a time"
             )
         return not self._asks
 

@@ -91,7 +91,7 @@ def _parsed(arguments: list[str]) -> Any:
     """Return the verb with its options; None for a general option alone."""
     if not arguments:
         print(overview(shutil.get_terminal_size().columns), file=sys.stderr)
-        raise InputError("name a verb")
+        raise InputError("no verb is given: choose one of these, such as `firstcontact live`")
     word = arguments[0]
     if word in ("-h", "--help"):
         print(overview(shutil.get_terminal_size().columns))

@@ -45,7 +45,7 @@ def twin_model(condition: str, seed: int) -> Path:
     from firstcontact.twin import simulate
 
     require_modules("twin", "numba")
-    print(f"no --model: one is trained on the twin first and kept in {folder}", file=sys.stderr)
+    print(f"no --model is given: training one on the twin, for {folder}", file=sys.stderr)
     with temporary_path(folder) as making:
         making.mkdir()
         simulate(making / "pinches", condition, PINCHES, pinches_per_object=0, seed=seed)

@@ -137,8 +137,8 @@ def compare(recording: Recording, contacts: Mapping[Key, float], fps: float = 96
     both = [key for key in contacts if key in device]
     if len({number for number, _ in both}) < LEAST:
         raise InputError(
-            f"{recording.path}: {len({n for n, _ in both})} pinches have contacts both of the "
-            f"strips and of the camera and {LEAST} are needed: check the pinch numbers"
+            f"{recording.path}: only {len({n for n, _ in both})} pinches have contacts of both "
+            f"strips and camera, but {LEAST} are needed: check the pinch numbers"
         )
     epochs = sorted({device[key][0] for key in both})
     epoch = np.array([epochs.index(device[key][0]) for key in both])

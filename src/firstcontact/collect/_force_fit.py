@@ -78,8 +78,8 @@ def fit_force(weighings: Sequence[Weighing], resistor: float = DIVIDER_OHM) -> F
     volts = np.array([w.volts for w in points])
     if len({w.newtons for w in points}) < LEAST:
         raise InputError(
-            f"{subject} have {len({w.newtons for w in points})} different values and the curve "
-            f"needs {LEAST} or more: add some"
+            f"{subject} have {len({w.newtons for w in points})} different values, but the "
+            f"curve needs {LEAST}: add weights"
         )
     if not (force >= 0).all() or not (force <= HEAVIEST).all():
         raise InputError(f"{subject} must be forces in newtons from 0 to {HEAVIEST:g}")
@@ -90,7 +90,7 @@ def fit_force(weighings: Sequence[Weighing], resistor: float = DIVIDER_OHM) -> F
         if high <= low:
             raise InputError(
                 f"{subject}: {heavy:g} N gives {high:.3f} V and {light:g} N gives {low:.3f} V, but "
-                "voltage rises with force: check which weight was which"
+                "voltage rises with force: check the order of the weights"
             )
     curve = _fit(finger, force, volts, resistor)
     rms = float(np.sqrt(np.mean((curve.newtons(volts) - force) ** 2)))

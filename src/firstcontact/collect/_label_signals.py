@@ -31,7 +31,7 @@ def open_recordings(paths: Sequence[Path]) -> list[Recording]:
     names = [file.name for file in files]
     doubled = next((name for name in names if names.count(name) > 1), None)
     if doubled is not None:
-        raise InputError(f"two recordings are called {doubled}: label them apart")
+        raise InputError(f"two recordings are called {doubled}: label them in separate commands")
     recordings = [read_recording(file) for file in files]
     empty = next((r for r in recordings if not r.samples), None)
     if empty is not None:

@@ -143,7 +143,7 @@ def _record(
         )
     earlier = so_far(folder, session, source.descriptor)
     for sentence in earlier.unreadable:
-        screen.say(f"warning: passed over: {sentence}")
+        screen.say(f"warning: skipped: {sentence}")
     layout = source.descriptor.layout
     if all(earlier.counts[item.label(session)] >= item.pinches for item in items):
         screen.say(f"session {session} is complete: {earlier.files[-1]}")

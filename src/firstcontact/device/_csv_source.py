@@ -127,7 +127,9 @@ class CsvSource(ThreadedSource):
             self._columns, rate = self._look()
         except LinkError as error:
             self._shut()
-            raise InputError(f"{self.port} went away while it was opened: plug it in") from error
+            raise InputError(
+                f"{self.port} was unplugged while it was opened: plug it in"
+            ) from error
         except BaseException:
             self._shut()
             raise
@@ -176,9 +178,9 @@ class CsvSource(ThreadedSource):
         while (now := time.monotonic()) - began < self._measured or len(lines) < LINES_NEEDED:
             if len(lines) < LINES_NEEDED and now - opened > PATIENCE:
                 raise InputError(
-                    f"{self.port}: no lines of numbers came in {PATIENCE:g} s (and "
-                    f"{self._lines.bad} of something else): check its baud rate (csv:PORT@BAUD) "
-                    "and that the board prints"
+                    f"{self.port}: no lines of numbers came in {PATIENCE:g} s, but "
+                    f"{self._lines.bad} other lines: check that the board prints, and its baud "
+                    "rate (csv:PORT@BAUD)"
                 )
             new = [line for line in self._lines.feed(self._read()) if line]
             if new and not lines:

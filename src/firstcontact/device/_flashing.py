@@ -62,7 +62,7 @@ class _Link:
                             return frame
         except LinkError as error:
             raise InputError(
-                f"{self.port}: the device went away ({error}): plug it in and start again; it "
+                f"{self.port}: the device was unplugged ({error}): plug it in and start again; it "
                 "keeps its old model"
             ) from error
         return None
@@ -70,7 +70,9 @@ class _Link:
     def stop(self) -> None:
         """Stop the samples."""
         if self.ask(FrameType.STOP, b"", FrameType.STOPPED) is None:
-            raise InputError(f"{self.port}: the device does not stop")
+            raise InputError(
+                f"{self.port}: the device does not stop its samples: reset it and start again"
+            )
 
     def hello(self) -> bytes:
         """Request the device's descriptor. Return its payload."""
@@ -136,7 +138,7 @@ class _Link:
 def _refused(port: str, why: str) -> InputError:
     return InputError(
         f"{port}: the device refuses the model ({why}) and keeps its old one: export it with the "
-        "version of firstcontact that the firmware is of, or smaller with a lower --budget-us"
+        "firmware's version of firstcontact, or make it smaller with a lower --budget-us"
     )
 
 
@@ -166,7 +168,7 @@ def check_model_fits(port: str, form: int, sizes: int, length: int) -> None:
     if slot.format != form:
         raise _refused(port, f"it takes format {slot.format}, and this is {form}")
     if slot.sizes != sizes:
-        raise _refused(port, "it needs kernels of other sizes than the firmware's")
+        raise _refused(port, "it needs kernels of sizes that the firmware lacks")
     if slot.room < length:
         raise _refused(port, f"{length} bytes, and there is room for {slot.room}")
 

@@ -300,8 +300,8 @@ class ThreadedSource(ABC):
         """Raise InputError: the measured rate is ``share`` of the stated one, by ``clock``."""
         stated = self._input_rate or self.descriptor.layout.rate
         raise InputError(
-            f"{self.name} sends {share * stated:.0f} samples a second by {clock} clock, and its "
-            f"rate is stated as {stated:.0f}: correct the stated rate, or what loses samples"
+            f"{self.name} sends {share * stated:.0f} samples a second by {clock} clock, but "
+            f"states {stated:.0f}: correct the stated rate, or find the cause of lost samples"
         )
 
     def _note(self, **counts: Any) -> None:

@@ -91,7 +91,7 @@ class SerialTransport:
             return b""
         data = os.read(number, MOST)
         if not data:
-            raise LinkError("the other end has closed it")
+            raise LinkError("the other end closed the port")
         return data
 
     def _read_portably(self, patience: float) -> bytes:

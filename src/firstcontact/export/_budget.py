@@ -124,9 +124,9 @@ def _fitting(
     if not quick:
         least = took[0]
         raise InputError(
-            f"{named.name} takes about {least:.0f} us at its smallest, and --budget-us is "
+            f"the smallest form of {named.name} takes about {least:.0f} us, more than --budget-us "
             f"{budget_us:g}: raise it"
-            + ("" if dataset is not None else ", or name with --data what it learned from")
+            + ("" if dataset is not None else ", or give its training recordings with --data")
         )
     return quick[-1]
 
@@ -161,7 +161,7 @@ def _anytime(
         chosen = form
     if chosen is None:
         raise InputError(
-            f"a prediction of the network takes about {min(np.array(took)):.0f} us at its "
-            f"smallest, and --budget-us is {budget_us:g}: raise it"
+            f"the smallest form of the network takes about {min(np.array(took)):.0f} us, more than "
+            f"--budget-us {budget_us:g}: raise it"
         )
     return chosen

@@ -167,8 +167,9 @@ def write_anytime(model: InContextModel) -> tuple[CUnit, CUnit]:
         heard_samples = quiet_samples(samples_in(BEFORE, model.rate), model.rate)
         if heard_samples > MOST_HEARD:
             raise InputError(
-                f"at {model.rate:g} Hz {heard_samples} samples before a contact show the motor's "
-                f"pitch, and C uses {MOST_HEARD} at most: name a smaller --budget-us"
+                f"at {model.rate:g} Hz the motor's pitch needs {heard_samples} samples before a "
+                f"contact, but C has room for {MOST_HEARD}: leave the pitch out with a smaller "
+                "--budget-us"
             )
         hears: Fields = ear_constants(model.rate)
         constants += constant_bytes(hears)

@@ -99,8 +99,8 @@ def model_image(
     judge = detector.judgement(model.rate).constants
     if not set(_JUDGE) <= judge.keys():
         raise InputError(
-            f"the detector {detector.name!r} is of another kind than the hand's kernels are for: "
-            "train with the default --detector-type"
+            f"the hand has no kernels for the detector {detector.name!r}: train with the default "
+            "--detector-type"
         )
     sizes = {**detector_sizes(detector, model.rate), **anytime_sizes(model, network), **OF_KERNELS}
     floors, body = _Writer(), _Writer()

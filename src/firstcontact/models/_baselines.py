@@ -25,7 +25,9 @@ class ConstantModel(ArraysModel):
         super().__init__(spec, *arrays)
         self.value = float(self._arrays["value"][0])
         if spec.classes and self.value not in spec.classes:
-            raise InputError(f"the constant {self.value:g} is none of the classes: train it again")
+            raise InputError(
+                f"the constant {self.value:g} is not one of the classes: train it again"
+            )
 
     @property
     def notes(self) -> Mapping[str, Any]:

@@ -200,7 +200,8 @@ def evaluate(
         raise InputError(
             f"none of {len(data)} pinches has a contact ({out[0].contacts}), a "
             f"{model.trained_on.target} that the model knows, and "
-            f"{1e3 * model.moments[0]:.3g} ms of signal before its second contact",
+            f"{1e3 * model.moments[0]:.3g} ms of signal before its second contact: check the "
+            "labels and the contacts",
             parameter="data",
         )
     return tuple(out)

@@ -146,8 +146,8 @@ class Model:
         require_dataset(data)
         if contacts is not None and len(contacts) != len(data):
             raise InputError(
-                f"{len(data)} pinches need as many, and {len(contacts)} are given: None for a "
-                "pinch without one",
+                f"there are {len(contacts)} for {len(data)} pinches: give one for each, None "
+                "for a pinch without a contact",
                 parameter="contacts",
             )
         if estimator is not None:
@@ -158,8 +158,8 @@ class Model:
         first, last = self.moments[0], self.moments[-1]
         if not first - 1e-9 <= latest <= 1.0:
             raise InputError(
-                f"the model predicts from {first:.3g} to {last:.3g} s after a contact, "
-                f"and {latest:g} s is given",
+                f"it is {latest:g} s, but the model predicts from {first:.3g} to {last:.3g} s "
+                f"after a contact: give {first:.3g} s or more, up to 1 s",
                 parameter="at",
             )
         if not is_same_rate(data.layout.rate, self.rate):
@@ -193,7 +193,7 @@ class Model:
         if not predictors:
             kinds = dict.fromkeys(p.model.kind for p in self.predictors)
             raise InputError(
-                f"{estimator!r} is none of {', '.join(kinds)}, which the model has"
+                f"the model has no {estimator!r}: choose {' or '.join(kinds)}"
                 if kinds
                 else "the model folder holds a detector only: train a model",
                 parameter="estimator",
@@ -282,7 +282,7 @@ def require_dataset(data: object) -> None:
     """
     if not isinstance(data, Dataset):
         raise InputError(
-            f"a Dataset is needed, not {type(data).__name__}: load(path) gives one",
+            f"it must be a Dataset, not {type(data).__name__}: make one with load(path)",
             parameter="data",
         )
 

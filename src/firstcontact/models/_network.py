@@ -112,7 +112,7 @@ def _checked(raw: bytes, window: tuple[int, ...], outputs: int) -> Any:
         checker.check_model(model)
         inferred = shape_inference.infer_shapes(model, check_type=True, strict_mode=True).graph
     except Exception:  # the checkers' errors have no common class
-        raise _refusal("it does not fit together") from None
+        raise _refusal("its parts do not fit together") from None
     most = _GROWTH * prod(window) + _SMALL
     sizes = {name: size for name, *size in [*_shapes(inferred.value_info), *_shapes(graph.output)]}
     for name in (name for node in graph.node for name in node.output):

@@ -139,8 +139,8 @@ def adapt_network(
     sessions = None if sessions is None else sessions[lasting]
     if len(np.unique(shore_a)) < 2 or len(longest) < 4:
         raise InputError(
-            f"a rig needs pinches of two Shore A levels or more, and {len(longest)} of "
-            f"{len(np.unique(shore_a))} are here: record more blocks"
+            f"a rig needs 4 pinches and 2 Shore A levels, but there are {len(longest)} and "
+            f"{len(np.unique(shore_a))}: record more blocks"
         )
 
     def conditioner(scheme: str) -> Condition:
@@ -342,9 +342,12 @@ def check_network(task: str, windows: Sequence[float], level: float, rate: float
             parameter="windows",
         )
     if level != base.level:
-        raise InputError(f"intervals of the network have {base.level:g}", parameter="level")
+        raise InputError(
+            f"the network's intervals have the level {base.level:g}: leave it out",
+            parameter="level",
+        )
     if rate is not None and not is_same_rate(rate, base.rate):
-        raise InputError(f"the network takes {base.rate:g} Hz: leave it out", parameter="rate")
+        raise InputError(f"the network needs {base.rate:g} Hz: leave it out", parameter="rate")
 
 
 def condition(

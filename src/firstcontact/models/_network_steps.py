@@ -138,6 +138,6 @@ class NetworkSteps:
 def _require(fulfilled: bool | np.bool_) -> None:
     if not fulfilled:
         raise InputError(
-            "the network of the CNN is built otherwise than those of this program, and an export "
-            "needs to know each of its layers: train it again"
+            "the CNN has layers that this program does not know, so it cannot be exported: train "
+            "it again"
         )

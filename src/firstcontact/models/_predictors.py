@@ -207,7 +207,7 @@ class NetworkPredictor:
 
         kinds = {kind.kind: kind for kind in (InContextModel, CompactModel, CombinedModel)}
         if card.kind not in kinds:
-            raise InputError(f"no network is of kind {card.kind!r}")
+            raise InputError(f"the kind of network {card.kind!r} is unknown")
         return cls(kinds[card.kind].from_arrays(arrays, card.level), card.record)
 
 

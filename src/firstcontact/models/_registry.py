@@ -47,7 +47,7 @@ def model_kind(kind: str) -> type[WindowModel]:
     model_class = next((model for model in models if model.kind == kind), None)
     if model_class is None:
         kinds = ", ".join(entry.model.kind for entry in window_estimators().values())
-        raise InputError(f"no model is of kind {kind!r} (there are {kinds})")
+        raise InputError(f"the kind of model {kind!r} is unknown (known: {kinds})")
     return model_class
 
 

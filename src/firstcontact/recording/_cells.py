@@ -62,7 +62,7 @@ def name(value: Any) -> str:
     """Parse a name."""
     text = words(value)
     if text in ("", "nan"):
-        raise ValueError("which names nothing")
+        raise ValueError("which is empty")
     return text
 
 
@@ -83,7 +83,7 @@ def ranked(value: Any) -> int:
     """Parse a hardness rank."""
     parsed = integer(value)
     if abs(parsed) > HIGHEST_RANK:
-        raise ValueError(f"and ranks go to {HIGHEST_RANK}")
+        raise ValueError(f"which is beyond the highest rank {HIGHEST_RANK}")
     return parsed
 
 
@@ -91,7 +91,7 @@ def shore(value: Any) -> float:
     """Parse a Shore A value."""
     parsed = number(value)
     if not 0 <= parsed <= 100:
-        raise ValueError("and Shore A goes from 0 to 100")
+        raise ValueError("which is outside Shore A 0 to 100")
     return parsed
 
 
@@ -108,7 +108,7 @@ def speed_error(value: Any) -> float:
 def _speed(value: Any, least: float) -> float:
     parsed = number(value)
     if parsed != -1 and not least <= parsed <= FASTEST:
-        raise ValueError(f"and it goes from {least:g} to {FASTEST:g} m/s, or -1 where not known")
+        raise ValueError(f"which is neither {least:g} to {FASTEST:g} m/s nor -1 for unknown")
     return parsed
 
 

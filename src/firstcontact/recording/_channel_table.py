@@ -46,13 +46,13 @@ def read_signals(table: Path) -> list[Signal]:
     for line, row in read_rows(table, ["variable"]):
         origin = f"{table}: line {line}"
         if not row["variable"]:
-            raise InputError(f"{origin} names no variable: give what the file calls the signal")
+            raise InputError(f"{origin} names no variable: give the name of the signal in the file")
         out.append(_signal(origin, row))
     sensors = {s.sensor for s in out if s.sensor is not None}
     if len(sensors) != 1:
         raise InputError(
-            f"{table} has {'no' if not sensors else 'more than one'} kind of sensor: say of the "
-            f"vibration signals, and of no others, which of {', '.join(VibrationSensor)} it was"
+            f"{table} has {'no' if not sensors else 'more than one'} kind of sensor: give "
+            f"all vibration signals the same, of {', '.join(VibrationSensor)}, and others none"
         )
     return out
 

@@ -115,7 +115,10 @@ def _vibration(path: Path, sensor: VibrationSensor, columns: Table) -> list[list
     )
     present = [names for names in columns_by_finger if names]
     if len({len(names) for names in present}) > 1:
-        raise InputError(f"{path}: the {sensor} of one finger has more axes than the other's")
+        raise InputError(
+            f"{path}: the {sensor} of one finger has more axes than the other's: give both the "
+            "same columns"
+        )
     return present
 
 

@@ -219,5 +219,5 @@ def _same_kind(first: Recording, other: Recording) -> None:
             detail = "" if field == "layout" else f" ({two}, not {one})"
             raise InputError(
                 f"{other.path}: its {field} differs from that of {first.path}{detail}: "
-                "study the two apart"
+                "study them separately"
             )

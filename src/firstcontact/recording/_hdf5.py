@@ -101,7 +101,9 @@ def _walk(path: Path, file: Any, name: str, target: str, left: int = _LINKS) -> 
     for k, step in enumerate(steps):
         key = step.encode("utf-8", "surrogateescape")
         if not isinstance(group, Group) or not group.id.links.exists(key):
-            raise InputError(f"{path}: {name} is a link to {target!r}, which is not there")
+            raise InputError(
+                f"{path}: {name} is a link to {target!r}, which does not exist: correct the link"
+            )
         kind = group.id.links.get_info(key).type
         if kind == h5l.TYPE_SOFT and left:
             # Check the target of a link first, then the rest of the name.

@@ -164,7 +164,9 @@ def find_importer(path: Path, rate: float | None = None, given: Sequence[str] = 
         able = [i for i in every if getattr(i, f"asks_{name}")]
         if not any(i.accepts(path, [name]) for i in able):
             titles = " or ".join(i.title for i in able)
-            raise InputError(f"{path} is not for --{name}: give {titles}, or leave --{name} out")
+            raise InputError(
+                f"--{name} does not apply to {path}: give {titles}, or leave --{name} out"
+            )
     if importer is None and len(given) > 1:
         options = " and ".join(f"--{name}" for name in given)
         raise InputError(f"{path} takes {options}, but not together: leave one of them out")

@@ -97,7 +97,7 @@ def label_columns(origin: str, table: Table, texts: Sequence[str]) -> Table:
         lacking = next((i for i, row in enumerate(rows) if name not in row), None)
         if lacking is not None and name != "object":
             raise InputError(
-                f"{origin}: {table.place(lacking)} does not say {name} and others do: give it in "
+                f"{origin}: {table.place(lacking)} has no {name} but others have: give it in "
                 "all, or in none"
             )
     cells = {name: [row.get(name, "") for row in rows] for name in names}

@@ -73,7 +73,7 @@ def import_mat(
     for file, recording in zip(files, assembled, strict=True):
         if recording.layout != assembled[0].layout:
             raise InputError(
-                f"{file}: its signals differ in number from those of {files[0].name}: import apart"
+                f"{file} and {files[0].name} have different signals: import them separately"
             )
     source = stated_source(table, columns)
     notes += unknown_columns(table, columns, _KNOWN)

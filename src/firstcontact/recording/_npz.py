@@ -92,7 +92,7 @@ def _array(path: Path, name: str, member: IO[bytes], size: int) -> NDArray[Any]:
     available = size - member.tell()
     if math.prod(shape) * dtype.itemsize != available or any(n < 0 for n in shape):
         raise InputError(
-            f"{path}: {name} declares the shape {shape} and holds {available} bytes of it"
+            f"{path}: {name} declares the shape {shape} but holds {available} bytes: {_REMEDY}"
         )
     values: NDArray[Any] = np.frombuffer(member.read(), dtype)
     if dtype.kind == "U" and values.view(f"{dtype.byteorder}u4").max(initial=0) > sys.maxunicode:

@@ -72,7 +72,8 @@ def assemble(origin: str, taken: Sequence[Taken]) -> Assembled:
     other = next((t for t in taken if t.signal.sensor is not None and t.rate != rate), None)
     if other is not None:
         raise InputError(
-            f"{origin}: vibration signals come at {rate:g} and {other.rate:g} Hz: import them apart"
+            f"{origin}: vibration signals come at {rate:g} and {other.rate:g} Hz: import them "
+            "separately"
         )
     faster = next((t for t in taken if t.rate > rate), None)
     if faster is not None:

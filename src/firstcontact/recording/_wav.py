@@ -127,8 +127,8 @@ def check_alike(files: Sequence[Path], sounds: Sequence[tuple[int, NDArray[Any]]
         if (data.dtype, data.shape[1]) != (first.dtype, first.shape[1]):
             raise InputError(
                 f"{file} has {counted(data.shape[1], 'channel')} of {data.dtype}, {files[0].name} "
-                f"has {first.shape[1]} of {first.dtype}: convert the one, import apart, or name "
-                "one in the column channel of a table of contacts (--events)"
+                f"has {first.shape[1]} of {first.dtype}: convert one, import them separately, or "
+                "name one in the column channel of a table of contacts (--events)"
             )
     check_rate(f"{files[0]}: the sample rate", rate)
 

@@ -118,8 +118,7 @@ class RecordingWriter:
             )
         if not 0 <= block.first_sample <= block.end <= LAST_SAMPLE:
             raise InputError(
-                f"{self.path}: the sample number {block.end} is none that a device counts to: "
-                "start the device again"
+                f"{self.path}: the sample number {block.end} is too large: start the device again"
             )
         if block.epoch != self._epoch:
             self._origin = max(self._origin, self._latest - round(block.first_sample * pace))

@@ -171,8 +171,8 @@ def _placed(
     left = rows.count(None)
     if left == len(rows):
         raise InputError(
-            f"{table}: each of its {left} contacts lies in a gap, or where another stream lacks: "
-            "record the streams together, or leave one out of the table of channels"
+            f"{table}: each of its {left} contacts lies in a gap, or where another stream has no "
+            "samples: record the streams together, or leave one out of the table of channels"
         )
     if left:
         notes.append(

@@ -37,8 +37,8 @@ def guessed_signals(
             else f"a stream {quote(fast[0].name)} of {fast[0].values.shape[1]} channels"
         )
         raise InputError(
-            f"{path} has {kind} ({listed([s.name for s in streams])}): say in a table which is the "
-            "vibration, with --channels"
+            f"{path} has {kind} ({listed([s.name for s in streams])}): name the vibration in a "
+            "table for --channels"
         )
     kind = sensor or VibrationSensor.PIEZO
     return [

@@ -147,19 +147,19 @@ def check_hand(
     if hand is None:
         for parameter, value in (("policy", policy), ("hand_port", hand_port)):
             if value is not None:
-                raise InputError("it needs a hand", parameter=parameter)
+                raise InputError("it needs a hand: give one, or leave it out", parameter=parameter)
         return
     kind = HANDS.find(hand)
     if kind.needs_live_samples(hand_port) and not is_live:
         instead = "" if kind.simulated_port is None else f", or the port {kind.simulated_port}"
         raise InputError(
-            f"{hand} is not driven from a recording, nor at another speed than real time: use "
+            f"neither a recording nor a speed other than real time can drive {hand}: use "
             f"{HANDS.default}{instead}",
             parameter="hand",
         )
     if kind.of_source not in (None, device):
         raise InputError(
-            f"{hand} is the hand of the source {kind.of_source!r}: open that, or name another hand",
+            f"{hand} works only with the source {kind.of_source!r}: open it, or name another hand",
             parameter="hand",
         )
     if kind.of_source is None:
@@ -171,7 +171,7 @@ def _check_slip(slip: str, hand: str | None, policy: str) -> None:
     SLIP_DETECTORS.find(slip)
     if hand is None or Begins.US not in HANDS.find(hand).begins:
         raise InputError(
-            "it needs a hand that closes on request: name such a hand, or leave it out",
+            "it needs a hand that closes on request: give one, or leave it out",
             parameter="slip",
         )
     if not POLICIES.find(policy).has_reflex():

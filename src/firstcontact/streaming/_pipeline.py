@@ -259,9 +259,8 @@ class Pipeline:
         if seconds > LONGEST_EPOCH:
             self._has_warned = True
             _log.warning(
-                "this stream has gone on for %.0f s and the pipeline has no calibration with noise "
-                "floors: it looks for one closing in each epoch and misses all others. Pass "
-                "calibration, such as that of firstcontact.calibrate",
+                "this stream has run for %.0f s without noise floors, so only the first closing of "
+                "each epoch is detected: pass a calibration, as firstcontact.calibrate makes it",
                 seconds,
             )
 

@@ -107,7 +107,7 @@ def benchmark(
     for condition_name in conditions:
         sets = rig_sets(size.seeds, condition(condition_name), size.sizes, LATE, runner)
         seeds = ", ".join(map(str, size.seeds))
-        say(f"{condition_name}: sets of {len(sets[0].touches)} contacts are made, seeds {seeds}")
+        say(f"{condition_name}: made sets of {len(sets[0].touches)} contacts, seeds {seeds}")
         generalised = compared(lambda place: everybody, sets, size.seeds, seed, runner)
         timed = [e for e in everybody if e is not NETWORK[-1]]
         answers = runner.map(_timed, [(e, p) for e in timed for p in range(len(sets))], sets, seed)

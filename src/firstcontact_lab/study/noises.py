@@ -70,7 +70,7 @@ class NoiseScorer:
         self, twin: Dataset, seed: int = 0, say: Callable[[str], object] = lambda line: None
     ) -> None:
         self._say = say
-        say("learning from the twin, for other noises under it")
+        say("training on the twin, to score it with other noises")
         self._detectors: dict[str, Detector] = {
             name: make_detector(name).fit(twin) for name in DETECTORS
         }

@@ -168,7 +168,7 @@ def score_set(
         for name, kind in DETECTORS.items():
             ways = (TWIN, OTHERS) if kind.learns else (NOTHING,)
             for training in ways:
-                say(f"{recorded_set.name}: {kind.title}, learned from {training}")
+                say(f"{recorded_set.name}: {kind.title}, trained on {training}")
                 try:
                     set_results, fitted = _judged(
                         name, training, labelled, learned, recorded_set.early

@@ -20,7 +20,7 @@ class Pretrain:
     work: Path = Path("pretraining")
     """Folder for intermediate files, about 1.5 GB."""
     rigs: int = 6000
-    """Number of simulated rigs to learn from."""
+    """Number of simulated rigs to train on."""
     epochs: int = 45
     """Number of passes over their contacts."""
     seed: int = 1

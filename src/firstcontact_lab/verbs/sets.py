@@ -27,9 +27,9 @@ class Sets:
     folder: Annotated[Path, Option(positional=True)]
     """Folder that holds a folder NAME/recordings for each set."""
     twin: Path
-    """Recordings of the twin to learn from."""
+    """Recordings of the twin to train on."""
     noises: tuple[Path, ...] = ()
-    """Folders of the twin's same pinches with other noises."""
+    """Folders of the same twin pinches with other noises."""
 
     def run(self) -> None:
         """Score every set, and write report.html and results.json into the folder."""

@@ -40,8 +40,8 @@ class FlashModel:
                 "again"
             )
         print(
-            f"{self.device} answers with the model {digest}, {len(image.data)} bytes: {bare} of "
-            f"the model, {len(image.data) - bare} of the rig's noise floors"
+            f"{self.device} confirms the model {digest}: {len(image.data)} bytes, {bare} of the "
+            f"model and {len(image.data) - bare} of the rig's noise floors"
         )
 
     def _floors(self) -> Calibration:

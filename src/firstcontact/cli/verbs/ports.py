@@ -33,11 +33,11 @@ class Ports:
             print(f"{name:16} {title}")
         if not serial_ports and not inputs:
             print(
-                "no serial port is here: plug the fingertip in with a cable that carries data, or "
-                "do without one, --device twin"
+                "no serial port found: connect the fingertip with a data cable, or use the "
+                "simulated hand (--device twin)"
             )
         elif serial_ports and not self.ask and not any(p.teensy for p in serial_ports):
-            print("none of these is a Teensy by its USB numbers: --ask asks each of them")
+            print("no port has the USB numbers of a Teensy: --ask asks each port for a fingertip")
 
 
 def answer(port: str) -> Iterator[str]:

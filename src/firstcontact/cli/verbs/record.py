@@ -107,5 +107,8 @@ class Record:
         if not 1 <= self.sessions <= MOST_SESSIONS:
             raise InputError(f"it must lie between 1 and {MOST_SESSIONS}", parameter="sessions")
         if not self.session.isdecimal():
-            raise InputError("several sessions need the number of the first", parameter="session")
+            raise InputError(
+                "it must be the number of the first session if --sessions is above 1",
+                parameter="session",
+            )
         return [str(int(self.session) + k) for k in range(self.sessions)]

@@ -47,7 +47,10 @@ class Replay:
             try:
                 device = ReplayDevice(self.recording, terminal, self.speed)
                 if device.calibrated:
-                    print("its calibration does not travel over the wire", file=sys.stderr)
+                    print(
+                        "the recording's calibration is not sent: a device sends none",
+                        file=sys.stderr,
+                    )
                 stop.gently = True
                 print(f"port: {port}", flush=True)
                 device.run(lambda: stop.requested, self.once)

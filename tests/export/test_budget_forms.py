@@ -51,7 +51,7 @@ def test_without_an_interval_there_is_nothing_to_widen() -> None:
 
 def test_only_what_is_written_is_held_to_the_budget() -> None:
     trained = Trained((learned(ESTIMATORS.default, Task.REGRESSION),))
-    with pytest.raises(InputError, match="raise it"):
+    with pytest.raises(InputError, match="--budget-us"):
         small_enough(trained, None, 1.0)
     selected = small_enough(trained, None, 1.0, HAND.parts)
     assert selected.models == trained.models

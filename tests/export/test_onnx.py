@@ -35,5 +35,5 @@ def test_onnx_answers_as_python_does(name: str, task: Task, tmp_path: Path) -> N
 
 
 def test_a_training_without_a_model_of_a_window_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="use --to c"):
+    with pytest.raises(InputError, match="--to c"):
         onnx_graph.write(Trained(), tmp_path)

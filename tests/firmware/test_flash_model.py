@@ -163,7 +163,7 @@ def test_another_format_other_sizes_and_damage_are_refused(
             send_chunks(host, new.data[:-1] + bytes([new.data[-1] ^ 1]))
             assert "CRC" in state(host, FrameType.MODEL_END)[1]
             assert active_model(host) == old.digest
-        with pytest.raises(InputError, match=r"other sizes .* keeps its old one"):
+        with pytest.raises(InputError, match=f"{device.path}: .*kernels"):
             flash_model(device.path, new.data, FORMAT, other.sizes)
 
 
@@ -239,9 +239,9 @@ def test_too_large_model_is_refused_before_it_is_sent(
     sizes = images[0].sizes
     with running(program, *model_file) as device:
         check_model_fits(device.path, FORMAT, sizes, len(images[0].data))
-        with pytest.raises(InputError, match="there is room for"):
+        with pytest.raises(InputError, match=str(1 << 20)):
             check_model_fits(device.path, FORMAT, sizes, 1 << 20)
-        with pytest.raises(InputError, match="other sizes"):
+        with pytest.raises(InputError, match="kernels"):
             check_model_fits(device.path, FORMAT, sizes ^ 1, 1000)
-        with pytest.raises(InputError, match="takes format"):
+        with pytest.raises(InputError, match=f"format .*{FORMAT + 1}"):
             check_model_fits(device.path, FORMAT + 1, sizes, 1000)

@@ -98,12 +98,12 @@ def test_the_same_study_may_run_again_and_no_other_meanwhile_or_over_it(
         assert part, seen
         seen += part
     original = (out / "results.json").read_bytes()
-    with pytest.raises(InputError, match="running"):
+    with pytest.raises(InputError, match=str(out)):
         Study(recordings=arrays, out=out, quick=True).run()
     os.killpg(first.pid, signal.SIGKILL)
     first.communicate()
     for other in (Study(recordings=arrays, out=out), Study(out=out, quick=True)):
-        with pytest.raises(InputError, match="holds another study's results"):
+        with pytest.raises(InputError, match=str(out)):
             other.run()
     assert (out / "results.json").read_bytes() == original
     again = start(arrays, out, *words)
@@ -128,7 +128,7 @@ def living_in_group(group: int) -> list[str]:
 
 def test_settings_that_make_no_sense_are_refused(tmp_path: Path) -> None:
     for study in (Study(seed=-1), Study(early_ms=50.0)):
-        with pytest.raises(InputError, match="must not be negative"):
+        with pytest.raises(InputError, match="--seed .*--early-ms"):
             study.run()
     for workers in (-1, 100_000):
         with pytest.raises(InputError, match=f"--workers is {workers}"):
@@ -137,5 +137,5 @@ def test_settings_that_make_no_sense_are_refused(tmp_path: Path) -> None:
 
 def test_a_folder_that_cannot_be_made_is_one_sentence(arrays: Path, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("", encoding="utf-8")
-    with pytest.raises(InputError, match="choose another --out"):
+    with pytest.raises(InputError, match="--out"):
         Study(recordings=arrays, out=tmp_path / "file" / "out", quick=True).run()

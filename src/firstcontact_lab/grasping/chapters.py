@@ -71,9 +71,10 @@ def policies_table(household: Household) -> Table:
         return None if between is None else between.bounded
 
     return _table(
-        f"Drops where {percent(household.damage)} are damaged, by what is known; success as tuned. "
-        "Intervals draw kinds (within their groups) and hands. Reflex rows: lifted gradually, the "
-        "slip known after 100 ms. Labels with noise have a normal error of that RMSE.",
+        f"Drops at {percent(household.damage)} damage by the policy's knowledge. Success is that "
+        "of the tuned settings. Intervals resample hands, and kinds of object within their groups. "
+        "Rows with a reflex: gradual lift, slip detected after 100 ms. Labels with noise have "
+        "normal errors with the stated RMSE.",
         [
             Row("Dropped", drops, "whole"),
             Row("Fewer than blind", fewer, "whole"),
@@ -90,9 +91,9 @@ def reflex_table(household: Household) -> Table:
         return lambda name: value(household.slip_reflex[name])
 
     return _table(
-        "With a slip reflex: drops at the same damage without and with stiffness, and success. The "
-        "support goes at once (abrupt) or within a second (gradual); to the latency of the "
-        "detection 20 ms of brake and the time to build the force up are added.",
+        "Drops at equal damage with a slip reflex, without and with stiffness, and success. The "
+        "support disappears immediately (abrupt) or within a second (gradual). After the stated "
+        "latency of the detection, the brake needs 20 ms and the force must build up.",
         [
             Row("Reflex alone", lookup(lambda r: r.blind.bounded), "whole"),
             Row("Stiffness, too", lookup(lambda r: r.stiffness.bounded), "whole"),
@@ -114,8 +115,8 @@ def _gains(
 def controls_table(household: Household) -> Table:
     """Return the remaining gain in the controls."""
     return _gains(
-        "Controls: fewer drops than blind where the same objects got others' weights or limits by "
-        "chance, every policy tuned anew; mean and middle 95 % of permutations.",
+        "Controls: reduction of drops if the objects get random weights or limits of others. Every "
+        "policy is tuned again. Mean and middle 95 % of the permutations.",
         household.controls,
         "gain",
         {name: CONTROLS.get(name, name) for name in household.controls},
@@ -125,8 +126,8 @@ def controls_table(household: Household) -> Table:
 def sensitivity_table(household: Household) -> Table:
     """Return the gain with changed estimated numbers of the objects."""
     return _gains(
-        "Numbers of the objects that are estimates, changed: the gain then, every policy tuned "
-        "anew. The last row has the least and the most of its draws instead of an interval.",
+        "Reduction of drops with changed values of the estimated numbers. Every policy is tuned "
+        "again. The last row has the smallest and largest of its draws instead of an interval.",
         household.sensitivity,
         "whole",
         {name: name[0].upper() + name[1:] for name in household.sensitivity},
@@ -140,9 +141,9 @@ def closings_table(household: Household) -> Table:
         return lambda name: value(household.closings[name])
 
     return _table(
-        "Closings in full, as tuned: plant, filter, detector, network, loop with its deadline. "
-        "Steady: the force is steady and a quarter more than just holds. As the table: how often "
-        "the table of closings that fronts are read off has the same end.",
+        "Full closings with tuned settings: plant, filter, detector, network, and loop with its "
+        "deadline. Steady: share with a constant force, a quarter above the holding force. As the "
+        "table: share with the same outcome as in the table of closings for tuning.",
         [
             Row("Success", lookup(lambda c: bounded(c, "success")), "whole"),
             Row("Dropped", lookup(lambda c: bounded(c, "dropped")), "whole"),
@@ -165,16 +166,16 @@ def estimates_table(household: Household) -> Table:
         return Line([Cell(title), *(format_cell(values.get(window), unit) for window in windows)])
 
     return Table(
-        f"The live estimates of judged pinches. {_firm(household)}On pinches of the hands' own "
-        "blocks "
-        f"that were held out the RMSE is {entry.block_rmse:.1f}; {percent(entry.unanswered)} of "
-        f"pinches had no estimate before the second contact, and {percent(entry.heard)} of second "
-        "contacts were heard.",
+        f"Live estimates of the judged pinches. {_firm(household)}On held-out pinches of the "
+        f"hands' own blocks the RMSE is {entry.block_rmse:.1f}. {percent(entry.unanswered)} of "
+        "pinches had "
+        f"no estimate before the second contact, and {percent(entry.heard)} of second contacts "
+        "were detected.",
         ("", *(w if w == USED else f"{w} ms" for w in windows)),
         [
             line("RMSE, all objects (Shore A)", entry.rmse, "one"),
             line(f"RMSE, objects up to {FIRMEST:g} Shore A", entry.bearing, "one"),
-            line("Whole before the second contact", entry.decided, "whole"),
+            line("Window complete before the second contact", entry.decided, "whole"),
         ],
     )
 
@@ -190,9 +191,9 @@ def _firm(household: Household) -> str:
     squares = {n: entry.answered * entry.rmse[USED] ** 2 for n, entry in answered.items()}
     part = sum(squares[n] for n, entry in answered.items() if entry.shore_a > MET)
     return (
-        f"The network has never met anything much firmer than {MET:g} Shore A: {len(firm)} things "
-        f"of {min(labels):g} to {max(labels):g} read as {read:.0f} at the median, and make "
-        f"{percent(part / sum(squares.values()))} of the squared error over all. "
+        f"The network was not trained on objects much firmer than {MET:g} Shore A. For {len(firm)} "
+        f"objects of {min(labels):g} to {max(labels):g} the median prediction is {read:.0f}. They "
+        f"contribute {percent(part / sum(squares.values()))} of the squared error. "
     )
 
 
@@ -273,9 +274,9 @@ def payload_table(results: GraspResults) -> Table:
         return value
 
     return _table(
-        "The older task: a declared payload of 0.2 kg, peak force on soft blocks, "
-        f"{payload.data.closings} closings at {ms} ms brake latency. There is little to gain: the "
-        "force that holds the payload is the same for everything.",
+        "Earlier task: hold a declared payload of 0.2 kg with little peak force on soft blocks, "
+        f"{payload.data.closings} closings at {ms} ms brake latency. There is little to gain, "
+        "because one force holds the payload with every object.",
         [
             Row("Peak, soft", group("peak_n", "soft"), "newton"),
             Row("Time to grasp", group("time_ms", "lasting"), "whole ms"),
@@ -293,12 +294,10 @@ def fronts(results: GraspResults) -> Figure:
         "fronts",
         "Dropped against damaged",
         f"Each line is one policy from cautious (left) to bold, on {household.picks} pinches of "
-        f"{household.objects} objects by {household.hands} hands. Blind presses everything with "
-        "the same "
-        "force; stiffness is heard at the first contact; a reflex presses harder when it slips "
-        "(lifted gradually, the slip known after 100 ms). Points have 95 % intervals over objects "
-        "and hands. The ceiling is the best that can be done to each single specimen, found by "
-        "search.",
+        f"{household.objects} objects by {household.hands} hands. Blind presses with one force; "
+        "stiffness uses the estimate from the first contact; a reflex presses harder on slip "
+        "(gradual lift, slip detected after 100 ms). Points have 95 % intervals over objects "
+        "and hands. The ceiling is the best choice for each single specimen, found by search.",
         fronts_figure(household),
     )
 
@@ -308,7 +307,7 @@ def _film(results: GraspResults, film: Path) -> Figure:
     return Figure(
         "film",
         f"{' and '.join(shown_objects).capitalize()}, picked up by the same hand",
-        "Left without stiffness, right with it, both as tuned without these objects' families. "
+        "Left without stiffness, right with it, both tuned without these objects' families. "
         f"Hand {hand}, specimen {specimen}; lifted 450 ms after the first contact. Dotted: the "
         "second contact; dashed: lifted.",
         f"data:image/gif;base64,{base64.b64encode(film.read_bytes()).decode()}",

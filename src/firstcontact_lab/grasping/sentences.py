@@ -9,7 +9,7 @@ from firstcontact_lab.grasping.results import CEILING, Between, GraspResults, Ho
 
 #: Titles of references that are not policies.
 REFERENCES = {
-    "label": "label told",
+    "label": "exact label",
     "label_rmse_3": "label with noise, RMSE 3",
     "label_rmse_5": "label with noise, RMSE 5",
     "label_rmse_10": "label with noise, RMSE 10",
@@ -49,12 +49,11 @@ def headline(household: Household) -> str:
     why = ": the interval includes zero" if gain.low <= 0 else ""
     doubt = ": not significant" if gain.low <= 0 <= gain.high else ""
     return (
-        f"Knowing stiffness gives {fewer(gain)} drops{doubt}. A hand that knows it before its "
-        f"second finger touches drops in {percent(ours)} of closings on {household.objects} "
-        f"household things, the best blind rule in {percent(blind)}, where both damage "
-        f"{percent(household.damage)}. Nothing was tuned on these kinds of things and "
-        f"{household.hands} hands. The "
-        f"target of {percent(household.target)} with an interval without zero is {verdict}{why}."
+        f"Knowing stiffness gives {fewer(gain)} drops{doubt}. A hand with a stiffness estimate "
+        f"drops {percent(ours)} of the picks, the best hand without one {percent(blind)}, where "
+        f"both damage {percent(household.damage)}. The target of {percent(household.target)} with "
+        f"an interval above zero is {verdict}{why}. Each of the {household.objects} objects "
+        f"is judged with settings tuned without its family, on {household.hands} other hands."
     )
 
 
@@ -65,9 +64,8 @@ def reflex_sentence(household: Household) -> str:
         for name, reflex in household.slip_reflex.items()
     ]
     return (
-        "Where the hand has a slip reflex anyway, knowing stiffness takes its drops from "
-        f"{', '.join(parts)}; in brackets how it is lifted, and how long after it began a slip is "
-        "known."
+        "With a slip reflex, knowing stiffness changes the drops from "
+        f"{', '.join(parts)}. Brackets: kind of lift, and latency of the slip detection."
     )
 
 
@@ -79,14 +77,13 @@ def shortly(household: Household) -> str:
     none = [name for name, reflex in by.items() if reflex.fewer.value <= 0]
     useful = [reflex.fewer for name, reflex in by.items() if name not in none]
     parts = [
-        f"On the twin, a hand that knows stiffness before its second finger touches drops "
-        f"{fewer(gain)} of {household.objects} household things than the best blind rule at "
-        "equal "
-        f"damage{proof}."
+        f"On the twin, a hand with a stiffness estimate before its second contact drops "
+        f"{fewer(gain)} of {household.objects} household objects than the best hand without one, "
+        f"at equal damage{proof}."
     ]
     if none:
         cases = "; ".join(none)
-        parts.append(f"With a slip reflex that is quick enough ({cases}) nothing is left of it.")
+        parts.append(f"With a slip reflex that is quick enough ({cases}) no gain is left.")
     if useful:
         least, most = (round(100 * of(f.value for f in useful)) for of in (min, max))
         late = "Where the reflex comes too late" if none else "With a slip reflex"
@@ -101,13 +98,11 @@ def sentences(results: GraspResults) -> list[str]:
     return [
         headline(household),
         reflex_sentence(household),
-        f"In brackets, 95 % intervals over things and hands: where others are drawn, both rules "
-        f"are again as bold as damages {percent(household.damage)} there. Kept as bold as before, "
-        "with "
-        "what stiffness then damages more counted as dropped, it is "
-        f"{ends(household.fewer_drops_as_bold)}.",
-        f"In closings in full, as tuned, {ends(household.success_gain, True)} more end well with "
-        "stiffness, neither dropped nor damaged.",
-        "A control: where every thing has the weight and the limit of another there is nothing to "
-        f"gain, and {ends(household.controls['both_permuted'], True)} is gained.",
+        "Intervals resample objects and hands, and scale both policies to "
+        f"{percent(household.damage)} damage each time. With unchanged forces and additional "
+        f"damage counted as drops, the gain is {ends(household.fewer_drops_as_bold)}.",
+        f"In full closings with tuned settings, {ends(household.success_gain, True)} more succeed "
+        "with stiffness: neither dropped nor damaged.",
+        "Control: if each object has the weight and the limit of another, no gain is possible. The "
+        f"measured gain is {ends(household.controls['both_permuted'], True)}.",
     ]

@@ -29,7 +29,7 @@ class Look:
 #: Titles of the in-context network, which has no registry entry.
 NETWORK_TITLES: Mapping[str, str] = {
     "in_context": "In-context network",
-    "in_context_radius": "In-context network, radius told",
+    "in_context_radius": "In-context network, radius given",
 }
 #: Colour of the network in all figures.
 NETWORK_COLOUR = GREEN

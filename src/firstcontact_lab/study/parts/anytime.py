@@ -325,17 +325,15 @@ def anytime_table(results: SubjectResults) -> Table | None:
         lines.append(_error_line(scores.asked, f"{title}, {_ASKED[by_time.asked]}", quiet=True))
         if scores.blocks is not None:
             lines.append(_error_line(scores.blocks, f"{title}, {_ASKED['blocks']}", quiet=True))
-    caption = f"{names.estimator(by_time.estimator).title}: by the time after contact."
+    caption = f"{names.estimator(by_time.estimator).title}, by time after contact."
     if by_time.before_second is not None:
         caption += (
-            " The samples for an estimate lie before the second contact in "
-            f"{percent(by_time.before_second)} of {by_time.with_second:,} pinches; computing and "
-            "transport are left out."
+            f" In {percent(by_time.before_second)} of {by_time.with_second:,} pinches the samples "
+            "for a first estimate lie before the second contact, without computing and transport."
         )
     caption += (
-        f" The model is conditioned on the blocks of the rig ({by_time.way}); "
-        f"{counted(by_time.too_short, 'pinch')} whose second contact came before any estimate "
-        f"{'is' if by_time.too_short == 1 else 'are'} not scored."
+        f" The model is conditioned on the blocks of the rig ({by_time.way}). Not scored: "
+        f"{counted(by_time.too_short, 'pinch')} whose second contact came before any estimate."
     )
     return Table(caption, ["", *(f"{ms} ms" for ms in by_time.rmse)], lines)
 
@@ -353,8 +351,8 @@ def _error_line(scores: AnytimeScores, queries: str, *, quiet: bool = False) -> 
 def _side(scores: AnytimeScores, queries: str) -> list[Line]:
     return [
         _error_line(scores, queries),
-        Line([Cell("Truth in its interval", queries), *_cells(scores, "coverage", "share")]),
-        Line([Cell("Width of it, Shore A", queries), *_cells(scores, "width", "shore")]),
+        Line([Cell("Coverage of the interval", queries), *_cells(scores, "coverage", "share")]),
+        Line([Cell("Width of the interval, Shore A", queries), *_cells(scores, "width", "shore")]),
         Line([Cell("Out of range", queries), *_cells(scores, "strange", "share")]),
     ]
 

@@ -485,8 +485,8 @@ def short_table(results: SubjectResults) -> Table | None:
         name = Cell(*reading_title(reading))
         lines.append(Line([name, *cells, Cell(f"{reading.n:,}")], place > 0))
     caption = (
-        f"Class of hardness, {real.materials} materials, each left out: balanced accuracy "
-        f"(a constant prediction: {percent(real.chance)}) by length of the window. {_order(real)}"
+        f"Balanced accuracy of the hardness class by window length, with each of {real.materials} "
+        f"materials left out. A constant prediction has {percent(real.chance)}. {_order(real)}"
     )
     return Table(caption, ["", *(f"{ms} ms" for ms in lengths), "Pinches"], lines)
 
@@ -515,8 +515,10 @@ def materials_table(results: SubjectResults) -> Table | None:
         ]
     head = ["", *(f"{ms} ms" for ms in lengths), "Centroid as sent", "behind smoothing"]
     title, windows = reading_title(real.readings[0])
-    caption = f"Each material, left out: share classed right. {title}, {windows}."
-    return Table(f"{caption} The worst one also by session.", head, lines)
+    caption = (
+        f"Share of correctly classified windows of each left-out material. {title}, {windows}."
+    )
+    return Table(f"{caption} The worst material also by session.", head, lines)
 
 
 def _order(real: RealSet) -> str:
@@ -525,10 +527,10 @@ def _order(real: RealSet) -> str:
     if real.rho is None or real.p is None or smooth.rho is None:
         return ""
     text = (
-        f"Order of hardness by the {real.score.split(',')[0]}, nothing fitted: ρ = {real.rho:.2f}"
-        f" (n = {real.materials}, p = {real.p:.3f}; a perfect order has {real.most_rho:.2f}, as "
-        f"materials of one rank are ties) on the signal as sent, {smooth.rho:.2f} behind the "
-        "published smoothing."
+        f"Order of hardness by the {real.score.split(',')[0]}, without any fit: ρ = {real.rho:.2f}"
+        f" (n = {real.materials}, p = {real.p:.3f}) on the signal as sent, {smooth.rho:.2f} after "
+        f"the published smoothing. A perfect order has {real.most_rho:.2f}, because materials of "
+        "one rank are ties."
     )
     return text.replace("-", "−")
 

@@ -140,7 +140,7 @@ class LogisticDetector(TrainedDetector):
         return above
 
     def judgement(self, rate: float) -> Judgement:
-        """Return the decision in logarithms of levels, whose sums grow sample by sample."""
+        """Return the kernel for export. It sums squares sample by sample and takes logarithms."""
         self._require_training("there is nothing to export")
         assert self._line is not None
         sizes = self.sizes(rate)

@@ -96,7 +96,7 @@ class SvmDetector(TrainedDetector):
         return self._machine.decide(features).reshape(n, fingers)
 
     def judgement(self, rate: float) -> Judgement:
-        """Return features and machine in single precision."""
+        """Return the kernel for export: features and SVM, in single precision."""
         self._require_training("there is nothing to export")
         machine = self._machine
         assert machine is not None

@@ -67,5 +67,5 @@ class ThresholdDetector(WindowDetector):
         return np.asarray(np.abs(new).max(axis=2) > self.sigmas)
 
     def judgement(self, rate: float) -> Judgement:
-        """Return the threshold as a kernel."""
+        """Return the kernel for export, with the threshold."""
         return Judgement("crossing", {"sigmas": self.sigmas}, {}, 1)

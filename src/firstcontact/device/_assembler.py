@@ -195,7 +195,7 @@ class Assembler:
             assembled.stopped = True
 
     def _add_prediction(self, prediction: DevicePrediction, assembled: Assembled) -> None:
-        """Add a contact or an estimate of the device, if its samples can exist."""
+        """Add a contact or an estimate of the device; FrameError for impossible sample numbers."""
         assert self.descriptor is not None
         newest = (
             self._next if self._next is not None and self._samples_received else prediction.decided

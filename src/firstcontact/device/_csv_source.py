@@ -279,7 +279,7 @@ def from_name(name: str, options: SourceOptions) -> CsvSource:
     address, _, columns = name.removeprefix("csv:").partition("#")
     port, _, baud = address.partition("@")
     if not port:
-        raise InputError(f"{name} names no port: as in csv:/dev/ttyACM0@115200#piezo")
+        raise InputError(f"{name} names no port: give one, as in csv:/dev/ttyACM0@115200#piezo")
     # At most 8 digits: the system cannot store more.
     if baud and not (baud.isdecimal() and len(baud) <= 8 and int(baud) > 0):
         raise InputError(f"{name} has no baud rate behind the @: as in csv:{port}@{BAUD}")

@@ -133,7 +133,7 @@ class Network:
             if not most < LARGEST:
                 raise InputError(
                     f"the outputs of the layer {name} may overflow: its weights, or those of the "
-                    "layers before it, are too large"
+                    "layers before it, are too large: train it again"
                 )
 
     def _most(self, name: str, most: float) -> float:

@@ -101,7 +101,9 @@ class WindowPredictor:
             return out
         values, spreads = self.model.predict(X), self.model.spread(X)
         if spreads is None and self.interval is not None and self.interval.scaled:
-            raise InputError("the model's interval needs a spread, but the model has none")
+            raise InputError(
+                "the model's interval needs a spread, but the model has none: train it again"
+            )
         spreads = np.full(len(values), nan) if spreads is None else spreads
         low = high = values
         if self.interval is not None:

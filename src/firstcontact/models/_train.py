@@ -266,7 +266,7 @@ def adapt(
         if detector is not None and detector != fallback.name:
             if DETECTORS.find(detector).learns:
                 raise InputError(
-                    f"{detector} has to be fitted: name recordings, too", parameter="detector"
+                    f"{detector} has to be trained: give recordings, too", parameter="detector"
                 )
             fallback = make_detector(detector)
         return Model(fallback, (NetworkPredictor(pretrained()),))

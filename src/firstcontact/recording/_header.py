@@ -165,7 +165,7 @@ class _Mark:
         samples = [c.sample for c in self.truth]
         fingers = [c.finger for c in self.truth if c.finger is not None]
         if samples != sorted(samples) or len(set(fingers)) < len(fingers):
-            raise ValueError("its contacts are not those of two fingers, one after the other")
+            raise ValueError("its contacts are not of two fingers in the order of time")
         inside = [
             *samples,
             *(c.sample for c in self.found),

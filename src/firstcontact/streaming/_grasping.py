@@ -30,11 +30,11 @@ class Grasping:
     silence, or when the origin of the request disconnects. A motor start alone begins no closing
     there, because it may open the hand.
 
-    The policy gets the final estimate of a closing, and with ``early`` each one before it. An
-    estimate that is out of range counts as none.
+    The policy gets the final estimate of a closing, and with ``early`` each one before it. Estimates
+    out of range are ignored.
 
-    Times count on the samples' clock. The deadline ends when the hand gets the estimate. It
-    includes computing, the delay of samples beyond the least delayed ones, and the hand's pacing.
+    Times count on the samples' clock. An estimate meets the deadline if the hand gets it
+    before. The time includes computing, transport beyond the shortest, and the hand's pacing.
     The shortest transport time is unknown.
 
     Parameters

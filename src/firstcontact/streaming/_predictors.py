@@ -354,7 +354,9 @@ class _WindowsStream:
         if (interval := entry.interval) is not None:
             spread = entry.model.spread(window.samples[None]) if interval.scaled else np.ones(1)
             if spread is None:
-                raise InputError("the model's interval needs a spread, but the model has none")
+                raise InputError(
+                    "the model's interval needs a spread, but the model has none: train it again"
+                )
             low, high = interval.around(value, float(spread[0]))
             level = interval.level
         if not all(map(math.isfinite, (value, low, high))):

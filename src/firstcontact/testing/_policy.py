@@ -53,7 +53,7 @@ def check_policy(kind: type[Policy]) -> None:
 
 
 def _settings(kind: type[Policy], chance: Random) -> Iterator[dict[str, float]]:
-    """Yield no settings, and random ones that a study can choose."""
+    """Yield the default settings, then random ones that a study can choose."""
     yield {}
     if kind.tunables:
         yield {name: chance.choice((*t.tried, *t.few)) for name, t in kind.tunables.items()}

@@ -6,7 +6,7 @@ the bulk and held by a clamp. The force through the mount drives the piezo disc.
 the closing axis.
 
 The offset between the contacts is given, not the gap. A finger acts on nothing before it touches.
-So the gap that makes it touch at the wanted instant is its free position at that instant.
+So its free position at the wanted contact time is the gap.
 """
 
 from __future__ import annotations

@@ -16,33 +16,33 @@ class FingerParameters(NamedTuple):
     drive_mass: float = 0.45
     """Inertia of motor and gears, reflected to the fingertip, kg."""
     speed_gain: float = 250.0
-    """Speed loop of the drive, N s/m."""
+    """Gain of the drive's speed loop, N s/m."""
     drive_force: float = 12.0
     """Stall force at the fingertip, N."""
     link_stiffness: float = 2.5e3
-    """Gear train and linkage between drive and phalanx, N/m."""
+    """Stiffness of gear train and linkage between drive and phalanx, N/m."""
     link_damping: float = 3.0
     """Damping of gear train and linkage, N s/m."""
     phalanx_mass: float = 0.018
-    """Distal phalanx and mount, kg."""
+    """Mass of distal phalanx and mount, kg."""
     mount_stiffness: float = 4.2e5
-    """Board on its screwed PETG mount, N/m."""
+    """Stiffness of the screwed PETG mount under the board, N/m."""
     mount_damping: float = 2.6
     """Damping of the mount, N s/m."""
     board_mass: float = 0.0021
-    """Board with piezo disc and wires, kg."""
+    """Mass of the board with piezo disc and wires, kg."""
     pad_stiffness: float = 4.5e4
-    """Dimpled pad at small compression, N/m."""
+    """Stiffness of the dimpled pad at small compression, N/m."""
     pad_stiffening: float = 6.0e11
-    """Cubic term of the dimpled pad, N/m^3."""
+    """Cubic term of the dimpled pad's stiffness, N/m^3."""
     pad_arm_stiffness: float = 2.2e4
-    """Maxwell arm of the pad, N/m."""
+    """Stiffness of the pad's Maxwell arm, N/m."""
     pad_relaxation: float = 1.2e-3
-    """Relaxation time of that arm, s."""
+    """Relaxation time of the pad's Maxwell arm, s."""
     pad_damping: float = 1.5
     """Damping of the pad, N s/m."""
     skin_mass: float = 0.00055
-    """Front of the pad that moves with the skin, kg."""
+    """Mass of the pad's front, which moves with the skin, kg."""
     pad_modulus: float = 4.43e6
     """Young's modulus of the pad's silicone, Pa (65 Shore A by Gent)."""
     tip_radius: float = 0.010
@@ -77,7 +77,7 @@ class ObjectParameters(NamedTuple):
     arm_share: float = 0.25
     """Contact stiffness of the Maxwell arm, as a share of the slow one."""
     arm_relaxation: float = 4.0e-3
-    """Relaxation time of that arm, s."""
+    """Relaxation time of the contact's Maxwell arm, s."""
     contact_loss: float = 0.10
     """Hunt-Crossley c, s/m: restitution is about 1 - c v."""
 

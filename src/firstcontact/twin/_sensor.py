@@ -30,7 +30,7 @@ class VelostatParameters(NamedTuple):
     creep_share: float = 0.15
     """Share of the slow response."""
     creep: float = 0.4
-    """Time constant of that share, s."""
+    """Time constant of the slow response, s."""
     conductance: float = 2.2e-4
     """Gain, S / N^0.85."""
     exponent: float = 0.85

@@ -41,9 +41,9 @@ class SlipParameters(NamedTuple):
     stiffness: float = 15e3
     """Shear stiffness of the pad, N/m."""
     mass: float = 0.00055
-    """Front of the pad that moves along with the skin, kg."""
+    """Mass of the pad's front, which moves with the skin, kg."""
     damping: float = 0.15
-    """Damping of that mass on that stiffness, share of critical."""
+    """Damping of the pad's front, share of critical."""
     ratio: float = 1.5
     """Static over kinetic friction."""
     weakening: float = 0.018
@@ -53,7 +53,7 @@ class SlipParameters(NamedTuple):
     grain: float = 1e-4
     """Distance between drawn friction values along the object, m."""
     coupling: float = 0.1
-    """Volts of the piezo per newton along the pad, as a share of those per newton through it."""
+    """Piezo voltage per newton along the pad, as a share of that of a normal force."""
 
 
 @compiled(error_model="numpy")

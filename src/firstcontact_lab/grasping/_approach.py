@@ -31,7 +31,7 @@ LONGEST = 2.0
 
 @dataclass(frozen=True, slots=True, order=True)
 class Pick:
-    """Random pick of an object.
+    """One attempt of a hand to pick up an object.
 
     Parameters
     ----------

@@ -72,7 +72,7 @@ def household(
     )
     weights = resample_weights(tables.judged, seed)
     judged_policies = judgement(tables)
-    stage("closings in full")
+    stage("full closings")
     full = full_closings(judged_policies, tables.judged, weights, hands_by_speed, runner)
     stage("controls")
     results = findings(

@@ -57,7 +57,7 @@ class Judgement:
 
     @property
     def everyone(self) -> dict[str, Judged]:
-        """Judged policies by name, with reflexes as in closings in full."""
+        """Judged policies by name. Those with a reflex have the lift and latency of ``FULL``."""
         names = (baseline(True).name, candidate(True).name)
         return {**self.plain, **dict(zip(names, self.reflexes[_full()], strict=True))}
 

@@ -28,7 +28,7 @@ GROUPS: Mapping[str, Callable[[Row], bool]] = {
 
 
 def milliseconds(latency: float) -> str:
-    """Return a latency as a key, ms."""
+    """Return a latency as a key of the results: whole milliseconds."""
     return f"{1e3 * latency:g}"
 
 

@@ -371,25 +371,26 @@ def _how(results: GraspResults) -> dict[str, str]:
     errors = [f"{ms} ms window {rmse:.1f}" for ms, rmse in payload.models.rmse.items()]
     families = "; ".join(map(listed, tuned.families))
     return {
-        "Every policy": "slows down at the first contact and presses with one force from the "
-        "second on. Only this force depends on what is known. The estimate is the last one before "
-        "the second contact, as the live pipeline emits it; a command acts 20 ms after the block "
-        "that caused it.",
+        "Every policy": "slows down at the first contact, and presses with one force from the "
+        "second on. Only this force depends on the policy's knowledge. The estimate is the live "
+        "pipeline's last one before the second contact. A command acts 20 ms after the block of "
+        "samples that caused it.",
         "Tuned on": f"{tuned.picks} pinches by the hands {listed(tuned.hands)}, specimen "
         f"{listed(tuned.specimens)} of each object; {tuned.budget} settings of each policy, or all "
-        "that there are. Each was looked up in closings on a grid of approach, force and object; "
-        "the best has the fewest drops at 7, 10 and 13 % of damage, each pinch standing for "
-        "specimens that scatter by a fifth. Nothing else was tuned.",
+        "if there are fewer. Their outcomes come from closings on a grid of approach, force and "
+        "object. The best setting has the fewest drops at 7, 10 and 13 % damage. Each pinch "
+        "represents specimens that scatter by a fifth. Nothing else was tuned.",
         "Judged on": f"{judged.picks} pinches by the hands {listed(judged.hands)}, specimens "
-        f"{listed(judged.specimens)}; the families of each fold of {tuned.folds} with settings "
-        f"that were tuned without them. Families: {families}; and each other object by itself.",
-        "A hand knows itself": "by its own pinches of five blocks, at the approach that it is "
-        "judged with, with contacts as its detector finds them.",
-        "Fronts": "are read off closings of the judged pinches on the same grid; the table of "
-        "closings in full says how often a policy in the loop ends alike.",
-        "The older task": f"{listed(payload.data.objects)}; each in {payload.data.sessions} "
-        f"sessions. Its models learned from {payload.data.training} pinches; error on sessions "
-        f"held out: {', '.join(errors)} Shore A RMSE.",
+        f"{listed(judged.specimens)}. Families of similar objects are divided into {tuned.folds} "
+        "folds, and each fold is judged with settings tuned without it. "
+        f"Families: {families}. Each other object is a family by itself.",
+        "Models of a hand": "come from its own pinches of five blocks, at the judged approach, "
+        "with contacts from its detector.",
+        "Fronts": "come from closings of the judged pinches on the same grid. The table of full "
+        "closings states how often a policy in the loop has the same outcome.",
+        "Earlier task": f"{listed(payload.data.objects)}; each in {payload.data.sessions} "
+        f"sessions. Its models were trained on {payload.data.training} pinches. RMSE on held-out "
+        f"sessions: {', '.join(errors)} Shore A.",
         "Seed": str(run.seed),
         "Time": f"{duration(run.seconds)} with {run.workers} workers",
     }

@@ -114,7 +114,7 @@ class FrontPoints(Record, frozen=True, kw_only=True):
 
 
 class ChosenSettings(Record, frozen=True, kw_only=True):
-    """Chosen settings of one fold, with shares on the tuning picks."""
+    """Chosen settings of one fold, with shares of drops and damage on the tuning picks."""
 
     left_out: list[str]
     settings: dict[str, float]

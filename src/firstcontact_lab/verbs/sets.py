@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 class Sets:
     """Score the detectors on several real sets, and report them on one page.
 
-    Beside its recordings a set may have noise/ (recordings without touches), results.json of a
+    Besides its recordings a set may have noise/ (recordings without touches), results.json of a
     study, and front_ends.csv (session,front_end).
     """
 

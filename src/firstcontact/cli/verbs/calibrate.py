@@ -21,7 +21,7 @@ class Calibrate:
     seconds: float = 2.0
     """Length of rest that is measured, s."""
     patience: float = 10.0
-    """Longest additional wait for that rest, s."""
+    """Longest additional wait until the hand is at rest, s."""
     no_tap: bool = False
     """Skip the tap test; required with the simulated hand."""
     weights: Path | None = None

@@ -47,7 +47,7 @@ class _Viewer:
     heard
         Time of its newest message, s of the monotonic clock.
     closes
-        True if it has requested to close the hand and not to open it since.
+        True if its last request to the hand was to close it.
     """
 
     name: str

@@ -70,7 +70,7 @@ class SplitScores(Record, frozen=True, kw_only=True):
 class BlockScores(Record, frozen=True, kw_only=True):
     """Scores of an estimator in each split of the blocks.
 
-    ``strip_aligned`` has the same with windows that start at the known contact.
+    ``strip_aligned`` holds the scores of windows that start at the known contact.
     """
 
     random_90_10: SplitScores | None = None

@@ -1,4 +1,4 @@
-"""Words about vibration sensors: requests for rest, and measurements in their own unit."""
+"""Messages about vibration sensors: requests for rest, and measurements with units."""
 
 from __future__ import annotations
 

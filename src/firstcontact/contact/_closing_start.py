@@ -111,7 +111,7 @@ def describe_starts(counts: Mapping[str, int]) -> str:
 
     Parameters
     ----------
-    ways
+    counts
         Result of :func:`count_starts`.
     """
     descriptions = [(WORDS[How(how)], n) for how, n in counts.items()]

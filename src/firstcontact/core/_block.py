@@ -49,7 +49,7 @@ def merge_blocks(blocks: Iterable[Block], max_samples: float = math.inf) -> list
     ----------
     blocks
         Blocks in stream order.
-    most
+    max_samples
         Largest number of samples in a merged block. A longer input block stays as it is.
     """
     runs: list[list[Block]] = []

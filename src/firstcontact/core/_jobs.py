@@ -92,7 +92,7 @@ class Pool(Runner):
         An open ``joblib.Parallel`` that returns a generator.
     tick
         Called in this process with (done, total) as results arrive.
-    together
+    share_memory
         True if jobs share this process's memory and do not disturb each other.
     """
 

@@ -120,9 +120,9 @@ def read_card(
     ----------
     path
         Path of the card.
-    what
+    noun
         "model" or "detector", for messages.
-    form, form_version
+    expected_format, expected_version
         Required values of the two fields.
     kind
         Record type.

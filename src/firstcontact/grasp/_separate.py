@@ -145,7 +145,7 @@ class SeparateHand(Hand):
             raise HandError(f"the process of the hand {self.name!r} does not answer")
 
     def _read_answer(self, child: Child, timeout: float) -> str:
-        """Return what the next answer says besides "done"."""
+        """Return the content of the next answer, without the word "done"."""
         word, _, detail = child.answer(timeout).partition(" ")
         self._unanswered.popleft()
         if word != "done":

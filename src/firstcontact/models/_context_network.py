@@ -55,7 +55,7 @@ class Network:
     ----------
     arrays
         ``LAYER.weight`` (outputs, inputs) and ``LAYER.bias`` of each of ``LAYERS``, and
-        ``inputs.mean``, ``inputs.sd``, likewise ``token`` and ``general``.
+        ``inputs.mean``, ``inputs.sd``; also for ``token`` and ``general``.
 
     Raises
     ------

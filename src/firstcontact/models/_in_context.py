@@ -73,7 +73,7 @@ class InContextModel:
         rigs: Mapping[int, Rig],
     ) -> None:
         if factors.shape != (len(STAGES),) or not (factors > 0).all():
-            raise InputError("the widths of the intervals do not fit")
+            raise InputError("the array of interval widths has a wrong shape or value")
         if ANY not in rigs:
             raise InputError("the rig for any finger is missing")
         self.rate = FINGERTIP_RATE

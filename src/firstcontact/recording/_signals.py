@@ -147,7 +147,7 @@ def cut_pinches(
     ----------
     table
         Path of the table, for messages.
-    wholes
+    recordings
         Files, or unbroken parts of one, with the same layout.
     places
         File number, first sample and end of each pinch.

@@ -19,7 +19,7 @@ class ExponentialSmoothing:
     ----------
     alpha
         Weight of the newest sample, 0 < alpha <= 1 (1 changes nothing).
-    which
+    mask
         Mask of the channels to filter, shape (channels,). Others stay unchanged.
 
     Raises

@@ -30,8 +30,8 @@ class Grasping:
     silence, or when the origin of the request disconnects. A motor start alone begins no closing
     there, because it may open the hand.
 
-    The policy gets the final estimate of a closing, and with ``early`` each one before it. Estimates
-    out of range are ignored.
+    The policy gets the final estimate of a closing, and with ``early`` each one before it.
+    Estimates out of range are ignored.
 
     Times count on the samples' clock. An estimate meets the deadline if the hand gets it
     before. The time includes computing, transport beyond the shortest, and the hand's pacing.
@@ -130,7 +130,7 @@ class Grasping:
         return events
 
     def ended(self) -> None:
-        """Release the hand, before anything slower is closed."""
+        """Release the hand first. Closing the source and the outputs takes longer."""
         self.requests.end()
         self.hand.release()
 

@@ -56,7 +56,7 @@ class Sink(Protocol):
 
     @property
     def every(self) -> float:
-        """Longest time that samples may be held back for it, s."""
+        """Longest time that samples may wait before the sink gets them, s."""
 
     def open(self, descriptor: Descriptor) -> None:
         """Start the output. Called once, before the first update."""

@@ -134,7 +134,7 @@ def judged(
     estimates: tuple[Sequence[Told], Sequence[Told]] | None = None,
     reflex: tuple[int, int] | None = None,
 ) -> Judged:
-    """Tune a policy without each fold's families, and judge it on these families.
+    """Judge a policy on each fold of objects, with settings tuned on the other folds.
 
     Parameters
     ----------
@@ -254,7 +254,7 @@ def fewer(ours: Judged, theirs: Judged, weights: NDArray[np.float64] | None = No
 
 
 def fewer_as_bold(ours: Judged, theirs: Judged, weights: NDArray[np.float64]) -> Between:
-    """Return the same score with the scales fixed in all resamples.
+    """Return the reduction in drops like :func:`fewer`, with fixed scales in all resamples.
 
     The damage of the policies then differs. Each additional damage of ours counts as a drop, and
     each avoided damage as an avoided drop.

@@ -41,7 +41,7 @@ class Batch:
         Inputs, shape (n, INPUTS), and general features, shape (n, GENERAL).
     row
         Row of the tokens among all tokens of the set, see :func:`token_rows`, shape (n,).
-    known
+    is_known
         Mask of contacts with a known rig, shape (n,).
     shore_a
         Shape (n,).

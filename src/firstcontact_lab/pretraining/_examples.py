@@ -72,7 +72,7 @@ class Examples:
         Shape (n,).
     radii, speeds
         Radius of the object, m, and ln(closing speed / the rig's usual one), shape (n,).
-    things
+    object_ids
         Number of the object, -1 for blocks, shape (n,).
     heard
         Result of :func:`firstcontact.models._network_inputs.facts` without hints, for each context,

@@ -57,7 +57,9 @@ def _check_alike(twin: Dataset, noises: Sequence[tuple[str, Dataset]]) -> None:
         if names.count(name) > 1:
             raise InputError(f"two folders of --noises are called {name}: rename one")
         if dataset.layout != twin.layout:
-            raise InputError(f"{name} of --noises has another layout than --twin: simulate both")
+            raise InputError(
+                f"{name} of --noises has another layout than --twin: simulate both alike"
+            )
         if not any(p.first is not None for p in dataset.pinches):
             raise InputError(f"{name} of --noises has no known contact: simulate it")
 

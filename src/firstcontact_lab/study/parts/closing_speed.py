@@ -203,8 +203,9 @@ def _table(judged: ClosingSpeeds | None, kind: str) -> Table | None:
         return None
     caption = (
         f"{SPEEDS[kind]}: RMSE of one pinch, {judged.rigs} rigs of each of "
-        f"{len(judged.families)} families (seed {judged.seed}). Small: 95 % bootstrap interval "
-        "over rigs; in brackets that of the difference from the model without a measurement."
+        f"{len(judged.families)} families (seed {judged.seed}). After each value: its 95 % "
+        "bootstrap interval over rigs, and in brackets that of the difference from the model "
+        "without a measurement."
     )
     lines = [
         Line([Cell(f"{title}, {name}"), *(_cell(scores, key) for _, key in _COLUMNS)])

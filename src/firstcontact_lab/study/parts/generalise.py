@@ -156,8 +156,8 @@ def _table(
     seeds = ", ".join(map(str, generalised.seeds))
     default = names.estimator(ESTIMATORS.default).title
     caption = (
-        f"{title} in Shore A over {rigs} (seeds {seeds}), one pinch. Small: 95 % bootstrap "
-        f"interval over rigs; share of the error of {default}."
+        f"{title} in Shore A over {rigs} (seeds {seeds}), one pinch. After each value: "
+        f"its 95 % bootstrap interval over rigs, and its ratio to the error of {default}."
     )
     usual = generalised.estimators.get(ESTIMATORS.default)
     learned = "other specimens, same rig"

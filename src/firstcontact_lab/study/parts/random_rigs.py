@@ -269,8 +269,8 @@ def _table(
         return None
     caption = (
         f"{title}, {judged.rigs} rigs of each of {len(judged.families)} families "
-        f"(seed {judged.seed}). Small: 95 % bootstrap interval over rigs; in brackets that of "
-        "the difference from the network."
+        f"(seed {judged.seed}). After each value: its 95 % bootstrap interval over rigs, and "
+        "in brackets that of the difference from the network."
     )
     lines = []
     for name, scores in judged.methods.items():

@@ -143,7 +143,7 @@ _RATIOS: Mapping[str, tuple[int, int]] = {
 
 
 def structure(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Judge detectors on rigs of another structure, once for all subjects."""
+    """Score detectors on rigs unlike the twin, once for all subjects."""
     if subject.name != "paper-rig":
         return PartResult()
     seeds = list(range(1, 2 if settings.brief else 1 + SEEDS))
@@ -278,8 +278,8 @@ def structure_table(results: SubjectResults) -> Table | None:
         return None
     caption = (
         f"{structures.rigs} rigs with other motors, noise floors, start-ups, pads and sensors than "
-        f"the twin, {structures.pinches} pinches of unseen objects each. Small: 95 % bootstrap "
-        "interval over rigs."
+        f"the twin, {structures.pinches} pinches of unseen objects each. After each "
+        "value: its 95 % bootstrap interval over rigs."
     )
     columns = []
     for name, scores in structures.detectors.items():

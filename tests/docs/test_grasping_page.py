@@ -147,7 +147,7 @@ def test_the_estimates_by_object() -> None:
     crisp = read.pop("potato crisp")
     labels = [o.shore_a for o in firm.values()]
     says(
-        f"Of what has {min(labels):g} to {max(labels):g} the network says "
+        f"For objects of {min(labels):g} to {max(labels):g} Shore A the network predicts "
         f"{min(read.values()):.0f} to {max(read.values()):.0f} on average"
     )
     apple = household().by_object["apple"]

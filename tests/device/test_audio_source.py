@@ -37,7 +37,7 @@ def until(source: Source, samples: int) -> list[Arrival]:
 
 
 def agree(arrivals: list[Arrival], tape: np.ndarray) -> int:
-    """Assert that blocks equal the tape at their numbers. Return how many were compared.
+    """Assert that blocks equal the tape at their sample numbers. Return how many were compared.
 
     A busy machine overflows. After a gap the filter starts again and needs time to settle.
     """

@@ -97,7 +97,7 @@ class Marks:
         return len(self._marks)
 
     def ordered(self) -> list[Mark]:
-        """Return all onsets, each with the label of its run."""
+        """Return all onsets in order. Each has the label of the last labelled onset before it."""
         out = []
         run: Action | None = None
         recording = 0

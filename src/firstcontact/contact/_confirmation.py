@@ -329,7 +329,7 @@ def first_contact(detector: Detector, pinch: Pinch) -> Contact | None:
 
 
 def _listen(detector: Detector, pinch: Pinch) -> Iterator[tuple[list[Contact], bool]]:
-    """Yield the contacts so far, and whether they stand, until no further one is possible."""
+    """Yield the contacts so far, with True if they are final, until no further one is possible."""
     block = _block(pinch, closing_start(pinch).sample)
     listener = ContactListener(detector, pinch.layout)
     contacts: list[Contact] = []

@@ -101,9 +101,9 @@ def _find_in_channel(signal: NDArray[np.float64], rate: float) -> list[tuple[int
 def _levels(
     signal: NDArray[np.float64], places: NDArray[np.intp], ahead: int, behind: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the deviation before each place, and the level after it around the mean before it.
+    """Return the deviation before each place, and the RMS after it around the mean before it.
 
-    Relative to that mean, the drift of a sensor causes no contact.
+    The drift of a sensor then causes no contact.
     """
     x = signal - signal.mean()
     sums, power = (np.concatenate([[0.0], np.cumsum(v)]) for v in (x, x**2))

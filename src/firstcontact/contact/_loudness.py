@@ -77,13 +77,13 @@ def prediction_error(x: NDArray[np.float64], weights: NDArray[np.float64]) -> ND
 
 @lru_cache(maxsize=64)
 def _edges(n: int, rate: float) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-    """Return the edges of a window's parts, quiet first, and the length from each to the end."""
+    """Return the edges of a window's parts, quiet first, and the samples from each to the end."""
     lengths = parts(rate)
     return np.array([0, *(n - k for k in lengths[::-1])]), np.array(lengths[:-1], dtype=np.float64)
 
 
 def parts(rate: float) -> list[int]:
-    """Return the samples in the newest parts, ascending, and last in the part that is not quiet."""
+    """Return the lengths of the newest parts in samples, ascending; the last part is not quiet."""
     lengths: list[int] = []
     for part in (*PARTS, RECENT):
         lengths.append(max(samples_in(part, rate), lengths[-1] + 1 if lengths else 1))

@@ -38,7 +38,7 @@ class Delays(Record, frozen=True, kw_only=True):
 class DetectionScores(Record, frozen=True, kw_only=True):
     """Scores of a detector over pinches whose first contact is known.
 
-    A share of nothing is None.
+    A share of no windows is None.
 
     Windows are counted every 3 ms as published, independent of earlier decisions. For a detector
     with shorter steps, a 3 ms step fires if any of its windows fires. A window of either finger is

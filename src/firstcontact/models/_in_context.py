@@ -197,7 +197,7 @@ class InContextModel:
         value: float,
         spread: float,
     ) -> tuple[float, float]:
-        """Return the prediction for one contact after another model has seen the network's inputs.
+        """Return the prediction for one contact; subclasses refine it from the network's inputs.
 
         Parameters
         ----------

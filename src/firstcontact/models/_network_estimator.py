@@ -44,8 +44,8 @@ class Adapted:
     scheme
         Conditioning scheme: the one with the best network scores on held-out pinches.
     scores
-        Held-out RMSE in Shore A of the network by scheme, and of a model built on it by its name,
-        at 15 ms or at the second contact.
+        Held-out RMSE in Shore A at 15 ms, or at the second contact if earlier: of the network for
+        each scheme, and of a model that refines the network.
     mean_rmse
         RMSE of predicting the mean of the other pinches; NaN without held-out pinches.
     check

@@ -37,7 +37,7 @@ class Stream:
     stamps
         Time of each sample on the clock of the recording, s, shape (samples,).
     values
-        Samples, shape (samples, channels). A stream of texts has texts.
+        Samples, shape (samples, channels). The samples of a text stream are texts.
     closed
         True if the recording of the stream ended properly.
     """

@@ -99,7 +99,7 @@ def resample(x: NDArray[Any], old: float, new: float) -> NDArray[np.float64]:
 
     The gain is 0.5 at half the lower rate, 0.08 at 0.55 and 0.003 (-50 dB) from 0.6 of that rate
     on. An output precedes its cause by at most :func:`lookahead`: 1.8 samples of the lower rate, or
-    0.5 ms. Below 3.6 kHz the filter lags by more; the rest delays the output.
+    0.5 ms. Below 3.6 kHz the filter lags by more than 0.5 ms, and the excess delays the output.
 
     Parameters
     ----------

@@ -169,7 +169,7 @@ class PinchDone(msgspec.Struct, frozen=True, kw_only=True, tag="pinch"):
     estimates
         Estimates from samples before the second contact, each judged; the last one is final.
     reason
-        Reason why there is none, or empty.
+        Reason why there is no estimate, or empty.
     real_time
         True if samples came as fast as they were taken.
     closing_speed

@@ -104,7 +104,7 @@ def live_session(
 
 
 def _speed_measurement(source: Source, grasping: Grasping | None) -> MeasureSpeed | None:
-    """Return the measurement of the hand, or what a replayed recording holds of it."""
+    """Return the function for the closing speed: the hand's, or a replayed recording's."""
     recorded: Callable[[int, int], ClosingSpeed | None] | None
     recorded = getattr(source, "closing_speed", None)
     if recorded is not None:

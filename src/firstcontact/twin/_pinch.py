@@ -25,8 +25,8 @@ def excerpt(draw: PinchDraw, lead: float) -> PinchDraw:
     """Return the pinch with its beginning moved to ``lead`` s before the first contact.
 
     With a short duration it suits sets that need only the time around the contact: 60 ms take a
-    quarter of the time of a whole pinch. The part left out is the hand closing freely, after a
-    settling time that both have.
+    quarter of the time of a whole pinch. It omits only a part of the free closing, after
+    the same settling time.
     """
     timing = draw.timing
     offset = timing.second - timing.first

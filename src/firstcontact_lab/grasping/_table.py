@@ -190,7 +190,7 @@ class Table:
 
 
 def exceeds(one: Values, other: Values, scatter: float) -> Values:
-    """Return the share of cases in which one exceeds the other, with a scattered ratio."""
+    """Return the probability that one number exceeds the other, if their ratio scatters."""
     if scatter <= 0:
         return (one > other).astype(np.float64)
     with np.errstate(divide="ignore"):

@@ -79,7 +79,7 @@ def _in_context(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: 
 
 
 def _anybody(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int) -> Values:
-    """Predict with a user's regressor: one model per length; the longest filled window counts."""
+    """Predict with a user's regressor: one model per length; the longest complete window counts."""
     return fit_on_set(entrant, rigs, learn, seed).predict(rigs.touches.take(ask)).value
 
 

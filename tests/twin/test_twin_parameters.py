@@ -174,7 +174,7 @@ def test_page_lists_the_drive() -> None:
 
 
 def test_page_lists_the_grasped_objects() -> None:
-    table = rows("Held things", "###")
+    table = rows("Held objects", "###")
     assert {name: float(cells[0]) for name, cells in table.items()} == HELD
     for kind in (*BLOCKS, *EVERYDAY_OBJECTS, *BRITTLE):
         assert kind.friction in (objects.FRICTION, objects.SKIN_FRICTION)

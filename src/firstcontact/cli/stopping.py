@@ -25,7 +25,7 @@ class Stop:
     signal
         First signal; None before.
     gently
-        True while a signal is only noted, for a loop that polls ``requested``; otherwise a
+        True while a loop polls ``requested``: the first signal then only sets it. Otherwise a
         signal raises KeyboardInterrupt.
     """
 

@@ -127,7 +127,7 @@ class Channel:
         if self.kind is ChannelKind.VIBRATION:
             object.__setattr__(self, "sensor", self.sensor or VibrationSensor.PIEZO)
         elif self.sensor is not None:
-            raise ValueError(f"sensor is {self.sensor} of a {self.kind} channel")
+            raise ValueError(f"sensor is {self.sensor}, but a {self.kind} channel has none")
 
     @property
     def column_names(self) -> tuple[str, ...]:

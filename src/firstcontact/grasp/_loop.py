@@ -146,7 +146,7 @@ class GraspLoop:
         return True
 
     def felt(self, volts: float, now: float) -> None:
-        """Pass the force of a block that ends at ``now`` to the policy, and check the deadline."""
+        """Pass the voltage of the force sensors to the policy, and check the deadline."""
         if not self._closing:
             return
         since = None if self._first is None else now - self._first

@@ -85,7 +85,6 @@ def read_rows(path: Path, needed: Sequence[str]) -> list[tuple[int, dict[str, st
 
     Blanks around names and cells are removed. Extra cells are ignored, and missing cells are "".
 
-
     Parameters
     ----------
     path

@@ -39,10 +39,10 @@ class Positions:
         Parameters
         ----------
         motion
-            Output of :meth:`firstcontact.twin._run.PinchRun.advance`, a multiple of ``EVERY``
-            samples; others at the end are lost.
+            Output of :meth:`firstcontact.twin._run.PinchRun.advance`. Samples after the last
+            multiple of ``EVERY`` give no position.
         first_sample
-            Number of the first one.
+            Number of the first of these samples.
         """
         travel = self._travel + np.cumsum(motion[..., DRIVE_SPEED].mean(axis=1)) / FINGERTIP_RATE
         for place in range(EVERY - 1, len(travel), EVERY):

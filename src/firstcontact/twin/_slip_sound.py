@@ -49,7 +49,7 @@ class SlipParameters(NamedTuple):
     weakening: float = 0.018
     """Speed at which friction has fallen by 1 - 1/e of the way to kinetic, m/s."""
     scatter: float = 0.15
-    """Standard deviation of ln(friction) from place to place, of each patch."""
+    """Standard deviation of ln(friction) along the object, for each patch."""
     grain: float = 1e-4
     """Distance between drawn friction values along the object, m."""
     coupling: float = 0.1

@@ -62,7 +62,7 @@ def test_the_short_word_says_what_is_sure_and_what_a_reflex_leaves(results: Gras
     )
     assert "40 % (−10 to 90)" in text
     assert "an interval that includes zero" in text
-    assert f"({name}) nothing is left of it" in text
+    assert f"({name}) no gain is left" in text
 
 
 def test_every_reflex_is_in_the_sentence(results: GraspResults) -> None:

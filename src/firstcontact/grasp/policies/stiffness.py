@@ -84,7 +84,7 @@ class ByStiffness(FinalForce):
         return self.final if self._both else self.slow
 
     def late(self) -> Command | None:
-        """Stay slow, or press with the force for no estimate if both fingers touch."""
+        """Stay slow. If both fingers touch, press with the force of an unknown object."""
         if self._both:
             return self.final
         return Command(min(self.slow.speed, self.grip.gentle.speed), self.slow.force)

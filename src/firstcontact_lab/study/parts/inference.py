@@ -319,7 +319,7 @@ def _form_title(time: BoardTime) -> str:
 
 
 def _ends(board: Mapping[str, BoardTime]) -> list[str]:
-    """Return the cheapest and the most expensive form of each model, in file order."""
+    """Return the cheapest and the most expensive form of each model, as ``board`` orders them."""
     models: dict[tuple[str, str], list[str]] = {}
     for form, time in board.items():
         models.setdefault((time.estimator, time.task), []).append(form)

@@ -89,7 +89,7 @@ def test_compare_lists_contacts_without_a_strip():
 
 def test_compare_refuses_too_few_contacts_and_invalid_fps():
     recording, truth = random_recording(1, pinches=2)
-    with pytest.raises(InputError, match=r"a\.mcap: 2 pinches"):
+    with pytest.raises(InputError, match=r"a\.mcap: only 2 pinches"):
         compare(recording, film(truth, 0.0, 0.0))
     for fps in (0.0, 1e200, float("nan")):
         with pytest.raises(InputError, match="fps"):

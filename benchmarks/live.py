@@ -150,7 +150,7 @@ class RealTime:
     in_force, in_force_share
         Closings with an estimate in force when the second finger touched.
     missed_offsets_ms
-        Times from the first to the second contact of the others.
+        Times from the first to the second contact in closings without an estimate in force.
     first_pinch_ms, compute_ms
         Time from the last needed sample to the estimate: the first one of the session, and median,
         99th percentile and maximum of all.

@@ -199,7 +199,7 @@ class Registry(Mapping[str, E], Generic[E]):
             The entry has one of these faults.
         """
         if entry.name != name:
-            raise TypeError(f"its name is {entry.name!r}")
+            raise TypeError(f"its attribute name is {entry.name!r}")
         if self._base is None:
             return
         base: Any = self._import(self._base)

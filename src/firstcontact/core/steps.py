@@ -24,7 +24,10 @@ LEAST_DECISION = 1e-30
 
 
 def _rows(n: int, inputs: int) -> int:
-    """Return the instructions for ``n`` rows times a vector, 8, 4 or 1 rows at a time."""
+    """Return the processor instructions of a product of ``n`` rows and a vector.
+
+    The kernel takes 8, 4 or 1 rows at a time.
+    """
     rows, each, overhead = (8, 20, 54) if n >= 8 else (4, 11, 45) if n >= 4 else (1, 5, 30)
     return -(-n // rows) * (each * inputs + overhead) + 35
 

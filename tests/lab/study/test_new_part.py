@@ -36,7 +36,7 @@ def example() -> str:
 
 @pytest.fixture
 def loudness(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """Install a package with that part in one file and one line."""
+    """Install a package with the part that CONTRIBUTING shows."""
     site = tmp_path / "site"
     info = site / "loudness-1.0.dist-info"
     info.mkdir(parents=True)

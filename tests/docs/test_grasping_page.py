@@ -114,7 +114,7 @@ def test_a_cautious_hand_gains_nothing() -> None:
 
 def test_what_a_reflex_leaves() -> None:
     says(
-        "holds everything, and nothing is left for stiffness", "stiffness takes some six of ten",
+        "holds everything, and nothing is left for stiffness", "stiffness prevents some six of ten",
     )  # fmt: skip
     by = household().slip_reflex
     quick = by["gradual, 100 ms"]

@@ -265,7 +265,7 @@ def judge_pinch(detector: Detector, pinch: Pinch, until: int) -> PinchDecisions:
 def _standing(
     events: Sequence[Contact | Withdrawal], earlier: Sequence[Contact] = ()
 ) -> list[Contact]:
-    """Return these and the earlier contacts, unless a later event withdraws them."""
+    """Return all contacts, the earlier ones first, that no later event withdraws."""
     contacts = list(earlier)
     for event in events:
         if isinstance(event, Contact):

@@ -250,7 +250,7 @@ class ClosingGate:
         return [GateEvent(Turn.SHUTS, self._step_sample(k))] if was_open else []
 
     def _reopen(self, k: int) -> list[GateEvent]:
-        """Start a closing after a step, and end the current one."""
+        """End the current closing, if any, and start another one after step ``k``."""
         events = self._shut(k)
         self._open, self._due = True, None
         return [*events, GateEvent(Turn.OPENS, self._step_sample(k))]

@@ -343,11 +343,13 @@ def check_network(task: str, windows: Sequence[float], level: float, rate: float
         )
     if level != base.level:
         raise InputError(
-            f"the network's intervals have the level {base.level:g}: leave it out",
+            f"the network's intervals have the level {base.level:g}: leave the level out",
             parameter="level",
         )
     if rate is not None and not is_same_rate(rate, base.rate):
-        raise InputError(f"the network needs {base.rate:g} Hz: leave it out", parameter="rate")
+        raise InputError(
+            f"the network needs {base.rate:g} Hz: leave the rate out", parameter="rate"
+        )
 
 
 def condition(

@@ -261,7 +261,7 @@ def parse_radius(text: str) -> float:
     Raises
     ------
     InputError
-        The hint is neither, or the radius is outside the training range.
+        The hint is neither "flat" nor a number, or the radius is outside the training range.
     """
     word = text.strip().lower()
     if not word:

@@ -279,7 +279,7 @@ def at_known_contacts(contacts: str, dataset: Dataset) -> bool:
     Raises
     ------
     InputError
-        ``contacts`` is neither, or no contact of these pinches is known.
+        ``contacts`` is not a known word, or no contact of these pinches is known.
     """
     if contacts not in get_args(Contacts):
         raise InputError(

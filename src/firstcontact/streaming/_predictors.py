@@ -294,8 +294,8 @@ class WindowLadder:
             spec.require_rate(layout.rate)
             if spec.channels != 1:
                 raise InputError(
-                    f"the model takes {spec.channels} channels and live windows have the one of "
-                    "the finger that touched: train a model on these"
+                    f"the model takes {spec.channels} channels, but live windows have only that "
+                    "of the finger that touched: train a model on one channel"
                 )
 
     def start(

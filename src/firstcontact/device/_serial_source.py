@@ -125,7 +125,7 @@ class SerialSource:
     def descriptor(self) -> Descriptor:
         """Metadata of the device."""
         if self._assembler.descriptor is None:
-            raise InputError(f"{self.name} is not open: enter the source first")
+            raise InputError(f"{self.name} is not open: use it in a with block")
         return self._assembler.descriptor
 
     @property

@@ -98,7 +98,7 @@ class ThreadedSource(ABC):
     def descriptor(self) -> Descriptor:
         """Metadata of the source."""
         if self._descriptor is None:
-            raise InputError(f"{self.name} is not open: enter the source first")
+            raise InputError(f"{self.name} is not open: use it in a with block")
         return self._descriptor
 
     @property

@@ -1,4 +1,4 @@
-"""Network in C, with the rig that it is conditioned on folded in."""
+"""Network in C for one rig, whose data are part of the constants."""
 
 from __future__ import annotations
 

@@ -174,7 +174,11 @@ class Reflexes(Record, frozen=True, kw_only=True):
 
 
 class ObjectErrors(Record, frozen=True, kw_only=True):
-    """Estimates of one object: RMSE by window (ms) and as used, and the mean as used."""
+    """Errors of the estimates of one object.
+
+    ``rmse`` is by window, ms, and "used" for the estimates that policies used; ``bias`` is the mean
+    error of the used ones.
+    """
 
     shore_a: float
     family: str

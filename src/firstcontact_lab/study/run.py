@@ -47,8 +47,8 @@ def run_study(
     Raises
     ------
     InputError
-        The data cannot be used, or ``out`` cannot be written to, is another running
-        study's, or holds the results of another one.
+        The data cannot be used, or ``out`` cannot be written to, belongs to a study
+        that is still running, or holds the results of a different study.
     KeyboardInterrupt
         On Ctrl-C, after all processes have ended and the partial report is written.
     """

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 
 # Tests run side by side, one a core: threads of theirs only wait for one another. Libraries look
@@ -37,6 +38,30 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 # The same for nohup and a hang-up, and for SIGQUIT.
 signal.signal(signal.SIGHUP, signal.SIG_DFL)
 signal.signal(signal.SIGQUIT, signal.SIG_DFL)
+
+
+#: Parts of the names of tests that load PyTorch, and a fixture that does.
+TORCH = ("cnn", "pretrain", "test_anytime_network", "test_protocol")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put the tests that load PyTorch first: it takes each process that runs one 2 s or more.
+
+    Processes get contiguous parts of the tests, so one process runs nearly all of these.
+    """
+    items.sort(key=lambda item: not loads_torch(item))
+
+
+def loads_torch(item: pytest.Item) -> bool:
+    """Return True if a test loads PyTorch."""
+    is_named = any(part in item.nodeid for part in TORCH)
+    return is_named or "network_graph" in getattr(item, "fixturenames", ())
+
+
+def pytest_collection_finish() -> None:
+    """Exempt the collected tests from garbage collection, whose time grows with them."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture(scope="session")
@@ -110,10 +135,17 @@ def user_cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def small_searches() -> Iterator[None]:
-    """Search hyperparameters among two candidates instead of 36."""
+    """Search hyperparameters among two candidates, and train detectors on 16 pinches.
+
+    Two folds choose the threshold of a detector and the conditioning scheme of the network.
+    """
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("firstcontact.models._svm.C_GRID", (10.0,))
         patch.setattr("firstcontact.models._svm.GAMMA_GRID", (0.3, 1.0))
         patch.setattr("firstcontact.models._svm.EPSILON_GRID", (0.15,))
         patch.setattr("firstcontact.models._log_spectrum.C_GRID", (0.1, 1.0))
+        for detector in ("_logistic", "_svm"):
+            patch.setattr(f"firstcontact.contact.{detector}.PINCHES", 16)
+            patch.setattr(f"firstcontact.contact.{detector}.FOLDS", 2)
+        patch.setattr("firstcontact.models._network_estimator.FOLDS", 2)
         yield

@@ -48,7 +48,7 @@ def _start(words: list[str], **options: Any) -> subprocess.Popen[bytes]:
 
 
 class _Fork(subprocess.Popen[bytes]):
-    """Process that goes on from this one, with streams and a session of its own."""
+    """Process forked from this one, with other streams and in another session."""
 
     def _execute_child(  # type: ignore[no-untyped-def]
         self, args, executable, preexec_fn, close_fds, pass_fds, cwd, env, startupinfo,

@@ -25,3 +25,8 @@ def refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Callable[...,
         assert sorted(tmp_path.rglob("*")) == original
 
     return check
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _quick_training(small_searches: None) -> None:
+    """Train models and detectors of these tests quickly."""

@@ -21,7 +21,7 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def svm(data: Path, small_searches: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def svm(data: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return an SVM trained on the pinches. No test may change it."""
     return trained(data, tmp_path_factory.mktemp("svm") / "m")
 

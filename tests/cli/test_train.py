@@ -23,8 +23,6 @@ from firstcontact.models._splits import inner_folds
 from firstcontact.recording import Header, load_dataset, write_dataset
 from trainings import LAYOUT, load_card, recordings, resampled, run, touch
 
-pytestmark = pytest.mark.usefixtures("small_searches")
-
 
 @pytest.fixture(scope="module")
 def data(tmp_path_factory: pytest.TempPathFactory) -> Path:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
+import forked
 from firstcontact.contact import load_detector
 from firstcontact.core import InputError
 from firstcontact.models import CARD, WEIGHTS, load_model
@@ -19,7 +18,9 @@ from trainings import recordings, run
 FULL = """
 import resource, sys
 from firstcontact.cli.main import main
+from firstcontact.contact import _logistic
 
+_logistic.PINCHES = 16
 resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[1]),) * 2)
 sys.exit(main(sys.argv[2:]))
 """
@@ -57,9 +58,7 @@ def test_a_full_disk_leaves_the_old_training(model: Path, other: Path, size: int
     original = content(model)
     assert len(original[WEIGHTS]) > 10_000
     words = ["train", str(other), "--estimator", "peak", "--out", str(model)]
-    process = subprocess.run(
-        [sys.executable, "-c", FULL, str(size), *words], capture_output=True, text=True
-    )
+    process = forked.run("code", FULL, size, *words)
     assert process.returncode == 2, process.stderr
     assert f"{model}: File too large: make room" in process.stderr
     assert process.stderr.count("\n") == 1

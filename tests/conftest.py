@@ -19,6 +19,7 @@ from hypothesis import settings
 
 from firstcontact.core import Dataset
 from forked_children import fork_twins
+from quick_training import SETTINGS
 from shared_runs import made_once
 from toy_pinches import rank_dataset, shore_dataset
 
@@ -135,17 +136,8 @@ def user_cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def small_searches() -> Iterator[None]:
-    """Search hyperparameters among two candidates, and train detectors on 16 pinches.
-
-    Two folds choose the threshold of a detector and the conditioning scheme of the network.
-    """
+    """Search few hyperparameters, and train detectors on few pinches."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("firstcontact.models._svm.C_GRID", (10.0,))
-        patch.setattr("firstcontact.models._svm.GAMMA_GRID", (0.3, 1.0))
-        patch.setattr("firstcontact.models._svm.EPSILON_GRID", (0.15,))
-        patch.setattr("firstcontact.models._log_spectrum.C_GRID", (0.1, 1.0))
-        for detector in ("_logistic", "_svm"):
-            patch.setattr(f"firstcontact.contact.{detector}.PINCHES", 16)
-            patch.setattr(f"firstcontact.contact.{detector}.FOLDS", 2)
-        patch.setattr("firstcontact.models._network_estimator.FOLDS", 2)
+        for name, value in SETTINGS.items():
+            patch.setattr(name, value)
         yield

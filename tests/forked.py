@@ -19,6 +19,7 @@ from pkgutil import resolve_name, walk_packages
 from typing import Any
 
 from forked_children import fork_twins
+from quick_training import train_quickly
 
 #: Longest wait for a program, s: only a failing test waits so long.
 LONG = 240.0
@@ -162,6 +163,7 @@ def _program(
         2, "w", 1, encoding="utf-8", errors="backslashreplace", closefd=False
     )
     fork_twins()
+    train_quickly()
     if strict:
         warnings.simplefilter("error")
     if kind == "command":

@@ -13,6 +13,7 @@ import pytest
 import firstcontact as fc
 from firstcontact import plugins
 
+pytestmark = pytest.mark.usefixtures("small_searches")
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
 

@@ -15,6 +15,7 @@ from firstcontact.core import Dataset, InputError, Label, Role, Serial
 from firstcontact.models import (
     CARD,
     WEIGHTS,
+    _cnn,
     fit_detector,
     found_as_live,
     load_model,
@@ -50,8 +51,16 @@ def test_a_model_knows_what_it_learned_and_what_was_held_out(
 
 @pytest.mark.parametrize("model", ["peak", "train_mean", "cnn"])
 def test_every_model_classifies_from_the_command_line(
-    data: Path, tmp_path: Path, model: str, capsys: pytest.CaptureFixture[str]
+    data: Path,
+    tmp_path: Path,
+    model: str,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
+    # One pass over the windows, and two folds.
+    train = _cnn._train
+    monkeypatch.setattr(_cnn, "_train", lambda x, y, epochs, *more: train(x, y, 1, *more))
+    monkeypatch.setattr(_cnn.Cnn, "folds", 2)
     out = tmp_path / "m"
     assert run("train", data, "--estimator", model, "--task", "classification", "--out", out) == 0
     assert load_card(out)["predictors"][0]["classes"] == [10.0, 29.0, 60.0]

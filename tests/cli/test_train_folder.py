@@ -18,9 +18,7 @@ from trainings import recordings, run
 FULL = """
 import resource, sys
 from firstcontact.cli.main import main
-from firstcontact.contact import _logistic
 
-_logistic.PINCHES = 16
 resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[1]),) * 2)
 sys.exit(main(sys.argv[2:]))
 """

@@ -14,6 +14,7 @@ from write_api import public_names, sections
 
 import firstcontact as fc
 
+pytestmark = pytest.mark.usefixtures("small_searches")
 MODULES = [
     ".".join(path.relative_to(ROOT / "src").with_suffix("").parts)
     for path in sorted((ROOT / "src").rglob("*.py"))

@@ -18,6 +18,7 @@ from websockets.sync.client import connect
 from firstcontact.cli.main import main
 from sound import local_sound
 
+pytestmark = pytest.mark.usefixtures("small_searches")
 PAGE = ROOT / "docs/tutorial/two-euro-disc.md"
 #: Hardness of what is tapped; at first nothing is.
 SHORES = {"putty": 10.0, "eraser": 29.0, "heel": 60.0}

@@ -1,0 +1,26 @@
+"""Settings that make trainings in tests quick."""
+
+from __future__ import annotations
+
+from importlib import import_module
+
+#: Values by the full names of module constants: two candidates of each search, detectors that learn
+#: from 16 pinches, and two folds where folds choose a threshold or a conditioning scheme.
+SETTINGS: dict[str, object] = {
+    "firstcontact.models._svm.C_GRID": (10.0,),
+    "firstcontact.models._svm.GAMMA_GRID": (0.3, 1.0),
+    "firstcontact.models._svm.EPSILON_GRID": (0.15,),
+    "firstcontact.models._log_spectrum.C_GRID": (0.1, 1.0),
+    "firstcontact.models._network_estimator.FOLDS": 2,
+    "firstcontact.contact._logistic.PINCHES": 16,
+    "firstcontact.contact._logistic.FOLDS": 2,
+    "firstcontact.contact._svm.PINCHES": 16,
+    "firstcontact.contact._svm.FOLDS": 2,
+}
+
+
+def train_quickly() -> None:
+    """Apply the settings to this process."""
+    for name, value in SETTINGS.items():
+        module, _, constant = name.rpartition(".")
+        setattr(import_module(module), constant, value)

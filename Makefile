@@ -117,8 +117,9 @@ twin-model: $(VENV)/.live ## the model that ships for the simulated hand, anew (
 TESTERS ?= $(shell expr 3 \* $$(getconf _NPROCESSORS_ONLN) / 2 + 1)
 # Hundreds of processes import the package: compiled once, it takes each 0.4 s less.
 test: $(VENV)/.dev ## the tests, side by side on all cores
-	@# Compiled beforehand: else the first tests do so several times at once.
-	$(BIN)/python -c "from firstcontact.twin import *; DeviceFilter().update(TwinStream(seed=0).read(9000))"
+	@# Compiled beforehand, the tests and the twin: else each process does so.
+	[ -d tests/__pycache__ ] || PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --collect-only -qq >/dev/null & \
+	$(BIN)/python -c "from firstcontact.twin import *; DeviceFilter().update(TwinStream(seed=0).read(9000))" && wait
 	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses $(TESTERS) --dist worksteal
 
 test-slow: $(VENV)/.dev ## the long tests: paper size, soak, installed wheel, slow commands in the docs, all variants

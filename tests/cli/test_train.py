@@ -59,7 +59,7 @@ def test_every_model_classifies_from_the_command_line(
 ) -> None:
     # One pass over the windows, and two folds.
     train = _cnn._train
-    monkeypatch.setattr(_cnn, "_train", lambda x, y, epochs, *more: train(x, y, 1, *more))
+    monkeypatch.setattr(_cnn, "_train", lambda examples, epochs, *more: train(examples, 1, *more))
     monkeypatch.setattr(_cnn.Cnn, "folds", 2)
     out = tmp_path / "m"
     assert run("train", data, "--estimator", model, "--task", "classification", "--out", out) == 0

@@ -242,14 +242,20 @@ def _ridge(
 def _ridges(
     x: NDArray[np.float64], wanted: NDArray[np.float64], strengths: Sequence[float]
 ) -> Iterator[NDArray[np.float64]]:
-    """Yield weights and offset for each strength. All share the covariance of the features."""
+    """Yield weights and offset for each strength. All share the products of the features.
+
+    With fewer windows than features the dual problem is smaller and has the same weights.
+    """
     from scipy.linalg import solve
 
     centre, middle = x.mean(axis=0), wanted.mean(axis=0)
-    x = x - centre
-    covariance, along = x.T @ x, x.T @ (wanted - middle)
+    x, along = x - centre, wanted - middle
+    is_dual = len(x) < x.shape[1]
+    products = x @ x.T if is_dual else x.T @ x
+    along = along if is_dual else x.T @ along
     for strength in strengths:
-        ridge = covariance.copy()
+        ridge = products.copy()
         ridge.flat[:: len(ridge) + 1] += strength
-        weights = solve(ridge, along, assume_a="pos", overwrite_a=True).T
+        solution = solve(ridge, along, assume_a="pos", overwrite_a=True)
+        weights = (x.T @ solution if is_dual else solution).T
         yield np.column_stack([weights, middle - weights @ centre])

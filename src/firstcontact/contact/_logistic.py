@@ -65,6 +65,7 @@ class LogisticDetector(TrainedDetector):
         super().__init__(seed)
         self._line: NDArray[np.float64] | None = None
         self._weights = np.zeros((0, ORDER + 1))
+        self._newest: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
 
     @property
     def trained(self) -> bool:
@@ -105,6 +106,7 @@ class LogisticDetector(TrainedDetector):
     def settled(self, quiet: NDArray[np.float64]) -> None:
         """Fit the linear prediction of each channel's motor noise."""
         self._weights = np.stack([prediction(x) for x in quiet.T])
+        self._newest = None
 
     def wakes(self, x: NDArray[np.float64], ends: NDArray[np.intp]) -> NDArray[np.bool_]:
         """Return a mask of the windows whose newest samples are loud on any finger."""
@@ -122,6 +124,10 @@ class LogisticDetector(TrainedDetector):
         seen_scores = np.full((*windows.shape[:2], LOOKS), np.nan)
         # Windows that follow each other share looks: the newer ones of the earlier window.
         shared = (windows[1:, :, :-step] == windows[:-1, :, step:]).all(axis=2)
+        if self._newest is not None:  # so does the newest window of the block before
+            window, earlier_scores = self._newest
+            is_next = (windows[0, :, :-step] == window[:, step:]).all(axis=1)
+            seen_scores[0, :, :-1] = np.where(is_next[:, None], earlier_scores[:, 1:], np.nan)
         # A second detection of a finger would be ignored.
         above = np.tile(
             [finger not in self._latched for finger in self._fingers], (len(windows), 1)
@@ -137,6 +143,7 @@ class LogisticDetector(TrainedDetector):
             above &= seen_scores[:, :, look] > 0.0
             if not above.any():
                 break
+        self._newest = windows[-1], seen_scores[-1]
         return above
 
     def judgement(self, rate: float) -> Judgement:

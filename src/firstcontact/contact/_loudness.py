@@ -77,9 +77,17 @@ def prediction_error(x: NDArray[np.float64], weights: NDArray[np.float64]) -> ND
 
 @lru_cache(maxsize=64)
 def _edges(n: int, rate: float) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-    """Return the edges of a window's parts, quiet first, and the samples from each to the end."""
+    """Return the edges of a window's parts, and the divisors of the levels of both signals.
+
+    The quiet part comes first. The divisors have the shape (2, 1, EACH + 1).
+    """
     lengths = parts(rate)
-    return np.array([0, *(n - k for k in lengths[::-1])]), np.array(lengths[:-1], dtype=np.float64)
+    edges = np.array([0, *(n - k for k in lengths[::-1])])
+    divisors = np.ones((2, 1, EACH + 1))
+    divisors[:, 0, 0] = edges[1] - np.array([0, ORDER])
+    divisors[:, :, 1:-3] = lengths[:-1]
+    divisors[:, :, -3] = edges[2] - edges[1]
+    return edges, divisors
 
 
 def parts(rate: float) -> list[int]:
@@ -124,27 +132,28 @@ def loudness_features(
     ndarray
         Shape (windows, 2 * EACH).
     """
-    out = np.empty((len(windows), 2, EACH))
-    n = windows.shape[1]
-    edges, _ = _edges(n, rate)
+    count, n = windows.shape
+    edges, divisors = _edges(n, rate)
+    # Row 0 is the signal, row 1 its prediction error: each operation below handles both. The error
+    # is shorter, so its quiet part begins with zeros.
+    both = np.zeros((2, count, n))
     quiet = np.add.reduce(windows[:, : edges[1]], axis=1, keepdims=True) / edges[1]
-    for into, x in zip((0, 1), (windows - quiet, prediction_error(windows, weights)), strict=True):
-        power = x**2
-        edges, lengths = _edges(x.shape[1], rate)
-        sums = np.add.reduceat(power, edges, axis=1)
-        tops = np.maximum.reduceat(power, edges[[0, 1, 2]], axis=1)
-        levels = np.concatenate(
-            [
-                sums[:, :1] / edges[1],
-                np.cumsum(sums[:, :1:-1], axis=1) / lengths,
-                sums[:, 1:2] / (edges[2] - edges[1]),
-                tops[:, 2:],
-                tops[:, :1],
-            ],
-            axis=1,
-        )
-        logs = np.log(np.sqrt(levels) + FLOOR)
-        out[:, into, 0] = logs[:, 0]
-        out[:, into, 1:-1] = logs[:, 1:-2] - logs[:, :1]
-        out[:, into, -1] = logs[:, -2] - logs[:, -1]
-    return out.reshape(len(windows), 2 * EACH)
+    np.subtract(windows, quiet, out=both[0])
+    both[1, :, ORDER:] = prediction_error(windows, weights)
+    np.multiply(both, both, out=both)
+    sums = np.add.reduceat(both, edges, axis=2)
+    tops = np.maximum.reduceat(both, edges[:3], axis=2)
+    levels = np.empty((2, count, EACH + 1))
+    levels[:, :, 0] = sums[:, :, 0]
+    np.cumsum(sums[:, :, :1:-1], axis=2, out=levels[:, :, 1:-3])
+    levels[:, :, -3] = sums[:, :, 1]
+    levels[:, :, -2] = tops[:, :, 2]
+    levels[:, :, -1] = tops[:, :, 0]
+    levels /= divisors
+    logs = np.log(np.sqrt(levels) + FLOOR)
+    out = np.empty((count, 2, EACH))
+    by_window = logs.transpose(1, 0, 2)
+    out[:, :, 0] = by_window[:, :, 0]
+    np.subtract(by_window[:, :, 1:-2], by_window[:, :, :1], out=out[:, :, 1:-1])
+    np.subtract(by_window[:, :, -2], by_window[:, :, -1], out=out[:, :, -1])
+    return out.reshape(count, 2 * EACH)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -29,15 +31,27 @@ def pick_onset(windows: NDArray[np.float64], search: int) -> NDArray[np.intp]:
     """
     n = windows.shape[1]
     first = max(LEAST_LOUD, n - search)
-    splits = np.arange(first, n - LEAST_LOUD + 1)
-    sums = np.cumsum(windows, axis=1)
-    squares = np.cumsum(windows**2, axis=1)
-    left, left_squares = sums[:, splits - 1], squares[:, splits - 1]
-    right, right_squares = sums[:, -1:] - left, squares[:, -1:] - left_squares
-    quiet = left_squares / splits - (left / splits) ** 2
-    loud = right_squares / (n - splits) - (right / (n - splits)) ** 2
+    counts, weights = _sides(n, first)
+    # Row 0 is the quiet side of each split, row 1 the loud side.
+    means = np.empty((2, len(windows), counts.shape[2]))
+    variances = np.empty_like(means)
+    for out, x in ((means, windows), (variances, windows**2)):
+        sums = np.cumsum(x, axis=1)
+        out[0] = sums[:, first - 1 : n - LEAST_LOUD]
+        np.subtract(sums[:, -1:], out[0], out=out[1])
+        out /= counts
+    variances -= means**2
     # A millionth of the steady variance keeps the logarithm of a flat part finite.
-    quiet, loud = np.maximum(quiet, 1e-6), np.maximum(loud, 1e-6)
-    aic = splits * np.log(quiet) + (n - splits - 1) * np.log(loud)
-    picked: NDArray[np.intp] = splits[np.argmin(aic, axis=1)]
+    np.maximum(variances, 1e-6, out=variances)
+    aic = (weights * np.log(variances)).sum(axis=0)
+    picked: NDArray[np.intp] = first + np.argmin(aic, axis=1)
     return picked
+
+
+@lru_cache(maxsize=64)
+def _sides(n: int, first: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the samples and the weights of both sides of each split, shape (2, 1, splits)."""
+    left = np.arange(first, n - LEAST_LOUD + 1, dtype=np.float64)
+    counts = np.stack([left, n - left])[:, None]
+    weights = np.stack([left, n - left - 1])[:, None]
+    return counts, weights

@@ -143,7 +143,7 @@ class LogisticDetector(TrainedDetector):
             above &= seen_scores[:, :, look] > 0.0
             if not above.any():
                 break
-        self._newest = windows[-1], seen_scores[-1]
+        self._newest = windows[-1].copy(), seen_scores[-1].copy()
         return above
 
     def judgement(self, rate: float) -> Judgement:

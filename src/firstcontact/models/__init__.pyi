@@ -153,6 +153,7 @@ from ._training import Question as Question
 from ._training import distinct_specimens as distinct_specimens
 from ._training import fit_model as fit_model
 from ._training import held_out as held_out
+from ._training import label_windows as label_windows
 from ._training import labelled_windows as labelled_windows
 from ._window_model import TARGET as TARGET
 from ._window_model import ArrayCheck as ArrayCheck

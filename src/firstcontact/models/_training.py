@@ -144,7 +144,14 @@ def labelled_windows(
     conditioned
         As in :func:`firstcontact.signal.contact_windows`.
     """
-    X, has_window = contact_windows(dataset, contacts, duration, conditioned=conditioned)
+    cut = contact_windows(dataset, contacts, duration, conditioned=conditioned)
+    return label_windows(dataset, *cut, target)
+
+
+def label_windows(
+    dataset: Dataset, X: Windows, has_window: NDArray[np.bool_], target: Values
+) -> LabelledWindows:
+    """Return the windows of :func:`firstcontact.signal.contact_windows` that have a target."""
     has_target = np.isfinite(target[has_window])
     positions = np.flatnonzero(has_window)[has_target]
     return LabelledWindows(

@@ -8,10 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Contact, Dataset
-from firstcontact.models import Adapted, LabelledWindows, distinct_specimens, labelled_windows
+from firstcontact.models import Adapted, LabelledWindows, Windows, distinct_specimens, label_windows
+from firstcontact.signal import contact_windows
 
 Values = NDArray[np.float64]
 Contacts = tuple[Contact | None, ...]
+#: Windows, and a mask of the pinches that have one.
+Cut = tuple[Windows, NDArray[np.bool_]]
 
 
 @dataclass(slots=True, eq=False)
@@ -40,6 +43,7 @@ class Subject:
     predictions: dict[tuple[str, str], tuple[LabelledWindows, Values]] = field(default_factory=dict)
     set_name: str = "recordings"
     adapted: Adapted | None = None
+    _cut: dict[tuple[object, ...], Cut] = field(default_factory=dict, repr=False)
 
     @property
     def truth(self) -> Contacts:
@@ -78,6 +82,21 @@ class Subject:
         conditioned: bool = True,
     ) -> LabelledWindows:
         """Return labelled windows for a target of shape (pinches,), with unique specimen names."""
-        starts = self.starts if contacts is None else contacts
-        data = labelled_windows(self.dataset, starts, duration, target, conditioned=conditioned)
+        cut = self.cut_windows(duration, contacts, conditioned=conditioned)
+        data = label_windows(self.dataset, *cut, target)
         return replace(data, specimens=distinct_specimens(self.dataset)[data.rows])
+
+    def cut_windows(
+        self, duration: float, contacts: Contacts | None = None, *, conditioned: bool = True
+    ) -> Cut:
+        """Return :func:`contact_windows`, from the starts of the subject by default.
+
+        Several parts use the same windows, so they are kept.
+        """
+        starts = self.starts if contacts is None else contacts
+        key = duration, conditioned, tuple(starts)
+        if key not in self._cut:
+            self._cut[key] = contact_windows(
+                self.dataset, starts, duration, conditioned=conditioned
+            )
+        return self._cut[key]

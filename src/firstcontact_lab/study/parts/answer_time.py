@@ -14,7 +14,7 @@ from firstcontact.models import (
     resampler_lookahead,
     right_and_not_early,
 )
-from firstcontact.signal import Conditioner, contact_windows, samples_in
+from firstcontact.signal import Conditioner, samples_in
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.tables import (
@@ -126,7 +126,7 @@ def before_second(answers: Sequence[tuple[Pinch, float | None]]) -> tuple[float 
 
 def _times(subject: Subject, duration: float, early: float) -> Answers:
     dataset = subject.dataset
-    is_complete = contact_windows(dataset, subject.detections, duration)[1]
+    is_complete = subject.cut_windows(duration, subject.detections)[1]
     contacts = [
         c if complete else None for c, complete in zip(subject.detections, is_complete, strict=True)
     ]

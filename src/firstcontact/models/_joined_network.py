@@ -33,7 +33,7 @@ class GroupedLinear(nn.Module):
 
 
 def join(networks: Sequence[EfficientNet]) -> EfficientNet:
-    """Return a network whose channels are those of several networks side by side."""
+    """Return one network with the channels of several."""
     joined = deepcopy(networks[0])
     for name, module in list(joined.named_modules()):
         same = [network.get_submodule(name) for network in networks]

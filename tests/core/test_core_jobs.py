@@ -60,6 +60,16 @@ def _threads(_: int) -> set[int]:
     return {library["num_threads"] for library in threadpoolctl.threadpool_info()}
 
 
+def test_job_may_run_jobs_of_its_own() -> None:
+    with parallel(2) as runner:
+        assert runner.map(_inner_sum, range(3)) == [0, 2, 4]
+
+
+def _inner_sum(number: int) -> int:
+    with parallel(1) as runner:
+        return sum(runner.map(abs, [number, -number]))
+
+
 def test_abandoned_stream_ends_quietly() -> None:
     with parallel(2) as runner:
         stream = runner.stream(_pause, [False, True, True, True])

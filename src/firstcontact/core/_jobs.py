@@ -38,7 +38,7 @@ MOST_WORKERS = 512
 #: Alignment of packed arrays, bytes.
 ALIGNMENT = 64
 
-_job_lock = threading.Lock()
+_job_lock = threading.RLock()
 _opened: tuple[bytes, tuple[Any, ...]] = (b"", ())
 
 
@@ -197,7 +197,8 @@ def _init_worker(parent: int) -> None:
 def _run_job(function: Callable[..., B], job: object, payload: Any) -> B:
     """Run a job in another process. A lock keeps jobs apart, as the random state is per process.
 
-    A cluster starts its own workers, so this function also limits their threads.
+    The lock lets in a job that another job runs in the same thread. A cluster starts its own
+    workers, so this function also limits their threads.
     """
     with _job_lock, one_thread(), ForeignCode():
         return function(job, *(() if payload is None else unpack_payload(payload)))

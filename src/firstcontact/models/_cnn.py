@@ -80,21 +80,26 @@ class Cnn(Estimator):
         self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0
     ) -> CnnModel:
         """See :meth:`Estimator.fit`. Leaves PyTorch's random state as it was."""
-        return self.fit_several([(X, y, groups)], seed)[0]
+        return self._fit([(X, y, groups)], seed)[0]
 
-    def fit_several(self, sets: Sequence[TrainingSet], seed: int = 0) -> list[CnnModel]:
-        """See :meth:`Estimator.fit_several`. Sets with as many steps are trained together."""
+    def fit_several(self, sets: Sequence[TrainingSet], seed: int = 0) -> Sequence[WindowModel]:
+        """See :meth:`Estimator.fit_several`. Sets with equal numbers of steps train together."""
+        if type(self).fit is not Cnn.fit:  # a subclass trains in its own way
+            return super().fit_several(sets, seed)
+        return self._fit(sets, seed)
+
+    def _fit(self, sets: Sequence[TrainingSet], seed: int) -> list[CnnModel]:
         from firstcontact.models._network_export import export
 
         epochs = PUBLISHED_EPOCHS if self.published else self.epochs
         prepared = [self._prepared(*each) for each in sets]
-        alike: dict[object, list[int]] = {}
-        for place, (spec, *_, inputs, wanted) in enumerate(prepared):
+        groups: dict[object, list[int]] = {}
+        for place, (spec, *_, inputs, targets) in enumerate(prepared):
             steps = len(inputs) // _batch(len(inputs))
-            key = spec.samples, spec.channels, wanted.shape[1], _batch(len(inputs)), steps
-            alike.setdefault(key, []).append(place)
+            key = spec.samples, spec.channels, targets.shape[1], _batch(len(inputs)), steps
+            groups.setdefault(key, []).append(place)
         models: dict[int, CnnModel] = {}
-        for places in alike.values():
+        for places in groups.values():
             examples = [prepared[place][-2:] for place in places]
             networks = _train(examples, epochs, self.published, seed)
             for place, network in zip(places, networks, strict=True):
@@ -107,7 +112,7 @@ class Cnn(Estimator):
     def _prepared(
         self, X: Windows, y: Values, groups: NDArray[Any] | None
     ) -> tuple[Spec, NDArray[np.float64], NDArray[np.float64], Inputs, Inputs]:
-        """Return specification, scales of windows and targets, and what the network learns."""
+        """Return specification, scales of windows and targets, and the inputs and targets."""
         spec = training_spec(self.task, self.rate, X, y, groups)
         scale = _scale(X)
         target = target_scale(self.task, y)
@@ -169,7 +174,7 @@ def _train(
     Parameters
     ----------
     examples
-        Inputs and targets of each network; all have as many steps of the same batch.
+        Inputs and targets of each network, with equal batch sizes and numbers of steps.
     epochs, published, seed
         As in :class:`Cnn`, and the random seed of each network.
     """

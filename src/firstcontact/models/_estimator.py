@@ -54,7 +54,7 @@ class Estimator(ABC):
     takes_windows: ClassVar[bool] = True
     #: Number of folds for the interval of a final model.
     folds: ClassVar[int] = 5
-    #: Number of trainings that take less time together, in :meth:`fit_several`.
+    #: Largest number of sets in one call of :meth:`fit_several`, which takes less time together.
     together: ClassVar[int] = 1
     #: Modules that training needs beyond the base install, and the extra that contains them.
     modules: ClassVar[tuple[str, ...]] = ()

@@ -263,7 +263,9 @@ def fit_models(fits: Sequence[Fit]) -> Sequence[WindowModel]:
     estimator = make_estimator(fit.model, fit.task, fit.learn.rate, **fit.options)
     sets = [(f.learn.X, f.learn.y, f.learn.named_sessions) for f in fits]
     with ESTIMATORS.calling(estimator.name):
-        models = estimator.fit_several(sets, seed=fit.seed)
+        models = list(estimator.fit_several(sets, seed=fit.seed))
+        if len(models) != len(sets):
+            raise TypeError(f"fit_several returned {len(models)} models for {len(sets)} sets")
         for model in models:
             if not isinstance(model, WindowModel):
                 raise TypeError(f"{type(model).__name__} was returned by fit, but is no model")
@@ -307,6 +309,7 @@ def held_out_with_spread(
     for number, question in enumerate(questions):
         for split in question.splits:
             split.check(question.data.sessions, question.data.specimens)
+        # The same sets share a job with any number of workers: the weights depend on it.
         places, size = range(len(question.splits)), find_estimator(question.model).together
         jobs += [(number, places[i : i + size]) for i in range(0, len(places), size)]
     # Views of mappings, as registries have them, do not travel.

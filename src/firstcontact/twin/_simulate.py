@@ -96,6 +96,10 @@ def simulate(
     ]
     total = sum(len(session.pinches) for session in sessions)
     threads = parallel(workers or cores(), prefer="threads")
+    if runner is not None and total:  # compiles once, not once in each process
+        _simulate_batch(
+            replace(batches[0], pinches=batches[0].pinches[:1]), c, seed, noise, positions
+        )
     try:
         with (
             temporary_path(resolve_path(directory)) as folder,

@@ -126,6 +126,7 @@ def anytime(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
     splits = [Split("all", everyone, everyone[:0]), *folds]
     predicted = runner.map(_predict, splits, home, objects, settings.seed)
     adapted, on_objects = predicted[0]
+    assert adapted is not None
     subject.adapted = adapted
     by_estimator = {}
     for name in rig_estimators():
@@ -181,13 +182,14 @@ def _folds(home: LabelledTouches, settings: StudySettings) -> list[Split]:
 
 def _predict(
     split: Split, home: LabelledTouches, objects: LabelledTouches, seed: int
-) -> tuple[Adapted, dict[str, Mapping[int, Predictions]]]:
+) -> tuple[Adapted | None, dict[str, Mapping[int, Predictions]]]:
     """Condition all estimators on one side of a split; predict the other, or objects without one.
 
     Returns
     -------
     tuple
-        Default estimator's model, and the predictions of each estimator by time.
+        Default estimator's model, None for one that learned from a part of the contacts; and the
+        predictions of each estimator by time.
     """
     learned = home.take(split.train)
     queries = home.take(split.test) if len(split.test) else objects
@@ -202,7 +204,7 @@ def _predict(
             models[name] = conditioned_model(name, learned, seed).model
     if not len(queries):
         return adapted, {}
-    return adapted, {
+    return None if len(split.test) else adapted, {
         name: predictions_by_time(model, queries.touches) for name, model in models.items()
     }
 

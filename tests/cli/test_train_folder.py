@@ -71,7 +71,7 @@ def test_parts_of_two_trainings_are_no_model(
     for name in ("detector.json", "detector.safetensors"):
         shutil.copy(tmp_path / "n" / name, model / name)
     load_detector(model)  # by itself it is one
-    with pytest.raises(InputError, match=r"detector\.json"):
+    with pytest.raises(InputError, match=r"detector\.json: is not the detector"):
         load_model(model)
     capsys.readouterr()
     for contacts in ("known", "detected"):

@@ -194,7 +194,7 @@ def test_mark_after_the_last_sample_is_returned(device: ScriptedDevice) -> None:
 def test_unopened_source_can_be_closed() -> None:
     source = SerialSource("nowhere")
     assert source.health.samples == 0
-    with pytest.raises(InputError, match="nowhere"):
+    with pytest.raises(InputError, match="nowhere is not open"):
         _ = source.descriptor
     source.close()
 

@@ -83,7 +83,7 @@ def test_a_closing_is_begun_by_who_asks_and_held_until_it_is_opened() -> None:
     session.block(finished_pinch)
     session.block(ClosingStart(700, 0), FIRST_EVENT)
     assert hand.told == predictions, "it holds what it has"
-    with pytest.raises(InputError):
+    with pytest.raises(InputError, match="closed already"):
         requests.ask(Ask.CLOSE, "somebody else")
     requests.ask(Ask.OPEN, "somebody else")
     assert hand.told[-1] is None, "at once"
@@ -166,7 +166,7 @@ def test_a_hand_that_begins_by_itself_can_only_be_opened() -> None:
     hand = LoggedHand(Begins.OTHERS)
     session = driven(hand)
     assert session.grasping.requests.allowed == (Ask.OPEN,)
-    with pytest.raises(InputError, match=LoggedHand.name):
+    with pytest.raises(InputError, match=f"{LoggedHand.name}.* only open"):
         session.grasping.requests.ask(Ask.CLOSE, "keyboard")
     session.block(ClosingStart(15, 0))
     session.grasping.requests.ask(Ask.OPEN, "keyboard")
@@ -180,7 +180,7 @@ def test_a_hand_that_begins_by_itself_can_only_be_opened() -> None:
 def test_nothing_is_asked_of_a_session_that_has_ended() -> None:
     session = driven(LoggedHand())
     session.grasping.ended()
-    with pytest.raises(InputError):
+    with pytest.raises(InputError, match="ended"):
         session.grasping.requests.ask(Ask.CLOSE, "keyboard")
 
 

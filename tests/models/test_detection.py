@@ -199,13 +199,13 @@ def test_scores_are_json_for_a_real_detector():
 
 
 def test_looks_of_a_step_count_as_one_window() -> None:
-    """Published shares stay comparable with those of a detector with shorter steps."""
+    """Shares of a detector with shorter steps stay comparable with the published shares."""
     fine = np.arange(2, 600, 3)
     fired = np.zeros((len(fine), 2), dtype=np.bool_)
     fired[np.searchsorted(fine, 101) : np.searchsorted(fine, 107), Finger.INDEX] = True
     fired[np.searchsorted(fine, TRUTH + 8), Finger.THUMB] = True
-    verdicts = WindowDecisions(fine, fired, np.where(fired, fine[:, None], -1))
-    judged = PinchDecisions(verdicts, Contact(Finger.INDEX, 101, 101))
+    decisions = WindowDecisions(fine, fired, np.where(fired, fine[:, None], -1))
+    judged = PinchDecisions(decisions, Contact(Finger.INDEX, 101, 101))
     scores = score_decisions([judged], Dataset((pinch(),)), 3 / LAYOUT.rate)
     assert (scores.quiet_windows, scores.windows) == (2 * 20, 2 * 20 + 1)
     assert scores.quiet_windows_silent == pytest.approx(39 / 40)

@@ -226,7 +226,7 @@ class PinchDecisions:
     Parameters
     ----------
     windows
-        Decisions for its windows, at least until the first contact is confirmed.
+        Decisions for its first windows, as far as the pinch was judged.
     first
         First contact that is not withdrawn; None without one.
     """
@@ -236,9 +236,10 @@ class PinchDecisions:
 
 
 def judge_pinch(detector: Detector, pinch: Pinch, until: int) -> PinchDecisions:
-    """Judge a pinch from its first sample on.
+    """Judge the windows of a pinch from its first sample on.
 
-    Later windows than those that confirm the first contact are judged only up to a sample.
+    All windows before ``until`` are judged. Further windows are judged until the first contact is
+    confirmed, or to the end of the pinch.
 
     Parameters
     ----------
@@ -248,6 +249,11 @@ def judge_pinch(detector: Detector, pinch: Pinch, until: int) -> PinchDecisions:
         Pinch that begins where its closing does.
     until
         Number of the sample before which all windows are judged.
+
+    Returns
+    -------
+    PinchDecisions
+        Decisions for these windows, and the first contact among them that is not withdrawn.
     """
     detector.start(pinch.layout)
     latch = ConfirmingLatch(pinch.layout)

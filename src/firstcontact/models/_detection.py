@@ -24,7 +24,9 @@ GUARD = 0.001
 WINDOW_STEP = 0.003
 #: Largest distance of a first trigger from the strip's contact, s.
 TOLERANCE = 0.003
-#: Windows up to this long after a known contact are judged even if it is found before, s.
+#: Time after a known contact up to which all windows are judged, s. Two users need it: the contact
+#: window of a score (:data:`GUARD` plus a detector's step), and the study's figure of one pinch,
+#: which shows 30 ms (``firstcontact_lab/study/_contact_figures.py``).
 JUDGED = 0.035
 
 
@@ -110,13 +112,13 @@ class DetectionScores(Record, frozen=True, kw_only=True):
         return None if self.delay_ms is None else self.delay_ms.median
 
 
-def _pooled(verdicts: WindowDecisions, looks: int) -> WindowDecisions:
+def _merge_looks(decisions: WindowDecisions, looks: int) -> WindowDecisions:
     """Merge consecutive decisions into one that fires if any of them fires."""
-    n = len(verdicts.ends) // looks
+    n = len(decisions.ends) // looks
     if looks == 1 or not n:
-        return verdicts
-    ends = verdicts.ends[: n * looks].reshape(n, looks)[:, -1]
-    fired = np.asarray(verdicts.fired[: n * looks].reshape(n, looks, -1).any(axis=1))
+        return decisions
+    ends = decisions.ends[: n * looks].reshape(n, looks)[:, -1]
+    fired = np.asarray(decisions.fired[: n * looks].reshape(n, looks, -1).any(axis=1))
     return WindowDecisions(ends, fired, np.where(fired, 0, -1))
 
 
@@ -131,22 +133,22 @@ class _Counts:
     alarms: int = 0
 
     def add(
-        self, verdicts: WindowDecisions, column: int, truth: int, early: int, guard: int, step: int
+        self, decisions: WindowDecisions, column: int, truth: int, early: int, guard: int, step: int
     ) -> int:
         """Count the windows of one pinch, and return its number of quiet steps."""
-        if not len(verdicts.ends) or truth <= verdicts.ends[0] - step:
+        if not len(decisions.ends) or truth <= decisions.ends[0] - step:
             self.too_soon += 1
             return 0
-        fired = verdicts.fired[verdicts.ends < truth - early]
+        fired = decisions.fired[decisions.ends < truth - early]
         starts = fired.copy()
         starts[1:] &= ~fired[:-1]
         self.quiet += fired.size
         self.quiet_right += int((~fired).sum())
         self.alarms += int(starts.sum())
-        shows = np.flatnonzero(verdicts.ends >= truth + guard - 1)
+        shows = np.flatnonzero(decisions.ends >= truth + guard - 1)
         if len(shows):
             self.contact += 1
-            self.contact_right += int(verdicts.fired[shows[0], column])
+            self.contact_right += int(decisions.fired[shows[0], column])
         return len(fired)
 
 
@@ -170,32 +172,33 @@ def score_detector(
     InputError
         When no pinch has a known first contact.
     """
-    verdicts = judge_pinches(detector, cut_closings(dataset))
-    return score_decisions(verdicts, dataset, detector.step, early, tolerance)
+    decisions = judge_pinches(detector, cut_closings(dataset))
+    return score_decisions(decisions, dataset, detector.step, early, tolerance)
 
 
-def judge_pinches(detector: Detector, heard: Dataset) -> list[PinchDecisions]:
-    """Run the detector over each pinch from its first sample, as far as its scores need."""
-    beyond = samples_in(JUDGED, heard.layout.rate)
+def judge_pinches(detector: Detector, dataset: Dataset) -> list[PinchDecisions]:
+    """Run the detector over each pinch from its first sample, as :func:`score_decisions` needs."""
+    margin = samples_in(JUDGED, dataset.layout.rate)
     return [
-        judge_pinch(detector, pinch, 0 if pinch.first is None else pinch.first.sample + beyond)
-        for pinch in heard.pinches
+        judge_pinch(detector, pinch, 0 if pinch.first is None else pinch.first.sample + margin)
+        for pinch in dataset.pinches
     ]
 
 
 def score_decisions(
-    verdicts: Sequence[PinchDecisions],
+    decisions: Sequence[PinchDecisions],
     dataset: Dataset,
     step: float,
     early: float = 0.0,
     tolerance: float = TOLERANCE,
 ) -> DetectionScores:
-    """Compare verdicts with the known first contacts.
+    """Compare decisions with the known first contacts.
 
     Parameters
     ----------
-    verdicts
-        Decisions for each pinch, of a detector that did not learn from it.
+    decisions
+        Decisions for each pinch, of a detector that did not learn from it. All windows up to the
+        known contact plus :data:`JUDGED` are judged, as by :func:`judge_pinches`.
     dataset
         The pinches.
     step
@@ -217,20 +220,20 @@ def score_decisions(
     decided = 0
     waited = resampler_lookahead(dataset)
     judged_pinches = [
-        (p, p.first, v)
-        for p, v in zip(dataset.pinches, verdicts, strict=True)
+        (p, p.first, d)
+        for p, d in zip(dataset.pinches, decisions, strict=True)
         if p.first is not None
     ]
     if not judged_pinches:
         raise InputError("no pinch has a known first contact: detection cannot be scored")
-    for pinch, truth, verdict in judged_pinches:
+    for pinch, truth, decision in judged_pinches:
         rate = pinch.layout.rate
         fingers = pinch.layout.vibration_fingers
         if truth.finger in fingers:
             look = max(1, samples_in(step, rate))
             looks = max(1, samples_in(WINDOW_STEP, rate) // look)
             steps = counts.add(
-                _pooled(verdict.windows, looks),
+                _merge_looks(decision.windows, looks),
                 fingers.index(truth.finger),
                 truth.sample,
                 samples_in(early, rate),
@@ -238,7 +241,7 @@ def score_decisions(
                 looks * look,
             )
             counts.seconds += steps * looks * look / rate
-        first = verdict.first
+        first = decision.first
         became = outcome(first, truth, rate, early, tolerance)
         outcomes[became] += 1
         if first is not None and right_and_not_early(first, truth, rate, early, tolerance):

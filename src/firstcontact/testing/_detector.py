@@ -102,15 +102,15 @@ def _check_streams(detector: Detector, seed: int) -> None:
             "the contacts depend on the sample numbers"
         )
     detector.start(LAYOUT)
-    verdicts = detector.judge(Block(closing(8).data, 500))
-    assert verdicts.fired.shape == verdicts.onsets.shape == (len(verdicts.ends), 2), (
-        "the verdicts have wrong shapes"
+    decisions = detector.judge(Block(closing(8).data, 500))
+    assert decisions.fired.shape == decisions.onsets.shape == (len(decisions.ends), 2), (
+        "the decisions have wrong shapes"
     )
-    assert ((verdicts.onsets >= 0) == verdicts.fired).all(), (
+    assert ((decisions.onsets >= 0) == decisions.fired).all(), (
         "onsets do not match the windows that fired"
     )
     step = samples_in(detector.step, LAYOUT.rate)
-    assert set(np.diff(verdicts.ends)) == {step}, "there is not one window per step"
+    assert set(np.diff(decisions.ends)) == {step}, "there is not one window per step"
     for n in (0, 1, step):
         short = replace(pinch, data=pinch.data[:n])
         assert detect(detector, short) == [], "a contact in almost no samples"
@@ -123,22 +123,22 @@ def _check_gaps(detector: Detector) -> None:
     loud = ((quiet.astype(np.int32) - 16384) * 30 + 16384).clip(0, 32736).astype(np.int16)
     for later_block in (Block(loud, SAMPLES, epoch=1), Block(loud, 10**6)):
         detector.start(LAYOUT)
-        quiet_verdicts = detector.judge(Block(quiet, 0))
-        verdicts = detector.judge(later_block)
-        assert quiet_verdicts.ends.max(initial=0) < SAMPLES, "a window extends beyond the samples"
-        first = verdicts.ends.min() - samples_in(detector.duration, LAYOUT.rate) + 1
+        quiet_decisions = detector.judge(Block(quiet, 0))
+        decisions = detector.judge(later_block)
+        assert quiet_decisions.ends.max(initial=0) < SAMPLES, "a window extends beyond the samples"
+        first = decisions.ends.min() - samples_in(detector.duration, LAYOUT.rate) + 1
         assert first >= later_block.first_sample, "a window spans a gap"
     data = closing(11).data.astype(np.float32)
     data[300, 0], data[301, 1] = np.nan, np.inf
     detector.start(LAYOUT)
-    verdicts = detector.judge(Block(data, 0))
+    decisions = detector.judge(Block(data, 0))
     window = samples_in(detector.duration, LAYOUT.rate)
-    across = (verdicts.ends >= 300) & (verdicts.ends < 302 + window - 1)
+    across = (decisions.ends >= 300) & (decisions.ends < 302 + window - 1)
     assert not across.any(), "a window contains a sample that is not finite"
     detector.start(LAYOUT)
     after_it = detector.judge(Block(data[302:], 302))
-    resumed = verdicts.ends >= 302
-    assert np.array_equal(verdicts.fired[resumed], after_it.fired), (
+    resumed = decisions.ends >= 302
+    assert np.array_equal(decisions.fired[resumed], after_it.fired), (
         "it does not start again after a gap"
     )
 

@@ -71,7 +71,7 @@ def delay_figure(
 
 def detectors_figure(
     pinch: Pinch,
-    verdicts: Mapping[str, WindowDecisions],
+    decisions: Mapping[str, WindowDecisions],
     start: int,
     early: float = 0.0,
     n_early: float = 0.090,
@@ -118,9 +118,9 @@ def detectors_figure(
         top.set_ylim(mean - 12 * sigma, mean + 20 * sigma)
         top.set_ylabel(label)
         top.legend(loc="upper left", ncols=2)
-        for row, (name, verdict) in enumerate(verdicts.items()):
-            ends = 1e3 * (verdict.ends - pinch.first.sample) / rate
-            fired = verdict.fired[:, column]
+        for row, (name, decision) in enumerate(decisions.items()):
+            ends = 1e3 * (decision.ends - pinch.first.sample) / rate
+            fired = decision.fired[:, column]
             inside = (ends >= -1e3 * n_early) & (ends <= 1e3 * suffix)
             low.scatter(
                 ends[inside & ~fired],
@@ -136,8 +136,8 @@ def detectors_figure(
                 s=22,
                 color=names.detector(name).colour,
             )
-        low.set_yticks(range(len(verdicts)), [names.detector(n).title for n in verdicts])
-        low.set_ylim(len(verdicts) - 0.4, -0.6)
+        low.set_yticks(range(len(decisions)), [names.detector(n).title for n in decisions])
+        low.set_ylim(len(decisions) - 0.4, -0.6)
         low.grid(axis="y", visible=False)
         low.set_xlabel(f"Time after the {'label' if early else 'known contact'} (ms)")
         for ax in (top, low):

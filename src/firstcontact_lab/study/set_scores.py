@@ -207,7 +207,7 @@ def _judged(
     """
 
     def firsts(detector: Detector, pinches: Dataset) -> Firsts:
-        return [verdict.first for verdict in judge_pinches(detector, pinches)]
+        return [decision.first for decision in judge_pinches(detector, pinches)]
 
     if training != OTHERS:
         detector = make_detector(name)
@@ -265,8 +265,8 @@ def _alarms(detector: Detector, noise: Sequence[Block], recorded_set: RealSet) -
     alarms = 0
     for number, block in enumerate(noise):
         detector.start(recorded_set.layout)
-        verdicts = detector.judge(Block(block.data, block.first_sample, number))
-        fired = np.array(verdicts.fired.any(axis=1))
+        decisions = detector.judge(Block(block.data, block.first_sample, number))
+        fired = np.array(decisions.fired.any(axis=1))
         fired[1:] &= ~fired[:-1].copy()
         alarms += int(fired.sum())
     return alarms

@@ -138,13 +138,13 @@ def contacts(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
     dataset = cut_closings(subject.dataset, starts)
     has_contact = np.array([p.first is not None for p in dataset.pinches])
     splits = detection_splits(dataset, settings.seed)
-    verdicts, failed = judge_detectors(dataset, splits, settings.early, runner)
-    if not any(DETECTORS[name].learns for name in verdicts):
+    decisions, failed = judge_detectors(dataset, splits, settings.early, runner)
+    if not any(DETECTORS[name].learns for name in decisions):
         everyone = np.arange(len(dataset))
         splits = [Split("all", everyone[:0], everyone)]
-        verdicts, _ = judge_detectors(dataset, splits, settings.early, runner)
-    start = settings.detector if settings.detector in verdicts else untrained_name()
-    detections = tuple(verdict.first for verdict in verdicts[start])
+        decisions, _ = judge_detectors(dataset, splits, settings.early, runner)
+    start = settings.detector if settings.detector in decisions else untrained_name()
+    detections = tuple(decision.first for decision in decisions[start])
     missing = sum(contact is None for contact in detections)
     not_found = MissingContacts(by=start, pinches=missing, of=len(dataset))
     left_out = []
@@ -169,19 +169,19 @@ def contacts(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
     scores: dict[str, DetectionScores] = {}
     figures: list[Figure] = []
     if has_contact.any():
-        for name, given in verdicts.items():
+        for name, given in decisions.items():
             step = DETECTORS[name].step
             scores[name] = score_decisions(given, dataset, step, settings.early)
         example = _example(dataset, detections)
         delays = {
-            name: 1e3 * trigger_delays(dataset, [verdict.first for verdict in given])[1]
-            for name, given in verdicts.items()
+            name: 1e3 * trigger_delays(dataset, [decision.first for decision in given])[1]
+            for name, given in decisions.items()
         }
         figures.append(delay_figure(dataset, delays, settings.early))
         figures.append(
             detectors_figure(
                 subject.dataset.pinches[example],
-                {name: given[example].windows for name, given in verdicts.items()},
+                {name: given[example].windows for name, given in decisions.items()},
                 starts[example].sample,
                 settings.early,
             )

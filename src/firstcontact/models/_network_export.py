@@ -59,6 +59,8 @@ def _filled(
     shape = model.graph.input[0].type.tensor_type.shape
     shape.dim[1].dim_value, shape.dim[3].dim_value = channels, samples
     model.graph.output[0].type.tensor_type.shape.dim[1].dim_value = outputs
+    names = {tensor.name for tensor in model.graph.initializer}
+    assert weights.keys() <= names, f"the graph lacks {sorted(weights.keys() - names)}"
     for tensor in model.graph.initializer:
         if tensor.name in weights:
             array = np.ascontiguousarray(weights[tensor.name])

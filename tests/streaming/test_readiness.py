@@ -14,6 +14,7 @@ def settings_now() -> tuple[float, bool, int, int]:
 
 
 def test_all_settings_are_as_before_when_it_ends() -> None:
+    gc.unfreeze()  # the tests' own frozen objects would not be frozen again
     previous = settings_now()
     with Readiness(real_time=True) as readiness:
         readiness.hurry(is_urgent=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shlex
 import signal
 import subprocess
@@ -180,7 +181,8 @@ def test_the_twins_hand_is_driven(environment: dict[str, str]) -> None:
     assert len([m for m in markers if m.startswith("twin: told hand: ")]) >= 4
     assert [m for m in markers if m.startswith("twin: peak ")]
     assert "hand twin with policy first_contact: " in process.stderr
-    assert "in 2 closings, 2 of these with a contact" in process.stderr
+    # The next closing may have begun before the session ended.
+    assert re.search(r"in [23] closings, 2 of these with a contact", process.stderr)
     # With the session's end at once, and again when its connection is closed.
     assert "released 2 times" in process.stderr
 

@@ -116,12 +116,12 @@ class Cnn(Estimator):
         spec = training_spec(self.task, self.rate, X, y, groups)
         scale = _scale(X)
         target = target_scale(self.task, y)
-        wanted = (
+        targets = (
             ((y - target[0]) / target[1])[:, None]
             if self.task is Task.REGRESSION
             else (y[:, None] == np.array(spec.classes))
         )
-        return spec, scale, target, compress(X, scale), wanted.astype(np.float32)
+        return spec, scale, target, compress(X, scale), targets.astype(np.float32)
 
     def reference(self, model: CnnModel, X: Windows, y: Values) -> Reference:
         """Return eager PyTorch with random weights, which do not affect the time."""
@@ -184,15 +184,15 @@ def _train(
     from firstcontact.models._joined_network import join, separate
 
     networks, orders = [], []
-    for inputs, wanted in examples:
+    for inputs, targets in examples:
         with torch.random.fork_rng(devices=[]):
             torch.manual_seed(seed)
-            networks.append(EfficientNet(inputs.shape[2], wanted.shape[1]))
+            networks.append(EfficientNet(inputs.shape[2], targets.shape[1]))
             orders.append([torch.randperm(len(inputs)) for _ in range(epochs)])
     trained = networks[0] if len(networks) == 1 else join(networks)
     trained.to(memory_format=torch.channels_last)  # type: ignore[call-overload]
     X = [as_input(inputs) for inputs, _ in examples]
-    Y = [torch.from_numpy(wanted) for _, wanted in examples]
+    Y = [torch.from_numpy(targets) for _, targets in examples]
     rate = PUBLISHED_RATE if published else LEARNING_RATE
     optimiser = torch.optim.Adam(trained.parameters(), lr=rate, fused=True)
     loss = torch.nn.MSELoss()
@@ -211,9 +211,9 @@ def _train(
             members = [order[epoch][start : start + batch] for order in orders]
             optimiser.zero_grad()
             windows = torch.cat([x[rows] for x, rows in zip(X, members, strict=True)], dim=1)
-            targets = torch.cat([y[rows] for y, rows in zip(Y, members, strict=True)], dim=1)
+            truth = torch.cat([y[rows] for y, rows in zip(Y, members, strict=True)], dim=1)
             # The sum of the networks' losses: each has the gradient that it has alone.
-            (len(networks) * loss(trained(windows), targets)).backward()
+            (len(networks) * loss(trained(windows), truth)).backward()
             optimiser.step()
             schedule.step()
     if trained is not networks[0]:

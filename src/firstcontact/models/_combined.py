@@ -263,10 +263,10 @@ def _spread_scale(
             base, touches.take(~is_asked), shore_a[~is_asked], scheme, seed, ones
         )
         alone, truth = model.network_alone(), shore_a[is_asked]
-        asked = touches.take(is_asked)
-        features = model.rig_features(asked)
+        queries = touches.take(is_asked)
+        features = model.rig_features(queries)
         for place, ms in enumerate(TIMES):
-            early = asked.until(samples_in(1e-3 * ms, touches.rate))
+            early = queries.until(samples_in(1e-3 * ms, touches.rate))
             network = alone.predict(early, features)
             for row, (values, spreads) in enumerate(
                 ((network.value, network.spread), model.regress(early, features))

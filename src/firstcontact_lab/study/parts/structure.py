@@ -15,6 +15,7 @@ from firstcontact.contact import (
     Withdrawal,
     cut_closings,
     detect,
+    first_contact,
     pretrained_detector,
 )
 from firstcontact.core import FINGERTIP_RATE, Block, Contact, Dataset, Record, Runner
@@ -208,8 +209,10 @@ def _models(blocks: Dataset) -> tuple[Model, Model]:
 
 
 def _firsts(detector: Detector, dataset: Dataset, *, confirm: bool) -> list[Contact | None]:
-    heard = cut_closings(dataset)
-    return [next(iter(detect(detector, pinch, confirm=confirm)), None) for pinch in heard]
+    pinches = cut_closings(dataset)
+    if confirm:
+        return [first_contact(detector, pinch) for pinch in pinches]
+    return [next(iter(detect(detector, pinch, confirm=False)), None) for pinch in pinches]
 
 
 def _squares(values: Values, dataset: Dataset) -> Values:

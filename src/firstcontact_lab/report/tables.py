@@ -129,7 +129,7 @@ def number(value: float, digits: int, sign: str = "") -> str:
 #: Format of each unit.
 UNITS: Mapping[str, Callable[[float], str]] = {
     "count": lambda value: f"{value:,.0f}",
-    "rate": lambda value: f"{value:,.1f}",
+    "rate": lambda value: f"{value:,.1f}" if value < 100 else f"{value:,.0f}",
     "ms": lambda value: f"{number(value, 2)} ms",
     "us": lambda value: f"{value:,.0f} µs",
     "s": lambda value: f"{value:.0f} s",

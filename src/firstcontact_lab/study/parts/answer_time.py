@@ -150,7 +150,7 @@ _TIMES: Sequence[Row[Answers]] = (
     Row("Median", lambda answers: answers.median, "ms"),
     Row("95th percentile", lambda answers: answers.p95, "ms"),
     Row("Samples before second contact", lambda answers: answers.before_second, "share"),
-    Row("Answers", lambda answers: answers.n),
+    Row("Estimates", lambda answers: answers.n),
 )
 
 

@@ -96,7 +96,7 @@ class AnytimeResults(AnytimeScores, frozen=True, kw_only=True):
         return {self.estimator: OtherScores(asked=self, blocks=self.blocks), **(self.others or {})}
 
 
-_TITLE = "Answers at any time"
+_TITLE = "Estimates at any time"
 
 
 def anytime(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:

@@ -12,7 +12,7 @@ from firstcontact.core import Command, Dataset, Label, Pinch, Serial
 from firstcontact.grasp import Grip
 from firstcontact.models import (
     InContextModel,
-    adapt_network,
+    adapt_combined,
     cut_touches,
     fit_detector,
     found_as_live,
@@ -36,7 +36,7 @@ class OwnHand:
     detector
         Detector that is fitted to them.
     model
-        Pre-trained network, conditioned on the hand.
+        Network, conditioned on the hand and averaged with a regression on its pinches.
     pinches
         Number of pinches.
     rmse
@@ -67,12 +67,10 @@ def own_hand(hand: HandSeed, pinches: int) -> OwnHand:
     detector = fit_detector(dataset)
     contacts = found_as_live(dataset, detector, hand.seed, Serial())
     touches, indices = cut_touches(dataset, contacts.contacts)
-    adapted = adapt_network(
+    adapted = adapt_combined(
         pretrained(), touches, dataset.shore_a[indices], dataset.sessions[indices], hand.seed
     )
-    return OwnHand(
-        detector, adapted.model, len(indices), adapted.scores.get(adapted.scheme, float("nan"))
-    )
+    return OwnHand(detector, adapted.model, len(indices), adapted.rmse)
 
 
 def _block(hand: HandSeed, place: int, number: int) -> Pinch:

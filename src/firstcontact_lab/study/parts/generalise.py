@@ -197,11 +197,13 @@ PART = Part(
     "Beyond the blocks",
     [Step("beyond the blocks", generalise, late=True, cost=100)],
     lambda subjects: (
-        "Hands, specimens and sessions of seeds that no choice was made on. Every estimator learns "
-        "from the same block pinches and predicts the same contacts, which are as late as the "
-        "detector placed those above. Another hand: 30 of its own block pinches alone. Three "
-        "pinches: the mean estimate. Level left out: mean over 20, 29 and 43 Shore A. Pale: know "
-        "the modulus (the rest is the label's error), or the contact's stiffness."
+        "Hands, objects and sessions that no choice of the project was made on. All estimators "
+        "learn from the same block pinches. They predict at the same contacts: the known ones, "
+        "delayed as the detector above places them. Three pinches: the mean of three estimates of "
+        "one object. Another hand: the estimators learn from 30 block pinches of that hand. Level "
+        "left out: one of 20, 29 and 43 Shore A is missing in training, and is predicted. Pale "
+        "rows know more than a signal tells: the object's modulus, so that only the label's error "
+        "is left, or the stiffness of the contact."
     ),
     [objects_off_blocks, others_off_blocks],
     by_default=False,

@@ -307,10 +307,10 @@ def unknown_table(results: SubjectResults) -> Table | None:
 
 def _text(subjects: Subjects) -> str:
     return (
-        "The motor, the noise floor, the start of the motor, the law of the pad and the sensor are "
-        "of another structure than the twin's, and nothing was trained on them. Objects are more "
-        "lossy, and labels scatter by 2 Shore A. A first contact that does not push is withdrawn "
-        "after 3 ms; in the columns “all count” it stands."
+        "Simulated hands whose motor, noise floor, start-up, pad and sensor follow other laws than "
+        "the twin's. Nothing was trained on them. Their objects lose more energy, and their labels "
+        "scatter by 2 Shore A. A first contact is withdrawn if the signal shows no push within "
+        "3 ms after it; the rows “all count” keep such contacts."
     )
 
 

@@ -81,7 +81,7 @@ def test_twin_objects_have_the_values_of_the_table(item: object) -> None:
     ("cells", "word"),
     [
         ({"name": ""}, "name is empty"),
-        ({"name": "raspberry"}, "there is a 'raspberry' already"),
+        ({"name": "raspberry"}, "the name 'raspberry' is taken"),
         ({"origin": "found"}, "origin is 'found'"),
         ({"group": "firm fragile"}, "group is 'firm fragile': its numbers fit 'soft fragile'"),
         ({"mass": "5"}, "mass is '5': use a number from 0.0001 to 2"),
@@ -89,11 +89,11 @@ def test_twin_objects_have_the_values_of_the_table(item: object) -> None:
         ({"mass": "nan"}, "mass is 'nan'"),
         ({"radius": "10"}, "radius is '10'"),
         ({"mass": "", "mass_from": ""}, "mass is empty"),
-        ({"mass_from": ""}, "mass is from ''"),
-        ({"mass_from": "hearsay"}, "mass is from 'hearsay'"),
+        ({"mass_from": ""}, "the source of mass is ''"),
+        ({"mass_from": "hearsay"}, "the source of mass is 'hearsay'"),
         ({"limit": "", "limit_from": ""}, "limit and weibull belong together"),
         ({"limit": ""}, "limit has a source and no value"),
-        ({"bulk": "", "bulk_from": "", "radius": "", "radius_from": ""}, "bulk is empty"),
+        ({"bulk": "", "bulk_from": "", "radius": "", "radius_from": ""}, "bulk and radius are"),
     ],
 )
 def test_invalid_rows_are_refused(cells: dict[str, str], word: str) -> None:

@@ -17,7 +17,7 @@ from firstcontact.grasp._hand import Begins, Hand, HandError, HandLimits
 #: Time without an answer after which the hand counts as lost, s.
 LOST = 0.5
 
-#: Number of positions in memory, 0.5 s.
+#: Number of past positions that are kept in memory: those of 0.5 s.
 REMEMBERED = 50
 
 #: Longest wait for the hand to report that it is open, s.
@@ -42,7 +42,7 @@ class AbilityHand(Hand):
     Raises
     ------
     InputError
-        The package or the port is missing. On entering: no hand answers.
+        The package or the port is missing. On entering the ``with`` block: no hand answers.
     """
 
     name = "ability"
@@ -128,7 +128,7 @@ class AbilityHand(Hand):
             self._ready.set()
 
     def _drive(self, client: Any) -> None:
-        """Send and read until closed."""
+        """Send targets and read the hand's reports until the hand is closed."""
         fingers: Fingers | None = None
         zero: list[float] = []
         period = 1 / self.limits.rate
@@ -155,7 +155,7 @@ class AbilityHand(Hand):
                 fingers = fingers or Fingers(self._felt)
             elif now > answered + LOST and self._failure is None:
                 self._failure = HandError(f"the Ability Hand on {self._port} stopped answering")
-            # Trust the reported position only if it answers the order to open.
+            # Use the reported position only if the hand reported it after the order to open.
             opened = fresh and targets == RELEASED and self._felt is not None and self._felt.open
             if now >= until or (until < inf and opened):
                 return

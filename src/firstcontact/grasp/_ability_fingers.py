@@ -54,7 +54,7 @@ class Felt:
     touch: Sequence[float] = ()
 
     def force(self, finger: int) -> float:
-        """Return the sum over a finger's six sensors, N; 0 without sensors."""
+        """Return the sum of the forces on a finger's six sensors, N; 0 without sensors."""
         first = SENSORS[finger]
         return sum(max(x, 0.0) for x in self.touch[first : first + 6])
 
@@ -93,10 +93,10 @@ class Fingers:
         self._targets = dict.fromkeys(self._targets, OPEN)
 
     def move(self, command: Command, seconds: float, felt: Felt) -> None:
-        """Move the targets at the commanded speed for some time, s.
+        """Move the targets at the commanded speed for ``seconds``.
 
-        If a closing finger presses with the force limit or more, its target stays, or returns
-        to the finger's position if it was ahead.
+        If a closing finger presses with the force limit or more, its target does not advance. If
+        the target was ahead of the finger, it returns to the finger's position.
         """
         for finger, lever in LEVERS.items():
             target, position = self._targets[finger], felt.position[finger]

@@ -1,4 +1,4 @@
-"""Ability Hand's published package, without its side effects.
+"""Import and use of the Ability Hand's published package without its side effects.
 
 Version 0.2.2 has these side effects:
 
@@ -114,8 +114,8 @@ def open_client(port: str, rate: float) -> Any:
             f"no Ability Hand answers on {port}: check power, cable and port, and that UART and "
             "byte stuffing are on (We16, We46, We47 in its app)"
         ) from error
-    # The package sets its zero at the first reading where every sensor is loaded. That may be in
-    # the middle of a grasp.
+    # The package takes the first reading in which every sensor is loaded as zero force. That may be
+    # in the middle of a grasp.
     client.hand = package.Hand(addr=client.hand.addr, fsr_offset=False)
     client.print_stats = lambda: None
     client.start_threads()

@@ -42,9 +42,9 @@ class HandLimits:
 
 
 class Begins(Flag):
-    """Origin of a hand's closings."""
+    """Party that begins the closings of a hand."""
 
-    #: The hand's controller, its wearer or the twin begins a closing. The signal shows it.
+    #: The hand's controller, its wearer or the twin begins a closing. The signal shows when.
     OTHERS = auto()
     #: This program begins a closing. The hand stays open until then.
     US = auto()
@@ -60,15 +60,15 @@ class Hand(ABC):
     #: Name in the registry and in reports.
     name: ClassVar[str]
     limits: HandLimits
-    #: True if it moves: see :meth:`needs_live_samples`.
+    #: True if the hand moves: see :meth:`needs_live_samples`.
     real: ClassVar[bool] = True
     #: Port that stands for a simulated hand, for tests and dry runs.
     simulated_port: ClassVar[str | None] = None
-    #: True if a separate process drives it and releases it when the program hangs or ends.
+    #: True if a separate process drives the hand, and releases it when the program hangs or ends.
     separate: ClassVar[bool] = False
-    #: Origin of its closings; both values for a hand that only records the commands.
+    #: Party that begins its closings; both values for a hand that only records the commands.
     begins: ClassVar[Begins] = Begins.OTHERS
-    #: Name of the source that drives it; the hand is then made from that source.
+    #: Name of the source that drives the hand, which is then made from that source; else None.
     of_source: ClassVar[str | None] = None
 
     @classmethod
@@ -78,7 +78,7 @@ class Hand(ABC):
         Parameters
         ----------
         port
-            Port of the hand; None for its own. The simulated port moves nothing.
+            Port of the hand; None for its default port. On the simulated port nothing moves.
         """
         return cls.real and (port is None or port != cls.simulated_port)
 
@@ -99,15 +99,16 @@ class Hand(ABC):
     def closing_speed(self, sample_time: float, host_time: float) -> ClosingSpeed | None:
         """Return the closing speed just before a contact; None where it is not known.
 
-        It comes from :meth:`positions`. Override it for a hand with the clock of the samples.
+        The base class computes it from :meth:`positions`, by ``host_time``. Override it for a hand
+        whose positions have sample times.
 
         Parameters
         ----------
         sample_time
-            Time of the contact on the clock of the samples, s: its number over the rate.
+            Time of the contact on the clock of the samples, s: sample number divided by rate.
         host_time
-            The same instant of ``time.monotonic()``, s, as far as the delay of the samples is
-            known; NaN for samples that do not come in real time.
+            Time of the contact by ``time.monotonic()``, s, as precise as the delay of the samples
+            is known; NaN for samples that do not come in real time.
         """
         positions = self.positions()
         if not positions:
@@ -120,13 +121,14 @@ class Hand(ABC):
     def positions(self) -> Sequence[tuple[float, float]]:
         """Return the positions that the hand last reported, at least those of the last 0.1 s.
 
-        An estimate waits for them: do not ask the hand here. By default there are none.
+        An estimate waits for this call, so return stored positions and send no request to the hand.
+        By default there are none.
 
         Returns
         -------
         sequence of (float, float)
-            Time of ``time.monotonic()``, s, and travel of the fingertip, m, of each. Only its rate
-            counts.
+            Time by ``time.monotonic()``, s, and travel of the fingertip, m, for each position. The
+            zero of the travel does not matter.
         """
         return ()
 

@@ -13,7 +13,8 @@ from firstcontact.core import mark_as_signal
 
 #: Signals that end a process silently unless it handles them.
 ENDING = (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
-#: Time after which a further signal counts as a first one, s: the program handled the earlier.
+#: Time from a signal until the next one counts as a first signal again, s: by then the program has
+#: handled the earlier one.
 INSISTED = 2.0
 
 
@@ -59,7 +60,7 @@ class Leaving:
             signal.signal(number, signal.default_int_handler if is_interrupt else signal.SIG_DFL)
 
     def rearm(self) -> None:
-        """Treat the next signal as a first one, after the program has handled the previous."""
+        """Treat the next signal as a first one, because the program has handled the last."""
         if self._at is not None and threading.current_thread() is threading.main_thread():
             self._at = None
 
@@ -80,7 +81,7 @@ class Leaving:
                 signal.signal(number, handler)
             self.give_back()
             self._waiting = None
-            # A signal that followed the first needs no second exception.
+            # If a signal before the block raised its exception, the deferred ones raise none.
             if deferred and self._at is None:
                 signal.raise_signal(deferred[0])
 

@@ -30,7 +30,7 @@ class LoopCounts:
         Estimates that met the deadline but reached the hand after the second contact. This is
         known only when the closing is over.
     withdrawn
-        False contacts that were withdrawn. They and their estimates do not count above.
+        False contacts that were withdrawn. No other count includes them or their estimates.
     """
 
     closings: int = 0
@@ -59,7 +59,7 @@ class GraspLoop:
     rate
         Rate of the samples, Hz.
     deadline
-        Deadline after the first contact, s; None for the policy's own.
+        Deadline for an estimate, s after the first contact; None for the deadline of the policy.
     wait
         Function that returns the time until the hand takes a command given now, s.
     """
@@ -126,18 +126,21 @@ class GraspLoop:
             self.counts.estimates -= len(self._reached)
             self.counts.misses, self.counts.unused = self._before
         self._forget_contact()
-        if self.policy.uses_piezos():  # others close on undisturbed
+        if self.policy.uses_piezos():  # other policies continue as before
             self._forward(self.policy.begin())
 
     def estimated(self, estimate: Estimate, now: float) -> bool:
-        """Pass an estimate of time ``now`` to the policy. Return True if the policy acted on it."""
+        """Pass an estimate to the policy. Return True if the policy acted on it.
+
+        The program learned of the estimate at ``now``.
+        """
         reaches = now + self._wait()
         self._check_deadline(reaches)
         if not self._closing or self._first is None or self._missed:
             self.counts.unused += 1
             return False
         command = self.policy.estimated(estimate)
-        if command is None:  # the policy passes this one over and waits for another
+        if command is None:  # the policy ignores this estimate and waits for another
             return False
         self._due = None
         self.counts.estimates += 1

@@ -42,7 +42,7 @@ class Due:
 
 
 class Pacer:
-    """Schedule of a hand's commands. The caller passes the times.
+    """Schedule of a hand's commands. It has no clock: the caller passes the times.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class Pacer:
         self.counts = HandCounts()
         self._silence = silence
         self._interval = 1 / limits.rate
-        # Three repeats before the hand's watchdog acts, but no faster than it takes commands.
+        # Repeat three times before the hand's watchdog acts, but no faster than the hand allows.
         self._repeat = max(limits.watchdog / 3, self._interval)
         self._waiting: Command | None = None
         self._last: Command | None = None
@@ -65,7 +65,7 @@ class Pacer:
         self._called_at = -inf
 
     def offer(self, command: Command, now: float) -> None:
-        """Take a command. It replaces one that still waits.
+        """Take a command, which replaces a command that still waits.
 
         Raises
         ------
@@ -73,7 +73,10 @@ class Pacer:
             Speed or force is not a finite number.
         """
         if not (isfinite(command.speed) and isfinite(command.force)):
-            raise ValueError(f"a hand cannot close at {command.speed} m/s with {command.force} N")
+            raise ValueError(
+                f"a hand cannot close at {command.speed} m/s with {command.force} N: use finite "
+                "numbers"
+            )
         limits = self.limits
         clipped = Command(
             min(max(command.speed, -limits.speed), limits.speed),

@@ -139,9 +139,9 @@ class Policy:
     needs_truth: ClassVar[bool] = False
     #: Settings that a study tunes before it compares.
     tunables: ClassVar[Mapping[str, Tunable]] = {}
-    #: Force sensors that a study combines the policy with; empty for the drawn ones only.
+    #: Force sensors that a study combines the policy with; empty for ``ForceArray.DRAWN`` only.
     variants: ClassVar[tuple[SensorVariant, ...]] = ()
-    #: Set True to get the estimates before the final one too, each as it comes.
+    #: True to receive every estimate of a contact as it comes; False for the final one only.
     early: ClassVar[bool] = False
     #: Latest time of an estimate after the first contact, s; None if the policy uses none.
     deadline: float | None = None
@@ -182,7 +182,7 @@ class Policy:
         Parameters
         ----------
         volts
-            Highest taxel above its unloaded level, V.
+            Voltage of the highest taxel above its unloaded level, V.
         since
             Time since the first contact, s; None before it.
         """

@@ -13,7 +13,7 @@ from firstcontact.grasp._hand import Begins, Hand, HandError, HandLimits
 
 
 class PrintHand(Hand):
-    """Hand for a dry run. It prints one line per command, but not for a repeated one.
+    """Hand for a dry run. It prints one line per command, but none for a repeated command.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ class PrintHand(Hand):
             self._note(None)
 
     def close(self) -> None:
-        """Release."""
+        """Print the release, and refuse later commands."""
         self.release()
         self._open = False
 
@@ -74,7 +74,7 @@ class PrintHand(Hand):
 
 
 def describe(command: Command | None) -> str:
-    """Return an order as text for people."""
+    """Return a command, or None for a release, as text for people."""
     if command is None:
         return "release"
     if command.speed == 0:

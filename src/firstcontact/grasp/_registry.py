@@ -32,8 +32,8 @@ def make_hand(kind: type[Hand], port: str | None = None, source: object = None) 
     port
         Port that the hand is connected to, for hands that need one.
     source
-        Open source that drives the hand, for hands that need one. Keep it open as long as the
-        hand.
+        Source that drives the hand, already opened, for hands that need one. Keep it open as long
+        as the hand.
 
     Raises
     ------

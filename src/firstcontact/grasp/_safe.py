@@ -84,12 +84,12 @@ class SafeHand(Hand):
         return self._pacer.wait(self._clock())
 
     def send(self, command: Command) -> None:
-        """Set the command. It replaces one that still waits.
+        """Set the command, which replaces a command that still waits.
 
         Raises
         ------
         HandError
-            The command is not finite, and the hand was released. Or the hand is not open or has
+            The command is not finite; the hand was then released. Or the hand is not open or has
             failed.
         """
         self._leaving.rearm()
@@ -167,7 +167,7 @@ class SafeHand(Hand):
 
     def __enter__(self) -> Self:
         if self._closed or self._thread is not None:
-            raise HandError(f"the hand {self.name!r} can be opened only once")
+            raise HandError(f"the hand {self.name!r} can be opened only once: make a new one")
         # A program with its own signal handlers leaves its ``with`` blocks by itself.
         self._leaving.take()
         try:
@@ -176,13 +176,17 @@ class SafeHand(Hand):
             thread = threading.Thread(target=self._watch, name="hand watchdog", daemon=True)
             thread.start()
             self._thread = thread
-        except BaseException:  # also on a signal: no ``with`` block closes it yet
+        except BaseException:  # a signal too: no ``with`` block closes the hand yet
             self.close()
             raise
         return self
 
     def _let_go(self) -> None:
-        """Ask the watchdog thread to release: a signal may interrupt any code here."""
+        """Ask the watchdog thread to release the hand.
+
+        A signal handler calls this. It must not release the hand itself, because it may have
+        interrupted any code.
+        """
         self._release_requested = True
         if self._change.acquire(timeout=PROMPT):
             self._change.notify()

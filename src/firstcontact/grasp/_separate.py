@@ -33,17 +33,18 @@ class SeparateHand(Hand):
     Parameters
     ----------
     kind
-        Class of the hand, made from a port. The process imports it by its module's name.
+        Class of the hand, whose constructor takes a port. The process imports it by its module's
+        name.
     port
         Port of the hand.
     silence
         Longest time without an order, s. :class:`~firstcontact.grasp._safe.SafeHand` repeats the
-        last one more often.
+        last order more often.
 
     Raises
     ------
     InputError
-        Error of the class, raised here or on entering.
+        The class refused the port, here or on entering the ``with`` block.
     """
 
     def __init__(self, kind: type[Any], port: str | None = None, silence: float = 1.0) -> None:
@@ -103,7 +104,7 @@ class SeparateHand(Hand):
                 self._write_order(self._child, "release")
 
     def close(self) -> None:
-        """Release and close the hand, and wait until the process has done so."""
+        """Release and close the hand, and wait until its process has ended."""
         child, self._child = self._child, None
         if child is not None:
             child.end(ENDED)

@@ -1,4 +1,4 @@
-"""Highest taxel of both fingers, above its unloaded level."""
+"""Tracking of the highest taxel of both fingers above its unloaded level."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ class Taxels:
         Returns
         -------
         float
-            Highest taxel of the last sample above its unloaded level, V. 0 until that level is
-            known.
+            Voltage of the highest taxel above its unloaded level at the last sample, V. 0 until
+            the unloaded level is known.
         """
         if not self._sum.size or not len(data):
             return 0.0

@@ -18,7 +18,7 @@ from firstcontact.signal import samples_in
 from firstcontact.testing._checks import refused
 from firstcontact.testing._closings import LAYOUT, SAMPLES, closing, closings
 
-#: Detections without confirmation, because withdrawals are not part of a detector.
+#: Detection that confirms and withdraws no contacts, because detectors do not do that.
 detect = partial(detect_and_confirm, confirm=False)
 
 
@@ -113,7 +113,7 @@ def _check_streams(detector: Detector, seed: int) -> None:
     assert set(np.diff(decisions.ends)) == {step}, "there is not one window per step"
     for n in (0, 1, step):
         short = replace(pinch, data=pinch.data[:n])
-        assert detect(detector, short) == [], "a contact in almost no samples"
+        assert detect(detector, short) == [], "it detects a contact in almost no samples"
 
 
 def _check_gaps(detector: Detector) -> None:
@@ -146,7 +146,7 @@ def _check_gaps(detector: Detector) -> None:
 def _check_channels(detector: Detector) -> None:
     for value in (0, 16384, 32736):
         flat = Pinch(np.full((SAMPLES, 16), value, dtype=np.int16), LAYOUT)
-        assert detect(detector, flat) == [], "a contact in a constant stream"
+        assert detect(detector, flat) == [], "it detects a contact in a constant stream"
     pinch = closing(9)
     assert pinch.first is not None
     assert pinch.first.finger is not None

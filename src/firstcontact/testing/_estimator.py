@@ -24,8 +24,8 @@ from firstcontact.models import (
 from firstcontact.testing._checks import refused
 from firstcontact.testing._windows import RATE, toy_windows
 
-#: Largest difference between predictions for a window alone and among others. Sums in float32
-#: depend on their order.
+#: Largest difference between the predictions for a window alone and among other windows, in Shore
+#: A. Sums in float32 depend on their order.
 SLACK = 0.02
 
 
@@ -88,7 +88,7 @@ def _check_predictions(model: WindowModel, task: Task) -> None:
     predictions = model.predict(X)
     assert predictions.shape == (90,), "there is not one prediction per window"
     assert predictions.dtype == np.float64, "predictions are not float64"
-    assert model.predict(X[:0]).shape == (0,), "predictions for no windows"
+    assert model.predict(X[:0]).shape == (0,), "there are predictions without windows"
     one = [model.predict_one(window) for window in X]
     assert all(type(answer) is float for answer in one), "predict_one does not return a float"
     assert np.allclose(predictions, one, rtol=0, atol=SLACK), "predict_one and predict differ"

@@ -16,9 +16,9 @@ _STILL = Command(0.0, 1.0)
 def check_hand(kind: type[Hand], port: str | None = None, source: Source | None = None) -> None:
     """Assert that a hand meets its interface. The hand moves: remove objects from a real one.
 
-    The checks cover its limits, its positions and the commands within the limits. Commands work
-    only while it is open. Release and close work at any time and twice. Exceptions pass through and
-    close the hand, and it works inside a SafeHand.
+    The checks cover its limits, its positions and the commands within the limits. The hand takes
+    commands only while it is open. It can be released and closed at any time, and twice. An
+    exception passes through its ``with`` block and closes it. It works inside a SafeHand.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ def check_hand(kind: type[Hand], port: str | None = None, source: Source | None 
     port
         Port of the hand; by default its ``simulated_port``.
     source
-        Open source, for a hand that is driven over one.
+        Source, already opened, for a hand that a source drives.
 
     Raises
     ------

@@ -173,9 +173,9 @@ def make_estimate(
     Parameters
     ----------
     value, low, high
-        Shore A, and the ends of the interval.
+        Estimate and bounds of its interval, Shore A.
     elapsed
-        Length of the signal after the contact that was used, s.
+        Length of the signal after the contact that the estimate used, s.
     final
         True if no later estimate of the closing follows.
     """

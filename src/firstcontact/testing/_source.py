@@ -20,9 +20,9 @@ def check_source(
 ) -> None:
     """Assert that a kind of source meets its interface, on one of its devices.
 
-    Samples come in order, each once, as the descriptor states, and losses are counted. Markers are
-    attached to a sample, or refused by a recording. The source can be closed at any time and twice,
-    and then ends.
+    Each sample comes once, in order and in the form that the descriptor states. Losses are counted.
+    A marker is attached to a sample, or refused if the source is a recording. The source can be
+    closed at any time, and twice, and then ends.
 
     Parameters
     ----------

@@ -31,11 +31,11 @@ class Condition:
     click_rate: float
     """Clicks of the gear train per second."""
     mains_rates: tuple[float, ...]
-    """Possible mains frequencies, Hz; one for each session."""
+    """Possible mains frequencies, Hz. Each session has one of them."""
     temperature: Spread
     """Spread of the object's modulus with temperature and wear."""
     specimen_widen: float
-    """Factor on the modulus scatter between specimens."""
+    """Factor by which the modulus scatters more between specimens than the object states."""
     specimens_per_block: int
     jitter: float
     """Standard deviation of the sampling instants, s."""

@@ -24,8 +24,8 @@ from firstcontact.twin._sensor import VelostatParameters
 #: Published offset between the contacts, s: mean and standard deviation.
 OFFSET_MEAN = 16.65e-3
 OFFSET_SD = 10.35e-3
-#: Largest offset, s. It removes the tail of the gamma distribution beyond the length of a pinch, 4
-#: in 10,000.
+#: Largest offset, s. A longer one would not fit into a pinch; 4 of 10,000 drawn offsets are longer
+#: and are drawn again.
 OFFSET_MAX = 75e-3
 #: Range of the first contact within a pinch, s.
 FIRST_CONTACT = (0.130, 0.150)
@@ -41,7 +41,7 @@ class PinchDraw:
     noise: tuple[MotorNoise, MotorNoise]
     velostat: tuple[VelostatParameters, VelostatParameters]
     shares: NDArray[np.float64]
-    """Share of the force on each taxel, shape (2, 6)."""
+    """Share of a finger's contact force on each of its taxels, shape (2, 6)."""
     jitter: float
     rng: np.random.Generator
     recorded: RecordedNoise | None = None
@@ -61,7 +61,7 @@ def draw_specimen(seed: int, condition: Condition, kind: TwinObject, number: int
 
 
 def draw_offset(rng: np.random.Generator) -> float:
-    """Draw the offset between the contacts, s: a gamma with the published mean and SD."""
+    """Draw the offset between the contacts, s: a gamma variate with the published mean and SD."""
     shape = (OFFSET_MEAN / OFFSET_SD) ** 2
     while True:
         offset = float(rng.gamma(shape, OFFSET_MEAN / shape))
@@ -93,8 +93,8 @@ def draw_pinch(
     for _ in range(2):
         finger_factors = np.exp(c.asymmetry * hand.standard_normal(6))
         p = FingerParameters()
-        # The contact point decides the curvature, the share of the phalanx and the loaded taxels.
-        # It differs between the fingers.
+        # The contact point decides the curvature of the tip, how much of the phalanx's mass moves,
+        # and which taxels are loaded. It differs between the fingers.
         place = math.exp(c.tip_radius.pinch * rng.standard_normal())
         day_place = math.exp(c.tip_radius.session * day.standard_normal())
         fingers.append(

@@ -25,7 +25,7 @@ class Drive:
     Parameters
     ----------
     latency
-        Time from a command to its effect, s: the brake latency, in whole samples.
+        Time from a command to its effect, such as braking, s. It is rounded to whole samples.
     acceleration
         Acceleration of the reference, m/s^2.
     force
@@ -33,7 +33,8 @@ class Drive:
     speed
         Largest speed of the reference, m/s, closing or opening.
     back_damping
-        Damping of a drive that the grip pushes back while it should close or stand, N s/m.
+        Damping of a drive that moves backwards although it should close or stand still, because
+        the grip force pushes it, N s/m.
 
     Raises
     ------

@@ -24,7 +24,7 @@ _COLUMNS = fingertip_layout().width
 
 @compiled()
 def _clipped(count: int) -> int:
-    """Return a reading within the range of a 10-bit converter."""
+    """Return the reading, limited to the range of a 10-bit converter."""
     return min(int(count), ADC_COUNTS - 1)
 
 
@@ -37,7 +37,7 @@ def _filter(
     sums: NDArray[np.int64],
     out: NDArray[np.int16],
 ) -> None:
-    """Filter scans. ``place`` counts the scans of a round, -1 before the first one."""
+    """Filter scans. ``place`` is the number of the next scan in its round, -1 before any scan."""
     for i in range(len(scans)):
         if place[0] < 0:
             for f in range(2):
@@ -81,9 +81,9 @@ class DeviceFilter:
     Piezo: exponential smoothing y = (y + x) >> 1 in 1/32 counts, with alpha = 0.5, rounded down.
     The first reading is the initial state.
 
-    Force: sliding mean over the last 8 readings of each taxel, exact in 1/32 counts. A taxel's
-    first reading also replaces the seven missing ones, and a taxel without a reading is 0. Scan i
-    reads taxel i modulo 6.
+    Force: sliding mean over the last 8 readings of each taxel, exact in 1/32 counts. The first
+    reading of a taxel counts as 8 equal readings. A taxel without a reading is 0. Scan i reads
+    taxel i modulo 6.
 
     A strip is 1 if its reading is not 0. Counts above 1023 are treated as 1023.
     """
@@ -133,7 +133,15 @@ class DeviceFilter:
 def settled_filter(
     scan: NDArray[np.uint16], sheets: tuple[VelostatParameters, VelostatParameters]
 ) -> DeviceFilter:
-    """Return a filter that has read the unloaded sheets before its first scan, shape (6,)."""
+    """Return a filter in the state after a long rest: piezos as in a scan, fingers unloaded.
+
+    Parameters
+    ----------
+    scan
+        First scan that the filter will get, shape (6,).
+    sheets
+        Force arrays of index and thumb.
+    """
     device = DeviceFilter()
     warm_up = np.tile(scan, (ROUND, 1))
     warm_up[:, 2:4] = [open_reading(v) for v in sheets]

@@ -1,4 +1,4 @@
-"""Converters of both fingertips: from motion to raw scans, piece by piece."""
+"""Converters of both fingertips, which turn the motion into raw scans, piece by piece."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Fingertips(ABC):
     Parameters
     ----------
     draw
-        Pinch whose sensors these are.
+        Drawn pinch, which states the parameters of the sensors.
     sheets
         Force arrays of index and thumb; by default those of the draw.
 
@@ -121,7 +121,7 @@ class StreamFingertips(Fingertips):
     Parameters
     ----------
     draw
-        Pinch whose sensors these are at first.
+        Drawn pinch, which states the parameters of the sensors until :meth:`take`.
     rng
         Random generator for the phase of the hum and the converters' noise.
     """
@@ -134,8 +134,8 @@ class StreamFingertips(Fingertips):
     def take(self, draw: PinchDraw) -> None:
         """Continue with the sensors of another pinch of the same hand and session.
 
-        A sheet repeats poorly from loading to loading. The remaining load keeps its conductance, so
-        that no reading jumps.
+        The parameters of a force array differ between pinches. The load that is left on it is
+        scaled so that its conductance stays, and no reading jumps.
         """
         for f, (old, new) in enumerate(zip(self.sheets, draw.velostat, strict=True)):
             self._sheet_state[f] *= (old.conductance / new.conductance) ** (1 / new.exponent)
@@ -160,11 +160,11 @@ def strip_contacts(
     Parameters
     ----------
     scans
-        Shape (n, 6).
+        Scans, shape (n, 6).
     first_sample
-        Number of ``scans[0]``.
+        Sample number of ``scans[0]``.
     earlier
-        Earlier contacts. A finger touches once.
+        Earlier contacts of the pinch. A finger touches once, so their fingers are left out.
     """
     return mask_contacts(scans[:, 4:6] != 0, first_sample, earlier)
 

@@ -34,7 +34,7 @@ RANGES = {
 }
 #: Shore A from which an object counts as firm.
 FIRM = 45.0
-#: Entry instead of a year.
+#: Entry in the column ``year`` for a publication without one.
 UNDATED = "undated"
 
 
@@ -101,9 +101,9 @@ def read_household(
     for line, row in _rows(text, file, columns):
         place = f"{file}, line {line}"
         if not row["name"]:
-            raise InputError(f"{place}: name is empty: give the object one")
+            raise InputError(f"{place}: name is empty: give the object a name")
         if row["name"] in by_name:
-            raise InputError(f"{place}: there is a {row['name']!r} already: use another name")
+            raise InputError(f"{place}: the name {row['name']!r} is taken: use another")
         if row["origin"] not in SCATTER:
             raise InputError(f"{place}: origin is {row['origin']!r}: use {' or '.join(SCATTER)}")
         numbers = {q: _quantity(row, q, sources, place) for q in QUANTITIES}
@@ -131,11 +131,11 @@ def fitting_group(numbers: HouseholdNumbers) -> str:
 def _rows(text: str, file: str, columns: list[str]) -> list[tuple[int, dict[str, str]]]:
     reader = csv.DictReader(StringIO(text), strict=True)
     if reader.fieldnames != columns:
-        raise InputError(f"{file}, line 1: the columns are not {', '.join(columns)}: use those")
+        raise InputError(f"{file}, line 1: the columns must be {', '.join(columns)}")
     rows = []
     for row in reader:
         if None in row or None in row.values():
-            raise InputError(f"{file}, line {reader.line_num}: use {len(columns)} cells")
+            raise InputError(f"{file}, line {reader.line_num}: the row needs {len(columns)} cells")
         rows.append((reader.line_num, {name: cell.strip() for name, cell in row.items()}))
     return rows
 
@@ -146,7 +146,7 @@ def _quantity(
     value, source = row[name], row[f"{name}_from"]
     if not value:
         if source:
-            raise InputError(f"{place}: {name} has a source and no value: give it one")
+            raise InputError(f"{place}: {name} has a source and no value: give it a value")
         if name not in OPTIONAL:
             raise InputError(f"{place}: {name} is empty: give it a value")
         return None
@@ -159,7 +159,8 @@ def _quantity(
         raise InputError(f"{place}: {name} is {value!r}: use a number from {low:g} to {high:g}")
     if source != ESTIMATE and source not in sources:
         raise InputError(
-            f"{place}: {name} is from {source!r}: use {ESTIMATE!r} or the key of a source"
+            f"{place}: the source of {name} is {source!r}, which is not known: use {ESTIMATE!r} or "
+            "the key of a source"
         )
     return Quantity(number, source)
 
@@ -168,4 +169,4 @@ def _complete(numbers: Mapping[str, Quantity | None], place: str) -> None:
     if (numbers["limit"] is None) != (numbers["weibull"] is None):
         raise InputError(f"{place}: limit and weibull belong together: give both or none")
     if numbers["bulk"] is None and numbers["radius"] is None:
-        raise InputError(f"{place}: bulk is empty and radius is, too: give one of them")
+        raise InputError(f"{place}: bulk and radius are both empty: give one of them")

@@ -9,13 +9,14 @@ from firstcontact.core import Role, gent_modulus
 from firstcontact.twin._objects import Fragility, TwinObject
 from firstcontact.twin._parameters import ObjectParameters
 
-#: Entry instead of a source for a number that was not measured.
+#: Entry in place of a source if the number is an estimate.
 ESTIMATE = "estimate"
 #: Radius of curvature of flat objects, m.
 FLAT = ObjectParameters().radius
 #: Mass below which an object lies loosely, kg.
 LIGHT = 0.02
-#: Stiffness and damping of the support, N/m and N s/m: for light objects, and for others.
+#: Stiffness (N/m) and damping (N s/m) of the support: of light objects, which lie loosely, and of
+#: all others.
 LOOSE_HOLD = (20.0, 0.2)
 HOLD = (60.0, 0.8)
 
@@ -62,8 +63,8 @@ class HouseholdNumbers:
     thickness
         Thickness across the pinch, m.
     bulk
-        Stiffness between the fingers behind both contacts, N/m. None for a round object that is as
-        stiff as a column of its own cross-section.
+        Stiffness of the whole object between the two contacts, N/m. None for a round object: it is
+        taken to be as stiff as a column of its cross-section.
     loss
         Loss factor.
     """
@@ -161,7 +162,7 @@ class HouseholdObject:
 
     @property
     def bulk(self) -> float:
-        """Stiffness behind the contacts, N/m."""
+        """Stiffness of the whole object between the two contacts, N/m."""
         n = self.numbers
         if n.bulk is not None:
             return n.bulk.value

@@ -36,7 +36,7 @@ class Lift:
 
     def __post_init__(self) -> None:
         if not (0 <= self.after < math.inf and 0 <= self.over < math.inf):
-            raise ValueError(f"{self}: use times from 0 s on")
+            raise ValueError(f"{self}: times must be 0 s or more")
 
     @property
     def begin(self) -> int:

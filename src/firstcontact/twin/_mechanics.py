@@ -5,8 +5,9 @@ the object (Hertz contact with a Maxwell arm and Hunt-Crossley loss). The two fa
 the bulk and held by a clamp. The force through the mount drives the piezo disc. All motion is along
 the closing axis.
 
-The offset between the contacts is given, not the gap. A finger acts on nothing before it touches.
-So its free position at the wanted contact time is the gap.
+The contact times are given, not the distances from the fingers to the object. A finger has no
+effect before it touches. So each face of the object is placed where its finger is at the given
+time.
 """
 
 from __future__ import annotations
@@ -21,8 +22,8 @@ from firstcontact.core import contact_modulus, hertz_stiffness
 from firstcontact.twin._compiled import compiled
 from firstcontact.twin._parameters import FingerParameters, ObjectParameters
 
-#: States of a finger: positions and speeds of drive, phalanx, board and skin, the Maxwell arms of
-#: pad and contact, the piezo's leaked voltage, the buffer.
+#: States of a finger: position and speed of drive, phalanx, board and skin; elongation of the
+#: Maxwell arms of pad and contact; voltage that the piezo has lost by leakage; buffer's output.
 FINGER_STATES = 12
 #: Two fingers, then position and speed of the object's two faces.
 STATES = 2 * FINGER_STATES + 4
@@ -64,14 +65,17 @@ def _finger(
     x: _Vector, dx: _Vector, b: int, p: FingerParameters, o: ObjectParameters, stiffness: float,
     depth: float, rate: float, push: float, speed: float, motor_force: float, back_damping: float,
 ) -> float:  # fmt: skip
-    """Compute the derivatives of one finger's states from ``b`` on. Return its contact force, N."""
+    """Compute the derivatives of one finger, and return its contact force, N.
+
+    Its states begin at ``x[b]``, and their derivatives at ``dx[b]``.
+    """
     drive, phalanx, board, skin = x[b], x[b + 2], x[b + 4], x[b + 6]
     drive_v, phalanx_v, board_v, skin_v = x[b + 1], x[b + 3], x[b + 5], x[b + 7]
     pad_arm, arm, leaked, buffer = x[b + 8], x[b + 9], x[b + 10], x[b + 11]
     motor = p.speed_gain * (speed - drive_v)
     motor = min(max(motor, -p.drive_force), motor_force)
     if back_damping > 0.0 and drive_v < 0.0 and speed >= 0.0:
-        motor -= back_damping * drive_v  # pushed back while it should close or stand
+        motor -= back_damping * drive_v  # pushed backwards while it should close or stand still
     link = p.link_stiffness * (drive - phalanx) + p.link_damping * (drive_v - phalanx_v)
     mount = p.mount_stiffness * (phalanx - board) + p.mount_damping * (phalanx_v - board_v)
     squeeze = board - skin
@@ -188,7 +192,7 @@ def integrate(
     stiffness
         :func:`contact_stiffness` of each finger, shape (2,).
     touch
-        Contact times of index and thumb, s; beyond the end for never.
+        Contact times of index and thumb, s. A finger whose time is after the end never touches.
     times
         Sampling instants, s, increasing. The state starts at ``times[0]``.
     noise
@@ -203,33 +207,34 @@ def integrate(
     motor_force
         Largest force of either motor, N.
     back_damping
-        Damping of a drive that is pushed back while it should close or stand, N s/m.
+        Damping of a drive that is pushed backwards while it should close or stand still, N s/m.
     full_speed
-        Drive speed at which motor noise has its full strength, m/s. Below it the noise is
-        proportional to the speed. 0 for full strength at any speed.
+        Drive speed at which motor noise has its full strength, m/s. Below this speed the noise is
+        proportional to the speed. 0 means full strength at any speed.
     limit
         Contact force at which the object breaks, N. The run stops at the sample that shows it.
     calm
-        Time after both contacts from which fewer steps are enough, s.
+        Time from the second contact until fewer steps are enough, s.
     calm_steps
-        Steps per sampling interval from then on.
+        Steps per sampling interval after that time.
     x
-        State at ``times[0]``, shape (28,), changed in place to that at ``times[-1]``.
+        State at ``times[0]``, shape (28,), changed in place to the state at ``times[-1]``.
     gap
-        Positions of the faces when index and thumb touched, m, shape (2,); NaN before. Changed in
-        place. A number before the contact fixes the face: the finger touches when it reaches it.
+        Positions of the object's faces when index and thumb touched, m, shape (2,), changed in
+        place. NaN before a contact: then ``touch`` decides when the finger touches. A number before
+        a contact fixes the position of the face: then the finger touches when it gets there.
     touched
         First sampling instants at which index and thumb touched, s, shape (2,); NaN before. Changed
         in place.
     out
         Shape (samples, 2, 5): buffer (V), contact force (N), indentation (m), displacement of the
-        face (m), drive speed (m/s). The indentation is negative without contact, NaN while the
+        face (m), drive speed (m/s). The indentation is negative without contact, and NaN while the
         position of the face is unknown.
 
     Returns
     -------
     int
-        Number of samples taken; ``times.size`` if nothing broke.
+        Number of samples computed; ``times.size`` if the object did not break.
     """
     k = np.empty((5, STATES))
     n = 2 * FINGER_STATES

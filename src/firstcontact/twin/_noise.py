@@ -46,7 +46,7 @@ class MotorNoise:
     rotor: float = 0.05
     """Amplitude of the rotor line; its harmonics fall as 1/k."""
     mesh_ratio: float = 9.7
-    """Gear-mesh frequency over the rotor's."""
+    """Ratio of the gear-mesh frequency to the rotor's."""
     mesh: float = 0.05
     """Amplitude of the mesh line, modulated by the output shaft."""
     friction: float = 0.035
@@ -58,13 +58,13 @@ class MotorNoise:
     click: float = 0.35
     """Median peak force of a click."""
     mains_rate: float = 50.0
-    """Mains frequency: 50 or 60."""
+    """Mains frequency, 50 or 60 Hz."""
     mains: float = 0.015
-    """Torque ripple of the supply at twice its frequency, as a force."""
+    """Amplitude of the torque ripple at twice the mains frequency, as a force."""
     hum: float = 0.0015
-    """Mains picked up by the piezo's wiring, V."""
+    """Amplitude of the mains hum that the piezo's wiring picks up, V."""
     electronics: float = 0.0022
-    """RMS of the buffer and converter, V."""
+    """RMS of the noise of buffer and converter, V."""
 
     def scaled(self, speed: float, loudness: float) -> MotorNoise:
         """Return the noise at ``speed`` times the motor speed, scaled by ``loudness``."""
@@ -188,9 +188,10 @@ class PhalanxNoise:
     points
         Forces, N, shape (2, points), ``dt`` apart.
     dt
-        Between two points, s.
+        Time between two points, s.
     loudness
-        May be set, and is reached evenly by the end of the next piece.
+        Loudness as a share of the full strength. It can be set: the forces then reach it linearly
+        by the end of the next call of :meth:`shape`.
     """
 
     dt = 1 / _RATE
@@ -204,7 +205,7 @@ class PhalanxNoise:
         self._shaped = 0  # number of points with their loudness applied
 
     def shape(self, until: float) -> None:
-        """Apply the loudness up to an instant, s, including the kernel's next point."""
+        """Apply the loudness up to an instant, s, and to the next point, to interpolate."""
         stop = min(int(until / self.dt) + 2, self.points.shape[1])
         if stop > self._shaped and not self._reached == self.loudness == 1.0:
             slope = np.linspace(self._reached, self.loudness, stop - self._shaped + 1)[1:]
@@ -223,7 +224,7 @@ def pickup(
     noise
         Strengths at the piezo's converter.
     sheet
-        RMS at the force array's converter, V.
+        RMS of the noise at the force array's converter, V.
     angle
         Phase of the mains, rad, shape (samples,).
     rng

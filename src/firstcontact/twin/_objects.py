@@ -50,7 +50,7 @@ class TwinObject:
     role: Role
     nominal: ObjectParameters
     modulus_scatter: float
-    """Standard deviation of ln E between specimens of one reading."""
+    """Standard deviation of ln E between specimens with the same durometer reading."""
     friction: float = FRICTION
     """Coefficient of friction against the pad's silicone."""
     fragility: Fragility | None = None
@@ -82,7 +82,7 @@ def solid(shore_a: float, mass: float, bulk: float, loss: float) -> ObjectParame
 
 
 def lossy_solid(shore_a: float, mass: float, bulk: float, loss: float) -> ObjectParameters:
-    """Return such a solid whose loss also affects its relaxation and its contact."""
+    """Return a solid as :func:`solid` does, but its loss also affects relaxation and contact."""
     return solid(shore_a, mass, bulk, loss)._replace(arm_share=2 * loss, contact_loss=loss)
 
 
@@ -115,7 +115,7 @@ def _brittle(
     name: str, shore_a: float, mass: float, radius: float, bulk: float, loss: float,
     fragility: Fragility,
 ) -> TwinObject:  # fmt: skip
-    # Loose: too light for its weight to hold it.
+    # It lies loosely: its weight is too small to hold it in place.
     nominal = _round(shore_a, radius, mass, loss, bulk)._replace(
         clamp_stiffness=20.0, clamp_damping=0.2
     )
@@ -134,7 +134,7 @@ EVERYDAY_OBJECTS = (
     _fruit("avocado 2", 67, 0.034, 0.19, 0.25, 0.18),
 )
 #: Brittle objects: a quail's egg, pinched across; a crisp, which bends in the middle; a berry like
-#: a ripe raspberry. Stiffness says little about the breaking force.
+#: a ripe raspberry. Their stiffness hardly predicts their breaking force.
 BRITTLE = (
     _brittle("egg shell", 95, 0.0127, 0.013, 7.0e3, 0.05, Fragility(10.8, 6.0)),
     _brittle("crisp", 95, 0.002, 0.03, 2.5e3, 0.05, Fragility(2.2, 4.0)),
@@ -166,6 +166,6 @@ def stiffened(parameters: ObjectParameters, factor: float) -> ObjectParameters:
 
 
 def specimen(kind: TwinObject, deviate: float, widen: float = 1.0) -> TwinObject:
-    """Return a specimen whose ln(modulus) is off by ``deviate * widen`` standard deviations."""
+    """Return a specimen whose ln(modulus) deviates by ``deviate * widen`` standard deviations."""
     factor = math.exp(kind.modulus_scatter * widen * deviate)
     return replace(kind, nominal=stiffened(kind.nominal, factor))

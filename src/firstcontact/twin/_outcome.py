@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 from firstcontact.core import FINGERTIP_RATE, GRAVITY
 from firstcontact.twin._compiled import compiled
 
-#: A grasp is stable if its force exceeds the holding force by this factor
+#: Factor by which the grip force of a stable grasp exceeds the holding force.
 SAFETY = 1.25
-#: and if the force, smoothed over this time, s,
+#: Time over which the grip force is smoothed before its rate of change is computed, s.
 SMOOTHED = 0.010
-#: changes by no more than this, N/s.
+#: Largest rate of change of the smoothed grip force in a stable grasp, N/s.
 STEADY = 15.0
 #: Distance of slip from which an object counts as dropped, m.
 DROPPED = 0.010
@@ -29,10 +29,10 @@ class GraspOutcome:
     peak_force
         Largest grip force, N. The grip force is the smaller contact force.
     squeeze
-        Largest compression of the object, m: its bulk and its share of both indentations.
+        Largest compression of the object, m: of its bulk, and its share of both indentations.
     time_to_grasp
-        Time from the first contact until the grip is strong enough and steady for good, s. None if
-        that never happens or the object broke.
+        Time from the first contact until the grip is strong enough and steady, and stays so, s.
+        None if that never happens or the object broke.
     slipped
         Distance that the object slid down, m.
     dropped
@@ -75,15 +75,15 @@ def slide(
     forces
         Both contact forces, N, shape (samples, 2).
     hanging
-        Share of the weight without support, shape (samples,).
+        Share of the weight that the support does not carry, shape (samples,).
     mass, friction
-        Mass of the object, kg, and its friction against either finger.
+        Mass of the object, kg, and its coefficient of friction against either finger.
     dt
         Sampling interval, s.
     slid
-        Distance (m) and speed (m/s) of the slip before, shape (2,).
+        Distance (m) and speed (m/s) of the slip before the first sample, shape (2,).
     out
-        Distance and speed after each sample, shape (samples, 2).
+        Array for the distance and speed after each sample, shape (samples, 2).
     """
     distance, speed = slid[0], slid[1]
     for i in range(len(forces)):
@@ -98,7 +98,15 @@ def slide(
 
 
 def stable_since(grip: NDArray[np.float64], needed: float) -> int | None:
-    """Return the sample from which a grip force (N, shape (samples,)) is stable for good."""
+    """Return the sample from which a grip force stays stable; None if it never is.
+
+    Parameters
+    ----------
+    grip
+        Grip force, N, shape (samples,).
+    needed
+        Holding force, N.
+    """
     width = round(SMOOTHED * FINGERTIP_RATE)
     if len(grip) < 3 * width:
         return None
@@ -106,6 +114,6 @@ def stable_since(grip: NDArray[np.float64], needed: float) -> int | None:
     rate = np.abs(smooth[width:] - smooth[:-width]) / (width / FINGERTIP_RATE)
     weak = smooth[width:] < SAFETY * needed
     bad = np.flatnonzero(weak | (rate > STEADY))
-    # Row i uses the samples from i to i + 2 width.
+    # Element i of `rate` and `weak` uses the samples from i to i + 2 width.
     first = int(bad[-1]) + 1 if bad.size else 0
     return None if first >= len(rate) else first + 2 * width - 1

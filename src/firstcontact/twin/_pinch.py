@@ -22,11 +22,11 @@ _LAYOUT = fingertip_layout()
 
 
 def excerpt(draw: PinchDraw, lead: float) -> PinchDraw:
-    """Return the pinch with its beginning moved to ``lead`` s before the first contact.
+    """Return the pinch, beginning ``lead`` s before the first contact.
 
-    With a short duration it suits sets that need only the time around the contact: 60 ms take a
-    quarter of the time of a whole pinch. It omits only a part of the free closing, after
-    the same settling time.
+    Use it with a short duration for sets that need only the time around the contact: simulating
+    60 ms takes a quarter of the time of a whole pinch. Only a part of the free closing is left out;
+    the vibration still has :data:`BURN_IN` samples to build up.
     """
     timing = draw.timing
     offset = timing.second - timing.first

@@ -34,7 +34,8 @@ from firstcontact.twin._slip_sound import SlipParameters, SlipSound
 WATCHED = 0.20
 #: Longest pinch, s. A pinch without contact ends then.
 LONGEST = 1.5
-#: Number of samples computed at a time: smallest just after a command, largest long after it.
+#: Number of samples computed at a time. It grows from the first number, just after a command, to
+#: the second.
 PIECE = (64, 256)
 
 
@@ -45,8 +46,8 @@ class GraspPlant:
     running, 130 ms or more before the first contact. Without commands it equals that pinch. The
     same draw and commands give the same bytes, however it is advanced.
 
-    Samples are computed ahead in long pieces. A command that takes effect among them makes the
-    plant compute them again. Only :meth:`advance` computes readings.
+    Samples are computed ahead in long pieces. If a command takes effect within a piece, the plant
+    computes this piece again. Only :meth:`advance` computes readings.
 
     Parameters
     ----------
@@ -55,7 +56,7 @@ class GraspPlant:
     drive
         Drive that limits the commands.
     held_object
-        Object in the hand: its mass, friction and breaking force.
+        Object in the hand, which states mass, friction and breaking force.
     velostat
         Force array of both fingers that replaces the draw's own.
     lift
@@ -104,7 +105,7 @@ class GraspPlant:
         self._run.advance(BURN_IN)
         self._delay = drive.delay
         self._friction = held_object.friction
-        # Share of an indentation that the object takes, as in the mechanics.
+        # Part of an indentation that is the object's (the rest is the pad's), as in the mechanics.
         moduli = np.array([p.pad_modulus for p in draw.fingers])
         self._give = moduli / (moduli + draw.object.modulus)
         self._mass = 2 * draw.object.face_mass
@@ -170,7 +171,7 @@ class GraspPlant:
         return self._data[first : self.sample].copy()
 
     def move(self, samples: int) -> None:
-        """Advance without readings, which cost as much as the motion."""
+        """Advance without computing readings: they cost as much as the motion."""
         stop = min(self.sample + samples, len(self._motion))
         if stop > self._made:
             self._make(stop)
@@ -225,7 +226,7 @@ class GraspPlant:
             self._piece = min(2 * self._piece, PIECE[1])
 
     def _unmake(self) -> None:
-        """Return to the state before the newest piece, which can hold the newest sample."""
+        """Return to the state before the newest piece. The newest sample can lie within it."""
         run, self._made = self._mark
         self._run = run.fork()
         contacts, self._contacts = self._contacts, []
@@ -267,7 +268,7 @@ class GraspPlant:
 
     @property
     def slipping_since(self) -> float | None:
-        """Begin of the present slip, s; None if the object does not slip."""
+        """Time at which the present slip began, s; None if the object does not slip."""
         speeds = self._slid[: self.sample, 1]
         if not (speeds.size and speeds[-1] > 0):
             return None
@@ -286,7 +287,7 @@ class GraspPlant:
 
     @property
     def gaps(self) -> NDArray[np.float64]:
-        """Distance of each finger to its face, m, negative in contact; NaN if unknown."""
+        """Distance of each finger to the object, m, negative in contact; NaN if unknown."""
         return -self._motion[: self.sample, :, INDENTATION]
 
     @property
@@ -323,12 +324,12 @@ class GraspPlant:
 
 
 class PinchReadings:
-    """Converters for one pinch, with the microcontroller behind them.
+    """Converters of one pinch, followed by the microcontroller's filters.
 
     Parameters
     ----------
     tips
-        New converters.
+        Converters that have read nothing yet.
     """
 
     def __init__(self, tips: PinchFingertips) -> None:

@@ -15,17 +15,17 @@ from firstcontact.twin._mechanics import DRIVE_SPEED
 EVERY = 25
 #: Standard deviation of a position at the fingertip, m: 0.06 degrees of a finger of 0.1 m.
 NOISE = 1e-4
-#: Number of positions in memory of a stream, 0.5 s.
+#: Number of past positions that are kept in memory: those of 0.5 s.
 REMEMBERED = 100
 
 
 class Positions:
-    """Positions of the fingertips by the drives, mean of both, with noise.
+    """Position sensor: mean position of both fingertips from the drives, with noise.
 
     Parameters
     ----------
     rng
-        Random generator for the noise alone.
+        Random generator that is used only for the noise of the positions.
     """
 
     def __init__(self, rng: np.random.Generator) -> None:

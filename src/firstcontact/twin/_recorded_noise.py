@@ -51,7 +51,8 @@ class RecordedNoise:
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Draw a stretch of noise for index and thumb, V.
 
-        Two sensors are read at the same time. A recording that is too short repeats.
+        If the recording has two sensors, both stretches are of the same time. A recording that is
+        too short repeats.
         """
         starts = rng.integers(0, max(1, len(self.volts) - samples + 1), 2)
         if self.volts.shape[1] > 1:

@@ -1,6 +1,6 @@
 """Families of rigs and objects for tests: no network of this project is trained on them.
 
-Each changes the structure of the training distribution, not its seed.
+Each family differs from the training distribution in its structure, not only in the random numbers.
 """
 
 from __future__ import annotations

@@ -73,7 +73,7 @@ RIG_SPREAD: Mapping[str, float] = {
     "buffer_cutoff": 0.20,
 }
 #: Standard deviations of ln(parameter) between the sessions of a rig, and between the pinches of a
-#: session. They describe a rig with everyday repeatability; each rig has a share of them.
+#: session. They describe a rig with everyday repeatability. Each rig multiplies them by a factor.
 SESSION_SPREAD: Mapping[str, float] = {
     "speed": 0.10, "tip_radius": 0.05, "pad_stiffness": 0.10, "phalanx_mass": 0.05,
     "link_stiffness": 0.05, "gain": 0.10, "clamp": 0.30, "noise": 0.30, "modulus": 0.08,
@@ -82,11 +82,12 @@ PINCH_SPREAD: Mapping[str, float] = {
     "speed": 0.15, "tip_radius": 0.17, "pad_stiffness": 0.05, "phalanx_mass": 0.08,
     "link_stiffness": 0.10, "gain": 0.02, "clamp": 0.40, "noise": 0.30, "modulus": 0.03,
 }  # fmt: skip
-#: Smallest and largest share of these spreads.
+#: Smallest and largest factor by which a rig multiplies these standard deviations.
 REPEATS = (0.15, 1.5)
-#: Range of a hard block's peak at the converter, V. The gain of each rig is set to reach it.
+#: Range of the peak-to-peak voltage of a hard block at the converter. The gain of each rig is set
+#: so that its voltage is in this range.
 PEAK = (0.12, 2.2)
-#: Scatter of ln(modulus) between specimens: of a block, and of an object (range).
+#: Standard deviation of ln(modulus) between specimens of a block, and its range for other objects.
 BLOCK_SCATTER = 0.06
 SCATTER = (0.03, 0.25)
 
@@ -203,7 +204,7 @@ def adjusted(rig: RandomRig, rng: Rng) -> RandomRig:
 
 
 def draw_day(rng: Rng) -> Day:
-    """Draw the deviations of a session, in standard deviations."""
+    """Draw how far each parameter of a session deviates, in standard deviations."""
     return {name: float(rng.standard_normal()) for name in SESSION_SPREAD}
 
 
@@ -234,7 +235,7 @@ def draw_object(rng: Rng) -> RandomObject:
         elif kind == 2:  # hollow: its wall bends
             radius, mass = _between(rng, 0.012, 0.06), _between(rng, 0.01, 0.6)
             bulk = _between(rng, 2e3, 8e4)
-        else:  # anything
+        else:  # any radius, mass and stiffness
             radius, mass = _between(rng, 0.005, 0.2), _between(rng, 0.01, 0.6)
             bulk = _between(rng, 3e3, 1e6)
         target = lossy_solid(shore_a, float(mass), float(bulk), loss)._replace(radius=radius)

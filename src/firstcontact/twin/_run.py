@@ -41,29 +41,29 @@ LARGEST_WOBBLE = 2e-5
 class PinchRun:
     """Simulation of one drawn pinch in progress.
 
-    It closes as drawn until the first order takes effect. Until then each finger touches as
-    :class:`Approach` describes. The first order fixes the position of
-    the object: where a closing finger would have met it at the drawn speed.
+    An order is a command or a release. The hand closes as drawn until the first order takes effect,
+    and each finger touches as :class:`Approach` describes. The first order fixes the position of
+    the object: it is where the closing fingers would have met it at the drawn speed.
 
     After that a finger touches when its skin reaches the object, and the motor noise follows the
-    speed. Cutting a run into pieces changes nothing while its loudness stays constant.
+    speed. The lengths of the pieces do not change the result while the loudness stays constant.
 
     Parameters
     ----------
     draw
         Pinch. Its random generator advances.
     duration
-        Longest duration of the run, s, without ``lead``.
+        Longest duration of the run, s, not counting ``lead``.
     lead
-        Number of samples before the instant from which the draw's timing counts.
+        Number of samples before time 0 of the drawn contact times.
     drive
         Drive that limits the orders.
     at_rest
         True to begin with fingers and motor at rest. Otherwise the run begins at the drawn speed
         with full motor noise.
     damped
-        True if the gears damp a drive that is pushed back from the start; otherwise from the first
-        order on.
+        True if the damping of a drive that is pushed backwards acts from the start of the run;
+        False if it acts only from the first order on.
     substeps
         Steps per sampling interval once a finger has touched.
     calm_steps
@@ -115,7 +115,8 @@ class PinchRun:
                 self._state[f * FINGER_STATES + 1 : f * FINGER_STATES + 8 : 2] = self._speeds[f]
         self._touched = np.full(2, np.nan)
         speed = 0.0 if at_rest else self.nominal_speed
-        # Contact times apply until the object is placed, then the positions of its faces.
+        # Until the object is placed, the contact times decide when a finger touches; after that
+        # the positions of the object's faces do.
         self._approach = Approach(draw.timing, begin, self.nominal_speed, speed)
         self._placed = False
         # Position of the object if the first order takes effect after this sample. Copies share it.
@@ -134,7 +135,7 @@ class PinchRun:
     def fork(self) -> Self:
         """Return an independent copy in the same state, with the same noise.
 
-        It is valid for runs with constant loudness.
+        Copies share the noise, so use it only while the loudness stays constant.
         """
         other = copy.copy(self)
         other._state = self._state.copy()
@@ -203,14 +204,15 @@ class PinchRun:
         command
             Command, which the drive limits. After a release the speed stays until it is set.
         effect
-            Sample after which it takes effect, lead included. An effect in the past moves to the
-            newest sample. Orders come in the order of their effects.
+            Sample after which the order takes effect, counted with the ``lead``. For a past sample
+            the order takes effect after the newest sample. Orders must be queued in the order of
+            their effects.
         """
         clipped = None if command is None else self._drive.clipped(command)
         self._orders.append((max(effect, self.done - 1), clipped))
 
     def withdraw(self) -> int:
-        """Cancel the active and the queued orders. Return the number of queued commands."""
+        """Cancel the active and the queued orders. Return how many queued ones were commands."""
         waiting = sum(command is not None for _, command in self._orders)
         self._orders.clear()
         self._reference.hold(self.speed)
@@ -231,7 +233,8 @@ class PinchRun:
         """
         end = self.done + samples
         if samples < 1 or end > self.times.size:
-            raise ValueError(f"{samples} samples requested, of a run of {self.times.size}")
+            left = self.times.size - self.done
+            raise ValueError(f"{samples} samples cannot be computed: the run has {left} left")
         pieces = []
         while self.done < end:
             # A piece starts at the newest sample, whose output exists already.
@@ -292,7 +295,7 @@ class PinchRun:
     def _place(self, begin: int) -> None:
         """Fix the object's position by simulating the hand at the drawn speed, on copies."""
         if not self._damped:
-            # An undamped drive still swings, so count the calm time from here.
+            # An undamped drive still oscillates, so the calm time begins only now.
             self._touched[~np.isnan(self._gap)] = self.now
         if begin in self._places:
             self._gap = self._places[begin].copy()

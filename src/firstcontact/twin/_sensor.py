@@ -28,20 +28,20 @@ class VelostatParameters(NamedTuple):
     fall: float = 0.060
     """Time constant when unloaded: the hysteresis, s."""
     creep_share: float = 0.15
-    """Share of the slow response."""
+    """Share of the response that is slow."""
     creep: float = 0.4
     """Time constant of the slow response, s."""
     conductance: float = 2.2e-4
-    """Gain, S / N^0.85."""
+    """Conductance at a response of 1 N, in S / N^0.85."""
     exponent: float = 0.85
     leak: float = 2.0e-5
-    """Conductance unloaded, S."""
+    """Conductance of an unloaded taxel, S."""
     resistor: float = 4700.0
     """Resistor of the divider, ohm."""
     crosstalk: float = 0.04
     """Share of the row neighbour's conductance in a reading."""
     noise: float = 0.004
-    """RMS at the converter, V."""
+    """RMS of the noise at the converter, V."""
 
 
 #: Ideal sheet, better than any real one: sensitive, fast and without creep.

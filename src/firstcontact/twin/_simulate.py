@@ -30,11 +30,11 @@ from firstcontact.twin._plan import PlannedPinch, PlannedSession, plan_sessions
 from firstcontact.twin._positions import Positions
 from firstcontact.twin._recorded_noise import RecordedNoise
 
-#: Number of sample numbers between two pinches while the hand opens: 1 s.
+#: Number of samples, not recorded, between two pinches while the hand opens: 1 s.
 BETWEEN = round(FINGERTIP_RATE)
 #: Largest number of pinches of one specimen, as for recordings.
 MOST_PINCHES = 1_000_000
-#: Number of pinches of a job.
+#: Number of pinches that one job simulates.
 _BATCH = 8
 
 
@@ -116,7 +116,7 @@ def simulate(
     except (OSError, InputError) as error:
         # The writer's message names a temporary file. Name the folder instead.
         cause = error if isinstance(error, OSError) else error.__cause__
-        if not isinstance(cause, OSError) or cause.errno is None:  # errors of a cluster have none
+        if not isinstance(cause, OSError) or cause.errno is None:  # such as an error of a cluster
             raise
         raise InputError(
             f"{directory} cannot be written ({cause.strerror}): make room on its disk, or choose "
@@ -133,7 +133,7 @@ def check_set(
     seed: int = 0,
     workers: int | None = None,
 ) -> None:
-    """Refuse the arguments that :func:`simulate` would refuse, before it starts.
+    """Check the arguments of :func:`simulate` without simulating.
 
     Parameters
     ----------
@@ -147,7 +147,7 @@ def check_set(
     """
     condition(condition_name)
     if min(pinches_per_block, pinches_per_object) < 0 or pinches_per_block + pinches_per_object < 1:
-        raise InputError("pinches per block and per object must not be negative nor both 0")
+        raise InputError("pinches per block and per object must not be negative, nor both 0")
     if max(pinches_per_block, pinches_per_object) > MOST_PINCHES:
         raise InputError(f"pinches per block and per object must be {MOST_PINCHES} at most")
     if seed < 0:
@@ -188,7 +188,7 @@ def _simulate_batch(
     noise: RecordedNoise | None,
     positions: bool,
 ) -> list[Pinch]:
-    """Simulate the pinches of a batch. Each depends on the seed and its names only."""
+    """Simulate the pinches of a batch. A pinch depends only on the seed and on its own names."""
     step = round(DURATION * FINGERTIP_RATE) + BETWEEN
     out = []
     for place, planned in enumerate(batch.pinches, start=batch.first):

@@ -1,8 +1,8 @@
 """Model of the sound of a slip: patches of the pad stick to the object and release.
 
 **Modelled, not measured on any fingertip.** ``docs/reference/twin-parameters.md`` separates sourced
-numbers from assumptions. The loudness of a slip depends mainly on ``coupling``, which has no
-measured value.
+numbers from assumptions. The loudness of a slip depends mainly on ``coupling``, which was not
+measured.
 
 The front of the pad is a row of patches. Each is a mass on the pad's shear stiffness, pressed
 against the object with its share of the contact force. A patch sticks until the object has pulled
@@ -43,17 +43,17 @@ class SlipParameters(NamedTuple):
     mass: float = 0.00055
     """Mass of the pad's front, which moves with the skin, kg."""
     damping: float = 0.15
-    """Damping of the pad's front, share of critical."""
+    """Damping of the pad's front, as a share of the critical damping."""
     ratio: float = 1.5
-    """Static over kinetic friction."""
+    """Ratio of static to kinetic friction."""
     weakening: float = 0.018
-    """Speed at which friction has fallen by 1 - 1/e of the way to kinetic, m/s."""
+    """Speed at which 1 - 1/e of the fall from static to kinetic friction has happened, m/s."""
     scatter: float = 0.15
     """Standard deviation of ln(friction) along the object, for each patch."""
     grain: float = 1e-4
     """Distance between drawn friction values along the object, m."""
     coupling: float = 0.1
-    """Piezo voltage per newton along the pad, as a share of that of a normal force."""
+    """Piezo voltage per newton along the pad, divided by the voltage per newton normal to it."""
 
 
 @compiled(error_model="numpy")
@@ -171,7 +171,7 @@ class SlipSound:
         speeds
             Sliding speed of the object, m/s, shape (samples,).
         hanging
-            Share of the weight without support, shape (samples,).
+            Share of the weight that the support does not carry, shape (samples,).
 
         Returns
         -------

@@ -26,18 +26,18 @@ from firstcontact.twin._run import PinchRun
 from firstcontact.twin._sensor import SCAN
 from firstcontact.twin._stream_moves import PIECE, close_hand, open_hand, pieces
 
-#: Range of the rest of the open hand with its motor off, s.
+#: Range of the time for which the open hand rests with its motor off, s.
 REST = (0.6, 1.0)
 #: Time added to the drawn first contact, s. The contact then comes 200 to 220 ms after the motor's
-#: start, 140 ms or more of it at full speed.
+#: start, and the hand closes at full speed for at least the last 140 ms of them.
 LEAD = 0.04
-#: Range of the hold after squeezing, s.
+#: Range of the time for which the hand holds the object after squeezing it, s.
 HOLD = (0.40, 0.50)
 #: Longest pinch, s.
 LONGEST = 4.0
 #: Session name of all pinches of a stream.
 SESSION = "stream"
-#: Number of past pinches in memory.
+#: Number of past pinches that are kept in memory.
 REMEMBERED = 1000
 
 Thing = TwinObject | HouseholdObject
@@ -58,10 +58,11 @@ class StreamPinch:
     end
         First sample after the hold, when the hand begins to open; None before that.
     peak
-        Largest grip force until then, N: the smaller contact force.
+        Largest grip force until ``end``, N. The grip force is the smaller contact force.
     lost
-        "dropped" or "broken" if the hand lost the object until then; it is lifted as in the hand
-        plant. The fingers still feel a dropped object.
+        "broken" if the object broke before ``end``. "dropped" if it would have fallen before
+        ``end`` in a lift like :class:`firstcontact.twin._lift.Lift`; the simulated fingers still
+        hold it. Otherwise None.
     """
 
     start: int
@@ -83,13 +84,14 @@ class TwinStream:
     condition_name
         "paper-rig" or "everyday".
     objects
-        Objects to pick up, by name or as objects. Each comes once a round, in a new order each
-        round. A name can be that of a set in :data:`firstcontact.twin._household.OBJECT_SETS`. By
-        default all of the paper's.
+        Objects to pick up, or their names. Each is picked up once a round, in a new order each
+        round. A name can also be the name of a set in
+        :data:`firstcontact.twin._household.OBJECT_SETS`. By default all objects of the paper.
     seed
         Random seed.
     latency
-        Time from a command to its effect, s. The other values of :class:`Drive` are its defaults.
+        Time from a command to its effect, s. The drive otherwise has the defaults of
+        :class:`Drive`.
 
     Attributes
     ----------
@@ -140,7 +142,7 @@ class TwinStream:
         self._tips = StreamFingertips(draw, generator(seed, condition_name, "stream", "converters"))
         self._moves = self._move()
         self._left = np.empty((0, len(SCAN)), np.uint16)
-        #: Last pinches, oldest first. The newest can start at a sample not read yet.
+        #: Last pinches, oldest first. The newest can start at a sample that was not read yet.
         self.pinches: deque[StreamPinch] = deque(maxlen=REMEMBERED)
 
     @property
@@ -166,7 +168,7 @@ class TwinStream:
         Returns
         -------
         bool
-            False without a closing; the command is then ignored and counted.
+            False outside a closing. The command is then ignored, and counted in ``ignored``.
 
         Raises
         ------
@@ -183,8 +185,8 @@ class TwinStream:
     def release(self) -> None:
         """Open the hand now instead of after the hold. An open hand stays open.
 
-        It begins to open the drive's latency after the last scan read, rounded to the next piece.
-        Later commands are too late for this closing.
+        The hand begins to open one latency of the drive after the last scan read, at the end of a
+        piece. This closing ignores later commands.
         """
         if self._run is not None:
             self._run.order(None, self._effect(self._run))
@@ -277,7 +279,7 @@ class TwinStream:
 
 
 def _dropped(forces: NDArray[np.float64], held_object: TwinObject) -> str | None:
-    """Return "dropped" if the object falls when it is lifted after its first contact.
+    """Return "dropped" if the object would fall in a lift after its first contact, otherwise None.
 
     Parameters
     ----------

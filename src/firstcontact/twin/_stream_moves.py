@@ -15,7 +15,7 @@ from firstcontact.twin._run import PinchRun
 
 #: Time for a change of the motor's speed, s.
 RAMP = 0.06
-#: Squeezing ends when the drives have slowed down to this share of their speed.
+#: Squeezing ends when the drives have slowed down to this share of the drawn speed.
 STALLED = 0.1
 #: Longest squeeze of a commanded hand, s after the motor's start.
 PATIENCE = 2.0

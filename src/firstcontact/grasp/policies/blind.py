@@ -14,7 +14,7 @@ FORCE = Tunable("Force", "N", 1, (1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0), (2.0,
 
 
 class Blind(FinalForce):
-    """Policy that knows the contacts but not the stiffness.
+    """Policy that acts on the contacts and presses every object with the same force.
 
     Parameters
     ----------

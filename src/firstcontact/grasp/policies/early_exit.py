@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class EarlyExit(FirstContact):
-    """Policy that acts on the first narrow interval, or on the longest window.
+    """Policy that acts on the first estimate with a narrow interval, or on the longest window's.
 
     Parameters
     ----------
@@ -22,8 +22,8 @@ class EarlyExit(FirstContact):
     window
         Length of the longest window, s.
     tight
-        Widest interval to act on, Shore A. The default is a quarter of the range of everyday
-        objects (28 to 67 in the paper).
+        Width of the widest interval on which the policy acts, Shore A. The default is a quarter of
+        the range of everyday objects (28 to 67 in the paper).
     """
 
     name = "early_exit"
@@ -41,7 +41,7 @@ class EarlyExit(FirstContact):
         return super().begin()
 
     def estimated(self, estimate: Estimate) -> Command | None:
-        """Return the command for the soft end of the interval, once per closing."""
+        """Return the command for the lower bound of the interval, once per closing."""
         precise = estimate.high - estimate.low <= self.tight
         last = estimate.final or estimate.elapsed >= self.window - 5e-4
         if self._acted or not (precise or last):

@@ -1,4 +1,4 @@
-"""Base class of the household policies: slow at first contact, final force at the second."""
+"""Base class of policies for household objects: slow from the first contact to the second."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 #: Closing speed after the first contact, m/s.
 SLOW = 0.03
-#: Time after the first contact when the policy assumes a second one that was not detected, s.
+#: Time after the first contact from which the policy assumes an undetected second one, s.
 PATIENCE = 0.08
 #: Tunable speed of the approach.
 APPROACH = Tunable("Approach", "mm/s", 1e3, (0.07, 0.10, 0.13), (0.10,))
@@ -46,16 +46,16 @@ class FinalForce(Policy):
 
     @property
     def both(self) -> bool:
-        """True if the policy presses because both fingers touch."""
+        """True if the policy presses, because it knows or assumes that both fingers touch."""
         return self._both
 
     @abstractmethod
     def target_force(self) -> float:
-        """Return the grip force from the present knowledge, N, before the scale."""
+        """Return the grip force for what the policy knows by now, before the ``scale``, N."""
 
     @property
     def final(self) -> Command:
-        """Command after the second contact, from the present knowledge."""
+        """Command after the second contact, for what the policy knows by now."""
         return self.grip.pressing(self.scale * self.target_force())
 
     @property
@@ -82,7 +82,7 @@ class FinalForce(Policy):
         return self._press()
 
     def felt(self, volts: float, since: float | None) -> Command | None:
-        """Press if the second contact was not detected for too long."""
+        """Press if no second contact was detected in :data:`PATIENCE` after the first."""
         if since is None or since < PATIENCE:
             return None
         return self._press()

@@ -20,15 +20,15 @@ GRANTED = 0.010
 class FirstContact(Policy):
     """Policy that is gentle after the contact and faster once the object proves firm.
 
-    It uses the soft end of the interval, so that a wide interval makes it gentle.
+    It uses the lower bound of the interval, so that a wide interval makes it gentle.
 
     Parameters
     ----------
     grip
         Declared properties of the hand.
     window
-        Length of the window to wait for, s. The policy ignores estimates of shorter windows,
-        except the final one.
+        Length of the window to wait for, s. The policy ignores estimates from shorter windows,
+        except the final estimate.
     """
 
     name = "first_contact"
@@ -46,7 +46,7 @@ class FirstContact(Policy):
         return self.grip.gentle if first else None
 
     def estimated(self, estimate: Estimate) -> Command | None:
-        """Return the command for the soft end of the interval."""
+        """Return the command for the lower bound of the interval."""
         # Tolerance for rounding: a window's length is a whole number of samples.
         if estimate.elapsed < self.window - 5e-4 and not estimate.final:
             return None

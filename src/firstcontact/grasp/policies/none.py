@@ -7,7 +7,7 @@ from firstcontact.grasp._policy import Part, Policy
 
 
 class NoModulation(Policy):
-    """Policy with the approach's speed and the hand's full force until the hand stalls."""
+    """Policy that closes at approach speed with the hand's full force until the hand stalls."""
 
     name = "none"
     title = "no modulation"

@@ -14,7 +14,7 @@ BOOST = Tunable("Boost", "times", 1, (2.0, 3.0), (2.0,))
 
 
 class Reflex(FinalForce):
-    """Mixin that raises the grip force on slip. Combine it with a household policy.
+    """Mixin that raises the grip force on slip. Combine it with a policy for household objects.
 
     Each slip multiplies the force by ``boost``, up to the hand's limit. The hand builds the
     force at approach speed.
@@ -25,13 +25,13 @@ class Reflex(FinalForce):
     extra: ClassVar[Mapping[str, Tunable]] = {"boost": BOOST}
 
     def begin(self) -> Command:
-        """Return the approach command and reset the slips."""
+        """Return the approach command and forget earlier slips."""
         self._slips = 0
         return super().begin()
 
     @property
     def final(self) -> Command:
-        """Command after the second contact, raised once for each slip."""
+        """Command after the second contact; each slip has multiplied its force by ``boost``."""
         command = super().final
         if not self._slips:
             return command

@@ -11,7 +11,7 @@ from firstcontact.grasp.policies.reflex import Reflex
 
 
 class SlipReflex(Reflex, Blind):
-    """Policy like ``blind`` that presses harder on slip.
+    """Policy that presses every object with the same force at first, and harder at each slip.
 
     Parameters
     ----------

@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 
 
 class ByStiffness(FinalForce):
-    """Policy with a logistic step between two forces.
+    """Policy whose force rises with the estimated stiffness, in a logistic step.
 
     It uses the last estimate before the second contact, lowered by part of the interval. Without
-    an estimate the force lies between the two.
+    an estimate the force lies between the lowest and the highest one.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ class ByStiffness(FinalForce):
     caution
         Number of half widths of the interval to subtract from an estimate.
     unknown
-        Position between ``soft`` (0) and ``firm`` (1) without an estimate.
+        Force without an estimate, as a position between ``soft`` (0) and ``firm`` (1).
     approach, scale
         As in :class:`~firstcontact.grasp.policies.final_force.FinalForce`.
     """
@@ -79,7 +79,7 @@ class ByStiffness(FinalForce):
         return super().begin()
 
     def estimated(self, estimate: Estimate) -> Command | None:
-        """Store the estimate. Press accordingly if both fingers touch, else stay slow."""
+        """Store the estimate. Press with its force if both fingers touch, otherwise stay slow."""
         self._estimate = estimate
         return self.final if self._both else self.slow
 
@@ -90,7 +90,7 @@ class ByStiffness(FinalForce):
         return Command(min(self.slow.speed, self.grip.gentle.speed), self.slow.force)
 
     def target_force(self) -> float:
-        """Return the force of the step at the lowered estimate."""
+        """Return the force that belongs to the lowered estimate, N."""
         share = self.unknown
         if self._estimate is not None:
             half = (self._estimate.high - self._estimate.low) / 2

@@ -11,7 +11,7 @@ from firstcontact.grasp.policies.stiffness import ByStiffness
 
 
 class StiffnessReflex(Reflex, ByStiffness):
-    """Policy like ``stiffness`` that presses harder on slip.
+    """Policy whose force rises with the estimated stiffness, and at each slip.
 
     Parameters
     ----------

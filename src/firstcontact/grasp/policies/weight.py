@@ -11,7 +11,7 @@ from firstcontact.grasp.policies.final_force import FinalForce
 
 
 class ByWeight(FinalForce):
-    """Policy that knows the weight but not the friction. Its force lies within two bounds.
+    """Policy whose force follows from the known weight and an assumed friction, within bounds.
 
     Parameters
     ----------
@@ -53,6 +53,6 @@ class ByWeight(FinalForce):
         self.mass, self.margin, self.least, self.most = truth.mass, margin, least, most
 
     def target_force(self) -> float:
-        """Return the force that holds the object."""
+        """Return the force that holds the object's weight with the margin, within the bounds, N."""
         holding = holding_force(self.mass, self.grip.friction)
         return min(max(self.margin * holding, self.least), self.most)

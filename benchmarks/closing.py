@@ -97,7 +97,7 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--rounds", type=int, default=3, help="passes over the household")
     options = parser.parse_args()
-    for lift in (Lift(), Lift(over=0.5)):
+    for lift in (Lift(), Lift(duration=0.5)):
         for latency in (0.0, 0.02):
             rows, other = [], 0
             for number in range(-3, options.rounds * len(HOUSEHOLD)):
@@ -115,9 +115,7 @@ def main() -> None:
                 fine, quick = measured[0][1], measured[1][1]
                 other += (fine.dropped, fine.broken) != (quick.dropped, quick.broken)
             old, new, later, read = np.median(np.array(rows), axis=0)
-            print(
-                f"latency {1e3 * latency:.0f} ms, lift over {lift.over:g} s; ms of processor time:"
-            )
+            print(f"latency {1e3 * latency:.0f} ms, lift {lift.duration:g} s; ms of CPU time:")
             for name, ms in (("forked", new), ("at the contact", later), ("and read", read)):
                 print(f"  {name}: {ms:.1f}, {old / ms:.1f} times less than {old:.1f}")
             print(f"  {other} of {len(rows)} have another outcome")

@@ -87,7 +87,7 @@ def one_answer(model: InContextModel, seed: int, times: int = 5000) -> str:
     signal = 0.005 * rng.standard_normal((1, samples_in(BEFORE, LAYOUT.rate) + samples))
     signal[0, -samples:] += 0.4 * ring
     finger = np.zeros(1, np.intp)
-    touch = Touches.untold(signal.astype(np.float32), np.array([40]), finger, LAYOUT.rate)
+    touch = Touches.from_signals(signal.astype(np.float32), np.array([40]), finger, LAYOUT.rate)
     rig = model.rig_features(touch)
     spent = np.empty((times, 2))
     for n in range(times):

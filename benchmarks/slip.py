@@ -36,8 +36,8 @@ TARGET = 1.0
 HOLDS = 0.25
 LAYOUT = fingertip_layout()
 #: Lift after a long hold without slip, and two lifts with slip.
-QUIET = Lift(after=2.5, over=0.3)
-LIFTS = {"gradual": Lift(after=0.45, over=0.3), "abrupt": Lift(after=0.45)}
+QUIET = Lift(delay=2.5, duration=0.3)
+LIFTS = {"gradual": Lift(delay=0.45, duration=0.3), "abrupt": Lift(delay=0.45)}
 #: Ranges of mass, kg.
 GROUPS = (("all", 0, 9), ("< 50 g", 0, 0.05), ("50 to 200 g", 0.05, 0.2), ("> 200 g", 0.2, 9))
 #: Ratio of the force to the force that just holds the object.

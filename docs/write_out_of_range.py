@@ -104,7 +104,7 @@ def cut_touches(signals: list[Signal]) -> Touches:
     n = len(signals)
     valid = np.full(n, _AFTER, np.intp)
     array = np.array(signals, np.float32).reshape(n, _BEFORE + _AFTER)
-    return Touches.untold(array, valid, np.full(n, -1, np.intp), FINGERTIP_RATE)
+    return Touches.from_signals(array, valid, np.full(n, -1, np.intp), FINGERTIP_RATE)
 
 
 def cut_contacts(

@@ -5,7 +5,7 @@
 
 Each file holds the signals of two fingertips while a gripper holds an object:
 OBJECT_NUMBER_TRIAL_HOLD.mat. Vibration has 2200 Hz in packets of 22, the other signals 100 Hz. The
-trial becomes the session. The hardness classes are judged from the objects' names.
+trial becomes the session. The hardness classes follow from the objects' names.
 """
 
 from __future__ import annotations

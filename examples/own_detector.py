@@ -31,7 +31,7 @@ class EnergyDetector(WindowDetector):
 
 
 def count_correct(detector: Detector, dataset: Dataset, within: float = 0.003) -> int:
-    """Count the pinches with the right finger and a contact within this time of the strip's, s."""
+    """Count detections of the right finger within ``within`` s of the strip's contact."""
     count = 0
     for pinch in dataset.pinches:
         contacts = detect(detector, pinch)

@@ -4,10 +4,10 @@
     firstcontact import piezo_strikes/wav --events strikes.csv --sensor piezo --out pads
 
 ``hits.csv`` has file and sample of each strike, ``files.csv`` pad and surface of each file. Mesh
-heads are soft, rubber and kick pads hard. A pad is one specimen, a file one session.
+heads count as soft, rubber and kick pads as hard. A pad is one specimen, a file one session.
 
-One file contains a converter's noise, and its last 85 s become ``noise.wav``. (Strikes and two
-knocks, at 4.57 and 4.83 s, precede them.) ``noise_volts.wav`` is the same noise for ``simulate
+One file contains a converter's noise, and its last 85 s become ``noise.wav``. (Before these come
+strikes, and two knocks at 4.57 and 4.83 s.) ``noise_volts.wav`` is the same noise for ``simulate
 --noise``, where full scale is 1.65 V.
 """
 

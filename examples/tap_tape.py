@@ -2,7 +2,8 @@
 
     python examples/tap_tape.py --shore 29 --taps 10 --out taps.wav
 
-One finger of the simulated hand taps a block, without a motor. These are twin results.
+One finger of the simulated hand taps a block, without a motor. The taps come from the twin, not
+from a real sensor.
 """
 
 from __future__ import annotations

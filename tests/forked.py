@@ -123,12 +123,12 @@ def _arrived(descriptor: Any) -> int:
 
 
 def firstcontact(*words: object, **options: Any) -> subprocess.CompletedProcess[str]:
-    """Run the command line. The options are those of `run`."""
+    """Run the command line with the options of `run`."""
     return run("command", *words, **options)
 
 
 def run(kind: str, *words: object, **options: Any) -> subprocess.CompletedProcess[str]:
-    """Run a program to its end. The options are those of `Program`."""
+    """Run a program to its end with the options of `Program`."""
     pipes = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     with Program(kind, *words, **{**pipes, **options}) as program:
         try:

@@ -39,8 +39,10 @@ def filled(kind: Any, tree: Any) -> Any:
         return {name: filled(args[1], entry) for name, entry in tree.items()}
     if not (isinstance(kind, type) and issubclass(kind, Record)):
         return tree
-    hints = get_type_hints(kind)
-    absent = [f.name for f in msgspec.structs.fields(kind) if f.required and f.name not in tree]
+    types_by_name = get_type_hints(kind)
+    declared = msgspec.structs.fields(kind)
+    hints = {f.encode_name: types_by_name[f.name] for f in declared}
+    absent = [f.encode_name for f in declared if f.required and f.encode_name not in tree]
     return {name: filled(hints[name], entry) for name, entry in tree.items()} | {
         name: _nothing(hints[name]) for name in absent
     }

@@ -33,7 +33,7 @@ def ringing(
         ring = np.sin(2 * np.pi * (40 + 2 * hard) * past) * np.exp(-past / 0.006)
         size = 0.15 * np.exp(hard / 40 + 0.1 * rng.standard_normal()) * speed
         signals[row] = motor + 0.001 * rng.standard_normal(len(t)) + size * ring
-    touches = Touches.untold(
+    touches = Touches.from_signals(
         (gain * signals).astype(np.float32),
         np.full(n, tail, np.intp),
         rng.integers(0, 2, n).astype(np.intp),

@@ -72,7 +72,8 @@ def import_recordings(
         "piezo", "accelerometer", "microphone" or "hydrophone", for a format that does not store
         it.
     events, channels, labels
-        Tables of contacts in long files, of signal names, and of labels of files.
+        Tables: ``events`` lists the contacts in long files, ``channels`` names the signals, and
+        ``labels`` labels the files.
 
     Returns
     -------
@@ -126,19 +127,19 @@ def simulate(
     out
         Folder for the recordings; it must be empty or new.
     condition
-        Variation as in the published set-up, or as outside a lab.
+        "paper-rig" varies the pinches as in the published set-up, "everyday" as outside a lab.
     pinches_per_block, pinches_per_object
-        Number of pinches of each.
+        Number of pinches of each block, and of each object.
     seed
         The same seed writes the same bytes.
     workers
-        Threads; all cores by default. They do not change a byte.
+        Number of threads; all cores by default. It does not change the result.
     noise
         Recording of a real sensor at rest. Its noise replaces the modelled electronics and hum.
     positions
         True for a hand that reports its positions: each pinch then has a measured closing speed.
     progress
-        True shows a bar; a function is called with the number of finished pinches.
+        True to show a bar, or a function that is called with the number of finished pinches.
 
     Returns
     -------
@@ -175,20 +176,20 @@ def detect(data: Dataset, detector: Detector | Model | str | None = None) -> lis
     Parameters
     ----------
     data
-        Pinches; their labelled contacts are not used, unless a name is given.
+        Pinches. Their labelled contacts are used only to fit a detector given by name.
     detector
-        A fitted detector; a model, whose detector is taken; or the name of one, which is then
-        fitted to ``data``. The default is the detector that is shipped with the package.
+        A fitted detector, a model that has one, or the name of a detector to fit to ``data``. By
+        default the detector that is shipped with the package.
 
     Returns
     -------
     list
-        One contact a pinch; None where none was detected.
+        First contact of each pinch; None where none was detected.
 
     Raises
     ------
     InputError
-        No detector has that name, or it cannot use these pinches.
+        No detector has that name, or the detector cannot use these pinches.
 
     Examples
     --------

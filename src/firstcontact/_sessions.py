@@ -80,27 +80,29 @@ def live(
     Parameters
     ----------
     source
-        An open source. It is closed when the iteration ends. Its samples are resampled where the
-        model takes another rate.
+        An open source. It is closed when the iteration ends. Its samples are resampled if the model
+        needs another rate.
     model
-        Model or its folder; by default the model of the package, which knows no rig and so has
-        wide intervals.
+        Model or its folder. By default the model of the package: it is not adapted to your rig, so
+        its intervals are wide.
     calibration
-        Noise floors; by default measured first, for which the hand must be still.
+        Calibration with the noise floors. By default they are measured first; keep the hand still
+        meanwhile.
     shape
-        "flat" or a radius in mm, where it is the same for all objects.
+        Shape at the contact if it is the same for all objects: "flat", or a radius in mm.
     estimator
-        Name of the estimator that predicts, such as "svm". By default it is the network where the
-        model has one.
+        Name of the estimator that predicts, such as "svm". By default the network, if the model has
+        one.
     hand, hand_port, policy
-        Hand to drive, its port, and the grasp policy. The hand is released on every way out.
+        Hand to drive, its port, and the grasp policy. The hand is always released at the end, also
+        after an error.
     record
         Folder for a recording of all samples.
     seconds, pinches
         End after this time, s, or after this number of pinches.
     real_time
-        Set False for a source that runs at another speed, if it does not say so itself. No
-        estimate is then called in time or too late.
+        Set False for a source that runs at another speed without reporting it. Estimates are then
+        not rated as in time or too late.
 
     Yields
     ------
@@ -110,7 +112,7 @@ def live(
     Raises
     ------
     InputError
-        The model is not for this source, the source fails, or the recording cannot be written.
+        The model does not fit the source, the source fails, or the recording cannot be written.
 
     Examples
     --------

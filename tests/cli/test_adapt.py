@@ -159,7 +159,7 @@ def test_pinches_without_a_shore_a_do_not_count(tmp_path: Path, capsys: Any) -> 
 def test_a_rig_that_the_model_cannot_read_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any
 ) -> None:
-    """Here the model's errors are over twice those of a constant prediction."""
+    """Errors of this model are more than twice as large as the errors of a constant prediction."""
     monkeypatch.chdir(tmp_path)
     runpy.run_path(str(EXAMPLES / "own_arrays.py"), run_name="__main__")
     assert run("import", "own.npz", "--out", "own") == 0

@@ -95,8 +95,8 @@ def test_judging_ends_when_the_first_contact_stands(clicked: Pinch, until: int) 
     n = len(judged.windows.ends)
     for name in ("ends", "fired", "onsets"):
         assert np.array_equal(getattr(judged.windows, name), getattr(every, name)[:n])
-    asked = clicked.first_sample + min(until, len(clicked.data)) - 1
-    least = max(asked - samples_in(detector.step, LAYOUT.rate), judged.first.decided - 1)
+    deadline = clicked.first_sample + min(until, len(clicked.data)) - 1
+    least = max(deadline - samples_in(detector.step, LAYOUT.rate), judged.first.decided - 1)
     assert judged.windows.ends[-1] > least
     assert (n < len(every.ends)) == (until < len(clicked.data))
 

@@ -1,4 +1,4 @@
-"""Folders are replaced completely or not at all, at whatever time the writer is killed."""
+"""Folders are replaced completely or not at all if the writer is killed."""
 
 from __future__ import annotations
 

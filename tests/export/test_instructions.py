@@ -1,4 +1,4 @@
-"""Stated instruction counts equal those of the emulated Cortex-M7."""
+"""Stated instruction counts equal the counts on the emulated Cortex-M7."""
 
 from __future__ import annotations
 

@@ -222,7 +222,7 @@ def main() -> int:
             folder = options.keep / "input"
             folder.mkdir()
             case = fuzz_worker.make_case(options.seed, options.first, seeds, folder)
-            print(case.way)
+            print(case.route)
             for words in case.commands:
                 print("firstcontact", *map(repr, words))
             return 0

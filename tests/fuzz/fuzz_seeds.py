@@ -227,7 +227,7 @@ def _anytime(folder: Path, seeds: Seeds) -> None:
     rig = Rig(0.4, 1.0, None, None, tokens, general)
     model = pretrained().conditioned_on({ANY: rig, 0: rig})
     samples = round(BEFORE * FINGERTIP_RATE) + round(LONGEST * FINGERTIP_RATE)
-    touches = Touches.untold(
+    touches = Touches.from_signals(
         rng.standard_normal((FEWEST, samples)).astype(np.float32),
         np.full(FEWEST, lengths(FINGERTIP_RATE)[1], np.intp),
         np.zeros(FEWEST, np.intp),

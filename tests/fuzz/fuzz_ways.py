@@ -33,15 +33,15 @@ class Case:
 
     Parameters
     ----------
-    way
-        Name of the way.
+    route
+        Name of the way in.
     commands
         Command lines of ``firstcontact``.
     calls
         Further functions to call. They may raise only InputError.
     """
 
-    way: str
+    route: str
     commands: list[list[str]] = field(default_factory=list)
     calls: list[Callable[[], None]] = field(default_factory=list)
 
@@ -242,14 +242,14 @@ def _path(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
 
 def _wire(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
     kind = rng.choice(WIRE)
-    case.way = f"wire: {kind.__name__}"
+    case.route = f"wire: {kind.__name__}"
     case.calls.append(lambda: kind(rng, folder))
 
 
 def _stranger(rng: Random, seeds: Seeds, folder: Path, case: Case) -> None:
     """Make damaged files of other programs, or of the label page."""
     kind = rng.choice(fuzz_strangers.MAKERS)
-    case.way = f"stranger: {kind.__name__}"
+    case.route = f"stranger: {kind.__name__}"
     case.commands.append([*kind(rng, seeds, folder), "--out", str(folder / "out")])
 
 

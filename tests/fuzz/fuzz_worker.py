@@ -78,7 +78,7 @@ def run_one(
         codes.append(_command(words, folder, text, wrong))
     if _resident() - resident > MEMORY:
         wrong.append(f"memory: {(_resident() - resident) >> 20} MiB more")
-    return case.way, codes, wrong
+    return case.route, codes, wrong
 
 
 def _call(call: Callable[[], None], wrong: list[str]) -> int:

@@ -21,7 +21,7 @@ def test_each_new_command_prints_one_line() -> None:
             Command(-0.1, 1),
         ):
             hand.send(command)
-        assert len(hand.told) == 4
+        assert len(hand.commands) == 4
     lines = [line.split("s  ")[1] for line in out.getvalue().splitlines()]
     assert lines == [
         "close at 20.0 mm/s, at most 2.00 N",
@@ -37,7 +37,7 @@ def test_closed_output_raises_no_error() -> None:
         hand.send(Command(0.02, 2.0))
         out.close()
         hand.release()
-        assert hand.told[-1] is None
+        assert hand.commands[-1] is None
 
 
 def test_unknown_hand_is_refused() -> None:

@@ -136,7 +136,7 @@ class Feed:
         return Block(self._made[place], self.sample, self.epoch)
 
     def _samples(self, n: int) -> np.ndarray:
-        """Return samples like those of a fingertip."""
+        """Return samples as a fingertip sends them."""
         i = self.sample + np.arange(n)
         volts = 0.006 * self.rng.normal(size=(n, len(LAYOUT.channels)))
         since = np.zeros(n)
@@ -178,7 +178,7 @@ class Feed:
         return Update((arrival,), tuple(events), health, self.recording, self.ledger())
 
     def ledger(self) -> dict[str, float]:
-        """Return time statistics like those of a session."""
+        """Return time statistics as a session reports them."""
         if self.pinches == 0:
             return {"estimates": 0.0, "overruns": 0.0, "blocks": 0.0, "busy": 0.0}
         times = {"decide": 0.0018, "signal": 0.015, "compute": 0.00021, "total": 0.0158}

@@ -70,7 +70,7 @@ def test_every_policy_closes_first_and_stays_within_its_grip(
     pipeline = Pipeline(LAYOUT, detector, WindowLadder(models), clock=still)
     with hand:
         events = drive(fresh, pipeline, grasping, still)
-        predictions = list(hand.told)
+        predictions = list(hand.commands)
     assert grasping.loop.counts.closings == sum(isinstance(e, ClosingStart) for e in events)
     assert grasping.loop.counts.contacts == sum(isinstance(e, PinchDone) for e in events) > 0
     assert grasping.loop.counts.commands == len(predictions) > 0
@@ -144,7 +144,7 @@ def test_each_final_estimate_is_acted_upon_once(
     counts = grasping.loop.counts
     assert counts.estimates + counts.overtaken >= finals
     grasping.ended()
-    assert hand.told[-1] is None  # released
+    assert hand.commands[-1] is None  # released
 
 
 def test_the_end_summarises_the_events(
@@ -158,7 +158,7 @@ def test_the_end_summarises_the_events(
     for number in (counts.commands, counts.closings, counts.estimates, counts.misses):
         assert str(number) in text
     assert "time limit" not in "\n".join(grasp_lines(grasping, real_time=False))
-    assert np.isfinite([c.force for c in hand.told if isinstance(c, Command)]).all()
+    assert np.isfinite([c.force for c in hand.commands if isinstance(c, Command)]).all()
 
 
 def test_a_policy_acts_on_the_final_estimate(hand: PrintHand) -> None:

@@ -28,13 +28,13 @@ class LoggedHand(Hand):
 
     def __init__(self, begins: Begins = Begins.US) -> None:
         self.begins = begins  # type: ignore[misc]
-        self.told: list[Command | None] = []
+        self.commands: list[Command | None] = []
 
     def send(self, command: Command) -> None:
-        self.told.append(command)
+        self.commands.append(command)
 
     def release(self) -> None:
-        self.told.append(None)
+        self.commands.append(None)
 
     def close(self) -> None:
         self.release()
@@ -69,29 +69,29 @@ def test_a_closing_is_begun_by_who_asks_and_held_until_it_is_opened() -> None:
     requests, approach = session.grasping.requests, session.grasping.loop.policy.grip.approach
     assert requests.allowed == (Ask.CLOSE, Ask.OPEN)
     session.block()
-    assert hand.told == []
+    assert hand.commands == []
     requests.ask(Ask.CLOSE, "keyboard")
     assert [(e.ask, e.by) for e in session.block()] == [(Ask.CLOSE, "keyboard")]
-    assert hand.told == [approach]
+    assert hand.commands == [approach]
     session.block(ClosingStart(15, 0))  # its own motor
-    assert hand.told == [approach]
+    assert hand.commands == [approach]
     session.block(FIRST_EVENT)
-    assert isinstance(hand.told[-1], Command)
-    assert hand.told[-1] != approach
-    predictions = list(hand.told)
+    assert isinstance(hand.commands[-1], Command)
+    assert hand.commands[-1] != approach
+    predictions = list(hand.commands)
     finished_pinch = pinch(start=15, end=600)
     session.block(finished_pinch)
     session.block(ClosingStart(700, 0), FIRST_EVENT)
-    assert hand.told == predictions, "it holds what it has"
+    assert hand.commands == predictions, "it holds what it has"
     with pytest.raises(InputError, match="closed already"):
         requests.ask(Ask.CLOSE, "somebody else")
     requests.ask(Ask.OPEN, "somebody else")
-    assert hand.told[-1] is None, "at once"
+    assert hand.commands[-1] is None, "at once"
     assert [(e.ask, e.by) for e in session.block()] == [(Ask.OPEN, "somebody else")]
     assert session.grasping.loop.counts.closings == 1
     requests.ask(Ask.CLOSE, "keyboard")
     session.block()
-    assert hand.told[-1] == approach
+    assert hand.commands[-1] == approach
 
 
 def test_the_motor_of_an_opening_hand_begins_nothing() -> None:
@@ -99,7 +99,7 @@ def test_the_motor_of_an_opening_hand_begins_nothing() -> None:
     for begins, closes in ((Begins.US, False), (Begins.OTHERS, True), (Begins(3), True)):
         hand = LoggedHand(begins)
         driven(hand).block(ClosingStart(15, 0))
-        assert bool(hand.told) is closes
+        assert bool(hand.commands) is closes
 
 
 def test_nothing_is_sent_between_the_wish_to_open_and_the_opening() -> None:
@@ -110,10 +110,10 @@ def test_nothing_is_sent_between_the_wish_to_open_and_the_opening() -> None:
     session.block(ClosingStart(15, 0))
     session.grasping.requests.ask(Ask.OPEN, "keyboard")
     session.grasping.on_event(FIRST_EVENT)
-    assert hand.told[-1] is None
+    assert hand.commands[-1] is None
     session.block()
     session.block(SECOND_EVENT)
-    assert hand.told[-1] is None
+    assert hand.commands[-1] is None
 
 
 def test_who_is_gone_leaves_an_open_hand() -> None:
@@ -124,9 +124,9 @@ def test_who_is_gone_leaves_an_open_hand() -> None:
     session.block()
     requests.gone("viewer 2")
     assert session.block() == []
-    assert hand.told[-1] is not None
+    assert hand.commands[-1] is not None
     requests.gone("viewer 1")
-    assert hand.told[-1] is None
+    assert hand.commands[-1] is None
     assert [(e.ask, e.by) for e in session.block()] == [(Ask.OPEN, "viewer 1")]
     requests.ask(Ask.CLOSE, "viewer 1")  # on its way when it went
     assert session.block() == []
@@ -142,7 +142,7 @@ def test_who_asks_and_goes_at_once_leaves_an_open_hand() -> None:
     session.grasping.requests.ask(Ask.CLOSE, "viewer 1")
     session.grasping.requests.gone("viewer 1")
     session.block()
-    assert hand.told[-1] is None
+    assert hand.commands[-1] is None
     assert session.grasping.requests.by is None
 
 
@@ -159,7 +159,7 @@ def test_a_hand_that_was_released_by_a_silence_stays_open() -> None:
         now[0] += 5.0
         assert [(e.ask, e.by) for e in session.block()] == [(Ask.OPEN, SILENCE)]
         session.block(FIRST_EVENT)
-        assert hand.told[-1] is None
+        assert hand.commands[-1] is None
 
 
 def test_a_hand_that_begins_by_itself_can_only_be_opened() -> None:
@@ -172,9 +172,9 @@ def test_a_hand_that_begins_by_itself_can_only_be_opened() -> None:
     session.grasping.requests.ask(Ask.OPEN, "keyboard")
     session.block(FIRST_EVENT)
     session.block(SECOND_EVENT)
-    assert hand.told[-1] is None, "until it closes again"
+    assert hand.commands[-1] is None, "until it closes again"
     session.block(ClosingStart(900, 0))
-    assert hand.told[-1] is not None
+    assert hand.commands[-1] is not None
 
 
 def test_nothing_is_asked_of_a_session_that_has_ended() -> None:
@@ -206,7 +206,7 @@ def test_requests_of_many_threads_end_with_an_open_hand() -> None:
         thread.join()
     session.block()
     assert requests.by is None
-    assert hand.told[-1] is None
+    assert hand.commands[-1] is None
     assert not requests.opening
 
 
@@ -242,10 +242,10 @@ def test_a_slip_of_what_is_held_is_told_until_the_hand_opens() -> None:
         session.block()
         session.block(ClosingStart(5, 0), FIRST_EVENT, SECOND_EVENT)
         assert session.grasping.slips == 0, "a closing is loud"
-        original = hand.told[-1]
+        original = hand.commands[-1]
         session.block(pinch(start=5, end=600))
         session.block()
-        current = hand.told[-1]
+        current = hand.commands[-1]
         assert isinstance(original, Command)
         assert isinstance(current, Command)
         assert (current.force > original.force) is predictions
@@ -254,4 +254,4 @@ def test_a_slip_of_what_is_held_is_told_until_the_hand_opens() -> None:
         session.grasping.requests.ask(Ask.OPEN, "keyboard")
         session.block()
         session.block()
-        assert hand.told[-1] is None
+        assert hand.commands[-1] is None

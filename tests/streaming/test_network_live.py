@@ -14,7 +14,7 @@ from firstcontact.contact import Detector, detect
 from firstcontact.core import Block, ClosingSpeed, Dataset, InputError, fingertip_layout
 from firstcontact.models import InContextModel, Model, WindowPredictor, cut_touches, moments
 from firstcontact.models import NetworkPredictor as NetworkEntry
-from firstcontact.models._told_speed import ToldSpeeds
+from firstcontact.models._rig_speeds import RigSpeeds
 from firstcontact.streaming import (
     ContactEvent,
     Estimate,
@@ -62,7 +62,7 @@ def test_a_measured_speed_is_used_live_as_offline(
     fresh: Dataset, detector: Detector, anytime: InContextModel
 ) -> None:
     knowing = anytime.conditioned_on(
-        {finger: replace(rig, speeds=ToldSpeeds(0.13, 0.3)) for finger, rig in anytime.rigs.items()}
+        {finger: replace(rig, speeds=RigSpeeds(0.13, 0.3)) for finger, rig in anytime.rigs.items()}
     )
     speed = ClosingSpeed(0.2, 0.01)
     live = pipeline(detector, knowing)

@@ -54,7 +54,7 @@ def test_gradual_lift_slips_when_the_load_exceeds_friction(
     hanging = lift.hanging(0, n)
     states = slide_states(forces, hanging, mass, friction)
     begin = int(np.argmax(states[:, 1] > 0)) / FINGERTIP_RATE
-    assert begin == pytest.approx(lift.after + grip_share * over, abs=3 / FINGERTIP_RATE)
+    assert begin == pytest.approx(lift.delay + grip_share * over, abs=3 / FINGERTIP_RATE)
     # The fall then grows with the cube of time: g t^3 / 6 over the ramp's length.
     t = lift.samples / FINGERTIP_RATE - begin
     expected = GRAVITY / over * t**3 / 6
@@ -79,7 +79,7 @@ def test_lift_is_linear_or_abrupt() -> None:
     assert shares[slow.samples + 10] == 1
     assert np.diff(shares).max() == pytest.approx(1 / (slow.samples - slow.begin))
     for make_lift in (Lift, lambda over: Lift(0.1, over)):
-        with pytest.raises(ValueError, match=r"after|over"):
+        with pytest.raises(ValueError, match=r"(delay|duration)=-0\.1"):
             make_lift(-0.1)
 
 

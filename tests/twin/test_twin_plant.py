@@ -187,7 +187,7 @@ def test_quick_steps_change_forces_little(kind: TwinObject) -> None:
     hands = []
     for steps in (None, QUICK):
         hand = GraspPlant(
-            drawn(kind, 4), Drive(), replace(kind, fragility=None), lift=Lift(over=0.3),
+            drawn(kind, 4), Drive(), replace(kind, fragility=None), lift=Lift(duration=0.3),
             calm_steps=steps,
         )  # fmt: skip
         for force in (1.0, 3.0, 6.0):

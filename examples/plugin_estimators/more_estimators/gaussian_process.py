@@ -35,7 +35,7 @@ from firstcontact.models import (
 )
 
 #: Windows that a model keeps, and those on which the kernel is chosen.
-KEPT = 800
+MAX_WINDOWS = 800
 SEARCHED = 300
 
 
@@ -45,17 +45,17 @@ class GaussianProcessModel(ArraysModel):
     Parameters
     ----------
     spec
-        What it takes and answers.
+        Specification of its inputs and outputs.
     level
-        As :func:`firstcontact.models.shape_and_level` takes it.
+        Level argument of :func:`firstcontact.models.shape_and_level`.
     inputs
-        Of the windows kept, shape (m, inputs).
+        Inputs of the stored windows, shape (m, inputs).
     weights
-        Of the mean, shape (m,).
+        Weights of the predicted mean, shape (m,).
     inverse
-        Of the Cholesky factor of their covariance, shape (m, m).
+        Inverse of the Cholesky factor of the stored windows' covariance, shape (m, m).
     kernel
-        Variance of the signal, length, variance of the noise.
+        Variance of the signal, length scale, and variance of the noise.
     target
         Mean and standard deviation of the targets.
 
@@ -138,8 +138,8 @@ class GaussianProcess(Estimator):
     Parameters
     ----------
     task, rate
-        As for every estimator; regression only.
-    kept
+        Task and sampling rate, as for every estimator; regression only.
+    max_windows
         The model keeps at most this many windows, evenly spaced in the order of targets.
     """
 
@@ -148,17 +148,17 @@ class GaussianProcess(Estimator):
     colour: ClassVar[str] = PURPLE
     model: ClassVar[type[WindowModel]] = GaussianProcessModel
     tasks: ClassVar[tuple[Task, ...]] = (Task.REGRESSION,)
-    quick: ClassVar[Mapping[str, Any]] = MappingProxyType({"kept": 300})
+    quick: ClassVar[Mapping[str, Any]] = MappingProxyType({"max_windows": 300})
 
-    kept: int = KEPT
+    max_windows: int = MAX_WINDOWS
 
     def fit(
         self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0
     ) -> GaussianProcessModel:
-        """See :meth:`Estimator.fit`; the kernel has the highest marginal likelihood."""
+        """Fit the kernel with the highest marginal likelihood; see :meth:`Estimator.fit`."""
         spec = training_spec(self.task, self.rate, X, y, groups)
         level = loudness_level(X)
-        positions = _spaced(y, self.kept, seed)
+        positions = _spaced(y, self.max_windows, seed)
         inputs = shape_and_level(X[positions], level)
         target = target_scale(self.task, y)
         wanted = (y[positions] - target[0]) / target[1]
@@ -178,7 +178,7 @@ class GaussianProcess(Estimator):
         )
 
     def reference(self, model: GaussianProcessModel, X: Windows, y: Values) -> Reference:
-        """Return scikit-learn's process with the same kernel on the same windows."""
+        """Return scikit-learn's Gaussian process with the same kernel and windows."""
         from sklearn.gaussian_process import GaussianProcessRegressor
 
         arrays = model.to_arrays()

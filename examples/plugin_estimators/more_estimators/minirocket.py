@@ -62,10 +62,10 @@ def convolve(X: Values, dilation: int) -> Values:
 
 
 def normalised(X: Windows) -> Values:
-    """Return windows end to end, divided by their RMS: (n, samples * channels).
+    """Return the channels of each window end to end, divided by its RMS: (n, samples * channels).
 
-    The result has double precision. In single precision a sum can lie so near a bias that the order
-    of its terms, which differs between machines, decides.
+    The result has double precision. In single precision some sums lie so near a bias that the order
+    of their terms decides on which side, and that order differs between machines.
     """
     flat = X.transpose(0, 2, 1).reshape(len(X), -1).astype(np.float64)
     rms = np.sqrt(np.einsum("ij,ij->i", flat, flat) / flat.shape[1])
@@ -73,24 +73,24 @@ def normalised(X: Windows) -> Values:
 
 
 class MiniRocketModel(ArraysModel):
-    """Linear model of the shares of a window above biases, and of the logarithm of its level.
+    """Linear model. Its features are shares of a window above biases, and the log of its level.
 
     Parameters
     ----------
     spec
-        What it takes and answers.
+        Specification of its inputs and outputs.
     steps
-        Dilations, shape (d,).
+        Dilations of the kernels, shape (d,).
     biases
-        Shape (d, 84, k).
+        Thresholds on the kernels' outputs, shape (d, 84, k).
     mean, scale
-        Of each feature, shape (84 d k + 1,).
+        Mean and scale of each feature, shape (84 d k + 1,).
     weights
-        A row for each output, the last one its offset, shape (outputs, features + 1).
+        One row per output; its last value is the offset. Shape (outputs, features + 1).
     target
         Mean and standard deviation of the targets of a regression, else (0, 1).
     ridge
-        Strength that was chosen, shape (1,).
+        Chosen strength of the ridge penalty, shape (1,).
 
     Raises
     ------
@@ -122,7 +122,7 @@ class MiniRocketModel(ArraysModel):
 
     @property
     def notes(self) -> Mapping[str, Any]:
-        """Return the number of features, and the ridge that was chosen."""
+        """Return the number of features, and the chosen strength of the ridge penalty."""
         return {"features": self._weights.shape[1], "ridge": float(self._arrays["ridge"][0])}
 
     def outputs(self, X: Windows) -> NDArray[np.float32]:
@@ -177,7 +177,7 @@ class MiniRocket(Estimator):
     def fit(
         self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0
     ) -> MiniRocketModel:
-        """See :meth:`Estimator.fit`; the ridge is chosen on held-out sessions."""
+        """Fit with a ridge penalty chosen on held-out sessions; see :meth:`Estimator.fit`."""
         spec = training_spec(self.task, self.rate, X, y, groups)
         steps = dilations(X.shape[1] * X.shape[2])
         biases = _biases(normalised(X), steps, seed)
@@ -221,7 +221,7 @@ def _ridge(
     groups: NDArray[Any] | None,
     seed: int,
 ) -> tuple[NDArray[np.float32], float]:
-    """Return weights and offsets, (outputs, features + 1), and the ridge with the least error."""
+    """Return weights with offsets, (outputs, features + 1), and the best penalty."""
     x = inputs.astype(np.float64)
     errors = np.zeros(len(RIDGES))
     for train, validation in inner_folds(y, groups, seed):
@@ -236,7 +236,7 @@ def _ridge(
 def _ridges(
     x: NDArray[np.float64], wanted: NDArray[np.float64], strengths: Sequence[float]
 ) -> Iterator[NDArray[np.float64]]:
-    """Yield weights and offset for each strength. All share the products of the features.
+    """Yield weights and offset for each penalty. All reuse the same products of the features.
 
     With fewer windows than features the dual problem is smaller and has the same weights.
     """

@@ -1,4 +1,4 @@
-"""Option ``--cluster``: the machines for the heavy work of a verb."""
+"""Option ``--cluster``: machines that do the heavy computing of a verb."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ from firstcontact.core import require_modules
 
 
 def on_cluster(cluster: str | None) -> AbstractContextManager[None]:
-    """Return a context in which heavy work runs on a cluster; without an address it runs here.
+    """Return a context in which heavy computing runs on a cluster; without an address, locally.
 
     Raises
     ------
     InputError
-        The extra is missing, or (on entering) the cluster cannot be used.
+        The extra packages are not installed or, on entering the context, the cluster cannot be
+        used.
     """
     if cluster is None:
         return nullcontext()

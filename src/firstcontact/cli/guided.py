@@ -1,4 +1,4 @@
-"""The terminal of a guided recording: plain lines, and a status line on a tty."""
+"""Terminal output of a guided recording: plain lines, and a status line on a tty."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Terminal:
     source
         Source of the recording.
     stop
-        Request to stop: signals are only noted while samples are recorded.
+        Request to stop. While samples are recorded, a signal only sets this request.
     asks
         True if a person changes the objects.
 
@@ -93,7 +93,7 @@ class Terminal:
         self._stop.gently = True
 
     def end(self) -> None:
-        """Print the counts of the link."""
+        """Print how many samples arrived and how many were lost."""
         self._stop.gently = False
         guide, health = self._following(), self._source.health
         self.complete = guide.current is None
@@ -117,7 +117,7 @@ class Terminal:
         Raises
         ------
         InputError
-            A person has to, and standard output is closed.
+            A person must place it, but standard output is closed.
         """
         shore = "" if label.shore_a is None else f", {label.shore_a:g} Shore A"
         self._say_and_wait(

@@ -1,4 +1,4 @@
-"""Models of ``firstcontact live``: of the device, of a folder, or of the package."""
+"""Choice of the model for ``firstcontact live``: of the device, of a folder, or of the package."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SHIPPED = (
 
 
 def live_model(folder: Path | None, detector: Path | None) -> Model:
-    """Return the model of a folder, or of the package, with another detector where one is named."""
+    """Return the model of a folder, or of the package. A given detector replaces the model's."""
     from dataclasses import replace
 
     from firstcontact.contact import load_detector
@@ -56,7 +56,7 @@ def landmarks(model: Model) -> dict[str, float]:
 
 
 def device_model_line(device: DevicePredictor, model: Path | None) -> str:
-    """Return a line about the model of a device that predicts by itself, and its check."""
+    """Return a line about the model on a device that predicts by itself, and how it was checked."""
     from firstcontact.export import hand_image
 
     line = f"the device predicts by itself, with the model {device.model}"
@@ -72,7 +72,7 @@ def device_model_line(device: DevicePredictor, model: Path | None) -> str:
 
 
 def device_noise(device: DevicePredictor | None) -> Calibration | None:
-    """Return the noise floors of a device that predicts by itself, for the host to use the same."""
+    """Return the noise floors of a device with its own model, so that the host uses the same."""
     from firstcontact.core import Calibration, VibrationCalibration, fingertip_layout
 
     if device is None or len(device.floors) < 2 or not min(device.floors) > 0:

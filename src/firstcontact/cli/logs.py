@@ -45,7 +45,7 @@ class _Lines(logging.Handler):
 
 @contextmanager
 def logged(verbose: bool) -> Iterator[None]:
-    """Take the package's log records until the end of the block.
+    """Collect the package's log records until the end of the block.
 
     Parameters
     ----------

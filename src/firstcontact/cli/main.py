@@ -88,7 +88,7 @@ def _run(arguments: list[str], stop: Stop, verbose: bool) -> int:
 
 
 def _parsed(arguments: list[str]) -> Any:
-    """Return the verb with its options; None for a general option alone."""
+    """Return the verb with its options; None after a general option such as ``--version``."""
     if not arguments:
         print(overview(shutil.get_terminal_size().columns), file=sys.stderr)
         raise InputError("no verb is given: choose one of these, such as `firstcontact live`")
@@ -128,7 +128,7 @@ def _failed(code: int, sentence: str) -> int:
 
 
 def _output_code(out: Output) -> int:
-    """Return 2 if printed text was lost, unless its reader had closed the output."""
+    """Return 2 if printed text was lost, but 0 if the reader had closed the output."""
     if out.failed is None or out.gone:
         return DONE
     return _failed(INPUT, f"standard output: {out.failed.strerror}: the output is incomplete")

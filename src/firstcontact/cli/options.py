@@ -61,7 +61,7 @@ class Argument:
     flag
         Name on the command line; empty for a positional argument.
     choices
-        Values that it takes; empty if there are others.
+        Allowed values; empty if the values are not listed.
     """
 
     field: Field[Any]
@@ -138,17 +138,17 @@ def parse_options(verb: type[Any], prog: str, words: Sequence[str]) -> Any:
     Parameters
     ----------
     verb
-        Dataclass. Its class attribute ``former``, where it has one, maps earlier names of options
-        to the present ones.
+        Dataclass of the verb. An optional class attribute ``former`` maps old option names to new
+        ones.
     prog
         Command and verb, as the help shows them.
     words
-        Arguments behind the verb.
+        Command-line words after the verb.
 
     Raises
     ------
     InputError
-        An option is unknown, missing, or has a value that it cannot take.
+        An option is unknown or missing, or its value is not allowed.
     """
     parser = _parser(verb, prog, every="--help-all" in words)
     former = getattr(verb, "former", {})
@@ -181,14 +181,14 @@ def verb_arguments(verb: type[Any]) -> list[Argument]:
 def choice(
     names: Iterable[str] | Registry[Any], group: str = GENERAL_GROUP, advanced: bool = False
 ) -> Option:
-    """Return an option that takes one of these names; plug-ins are listed, and not imported."""
+    """Return an option that takes one of these names. Plug-ins are listed but not imported."""
     # Iterating a registry would import every plug-in.
     listed = names.names if isinstance(names, Registry) else names
     return Option(names=tuple(listed), group=group, advanced=advanced)
 
 
 def devices(recorded: bool = True, more: str = "") -> Option:
-    """Return an option that takes a device, or a recording if ``recorded``."""
+    """Return an option that takes a device; if ``recorded``, a recording too."""
     from firstcontact.device import SOURCES
 
     kinds = [SOURCES[name] for name in SOURCES.builtin_names]
@@ -211,7 +211,7 @@ class _Parser(argparse.ArgumentParser):
 
 
 def _parser(verb: type[Any], prog: str, *, every: bool) -> _Parser:
-    """Return the parser of a verb, whose help lists advanced options only if ``every``."""
+    """Return the parser of a verb. Its help lists advanced options only if ``every`` is true."""
     arguments = verb_arguments(verb)
     width = shutil.get_terminal_size().columns - 2
     required = [a for a in arguments if a.required and a.flag]
@@ -260,7 +260,7 @@ def _refuse_unknown(parser: _Parser, verb: type[Any], unknown_words: list[str]) 
 
 
 def _field_texts(verb: type[Any]) -> dict[str, str]:
-    """Return the docstring below each field; none for a class without its source."""
+    """Return the docstring below each field; an empty result if the source is not available."""
     try:
         body = ast.parse(dedent(inspect.getsource(verb))).body[0]
     except (OSError, TypeError, SyntaxError):

@@ -18,8 +18,9 @@ GONE = (errno.EPIPE, errno.EIO, errno.ENXIO, errno.EBADF)
 class Output:
     r"""Text stream that escapes control characters.
 
-    Newlines and tabs pass, and so does a carriage return at the start of a text, as of a progress
-    bar. Others become text such as ``\u001b``. Once the stream has failed, later text is dropped.
+    Newlines and tabs are kept, and so is a carriage return at the start of a text, because progress
+    bars need it. Other control characters are printed as text such as ``\u001b``. After the first
+    failed write, text is dropped.
 
     Parameters
     ----------
@@ -62,7 +63,7 @@ class Output:
 
     @property
     def gone(self) -> bool:
-        """True if the reader of the stream is gone."""
+        """True if the program that read the stream has closed it."""
         return self.failed is not None and self.failed.errno in GONE
 
     def _lost(self, error: OSError) -> None:
@@ -83,7 +84,7 @@ def outputs(raises: bool = False) -> Iterator[tuple[Output, Output]]:
     Parameters
     ----------
     raises
-        True if standard output raises errors. Standard error never raises.
+        True to raise an error if standard output fails. Standard error never raises one.
     """
     former = sys.stdin, sys.stdout, sys.stderr
     # The next files that are opened would get the numbers of closed descriptors.
@@ -105,5 +106,5 @@ def _nowhere(mode: str) -> TextIO:
 
 
 def reader_gone() -> bool:
-    """Return True if the reader of standard output is gone."""
+    """Return True if the program that read standard output has closed it."""
     return isinstance(sys.stdout, Output) and sys.stdout.gone

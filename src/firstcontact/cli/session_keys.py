@@ -38,9 +38,9 @@ def session_keys(session: LiveSession) -> Iterator[None]:
     """Take new objects and hand requests from standard input while the session runs.
 
     On a terminal, N begins a new object, C closes the hand, and any other key opens it. Keys are
-    not read while another program is in the terminal's foreground. Otherwise, where a hand is
-    driven, lines are read: ``close``, ``open``, ``new``, or JSON as ``{"do": "close"}``. The end of
-    standard input opens the hand if standard input had closed it.
+    not read while another program is in the terminal's foreground. If standard input is not a
+    terminal and a hand is driven, lines are read: ``close``, ``open``, ``new``, or JSON like
+    ``{"do": "close"}``. If a line closed the hand, the end of standard input opens it.
     """
     number = _standard_input()
     if number is None or not (session.hand_asks() or (session.uses_shape and os.isatty(number))):
@@ -85,7 +85,7 @@ def _keys(session: LiveSession) -> Iterator[str]:
 
 
 def _keys_at_once(number: int) -> list[Any] | None:
-    """Make a terminal deliver each key. Return its earlier settings, None without a terminal."""
+    """Make a terminal deliver each key at once. Return its old settings, if it is a terminal."""
     if not (os.isatty(number) and _ours(number)):
         return None
     try:

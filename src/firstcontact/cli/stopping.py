@@ -25,8 +25,8 @@ class Stop:
     signal
         First signal; None before.
     gently
-        True while a loop polls ``requested``: the first signal then only sets it. Otherwise a
-        signal raises KeyboardInterrupt.
+        True while a loop polls ``requested``. The first signal then only sets ``requested``;
+        otherwise it raises KeyboardInterrupt.
     """
 
     def __init__(self) -> None:
@@ -65,8 +65,8 @@ _installed: list[Stop] = []
 def stopping() -> Iterator[Stop]:
     """Handle the signals of :data:`NAMES` until the end of the block; nested blocks share a Stop.
 
-    A SIGHUP or SIGQUIT that is ignored stays ignored (``nohup``). Other threads than the main one
-    get no signals.
+    If SIGHUP or SIGQUIT was ignored before (``nohup``), it stays ignored. Only the main thread gets
+    signals.
     """
     if _installed:
         yield _installed[-1]

@@ -32,7 +32,7 @@ def twin_model(condition: str, seed: int) -> Path:
     condition
         Condition of the twin.
     seed
-        Random seed of the twin; the training pinches differ from those shown live.
+        Random seed of the twin. The training pinches are other ones than those shown live.
     """
     if (condition, seed) == SHIPPED_HAND:
         return SHIPPED

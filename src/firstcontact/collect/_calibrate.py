@@ -44,26 +44,26 @@ def calibrate(
     say: Say = silent,
     confirmed: Callable[[], bool] | None = None,
 ) -> Calibration:
-    """Measure noise floors of an open source; on request taps and force curves, too.
+    """Measure the noise floors of an open source and, on request, taps and force curves.
 
-    Keep the hand open and still during the measurement. A hand that closes repeatedly is measured
-    between its closings.
+    Keep the hand open and still during the measurement. If the hand closes repeatedly, the noise is
+    measured between its closings.
 
     Parameters
     ----------
     source
         An open source.
     seconds
-        Length of rest that is measured, s.
+        Duration of the measurement at rest, s.
     patience
-        Longest additional wait for that rest, s.
+        Longest additional time to wait for rest, s.
     tap
-        Wait for a tap on each fingertip.
+        True to measure a tap on each fingertip.
     weights
         CSV file with the columns finger, newtons and volts of known weights, or its rows. A force
         curve is fitted to them.
     weigh
-        Known weights, N, that are put on a taxel of each finger one after the other.
+        Known weights, N. They are put on a taxel of each finger one after the other.
     say
         Called with each line for the person at the device, such as ``print``.
     confirmed

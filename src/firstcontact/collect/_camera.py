@@ -39,7 +39,7 @@ class Agreement:
     drift, drift_error
         Relative speed of the camera's clock above the device's, and its standard error.
     left_out
-        Contacts of the camera that the strips do not have.
+        Contacts that only the camera has.
     """
 
     residuals: Mapping[Key, float]
@@ -66,7 +66,7 @@ class Agreement:
 
     @property
     def disagreeing(self) -> tuple[Key, ...]:
-        """Contacts that are further apart than one frame."""
+        """Contacts whose two times differ by more than one frame."""
         return tuple(k for k, r in self.residuals.items() if abs(r) > 1.0 / self.fps)
 
     @property
@@ -123,7 +123,7 @@ def compare(recording: Recording, contacts: Mapping[Key, float], fps: float = 96
     Raises
     ------
     InputError
-        ``fps`` is not above 0, or too few contacts are in both.
+        ``fps`` is not above 0, or camera and recording share too few contacts.
     """
     if not 1.0 <= fps <= FASTEST:
         raise InputError(f"fps is {fps:g}: give the camera's frames per second, 1 to {FASTEST:g}")
@@ -171,7 +171,7 @@ def _least_squares(
     near: NDArray[np.bool_],
     otherwise: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], float]:
-    """Return parameters fitted to the near contacts, and the standard error of the last one."""
+    """Return the parameters fitted to ``near`` contacts, and the last one's standard error."""
     a, b = design[near], difference[near]
     if len(a) <= a.shape[1] or np.linalg.matrix_rank(a) < a.shape[1]:
         return otherwise, math.nan
@@ -181,7 +181,7 @@ def _least_squares(
 
 
 def in_words(agreement: Agreement) -> Sequence[str]:
-    """Return the comparison in words, one sentence a line."""
+    """Return the comparison as sentences, one per line."""
     frame = 1e3 / agreement.fps
     lines = [
         f"contacts    {len(agreement.residuals)} in both lists",

@@ -36,14 +36,14 @@ LOWEST = -PIEZO_OFFSET_VOLTS + 0.5 * _COUNT
 
 @dataclass(slots=True)
 class ClosingCheck:
-    """State of a closing; it follows the samples without keeping them.
+    """Check of one closing, updated with each block. It stores no samples.
 
     Parameters
     ----------
     layout
         Columns of the blocks.
     began, epoch
-        Sample at which the gate opened.
+        Number and epoch of the sample at which the gate opened.
     """
 
     layout: Layout
@@ -61,7 +61,7 @@ class ClosingCheck:
 
     @property
     def anchor(self) -> int | None:
-        """Sample of the first contact, from the strips or else as detected."""
+        """Sample of the first contact: from the strips, or detected if there are no strips."""
         samples = self.strips.values() or [c.sample for c in self.contacts.values()]
         return min(samples, default=None)
 
@@ -128,16 +128,17 @@ class ClosingCheck:
         return faults
 
     def disagreement(self) -> float | None:
-        """Return the time from the strip's first contact to its piezo's, s."""
+        """Return the delay of the piezo's first contact after the strip's, s."""
         if not self.truth or self.truth[0].finger not in self.contacts:
             return None
         first = self.truth[0]
         return (self.contacts[first.finger].sample - first.sample) / self.layout.rate
 
     def _felt(self, finger: Finger) -> bool:
-        """Return True if the piezo also shows the strip's contact.
+        """Return True if the piezo also shows the contact that the strip reports.
 
-        The second finger may feel the first one's touch through the object.
+        The piezo of the second finger may already show the first finger's touch, through the
+        object.
         """
         if finger not in self.layout.vibration_fingers:
             return True

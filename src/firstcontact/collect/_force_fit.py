@@ -55,8 +55,8 @@ def read_weights(path: Path) -> tuple[Weighing, ...]:
 def fit_force(weighings: Sequence[Weighing], resistor: float = DIVIDER_OHM) -> ForceCurve:
     """Fit leak, gain and exponent of one finger's sheet.
 
-    Least squares on the conductance. The noise is in the voltage, so each residual is weighted by
-    the slope of the voltage.
+    The fit is least squares on the conductance. Because the noise is in the voltage, each residual
+    is weighted by the slope of the voltage.
 
     Parameters
     ----------
@@ -68,8 +68,8 @@ def fit_force(weighings: Sequence[Weighing], resistor: float = DIVIDER_OHM) -> F
     Raises
     ------
     InputError
-        Too few different weights, a voltage outside the divider's range, or a heavier weight that
-        gives less voltage.
+        There are too few different weights, a voltage is outside the divider's range, or a heavier
+        weight gives less voltage.
     """
     finger = weighings[0].finger if weighings else Finger.INDEX
     subject = f"the {finger.name.lower()}'s weights"

@@ -26,25 +26,25 @@ QUIET = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Judged:
-    """Result of a closing that touched something.
+    """Result of a closing that touched an object.
 
     Parameters
     ----------
     label
-        Label of the object that was wanted.
+        Label of the object that should be pinched.
     faults
         Reasons why it does not count; empty if it counts.
     mark
         Mark to write; None if it does not count.
     k, wanted
-        Number of valid pinches of this object so far, and number that is wanted.
+        Number of valid pinches of this object so far, and the wanted number.
     offset
         Time from the first to the second contact of the strips, s; None if one is missing.
     disagreement
-        Time from the strip's first contact to the piezo's, s; None if one is missing.
+        Time from the strip's first contact to that of the piezo, s; None if one is missing.
     noise
-        Level of the quietest part since the last closing, as a multiple of the noise floor, for
-        the louder finger; 0 before the first part.
+        Level of the quietest part since the last closing, as a multiple of the noise floor. It is
+        that of the louder finger, and 0 before the first part.
     """
 
     label: Label
@@ -58,7 +58,7 @@ class Judged:
 
 
 class Guide:
-    """Judge of a stream: decides for each closing whether it is a wanted pinch.
+    """Judge that decides whether a closing is a valid pinch of the wanted object.
 
     Parameters
     ----------
@@ -76,9 +76,9 @@ class Guide:
     Attributes
     ----------
     paused
-        True while closings that begin do not count.
+        True during a pause. Closings that begin in it do not count.
     left_out
-        Number of closings that touched something and did not count.
+        Number of closings that touched an object but did not count.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""Journal of a labelling: each action is a line on the disk, so that a crash loses none."""
+"""Journal of a labelling session: each action is one line on the disk, so a crash loses none."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Journal:
     path
         File of the journal; an existing one is continued.
     opened
-        Recordings and onsets that are labelled.
+        Names of the recordings to label, and number of their onsets.
     is_new_allowed
         True to accept a journal without actions. If False, it is refused and stays unchanged.
 
@@ -41,8 +41,8 @@ class Journal:
     actions
         Actions of earlier sessions.
     lost_bytes
-        Length of an unreadable end, which a crash or a power cut leaves. It is not used, and the
-        next action replaces it.
+        Length of an unreadable end, as a crash or a power cut leaves it. It is ignored, and the
+        next action overwrites it.
 
     Raises
     ------
@@ -84,7 +84,7 @@ class Journal:
         self._append(action)
 
     def close(self) -> None:
-        """Close the file; twice is fine."""
+        """Close the file. Closing twice is fine."""
         self._stream.close()
 
     def _append(self, entry: Opened | Action) -> None:

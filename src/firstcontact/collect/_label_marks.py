@@ -1,4 +1,4 @@
-"""Onsets with their labels after the actions on the page."""
+"""Onsets and their labels, as changed by the actions on the page."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Mark:
     found
         Position at which the finder put it; None if it was added by hand.
     status
-        Decision about it.
+        Decision of the person about it.
     object, shore_a
         Object that was touched, and its Shore A; "" and None if unknown.
     """
@@ -64,8 +64,8 @@ Whole = Annotated[int, Meta(ge=0, le=LAST_SAMPLE)]
 class Action:
     """Action of the person who labels.
 
-    ``label`` labels its mark and all after it, up to the next mark with its own label. ``undo``
-    reverts the last action that is not reverted yet.
+    ``label`` labels its mark and all later ones, up to the next mark with a label of its own.
+    ``undo`` reverts the last action that is not reverted yet.
     """
 
     do: Literal["accept", "reject", "move", "add", "label", "undo"]
@@ -119,7 +119,8 @@ class Marks:
         Raises
         ------
         InputError
-            There is no such mark, nothing to undo, or a sample outside the recording.
+            The mark does not exist, there is nothing to undo, or the sample is outside the
+            recording.
         """
         if action.do == "undo":
             if not self.done:

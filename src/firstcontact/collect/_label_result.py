@@ -1,4 +1,4 @@
-"""New recordings of a labelling: the same samples, with the confirmed onsets as contacts."""
+"""New recordings after labelling: the same samples, with the accepted onsets as contacts."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ ONE_CLOSING = 5.0
 
 @dataclass(frozen=True, slots=True)
 class Labeller:
-    """Author, date and tool of a labelling, in words."""
+    """Author, date and tool of the labels, in words."""
 
     name: str
     when: str
@@ -37,16 +37,16 @@ class Labeller:
 def write_labelled(
     recording: Recording, marks: Sequence[Mark], path: Path, by: Labeller
 ) -> tuple[int, int]:
-    """Write a recording with the accepted marks as the first contacts of original pinches.
+    """Copy a recording, with each accepted mark as the first contact of its pinch.
 
-    The file is written whole or not at all. The original is only read.
+    The new file is written completely or not at all. The original stays unchanged.
 
     Parameters
     ----------
     recording
         Original recording.
     marks
-        Its onsets, in the order of time.
+        Marks of the onsets in this recording, in order of time.
     path
         New file.
     by
@@ -55,7 +55,7 @@ def write_labelled(
     Returns
     -------
     pinches, left
-        Number of pinches that were written, and of onsets without a decision.
+        Number of pinches written, and number of marks without a decision.
 
     Raises
     ------
@@ -132,7 +132,7 @@ def _how(mark: Mark, rate: float) -> str:
 
 
 def _within(recording: Recording, name: str, slow: Block, block: Block) -> bool:
-    """Return True if a slower block begins within this block, not another of the epoch."""
+    """Return True if a block of a slower group begins within this block, not in another one."""
     layout = recording.header.layout
     rate = next(g.layout.rate for g in layout.groups if g.name == name)
     first = slow.first_sample * layout.rate / rate
@@ -142,7 +142,7 @@ def _within(recording: Recording, name: str, slow: Block, block: Block) -> bool:
 
 
 def _pinches(recording: Recording, accepted: Sequence[Mark]) -> Iterator[PinchMark]:
-    """Yield pinches around first contacts, with the second contact where another finger follows."""
+    """Yield a pinch around each first contact, with the other finger's contact if it follows."""
     rate = recording.header.layout.rate
     fingers = recording.header.layout.vibration_fingers
     groups: list[list[Mark]] = []
@@ -194,7 +194,7 @@ def _pinches(recording: Recording, accepted: Sequence[Mark]) -> Iterator[PinchMa
 
 
 def _closing(recording: Recording, block: Block, sample: int, rate: float) -> PinchMark | None:
-    """Return the pinch of the original that holds a contact."""
+    """Return the pinch of the original recording in which a contact lies."""
     for mark in recording.pinches:
         inside = mark.epoch == block.epoch and mark.first_sample <= sample < mark.end
         if inside and mark.end - mark.first_sample <= ONE_CLOSING * rate:

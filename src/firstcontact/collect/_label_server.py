@@ -62,8 +62,8 @@ class LabelServer:
         ready
             Called once the page is served.
         is_stopped
-            Polled for a request to stop. An exception in the middle of a reply would end as an
-            unhandled exception of its task, so a signal handler must not raise meanwhile.
+            Function that is polled for a request to stop. Signal handlers must not raise exceptions
+            meanwhile: in the middle of a reply, the exception would be lost in the reply's task.
         """
         try:
             asyncio.run(self._run(ready, is_stopped))

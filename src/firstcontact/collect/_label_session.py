@@ -38,7 +38,7 @@ class _Request:
 
 
 class Session:
-    """Marks of some recordings, with their journal; they are written at the end.
+    """Labelling session: marks and journal of recordings. It writes new recordings at the end.
 
     Parameters
     ----------

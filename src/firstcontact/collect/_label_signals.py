@@ -1,4 +1,4 @@
-"""Onsets of recordings that are labelled, and pieces of their signals for the page."""
+"""Onsets of the recordings to label, and pieces of their signals for the page."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def open_recordings(paths: Sequence[Path]) -> list[Recording]:
 
 
 def find_marks(recordings: Sequence[Recording]) -> list[Mark]:
-    """Return every onset found, with the label of its pinch if it lies in one.
+    """Return all detected onsets. An onset inside a pinch has the label of that pinch.
 
     Raises
     ------
@@ -119,8 +119,8 @@ def piece(recording: Recording, stretch: int, middle: int, half: float) -> dict[
     Returns
     -------
     dict
-        ``first`` sample, samples a ``step``, and of each channel its ``least`` and ``most`` in its
-        unit, which are the same where a step is one sample.
+        ``first``: number of the first sample. ``step``: samples per step. For each channel
+        ``least`` and ``most``: smallest and largest value of each step, in the channel's unit.
     """
     layout = recording.header.layout
     block = recording.stretches[stretch]
@@ -139,5 +139,5 @@ def piece(recording: Recording, stretch: int, middle: int, half: float) -> dict[
 
 
 def _rounded(values: Any, digits: int) -> list[float]:
-    """Round to enough digits for a picture, in any unit."""
+    """Round values to enough digits for a plot, whatever their unit."""
     return [float(f"{v:.{digits}g}") for v in values.tolist()]

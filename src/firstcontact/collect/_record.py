@@ -49,31 +49,32 @@ def record(
     """Record pinches until enough of each object are valid.
 
     All samples are recorded. Close the hand yourself, in another thread or by its own control. The
-    simulated hand closes by itself on its object of this name, such as "block 29" or "apple", and
-    provides the Shore A.
+    simulated hand closes by itself. If ``object`` names one of its objects, such as "block 29" or
+    "apple", the hand pinches that object and its Shore A is known.
 
     Parameters
     ----------
     source
         An open source. It is closed at the end.
     out
-        Folder for the recording; an existing session in it is continued in a further file.
+        Folder for the recording. If it already holds this session, recording continues in another
+        file.
     object, pinches, shore_a, specimen, role
-        Name, number of valid pinches, and labels of the object.
+        Name of the object, number of valid pinches, and labels: Shore A, specimen and role.
     plan
-        Several objects in place of one: a CSV file with the columns object, pinches, shore,
-        specimen and role, or its rows.
+        Several objects instead of one: a CSV file with the columns object, pinches, shore, specimen
+        and role, or the rows of such a file.
     session
         Name of the session.
     calibration
-        Noise floors or their file; measured first by default.
+        Calibration with the noise floors, or its file. By default they are measured first.
     hand, notes
         Hand and remarks for the header of the recording.
     screen
         Display that shows results and asks for the next object; see
         :class:`firstcontact.collect.Screen`.
     progress
-        True shows a bar; a function is called with 1 for each valid pinch.
+        True to show a bar, or a function that is called with 1 for each valid pinch.
     stopped
         Polled several times a second; recording ends early when it returns True.
 

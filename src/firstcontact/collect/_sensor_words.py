@@ -1,4 +1,4 @@
-"""Messages about vibration sensors: requests for rest, and measurements with units."""
+"""Messages about vibration sensors: requests to keep still, and measurements with units."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from firstcontact.core import Channel, Layout, VibrationCalibration
 
 
 def measured_channel(layout: Layout, measured: VibrationCalibration) -> Channel | None:
-    """Return the channel that was measured; None where the layout has none of that finger."""
+    """Return the channel that was measured; None if the layout has no channel of that finger."""
     return next((c for c in layout.vibration if c.finger is measured.finger), None)
 
 
@@ -16,12 +16,12 @@ def is_tapped(layout: Layout) -> bool:
 
 
 def rest_request(layout: Layout) -> str:
-    """Return the request to the user for the measurement of the noise floor."""
+    """Return the request to keep the hand still while the noise floor is measured."""
     return "touch nothing" if is_tapped(layout) else "keep the hand open and still, motor off"
 
 
 def rest_words(measured: VibrationCalibration, channel: Channel | None) -> str:
-    """Return the noise and the offset of a sensor in words."""
+    """Return a sentence with the noise and the offset of a sensor."""
     if channel is None or channel.unit == "V":
         noise, offset = 1e3 * measured.noise, 1e3 * measured.offset
         return f"noise {noise:.2f} mV RMS, offset {offset:+.2f} mV"
@@ -30,7 +30,7 @@ def rest_words(measured: VibrationCalibration, channel: Channel | None) -> str:
 
 
 def tap_words(tap: float, channel: Channel | None) -> str:
-    """Return the peak of a tap in words."""
+    """Return a sentence with the peak of a tap."""
     return f"tap {tap:.3f} {'V' if channel is None else _unit(channel)}"
 
 

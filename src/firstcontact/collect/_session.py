@@ -50,7 +50,7 @@ def make_header(
     hand: str = "",
     notes: str = "",
 ) -> Header:
-    """Return the header of a recording that starts now; ``hand`` replaces the device's own name."""
+    """Return the header of a recording that starts now. ``hand`` replaces the name of the hand."""
     return Header(
         layout=descriptor.layout,
         source=descriptor.source,
@@ -96,8 +96,7 @@ def run_session(
     Raises
     ------
     InputError
-        The recording cannot be made or written any further, or what the source raises. The file is
-        closed on every way out.
+        The recording cannot be created or written, or the source fails. The file is always closed.
     """
     with Recorder() as recorder:
         recorder.start(path, header)
@@ -149,7 +148,7 @@ def _tell(judgements: list[Judged], recorder: Recorder, screen: Screen) -> None:
 
 
 def with_noise(calibration: Calibration | None, measured: Calibration) -> Calibration:
-    """Return a calibration with a noise floor for each finger; ``measured`` fills missing ones."""
+    """Return a calibration with a floor for each finger. ``measured`` fills in missing ones."""
     if calibration is None:
         return measured
     fingers = {p.finger for p in calibration.piezo}

@@ -1,4 +1,4 @@
-"""Files of a session: one, and one more after each interruption."""
+"""Files of a session: one at first, and one more after each interruption."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from firstcontact.recording import cut, read_recording
 
 @dataclass(frozen=True, slots=True)
 class SoFar:
-    """Files and pinches of a session that a folder holds already.
+    """Files and pinches of a session that are already in a folder.
 
     Parameters
     ----------
@@ -36,17 +36,17 @@ class SoFar:
 
 
 def so_far(folder: Path, session: str, descriptor: Descriptor) -> SoFar:
-    """Return what a folder holds of a session.
+    """Return the files and pinches of a session that are in a folder.
 
     The first file of session 3 is ``session-3.mcap``. After an interruption the next file is
     ``session-3.part2.mcap``, because recordings are never overwritten. A part that cannot be read
-    stays as it is; its recorder was killed before the first sample.
+    is left alone: the recorder was killed before the first sample.
 
     Raises
     ------
     InputError
-        A file of the session belongs to another session, or was recorded with other columns, so
-        that the two cannot be one dataset.
+        A file with the session's name belongs to another session, or has other columns and cannot
+        join the same dataset.
     """
     stem = "session-" + (re.sub(r"[^\w.+-]+", "-", session) or "-")
     pinches_by_label: Counter[Label] = Counter()

@@ -1,4 +1,4 @@
-"""Taps on the fingertips: they show that each sensor is connected, and both are alike."""
+"""Taps on the fingertips, which show that the sensors are connected and equally sensitive."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def wait_for_tap(
     Raises
     ------
     InputError
-        No tap came, or no samples.
+        No tap or no samples came in time.
     """
     layout = source.descriptor.layout
     watch = TapWatch(layout, calibration, finger)

@@ -32,8 +32,8 @@ class ClosingSamples:
     contacts
         Contacts that these samples revealed.
     withdrawn
-        First contact that these samples disproved, with all contacts after it; None if there is
-        none. The closing continues without contacts.
+        First contact if these samples disproved it, else None. All later contacts are withdrawn
+        with it, and the closing continues without contacts.
     """
 
     block: Block
@@ -59,8 +59,8 @@ Stage = ClosingBegan | ClosingSamples | ClosingEnded
 class Closings:
     """Splitter that cuts a stream into closings and detects the contacts in each.
 
-    From the start of a closing, the detector gets the same samples as from a pinch cut out there.
-    So live and offline results agree.
+    The detector gets the same samples as if the closing had been cut out of a recording. So live
+    and offline results agree.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ class Closings:
 
     @property
     def due(self) -> int | None:
-        """Number of samples until the next contact can be known; None without one."""
+        """Number of further samples until the next contact can be known; None outside a closing."""
         return None if not self._open or self._listener.ended else self._listener.due
 
     def update(self, block: Block) -> Iterator[Stage]:
@@ -158,7 +158,7 @@ class Closings:
 
 
 def _stages(block: Block, events: Sequence[Contact | Withdrawal]) -> Iterator[ClosingSamples]:
-    """Cut a block behind each withdrawal, so that later samples belong to the next contact."""
+    """Cut a block after each withdrawal, so that later samples belong to the next contact."""
     contacts: list[Contact] = []
     for event in events:
         if isinstance(event, Contact):

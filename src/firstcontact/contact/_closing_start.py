@@ -14,7 +14,7 @@ from firstcontact.signal import samples_in
 
 
 class How(StrEnum):
-    """Source of the start of a closing."""
+    """Method that found the start of a closing."""
 
     #: The label holds the start of the motor.
     LABEL = "label"
@@ -28,22 +28,22 @@ class How(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class ClosingStart:
-    """First sample for the detector, and the source of this choice."""
+    """First sample for the detector, and the method that found it."""
 
     sample: int
     how: How
 
 
 def settling(layout: Layout) -> int:
-    """Return the number of samples from the start of a motor until it has settled."""
+    """Return the number of samples that a motor needs to settle after its start."""
     return STEPS * samples_in(STEP, layout.rate)
 
 
 def closing_start(pinch: Pinch, floors: Calibration | None = None) -> ClosingStart:
     """Return the start of a pinch's closing, where the steady state begins.
 
-    As in a live session, this is 39 ms after the start of the motor. If the motor ran already, it
-    is the first sample. Labels of contacts are not used.
+    As in a live session, this is 39 ms after the start of the motor. If the motor runs from the
+    first sample on, the closing starts with that sample. Labels of contacts are not used.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ WORDS = {
 
 
 def describe_starts(counts: Mapping[str, int]) -> str:
-    """Describe where steady states begin, and in how many pinches.
+    """Return a sentence: where the steady states begin, and in how many pinches.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ def describe_starts(counts: Mapping[str, int]) -> str:
 
 
 def count_starts(starts: Sequence[ClosingStart]) -> dict[str, int]:
-    """Count the closings per source. Sources without a closing are omitted."""
+    """Count the closings per method. Methods without a closing are omitted."""
     counts = Counter(start.how for start in starts)
     return {str(how): counts[how] for how in How if counts[how]}
 
@@ -135,7 +135,7 @@ def _has_all_floors(calibration: Calibration, layout: Layout) -> bool:
 
 
 def _audible_start(pinch: Pinch, calibration: Calibration) -> int | None:
-    """Return the sample at which the gate opens for a pinch that begins at rest, else None."""
+    """Return the sample at which the gate opens if the pinch begins at rest, else None."""
     gate = ClosingGate(pinch.layout, calibration)
     # The gate needs 13 steps to recognise rest, after a first one of unknown state.
     lead = settling(pinch.layout) + samples_in(STEP, pinch.layout.rate)
@@ -148,7 +148,7 @@ def _audible_start(pinch: Pinch, calibration: Calibration) -> int | None:
 
 
 def _rigs(pinches: Sequence[Pinch]) -> list[list[Pinch]]:
-    """Group the pinches of unknown start by session. Small sessions form one group."""
+    """Group the pinches whose start is unknown by session. Small sessions form one group."""
     sessions: dict[str, list[Pinch]] = {}
     for pinch in pinches:
         if pinch.motor_start is None and pinch.layout.vibration_fingers:

@@ -53,12 +53,13 @@ class Withdrawal:
 
 
 class ConfirmingLatch:
-    """Latch of the fingers in one closing, whose first contact has to last.
+    """Latch of the fingers in one closing. It withdraws a first contact that does not last.
 
     A finger that meets an object pushes for milliseconds. A click of the gears or a burst of
     interference rings and fades. So a first contact is withdrawn after 3 ms, with all later ones,
-    if it does not push and is not clear of the motor either. The fingers are then free again.
-    Without a motor, as for a sensor that a person moves, all contacts count.
+    if the finger does not push and the contact is not much louder than the motor. The fingers can
+    then report contacts again. Without a motor, as for a sensor that a person moves, all contacts
+    count.
 
     The result does not depend on the sizes of the blocks.
 
@@ -72,7 +73,7 @@ class ConfirmingLatch:
     latched
         Fingers with a contact.
     is_confirmed
-        True once no contact can be withdrawn.
+        True once no contact can be withdrawn any more.
     """
 
     def __init__(self, layout: Layout) -> None:
@@ -89,7 +90,7 @@ class ConfirmingLatch:
 
     @property
     def due(self) -> int | None:
-        """Number of samples until a decision on the pending contact; None without one."""
+        """Number of samples until the pending contact is decided; None if no contact is pending."""
         return None if self._first is None else self._due_sample(self._first) + 1 - self._end
 
     def update(self, block: Block, decisions: WindowDecisions) -> list[Contact | Withdrawal]:
@@ -135,7 +136,7 @@ class ConfirmingLatch:
         return [Withdrawal(first, self._due_sample(first))]
 
     def _lasts(self, contact: Contact) -> bool:
-        """Return True if the signal after a contact is a push, or clear of the motor."""
+        """Return True if the signal after a contact is a push, or much louder than the motor."""
         x = np.concatenate(self._past)[:, self._fingers.index(contact.finger)]
         place = contact.sample - self._past_first
         start = max(place - samples_in(BEFORE, self._rate), 0)
@@ -173,7 +174,7 @@ class ConfirmingLatch:
 
 
 class ContactListener:
-    """Contacts of one closing: a detector with a :class:`ConfirmingLatch`.
+    """Listener for the contacts of one closing: a detector with a :class:`ConfirmingLatch`.
 
     Parameters
     ----------
@@ -226,7 +227,7 @@ class PinchDecisions:
     Parameters
     ----------
     windows
-        Decisions for its first windows, as far as the pinch was judged.
+        Decisions for the first windows, up to the last one that was judged.
     first
         First contact that is not withdrawn; None without one.
     """
@@ -246,7 +247,7 @@ def judge_pinch(detector: Detector, pinch: Pinch, until: int) -> PinchDecisions:
     detector
         Fitted or loaded detector.
     pinch
-        Pinch that begins where its closing does.
+        Pinch, cut to begin at the start of its closing.
     until
         Number of the sample before which all windows are judged.
 
@@ -271,7 +272,7 @@ def judge_pinch(detector: Detector, pinch: Pinch, until: int) -> PinchDecisions:
 def _standing(
     events: Sequence[Contact | Withdrawal], earlier: Sequence[Contact] = ()
 ) -> list[Contact]:
-    """Return all contacts, the earlier ones first, that no later event withdraws."""
+    """Return the earlier contacts and those of the events, without the withdrawn ones."""
     contacts = list(earlier)
     for event in events:
         if isinstance(event, Contact):
@@ -282,7 +283,7 @@ def _standing(
 
 
 def _pieces(block: Block, until: int, rate: float) -> Iterator[Block]:
-    """Yield the block up to a sample, or its first piece, then the rest in pieces."""
+    """Yield the block up to ``until`` (at least its first piece), then the rest in pieces."""
     size = samples_in(PIECE, rate)
     end = max(until - block.first_sample, size)
     yield Block(block.data[:end], block.first_sample, block.epoch)
@@ -298,8 +299,8 @@ def _block(pinch: Pinch, start: int | None = None) -> Block:
 def detect(detector: Detector, pinch: Pinch, *, confirm: bool = True) -> list[Contact]:
     """Return all contacts in a pinch from the start of its closing, as a stream would.
 
-    Only this pinch decides where its closing starts. To use the other pinches of the rig as well,
-    see :func:`firstcontact.contact._closing_start.cut_closings`.
+    The start of the closing is found from this pinch alone. To use the other pinches of the rig as
+    well, see :func:`firstcontact.contact._closing_start.cut_closings`.
 
     Parameters
     ----------
@@ -335,7 +336,7 @@ def first_contact(detector: Detector, pinch: Pinch) -> Contact | None:
 
 
 def _listen(detector: Detector, pinch: Pinch) -> Iterator[tuple[list[Contact], bool]]:
-    """Yield the contacts so far, with True if they are final, until no further one is possible."""
+    """Yield the contacts so far, and True if they are final. Stop when none can follow."""
     block = _block(pinch, closing_start(pinch).sample)
     listener = ContactListener(detector, pinch.layout)
     contacts: list[Contact] = []

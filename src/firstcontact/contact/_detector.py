@@ -1,4 +1,4 @@
-"""Interface of contact detectors, and their latch."""
+"""Interface of contact detectors, and the latch that reports each finger once."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def latch(
     decisions
         Decisions in time order.
     fingers
-        Fingers of the columns; None means a sensor that belongs to no finger.
+        Finger of each column; None for a sensor that belongs to no finger.
     latched
         Fingers with a contact already. Newly detected fingers are added.
 
@@ -114,7 +114,7 @@ class Detector(Protocol):
         dataset
             Pinches.
         early
-            Longest time by which a contact may precede its label, s.
+            Longest time by which a contact may come before its label, s.
 
         Raises
         ------

@@ -112,8 +112,8 @@ def pretrained_detector() -> Detector:
 def general_detector(layout: Layout) -> Detector:
     """Return the detector for a rig of which no contact is known.
 
-    It is the one of this package for a hand at its rate. Other rates, and sensors that a person
-    moves, get a detector that needs no training.
+    For a hand at the rate of the package's detector, this is that detector. Other rates, and
+    sensors that a person moves, get a detector that needs no training.
     """
     shipped = pretrained_detector()
     # A trained detector takes its own rate alone, whatever the error of a clock.
@@ -123,7 +123,7 @@ def general_detector(layout: Layout) -> Detector:
 
 
 def is_pretrained(detector: Detector) -> bool:
-    """Return True for the detector of this package, which no later pinch has trained."""
+    """Return True if this is the package's own detector, not trained further."""
     shipped = pretrained_detector()
     if (detector.name, detector.rate) != (shipped.name, shipped.rate):
         return False
@@ -144,7 +144,7 @@ def load_detector(path: AnyPath) -> Detector:
     Raises
     ------
     InputError
-        A file is missing, damaged, or of another program or version, or its numbers are
+        A file is missing, damaged, or from another program or version, or its numbers are
         inconsistent.
     """
     path = Path(path)

@@ -50,7 +50,7 @@ def _loudness_edges(quiet: int, new: int, n: int) -> _Edges:
 
 
 def edges(samples: int, step: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return the edges of the parts for loudness and for means, including the last end."""
+    """Return the edges of the parts for loudness and of those for means, with the last end."""
     new, quiet = samples - step, samples - 2 * step
     coarse = _part_edges(quiet, new, COARSE).starts
     return (
@@ -63,7 +63,7 @@ def window_features(windows: NDArray[np.float64], step: int) -> NDArray[np.float
     """Return the shape of a window's recent part and the loudness of all parts.
 
     The newest two steps are recent, because a contact that is faint in one window can show in the
-    next. The rest is quiet; its mean is subtracted. The features are:
+    next. The older part is quiet; its mean is subtracted from the window. The features are:
 
     - the samples of the newest step and the means of the step before, compressed by asinh, so that
       loud and faint contacts lie close together;

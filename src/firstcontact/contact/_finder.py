@@ -50,9 +50,9 @@ def find_onsets(signals: NDArray[np.float64], rate: float) -> list[Onset]:
 
     Unlike a detector, the finder knows the quiet level of the whole signal, compares past and
     future at every sample, and takes the largest leaps first. So it finds more, but cannot run
-    live. A leap must also come with faster changes than before, which excludes slow swings but not
-    rebounds. The onset is located in the unfiltered signal. A causal filter would delay it, and a
-    filter in both directions would start a slow onset too early.
+    live. A leap counts only if the signal also changes faster than before. This excludes slow
+    swings, but not rebounds. The onset is then located in the unfiltered signal. A causal filter
+    would delay it, and a filter in both directions would start a slow onset too early.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def _levels(
 
 
 def _refined(x: NDArray[np.float64], place: int, rate: float) -> int:
-    """Return the split around a leap that best separates quiet from loud."""
+    """Return the sample near a leap that best separates the quiet part from the loud part."""
     earlier, later = samples_in(EARLIER, rate), samples_in(LATER, rate)
     start, stop = max(0, place - earlier), min(len(x), place + later)
     window = x[None, start:stop] - x[start:place].mean()

@@ -1,7 +1,7 @@
-"""Gate that detects the start and end of closings: the motor runs and no object is held.
+"""Gate that detects closings. A closing is a time in which the motor runs and no object is held.
 
-A detector measures its steady state at the start of a closing. If it started at rest, the start of
-the motor would look like a contact.
+A detector measures its steady state at the start of a closing. If the detector began at rest, the
+start of the motor would look like a contact.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ REARM = 0.3
 
 
 class Turn(Enum):
-    """Change of the gate."""
+    """Kind of change of the gate."""
 
     OPENS = auto()
     SHUTS = auto()
@@ -65,8 +65,8 @@ class ClosingGate:
     shuts at its end, as for recordings with one closing per epoch.
 
     A sensor that belongs to no finger is moved by a person, so no motor runs before a contact. With
-    such a layout the gate also opens at rest. It opens again at rest, 0.3 s after the last contact
-    that :meth:`touched` reported.
+    such a layout the gate opens at rest. After a contact that :meth:`touched` reported, it opens
+    again once the sensor has rested, at the earliest after 0.3 s.
 
     Parameters
     ----------
@@ -126,8 +126,8 @@ class ClosingGate:
         Returns
         -------
         list of GateEvent
-            Events in order. After a gap or in a new epoch the first event is at the end of the
-            samples before the gap, where the closing ends.
+            Events in order. After a gap or in a new epoch, the first event may be the end of the
+            closing before it, at the last sample before the gap.
         """
         events: list[GateEvent] = []
         if not self._started or block.first_sample != self._next or block.epoch != self._epoch:
@@ -181,7 +181,7 @@ class ClosingGate:
         return events
 
     def _quiet(self, piezo: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return a mask of the steps at rest: most of the 13 steps up to it are quiet."""
+        """Return a mask of the steps at rest. At rest, most of the last 13 steps are quiet."""
         assert self._limit is not None
         new = step_sums(piezo)
         sums = np.concatenate([self._sums, new])
@@ -269,7 +269,7 @@ class ClosingGate:
     def _learn_unloaded(
         self, quiet: NDArray[np.bool_], force: NDArray[np.float64], start: int, stop: int | None
     ) -> None:
-        """Update the lowest force level at rest. An object held at rest lies above it."""
+        """Update the lowest force at rest. The force with a held object is higher."""
         levels = force[start:stop]
         if force.shape[1] and len(levels):
             lowest = levels.min(axis=0)

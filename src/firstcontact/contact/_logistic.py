@@ -42,10 +42,10 @@ ROUGH = 4e-5
 class LogisticDetector(TrainedDetector):
     """Detector that reports a contact if four consecutive decisions, 0.4 ms apart, agree.
 
-    More decisions mean more chances of a false alarm. Two rules compensate: the decisions must
-    agree, and the threshold for the least of the four is chosen on held-out pinches. All features
-    are levels relative to the rig's noise while its motor runs. An unusual loudness can only count
-    towards a contact, so the detector transfers to other rigs.
+    More decisions mean more chances of a false alarm. Two rules compensate for this: four decisions
+    must agree, and the threshold for the lowest of the four is chosen on held-out pinches. All
+    features are levels relative to the rig's noise while its motor runs. An unusual loudness can
+    only count towards a contact, never against it. So the detector also works on other rigs.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ class LogisticDetector(TrainedDetector):
         return np.asarray(loud[: len(ends) * step].reshape(-1, step).any(axis=1))
 
     def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return a mask of the windows above the threshold in all of the last looks."""
+        """Return a mask of the windows whose last decisions are all above the threshold."""
         assert self._line is not None
         step = self._sizes.step
         length = windows.shape[2] - (LOOKS - 1) * step
@@ -174,7 +174,7 @@ class LogisticDetector(TrainedDetector):
         return Judgement("loudness", constants, lengths_of, doubles)
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
-        """Return the weights, with the threshold subtracted from the intercept, and the rate.
+        """Return the rate and the weights. The threshold is subtracted from the intercept.
 
         Raises
         ------

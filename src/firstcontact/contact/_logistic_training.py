@@ -1,4 +1,4 @@
-"""Training data of the logistic detector: looks before and after the contacts of a pinch."""
+"""Training data of the logistic detector. A look is the features of one window."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ MOST = 40_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Looks:
-    """Looks at one pinch, grouped by finger.
+    """Looks (windows, as features) at one pinch, grouped by finger.
 
     Parameters
     ----------
@@ -45,10 +45,10 @@ class Looks:
     shows
         Mask of looks that must show the finger's contact, shape (looks,).
     early, due
-        Masks of looks that end before the pinch's first contact, and of looks that can detect it
-        in time, shape (looks,).
+        Masks of looks that end before the pinch's first contact, and of looks that can still detect
+        it in time, shape (looks,).
     begins
-        First look of each finger, and the total number of looks.
+        Number of the first look of each finger, then the total number of looks.
     """
 
     features: NDArray[np.float64]
@@ -74,10 +74,10 @@ class Looks:
 def add_clicks(
     x: NDArray[np.float64], weights: NDArray[np.float64], stop: int, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Add clicks to a channel that the rig did not make, but could make.
+    """Add clicks to a channel, as the rig's gears could make them.
 
-    The clicks are short bursts with the ringing of the rig's own noise. Gears that hardly clicked
-    during the recording may click on another day.
+    The clicks are short bursts that ring like the rig's own noise. Gears that hardly clicked during
+    the recording may click on another day.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def add_clicks(
     weights
         Weights of :func:`firstcontact.contact._loudness.prediction`.
     stop
-        Clicks begin before this sample.
+        All clicks begin before this sample.
     rng
         Random generator.
     """
@@ -183,10 +183,10 @@ def fit_line(looks: Sequence[Looks], seed: int) -> NDArray[np.float64]:
 
 
 def best_threshold(levels: NDArray[np.float64]) -> float:
-    """Return the threshold with the fewest false alarms and late decisions, counted softly.
+    """Return the threshold with the fewest false alarms and late decisions, softly counted.
 
-    Each pinch counts by a logistic function of its distance on the wrong side. So the threshold
-    lies in the middle of a gap, not at the edge of a single click.
+    A pinch on the wrong side of the threshold counts by a logistic function of its distance. So the
+    threshold lies in the middle of a gap between scores, not just above a single click.
 
     Parameters
     ----------

@@ -28,8 +28,8 @@ EACH = len(PARTS) + 3
 def prediction(quiet: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return a filter that removes the predictable part of the motor's noise.
 
-    Linear prediction (Yule-Walker) from the steady state. The spectrum of a motor and the ringing
-    of a sensor differ between rigs. The prediction error is white on all of them.
+    It is a linear prediction (Yule-Walker) from the steady state. Motor spectra and ringing sensors
+    differ between rigs, but the prediction error is white on all of them.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def prediction_error(x: NDArray[np.float64], weights: NDArray[np.float64]) -> ND
 
 @lru_cache(maxsize=64)
 def _edges(n: int, rate: float) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-    """Return the edges of a window's parts, and the divisors of the levels of both signals.
+    """Return the edges of a window's parts, and the divisors that turn sums into levels.
 
     The quiet part comes first. The divisors have the shape (2, 1, EACH + 1).
     """
@@ -91,7 +91,7 @@ def _edges(n: int, rate: float) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
 
 
 def parts(rate: float) -> list[int]:
-    """Return the lengths of the newest parts in samples, ascending; the last part is not quiet."""
+    """Return the lengths of the newest parts in samples, ascending, without the quiet part."""
     lengths: list[int] = []
     for part in (*PARTS, RECENT):
         lengths.append(max(samples_in(part, rate), lengths[-1] + 1 if lengths else 1))
@@ -115,8 +115,8 @@ def loudness_features(
 ) -> NDArray[np.float64]:
     """Return the logarithms of levels of the signal and of its prediction error.
 
-    For each: the level of the quiet part, and the excess of the newest parts, of the 3 ms before
-    them, and of the highest peak of the newest 3 ms.
+    For both signals: the level of the quiet part, then how far the newest parts, the 3 ms before
+    them, and the highest peak of the newest 3 ms exceed it.
 
     Parameters
     ----------

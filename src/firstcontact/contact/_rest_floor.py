@@ -36,9 +36,9 @@ def rest_floor(pinches: Sequence[Pinch]) -> Calibration | None:
     """Return the noise floors of the fingers if these pinches begin at rest, else None.
 
     A pinch begins at rest if its first 39 ms are quiet, the signal then rises and stays up for 80
-    ms (the motor), and a much louder event follows (the contact). Most pinches must show this. A
-    contact after rest without an audible motor does not: no event three times as loud follows it.
-    Labels are not used.
+    ms (the motor), and a much louder event follows (the contact). Most pinches must show this. If
+    the motor is inaudible, the first rise is the contact itself, and no event three times as loud
+    follows: such a pinch does not count. Labels are not used.
 
     Parameters
     ----------
@@ -48,8 +48,8 @@ def rest_floor(pinches: Sequence[Pinch]) -> Calibration | None:
     Returns
     -------
     Calibration or None
-        The noise floors; infinite for a finger without an audible motor, which then decides
-        nothing.
+        The noise floors. A finger without an audible motor gets an infinite floor, so it is
+        ignored.
     """
     few = len(pinches) < FEW
     starts = [start for p in pinches if (start := _start(p, RUNNING_OF_FEW if few else RUNNING))]

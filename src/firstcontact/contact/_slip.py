@@ -40,7 +40,7 @@ class SlipDetector(ABC):
 
     @abstractmethod
     def hold(self) -> None:
-        """Report that an object is held from the next sample on. Call again after a change."""
+        """Report that an object is held from the next sample on. Repeat it after each command."""
 
     @abstractmethod
     def release(self) -> None:
@@ -58,7 +58,7 @@ class SlipDetector(ABC):
 
 
 class PowerSlipDetector(SlipDetector):
-    """Slip detector that fires if both fingers are loud above 400 Hz for 10 ms without a break.
+    """Slip detector that fires if both fingers are loud above 400 Hz for 10 ms on end.
 
     It is causal, and the block sizes do not matter. A vibration shorter than 7.5 ms is no slip. A
     motor that starts is as loud as a slip: call :meth:`hold` again after a command.

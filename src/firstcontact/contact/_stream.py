@@ -63,7 +63,7 @@ class SteadyState:
         return self.sigma > 0.0
 
     def normalise(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the distance from the mean in sigmas; 0 for constant channels."""
+        """Return the difference from the mean in sigmas; 0 for constant channels."""
         scale = np.where(self.alive, self.sigma, 1.0)
         return np.where(self.alive, (x - self.mean) / scale, 0.0)
 
@@ -71,11 +71,11 @@ class SteadyState:
 class WindowDetector(ABC):
     """Detector that judges a window of ``duration`` after every ``step`` of new samples.
 
-    The first 40 ms of a stream, or after a gap, are the steady state. Decisions begin after it. So
-    a stream must start where a closing does: the gate ensures this live, and
+    The first 40 ms of a stream, and the first after each gap, are the steady state. Decisions begin
+    after it. So a stream must start where a closing does: the gate ensures this live, and
     :func:`firstcontact.contact._closing_start.cut_closings` for pinches. A contact during the
-    steady state makes its sigma large and is then missed, not guessed. A channel that is constant
-    during the steady state never fires.
+    steady state makes its sigma large, so later contacts may be missed; none is guessed. A channel
+    that is constant during the steady state never fires.
     """
 
     name: ClassVar[str]
@@ -107,7 +107,7 @@ class WindowDetector(ABC):
 
     @classmethod
     def untrained(cls, layout: Layout) -> Self:
-        """Return a detector for a layout without training data. By default the plain one."""
+        """Return a detector for a layout without training data, by default with default options."""
         return cls()
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:

@@ -27,12 +27,12 @@ FOLDS = 3
 
 
 class SvmDetector(TrainedDetector):
-    """Detector with one RBF-SVM for both fingers, on features of the window.
+    """Detector with one RBF-SVM for both fingers. Its inputs are features of the window.
 
     Training uses windows after contacts at several ages, and windows before them. The negatives
     closest to the margin are then added, and the machine is trained again. The threshold is chosen
-    on held-out folds of the training pinches, grouped by session: it is the middle of the range
-    that detects the first contact of most pinches correctly.
+    on held-out folds of the training pinches, grouped by session: it is the middle of the range in
+    which the most first contacts are detected correctly.
 
     Parameters
     ----------
@@ -153,7 +153,7 @@ class SvmDetector(TrainedDetector):
 
 
 def _train(data: TrainingWindows, seed: int) -> RbfMachine:
-    """Train on some windows per class, add the hardest others, and train again."""
+    """Train on some windows per class, add the negatives closest to the margin, and train again."""
     rng = np.random.default_rng(seed)
     sign = np.where(data.positive, 1.0, -1.0)
     classes = [np.flatnonzero(data.positive), np.flatnonzero(~data.positive)]

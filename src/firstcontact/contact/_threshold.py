@@ -20,8 +20,8 @@ HIGHEST = 1e6
 class ThresholdDetector(WindowDetector):
     """Detector that fires if a new sample is more than ``sigmas`` from the steady mean.
 
-    The old part of a window was judged when it was new, so only the newest 3 ms count. The first
-    detection stays the same, and no crossing counts twice.
+    Only the newest 3 ms of a window are compared: its older part was judged when it was new. The
+    first detection is the same as with whole windows, and no crossing counts twice.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class ThresholdDetector(WindowDetector):
 
     @classmethod
     def untrained(cls, layout: Layout) -> Self:
-        """Return the published threshold for hands with a motor, else a higher one."""
+        """Return the published threshold for a hand with a motor, else a higher threshold."""
         return cls(ABOVE_REST) if None in layout.vibration_fingers else cls()
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:

@@ -47,7 +47,7 @@ class TrainedDetector(WindowDetector):
 
     @property
     def noun(self) -> str:
-        """Title of the detector within a sentence."""
+        """Title of the detector, as used within a sentence."""
         return self.title if self.title.isupper() else self.title.lower()
 
     def start(self, layout: Layout) -> None:
@@ -71,7 +71,7 @@ class TrainedDetector(WindowDetector):
             raise InputError(f"the {self.noun} detector has not been trained: {otherwise}")
 
     def _window_sizes(self, dataset: Dataset) -> tuple[float, WindowSizes]:
-        """Return the rate of the training data, Hz, and the lengths at that rate."""
+        """Return the rate of the training data, Hz, and the window lengths at that rate."""
         rate = dataset.layout.rate if len(dataset) else self.lowest
         if rate < self.lowest:
             raise InputError(
@@ -90,7 +90,7 @@ class TrainedDetector(WindowDetector):
 def spread_out(dataset: Dataset, sizes: WindowSizes, early: float, most: int) -> Dataset:
     """Return up to ``most`` usable pinches.
 
-    They are evenly spaced, not random, so every session and object keeps its share.
+    They are evenly spaced in the dataset, not random, so every session and object keeps its share.
     """
     usable_positions = np.flatnonzero([usable(p, sizes, early) for p in dataset.pinches])
     spaced = np.linspace(0, max(0, len(usable_positions) - 1), min(most, len(usable_positions)))
@@ -105,7 +105,7 @@ def stored_array(
     Raises
     ------
     InputError
-        The array is missing, has another shape, is not finite, or makes scores overflow.
+        The array is missing, has another shape, is not finite, or is so large that scores overflow.
     """
     value = np.array(arrays.get(name, np.nan), dtype=np.float64)
     if value.shape != shape or not (np.abs(value) < LARGEST).all():

@@ -25,7 +25,7 @@ CHANCES = 2
 
 
 def session_groups(sessions: NDArray[np.str_], folds: int) -> NDArray[np.intp]:
-    """Return the session number of each pinch. With too few sessions, each pinch is a group."""
+    """Return the group of each pinch for folds: its session or, with too few sessions, itself."""
     names, numbers = np.unique(sessions, return_inverse=True)
     return np.arange(len(sessions)) if len(names) < folds else numbers.astype(np.intp)
 
@@ -37,7 +37,7 @@ class TrainingWindows:
     Parameters
     ----------
     features
-        Shape (windows, features).
+        Features of each window, shape (windows, features).
     positive
         Mask of windows with a contact in their recent part, shape (windows,).
     pinch
@@ -46,7 +46,8 @@ class TrainingWindows:
         Mask of windows that concern the first contact of their pinch: windows of either finger
         before it, and windows that show it. Shape (windows,).
     phase
-        Position of the grid relative to the contact, 0 without one, shape (windows,).
+        Position of the window grid relative to the contact; 0 for windows without one. Shape
+        (windows,).
     """
 
     features: NDArray[np.float64]
@@ -61,7 +62,7 @@ class TrainingWindows:
 
 
 def usable(pinch: Pinch, sizes: WindowSizes, early: float) -> bool:
-    """Return True if a known first contact leaves room for a steady state and a window."""
+    """Return True if a known first contact is preceded by a steady state and a window."""
     if pinch.first is None:
         return False
     room = pinch.first.sample - pinch.first_sample - samples_in(early, pinch.layout.rate)
@@ -74,8 +75,8 @@ def training_windows(
     """Return the training windows of all usable pinches.
 
     Negatives are windows of each finger before its own contact, one per step, at a random phase. If
-    the second contact is unknown, they end before the first one. Positives show each contact at
-    several ages, from 1.4 ms to two steps more.
+    the second contact is unknown, they end before the first one. Positives end 1.4 ms after each
+    contact, and at several later times up to two steps.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Basic types that every room shares: small and frozen."""
+"""Basic types that all rooms (subpackages) share."""
 
 import lazy_loader
 

@@ -1,8 +1,8 @@
 """Temporary files and folders for atomic writes.
 
-A writer creates the folder ``.NAME.XXXXXXXX.part`` beside the target and locks it while the
-process lives. The lock separates the leftovers of a killed writer from the work of a running
-one, also on a disk that several machines share. The next writer removes the leftovers.
+A writer creates the folder ``.NAME.XXXXXXXX.part`` beside the target and locks it while the process
+lives. A folder without a lock is the leftover of a killed writer. This also works on a disk that
+several machines share. The next writer removes the leftovers.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _NAME = re.compile(r"\.(?P<of>.+)\.[0-9a-f]{8}\.part", re.DOTALL)
 
 
 def is_temporary(path: Path, below: Path) -> bool:
-    """Return True if a path lies in the temporary folder of a writer, running or killed."""
+    """Return True if a path lies in a temporary folder of any writer, running or killed."""
     return any(_NAME.fullmatch(part) for part in path.relative_to(below).parts)
 
 
@@ -50,7 +50,7 @@ def temporary_path(path: Path) -> Iterator[Path]:
 def sweep(folder: Path, name: str | None = None) -> None:
     """Remove the leftovers of killed writers in a folder, for one name or for all.
 
-    A folder that a running writer has locked stays. So does one that cannot be locked or removed.
+    A folder stays if a running writer has locked it, or if it cannot be locked or removed.
     """
     with suppress(OSError):  # the folder does not exist
         for path in temporaries(folder, name):

@@ -22,7 +22,7 @@ class Block:
     first_sample
         Device sample number of ``data[0]``.
     epoch
-        Counts device starts; samples of two epochs are never joined.
+        Number of the device's start. Samples of different epochs are never joined.
 
     Examples
     --------

@@ -30,9 +30,10 @@ class VibrationCalibration:
     finger
         Finger that carries the sensor; None if it belongs to no finger.
     noise
-        RMS around the mean, in the channel's unit (V of fingertips).
+        RMS around the mean, in the channel's unit (V for fingertips).
     offset
-        Mean, in the channel's unit (0 if a fingertip's buffer sits exactly at its 1.65 V).
+        Mean, in the channel's unit. It is 0 if a fingertip's signal rests exactly at its nominal
+        1.65 V.
     tap
         Peak of the response to a tap, in the channel's unit; None without a tap.
     """
@@ -55,7 +56,7 @@ class ForceCurve:
     finger
         Finger that carries the Velostat.
     leak
-        Unloaded conductance, S.
+        Conductance without load, S.
     gain
         Gain, S / N^exponent.
     exponent

@@ -30,8 +30,8 @@ class Child:
     options
         Command-line arguments of the module.
     wakes
-        True if the child ends by itself when its input ends. When this process ends, the child is
-        then only woken (SIGCONT). If False, the child is killed as soon as this process ends.
+        True if the child ends by itself when its input ends. It is then only woken (SIGCONT) when
+        this process ends. If False, it is killed when this process ends.
     """
 
     def __init__(self, module: str, *options: str, wakes: bool = False) -> None:

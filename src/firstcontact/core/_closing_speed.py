@@ -22,12 +22,12 @@ class ClosingSpeed:
     speed
         Speed, m/s.
     error
-        Standard error of it, m/s; 0 for an exact one.
+        Standard error of the speed, m/s; 0 for an exact speed.
 
     Raises
     ------
     InputError
-        The speed is not from 0.1 mm/s to 10 m/s, or the error not from 0 to 10 m/s.
+        The speed is outside 0.1 mm/s to 10 m/s, or the error is outside 0 to 10 m/s.
 
     Examples
     --------

@@ -36,13 +36,13 @@ class ClusterBackend(ParallelBackendBase):  # type: ignore[misc]  # joblib state
     """Joblib backend that submits calls as tasks of a Dask cluster.
 
     Joblib's own Dask backend has three faults. It waits forever for a task that killed its workers
-    or lost its scheduler. It works locally if the cluster has a single worker. It loses shared data
-    with the worker that holds them.
+    or lost its scheduler. If the cluster has a single worker, it does not use the cluster. It loses
+    shared data with the worker that holds them.
 
     Parameters
     ----------
     client
-        Connected client.
+        Client that is connected to the cluster.
     """
 
     supports_retrieve_callback = True
@@ -54,14 +54,14 @@ class ClusterBackend(ParallelBackendBase):  # type: ignore[misc]  # joblib state
         self._tasks: set[Future[Any]] = set()
 
     def effective_n_jobs(self, n_jobs: int) -> int:
-        """Return the cores of the cluster, at least 2: joblib bypasses the backend for 1."""
+        """Return the number of cores, at least 2, because joblib bypasses the backend for 1."""
         try:
             return max(2, int(sum(self._client.ncores().values())))
         except OSError as error:
             raise InputError(GONE) from error
 
     def submit(self, func: Any, callback: Callable[[Future[Any]], object]) -> Future[Any]:
-        """Submit a batch of calls. Large arrays are tasks too, so a lost array is made again."""
+        """Submit a batch of calls. Large arrays are separate tasks: Dask can remake a lost one."""
         calls = [
             (
                 call,
@@ -117,7 +117,7 @@ def _identity(array: Any) -> Any:
 
 
 def _run_batch(expected: str, calls: list[tuple[Callable[..., Any], list[Any], Any]]) -> list[Any]:
-    """Run a batch of calls in a worker and return the results, as joblib expects them."""
+    """Run a batch of calls in a worker. Return the results in joblib's form."""
     if expected != version("firstcontact"):
         raise InputError(
             f"a worker of the cluster has firstcontact {version('firstcontact')}, not {expected}: "
@@ -138,7 +138,7 @@ def use_cluster(address: str) -> Iterator[None]:
     Raises
     ------
     InputError
-        No scheduler answers, it has no workers, or their versions differ.
+        No scheduler answers, it has no workers, or versions of packages differ.
     """
     # Errors below name the problem in one sentence; the library's log lines would repeat it.
     loggers = [logging.getLogger(name) for name in ("distributed", "distributed.client")]
@@ -195,7 +195,7 @@ def _check(client: Client, address: str) -> None:
 
 
 def _remote_versions(client: Client, query: Callable[[], str]) -> dict[str, str]:
-    """Return the version in the scheduler and each worker; "none" if the package is missing."""
+    """Return a package's version in the scheduler and in each worker; "none" if it is missing."""
     try:
         # The scheduler also deserialises the tasks that it passes on.
         scheduler = _public(client.run_on_scheduler(query))

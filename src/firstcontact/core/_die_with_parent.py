@@ -25,7 +25,8 @@ def follow(parent: int, number: signal.Signals = signal.SIGKILL) -> None:
     parent
         Process ID of the parent, which may have ended already.
     number
-        SIGKILL also ends a process that hangs or is stopped. Another signal can end or wake it.
+        Number of the signal. SIGKILL ends even a process that hangs or is stopped; others can end
+        or wake it.
     """
     if not _request_parent_signal(number):
         threading.Thread(
@@ -36,7 +37,7 @@ def follow(parent: int, number: signal.Signals = signal.SIGKILL) -> None:
 
 
 def _request_parent_signal(number: signal.Signals) -> bool:
-    """Ask the kernel for the signal. Return False if the kernel cannot do it."""
+    """Request the signal from the kernel. Return False if the kernel does not support it."""
     if sys.platform != "linux":
         return False
     import ctypes
@@ -56,7 +57,7 @@ def _poll_parent(parent: int, number: signal.Signals) -> None:
 
 
 def main() -> None:
-    """Run a module as a child process."""
+    """Run a module that ends with its parent process."""
     parent, number, module, *options = sys.argv[1:]
     follow(int(parent), signal.Signals(int(number)))
     sys.argv = [module, *options]

@@ -1,4 +1,4 @@
-"""Stiffness estimate of one closing: a live event, and what a grasp policy acts on."""
+"""Stiffness estimate of one closing. It is a live event, and the input of grasp policies."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ class Estimate(msgspec.Struct, frozen=True, kw_only=True, tag="estimate"):
     Parameters
     ----------
     value
-        Shore A, a hardness rank, or the class.
+        Predicted Shore A, hardness rank, or class.
     low, high
         Ends of the interval; equal to the value for a model without an interval.
     level
-        Share of intervals that hold the truth, on objects like the training objects; 0 without an
-        interval.
+        Nominal coverage: share of intervals that contain the truth, on objects like the training
+        objects; 0 without an interval.
     elapsed
         Length of the signal after the contact that was used, s.
     available
         Time from the contact until the estimate was available, s. It is the time until the signal
         and the contact were known, plus ``waited``, ``transport`` and ``compute``.
     out_of_range
-        True where the contact is unlike the training data: the interval may not hold.
+        True if the contact is unlike the training data. The interval is then not reliable.
     final
-        True where no better estimate of this closing comes.
+        True if no better estimate of this closing follows.
     in_time
         True if it was available before the second contact; null until that is known, and for
         samples that do not come in real time.
     model
-        Name of the estimator; on a device that predicts by itself the digest of its model.
+        Name of the estimator. If a device predicts by itself, the digest of its model.
     contact
         First contact of the closing.
     complete
@@ -47,12 +47,12 @@ class Estimate(msgspec.Struct, frozen=True, kw_only=True, tag="estimate"):
         Time that the sample ``complete`` waited for the rest of its block, and in the filter of the
         source, s of the device's clock.
     transport
-        Delay of the block beyond the least delayed one of the last ten seconds, s.
+        Delay of the block, compared with the least delayed block of the last ten seconds, s.
     shape
         Shape that was given for the object, ``flat`` or ``radius 37 mm``; empty without one.
     half_width
-        Half width of the interval before it was cut off at the ends of the scale; null for a model
-        whose estimates are not combined over pinches.
+        Half width of the interval before it was clipped to the scale; null if the model's estimates
+        are not combined over pinches.
     """
 
     value: float
@@ -77,5 +77,5 @@ class Estimate(msgspec.Struct, frozen=True, kw_only=True, tag="estimate"):
 
     @property
     def known_sample(self) -> int:
-        """Sample with which the event was known."""
+        """Sample after which the event was known."""
         return self.complete

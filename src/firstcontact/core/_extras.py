@@ -1,4 +1,4 @@
-"""Optional packages (extras): refusals that name the command to install them."""
+"""Optional packages (extras), and errors that name the command to install them."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def require_modules(extra: str, *modules: str) -> None:
     Raises
     ------
     InputError
-        Names the extra to install.
+        A package of the extra is missing. The message names the extra.
     """
     missing = missing_modules(modules)
     if missing:
@@ -57,8 +57,8 @@ def require_modules(extra: str, *modules: str) -> None:
 def install_command(extra: str) -> str:
     """Return the command that installs an extra from the origin of this package.
 
-    The command names a clone or a wheel by its path if the path still exists. Otherwise it names
-    the packages of the extra, because no index has this package.
+    If this package was installed from a clone or a wheel that still exists, the command names its
+    path. Otherwise it names the packages of the extra, because this package is on no index.
     """
     pip = shutil.which("pip")
     environment_bin = Path(sys.executable).parent
@@ -108,6 +108,6 @@ def require_extra(entry: HasRequirements) -> None:
     Raises
     ------
     InputError
-        Names the extra to install.
+        A package of the extra is missing. The message names the extra.
     """
     require_modules(entry.extra, *entry.modules)

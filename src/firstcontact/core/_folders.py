@@ -82,7 +82,7 @@ def _check(path: Path) -> None:
 
 
 def _check_alone(path: Path, temporary: Path) -> None:
-    """Raise an error if another writer is active. Leftovers of killed ones are gone already."""
+    """Raise an error if another writer is active. Leftovers were removed before."""
     if any(other.name != temporary.name for other in temporaries(path.parent, path.name)):
         raise InputError(
             f"{path}: another process is writing this folder: wait for it to end, "
@@ -91,7 +91,7 @@ def _check_alone(path: Path, temporary: Path) -> None:
 
 
 def _displaced(path: Path) -> list[Path]:
-    """Return the old folders that renames moved aside and did not remove, newest last."""
+    """Return the old folders that were moved aside but not removed, newest last."""
     if not path.parent.is_dir():
         return []
     matches = [
@@ -103,7 +103,7 @@ def _displaced(path: Path) -> list[Path]:
 
 
 def _recover(path: Path) -> None:
-    """Restore the old folder after a kill between two renames. Remove older ones."""
+    """Restore the old folder if a writer was killed between the renames. Remove older ones."""
     displaced = _displaced(path)
     if displaced and not path.exists():
         displaced.pop().rename(path)

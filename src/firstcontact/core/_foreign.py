@@ -28,14 +28,14 @@ _MARK = "_firstcontact_signal"
 class ForeignCode:
     """Context manager that turns any exception of foreign code into an InputError.
 
-    An InputError passes unchanged, and so does an OSError that names a path. A real Ctrl-C passes
-    too. On exit the import path and the working folder are restored.
+    An InputError passes unchanged, and so do an OSError that names a path and a real Ctrl-C. On
+    exit the import path and the working folder are restored.
 
     Parameters
     ----------
     title
-        Name of the code in the block, for messages. If empty, only exceptions whose traceback
-        holds a module of :func:`register_foreign` are turned.
+        Name of the code in the block, for messages. If empty, only those exceptions are turned
+        whose traceback contains a module of :func:`register_foreign`.
     """
 
     def __init__(self, title: str = "") -> None:

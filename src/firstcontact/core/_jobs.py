@@ -1,4 +1,4 @@
-"""Parallel jobs on the cores of this machine, or on a ``joblib.parallel_config`` backend."""
+"""Parallel jobs on this machine's cores, or on the backend of ``joblib.parallel_config``."""
 
 from __future__ import annotations
 
@@ -131,13 +131,13 @@ def parallel(
     processes on this machine run them, with one thread each. These processes are reused and are
     killed at the end, or as soon as this process ends.
 
-    Call it in a thread that outlives the workers, such as the main thread: workers end with the
-    thread that started them.
+    Call it in a thread that lives longer than the workers, such as the main thread. Workers end
+    with the thread that started them.
 
     Parameters
     ----------
     workers
-        Processes on this machine; 1 runs all jobs in this process.
+        Number of processes on this machine; 1 runs all jobs in this process.
     tick
         Called in this process with (done, total) as results arrive.
     prefer
@@ -195,10 +195,10 @@ def _init_worker(parent: int) -> None:
 
 
 def _run_job(function: Callable[..., B], job: object, payload: Any) -> B:
-    """Run a job in another process. A lock keeps jobs apart, as the random state is per process.
+    """Run a job in another process. A lock separates jobs, because they share a random state.
 
-    The lock lets in a job that another job runs in the same thread. A cluster starts its own
-    workers, so this function also limits their threads.
+    A job may itself run jobs in its thread; the lock allows that. A cluster starts its own workers,
+    so this function also limits their threads.
     """
     with _job_lock, one_thread(), ForeignCode():
         return function(job, *(() if payload is None else unpack_payload(payload)))
@@ -224,7 +224,7 @@ def one_thread() -> Iterator[None]:
 
 
 def worker_count(workers: int) -> int:
-    """Return the number of processes for ``--workers``: 0 means all cores.
+    """Return the number of processes for an option ``--workers``, where 0 means all cores.
 
     Raises
     ------
@@ -242,10 +242,11 @@ def cores() -> int:
 
 
 def pack_payload(values: tuple[Any, ...]) -> NDArray[np.uint8]:
-    """Pack values into one array, which holds their own arrays uncompressed.
+    """Pack values into one array of bytes. Arrays in the values are stored uncompressed.
 
     Joblib maps an array into the memory of all processes on a machine. A cluster sends it once to
-    each machine. The array goes only from a program to its own workers and is never a user's file.
+    each machine. The array only travels from a program to its workers; it is never read from a
+    user's file.
     """
     buffers: list[pickle.PickleBuffer] = []
     head = pickle.dumps(values, protocol=5, buffer_callback=buffers.append)

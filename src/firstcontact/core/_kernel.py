@@ -1,4 +1,4 @@
-"""Radial basis function (RBF) kernel of all kernel machines, in NumPy."""
+"""Radial basis function (RBF) kernel in NumPy, used by all kernel machines."""
 
 from __future__ import annotations
 

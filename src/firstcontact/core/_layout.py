@@ -55,7 +55,7 @@ class Finger(IntEnum):
 
 
 def finger_name(finger: Finger | None) -> str:
-    """Return the finger's name for messages; "sensor" if the channel belongs to no finger."""
+    """Return the finger's name for messages; "sensor" for a sensor that belongs to no finger."""
     return "sensor" if finger is None else finger.name.lower()
 
 
@@ -92,11 +92,11 @@ class Channel:
     finger
         Finger that carries the sensor; None if it belongs to no finger.
     taxel
-        Position in a force array.
+        Position of a taxel (force cell) in its array; None for other kinds.
     sensor
         Sensor of a vibration channel, by default a piezo; None for other kinds.
     smoothing_alpha
-        Coefficient of the exponential smoothing already applied (1 = none).
+        Coefficient of the exponential smoothing that the device already applied; 1 means none.
     axes, axis
         Number of columns of a vector, and the column that detectors and windows use.
 
@@ -161,8 +161,8 @@ class Layout:
     rate
         Mean sampling rate, Hz.
     smoothing_alpha
-        Smoothing of all vibration channels, copied to them (None afterwards). Devices and
-        recordings of version 1 state it once.
+        Smoothing of all vibration channels, for devices and recordings of version 1, which state it
+        once. It is copied to the channels and then set to None.
     groups
         Groups of slower channels. Detectors do not use them.
 
@@ -207,8 +207,8 @@ class Layout:
     def columns(self, kind: ChannelKind, *fingers: Finger | None) -> tuple[int, ...]:
         """Return the columns of channels of one kind, for all fingers or for ``fingers`` only.
 
-        None in ``fingers`` means channels of no finger. A vector gives one column, its
-        :attr:`~Channel.axis`.
+        None in ``fingers`` selects channels that belong to no finger. A vector gives one column,
+        its :attr:`~Channel.axis`.
         """
         starts = accumulate((c.axes for c in self.channels), initial=0)
         return tuple(
@@ -229,7 +229,7 @@ class Layout:
 
     @property
     def smoothing(self) -> str:
-        """Smoothing of the vibration channels, as text."""
+        """Description of the smoothing of the vibration channels."""
         alphas = dict.fromkeys((c.sensor, c.smoothing_alpha) for c in self.vibration)
         return ", ".join(f"{sensor} smoothing alpha {alpha:g}" for sensor, alpha in alphas)
 
@@ -261,7 +261,7 @@ class Layout:
         return Physical(self, columns)(data)
 
     def to_json(self) -> dict[str, Any]:
-        """Return the layout as a tree that JSON can hold, without default values."""
+        """Return the layout as a tree for JSON, without default values."""
         channels = [
             {f.name: v for f in fields(c) if (v := getattr(c, f.name)) != f.default}
             for c in self.channels
@@ -302,8 +302,8 @@ class Physical:
     columns
         Column numbers.
     order
-        Memory order of the result: "F" stores each column's samples together, "C" each sample's
-        columns. Sums over samples round differently in the two.
+        Memory order of the result: "F" stores the samples of a column together, "C" the columns of
+        a sample. The order affects how sums over samples are rounded.
     """
 
     def __init__(

@@ -9,7 +9,7 @@ import math
 
 
 def parse_float(text: str, *, finite: bool = True) -> float:
-    """Return the number that a text holds.
+    """Return the number in a text.
 
     Parameters
     ----------
@@ -21,7 +21,8 @@ def parse_float(text: str, *, finite: bool = True) -> float:
     Raises
     ------
     ValueError
-        The text is not such a number. The message completes the caller's: "which is not a number".
+        The text is not such a number. The message is a relative clause for the caller's sentence:
+        "which is not a number".
     """
     try:
         value = float(_plain_digits(text))
@@ -33,12 +34,12 @@ def parse_float(text: str, *, finite: bool = True) -> float:
 
 
 def parse_int(text: str) -> int:
-    """Return the whole number that a text holds, written without a point.
+    """Return the whole number in a text without a decimal point.
 
     Raises
     ------
     ValueError
-        The text is not a whole number. The message completes the caller's in the same way.
+        The text is not a whole number. The message is a relative clause, as in :func:`parse_float`.
     """
     try:
         return int(_plain_digits(text))

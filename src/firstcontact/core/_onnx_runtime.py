@@ -10,7 +10,7 @@ def import_onnxruntime() -> Any:
     """Import ONNX Runtime with its telemetry switched off, and return the module.
 
     From version 1.31 on, the import writes a device ID and a database of events into the user's
-    cache unless this variable is set. Child processes inherit the variable.
+    cache. An environment variable prevents this, and child processes inherit it.
     """
     os.environ["ORT_DISABLE_TELEMETRY"] = "1"
     import onnxruntime

@@ -14,7 +14,8 @@ def percent(share: float, decimals: int = 1) -> str:
     share
         Fraction between 0 and 1.
     decimals
-        Number of decimals. A share a little below 1 gets up to two and is cut off there.
+        Number of decimals. A share just below 1 is shown with up to two decimals and not rounded
+        up.
     """
     for places in range(decimals, MOST_DECIMALS + 1):
         text = f"{100 * share:.{places}f}"

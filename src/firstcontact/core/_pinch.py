@@ -31,7 +31,7 @@ class Role(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Label:
-    """Label of a pinched object. ``None`` and "" mean unknown."""
+    """Label of a pinched object. In any field, ``None`` or "" means unknown."""
 
     object: Name = ""
     shore_a: Annotated[float, Meta(ge=0.0, le=100.0)] | None = None
@@ -86,16 +86,16 @@ class Pinch:
     first_sample
         Device sample number of ``data[0]``.
     truth
-        Contacts known from the strips or from labels, in time order: none, the first, or the
-        first and the second.
+        Contacts known from the contact strips or from labels, in time order: none, only the first,
+        or both.
     motor_start
-        Device sample number at which the motor starts to close the hand freely; None if
-        unknown. It counts like ``first_sample``, not from the start of the pinch.
+        Device sample number at which the motor starts to close the hand; None if unknown. It is an
+        absolute number like ``first_sample``.
     calibration
         Calibration of the fingertips from the recording; None without one.
     groups
-        Samples of the layout's slower groups during the pinch, each with its own count. A group
-        with missing samples is absent.
+        Samples of the layout's slower channel groups during the pinch, by name. A group with
+        missing samples is absent.
     closing_speed
         Closing speed before the first contact, as the hand measured it; None if unknown.
 
@@ -235,7 +235,7 @@ class Dataset:
         return self.take(_positions(index, len(self)))
 
     def __repr__(self) -> str:
-        """Return the counts; the samples of a few hundred pinches would fill a terminal."""
+        """Return the numbers of pinches, objects and so on, not the samples."""
         if not self.pinches:
             return f"Dataset(0 pinches, source={self.source!r})"
         labels = {"object": self.objects, "session": self.sessions}
@@ -288,7 +288,7 @@ class Dataset:
         return np.array([p.label.role is Role.TEST for p in self.pinches], dtype=np.bool_)
 
     def take(self, positions: NDArray[Any] | Sequence[int]) -> Dataset:
-        """Return the dataset of these positions, or of those where a mask is true."""
+        """Return the dataset of the pinches at these positions, or where a mask is true."""
         index = np.asarray(positions)
         if index.dtype == np.bool_:
             index = np.flatnonzero(index)

@@ -32,8 +32,8 @@ class Step:
         Other inputs of the kernel by name: integers, real numbers, and flat arrays of integers or
         float32.
     instructions
-        Upper bound on the instructions on a Cortex-M7. The bound is fitted to instruction counts
-        of the emulator over many sizes and lies below none of them.
+        Upper bound on the instructions on a Cortex-M7. The bound is fitted to the emulator's
+        instruction counts over many sizes, and no count exceeds it.
     """
 
     kernel: str
@@ -87,7 +87,7 @@ class Program:
     def instructions(self) -> int:
         """Upper bound on the instructions for one prediction on a Cortex-M7, with 2 % in reserve.
 
-        Beside the steps, each value of the window and of the output is checked once.
+        Besides the steps, each value of the window and of the output is checked once.
         """
         check_cost = 16 * self.inputs + 14 * self.size(self.output) + 200
         return int(1.02 * (sum(step.instructions for step in self.steps) + check_cost))
@@ -101,7 +101,7 @@ class Program:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judgement:
-    """Sample-by-sample detector as a named C routine and its constants.
+    """Detector that works sample by sample: name of a C routine, and its constants.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ class Judgement:
     constants
         Constants as in a :class:`Step`, with arrays of float64 too.
     sizes
-        Lengths in samples that set the kernel's memory, by their names in the kernel.
+        Lengths in samples that determine the kernel's memory, by their names in the kernel.
     doubles
         Number of 8-byte values that the kernel stores per channel.
     """

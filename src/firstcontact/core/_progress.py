@@ -14,14 +14,14 @@ Progress = bool | Callable[[int], object] | None
 def progress_steps(
     progress: Progress, total: int | None, unit: str, title: str | None = None
 ) -> Iterator[Callable[[int], object]]:
-    """Yield a function that counts finished steps, with a bar where one is wanted.
+    """Yield a function that counts finished steps, and show a bar if requested.
 
     Parameters
     ----------
     progress
-        As the caller of the long function gave it.
+        Parameter ``progress`` of the long function: True for a bar, or a function to call.
     total
-        Number of steps; None where it is not known.
+        Number of steps; None if unknown.
     unit
         Noun for one step.
     title

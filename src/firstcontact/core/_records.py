@@ -39,11 +39,11 @@ def read_record(data: bytes, kind: type[T], origin: str, remedy: str, longest: i
         bounds are refused. Unknown fields are ignored, except in a
         :class:`firstcontact.core._records_json.Record`, which refuses them.
     origin
-        Name of the file or part, for messages.
+        Name of the file, or of the part of it, for messages.
     remedy
-        Remedy, for messages.
+        Remedy to state in messages.
     longest
-        Most bytes to read.
+        Largest number of bytes to read.
 
     Raises
     ------
@@ -73,5 +73,5 @@ def _sentence(problem: str) -> str:
 
 
 def _short(text: str, most: int = 200) -> str:
-    """Shorten a message. A message repeats the value that it concerns, however long."""
+    """Shorten a message, because it may repeat a value of any length."""
     return text if len(text) <= most else f"{text[: most - 1]}…"

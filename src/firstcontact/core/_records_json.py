@@ -21,7 +21,7 @@ class Record(
 
 
 class ByName(Mapping[str, Each], Generic[Each, About]):
-    """Mapping of entries by name, with a record of their common fields.
+    """Mapping of entries by name, together with a record of fixed fields.
 
     JSON stores both in one object, so no entry may have the name of a field.
 
@@ -30,7 +30,7 @@ class ByName(Mapping[str, Each], Generic[Each, About]):
     entries
         Entries by name, in order.
     about
-        A :class:`Record` whose fields precede the entries.
+        A :class:`Record` with the fixed fields. They precede the entries.
     """
 
     __slots__ = ("about", "entries")

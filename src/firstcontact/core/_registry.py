@@ -28,7 +28,7 @@ E = TypeVar("E", bound=Named)
 
 
 class Registry(Mapping[str, E], Generic[E]):
-    """Entries by name, in the order of figures and tables. Each is imported on first use.
+    """Registry of named entries, in the order of figures and tables, imported on first use.
 
     Looking up a name imports its plug-in; iterating imports all. A plug-in that fails to load is
     left out. The log and :attr:`failed` hold its name and the reason. Other entries stay usable.
@@ -50,8 +50,8 @@ class Registry(Mapping[str, E], Generic[E]):
     instances
         True if entries are instances of the base, False if they are subclasses.
     maker
-        Function that makes an entry for a name with a colon: "package.module:function". None means
-        that such names are not entries.
+        Function that makes the entry for a name with a colon: "package.module:function". None means
+        that names with a colon are refused.
 
     Examples
     --------
@@ -114,7 +114,7 @@ class Registry(Mapping[str, E], Generic[E]):
         return sum(1 for _ in self)
 
     def find(self, name: str) -> E:
-        """Return the entry with this name. A name with a colon may name an object to import.
+        """Return the entry with this name. In some registries a name with a colon names an import.
 
         Raises
         ------
@@ -149,7 +149,7 @@ class Registry(Mapping[str, E], Generic[E]):
             self._included.append(name)
 
     def calling(self, name: str) -> AbstractContextManager[None]:
-        """Return the error boundary for calls of an entry. Built-in entries have none."""
+        """Return a context for calls of an entry. It turns errors of a plug-in into InputError."""
         return ForeignCode(self._title(name)) if name in self._find_plugins() else nullcontext()
 
     def _title(self, name: str) -> str:
@@ -191,7 +191,7 @@ class Registry(Mapping[str, E], Generic[E]):
         return True
 
     def _check(self, name: str, entry: Any) -> None:
-        """Raise an error for an entry with another name, a wrong kind or a missing attribute.
+        """Raise an error if an entry has another name or kind, or lacks an attribute.
 
         Raises
         ------
@@ -231,5 +231,5 @@ class Registry(Mapping[str, E], Generic[E]):
 
 
 def _is_class_attribute(annotation: object) -> bool:
-    """Return True if an annotation, as text, marks a class attribute."""
+    """Return True if an annotation, given as text, is a ClassVar."""
     return str(annotation).startswith("ClassVar")

@@ -1,4 +1,4 @@
-"""Trained numbers on disk: a safetensors file, and a JSON card with its checksum.
+"""Trained weights on disk: a safetensors file, and a JSON card with its checksum.
 
 Neither file contains code, and reading them runs none.
 """
@@ -72,10 +72,10 @@ def write_weights(
     Raises
     ------
     InputError
-        The card or the weights are too large to read again, or a field is invalid. No file has
-        been changed.
+        The card or the weights exceed the size that can be read again, or a field is invalid. No
+        file has been changed.
     ValueError
-        JSON cannot hold the card. No file has been changed.
+        The card cannot be stored as JSON. No file has been changed.
     """
     from safetensors.numpy import save
 

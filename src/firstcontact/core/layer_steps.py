@@ -15,13 +15,13 @@ _CONV = {1: (100, 17, 11), 4: (70, 61, 26.2), 5: (76, 76, 32)}
 
 
 def compress(takes: str, gives: str, size: int, each: float, mean: float, slope: float) -> Step:
-    """Return the step ``(asinh(x * each) - mean) * slope`` for each value."""
+    """Return the step that computes ``(asinh(x * each) - mean) * slope`` for each value x."""
     constants: Constants = {"size": size, "each": each, "mean": mean, "slope": slope}
     return Step("compress", (takes,), gives, size, constants, 54 * size + 60)
 
 
 def conv(takes: str, gives: str, samples: int, weight: Real, bias: Real, stride: int) -> Step:
-    """Return a zero-padded convolution over ``samples``: weight (outputs, inputs, odd taps)."""
+    """Return a zero-padded convolution step. ``weight`` has shape (outputs, inputs, odd taps)."""
     outputs, inputs, taps = weight.shape
     length = _length(samples, stride)
     constants: Constants = {
@@ -55,7 +55,7 @@ def _conv_cost(samples: int, inputs: int, outputs: int, taps: int, stride: int) 
 
 
 def depthwise(takes: str, gives: str, samples: int, weight: Real, bias: Real, stride: int) -> Step:
-    """Return a convolution of each channel by itself: weight (channels, odd taps)."""
+    """Return a step that convolves each channel alone. ``weight``: (channels, odd taps)."""
     channels, taps = weight.shape
     length = _length(samples, stride)
     constants: Constants = {
@@ -73,24 +73,24 @@ def depthwise(takes: str, gives: str, samples: int, weight: Real, bias: Real, st
 
 
 def silu(takes: str, gives: str, size: int) -> Step:
-    """Return the step ``x / (1 + exp(-x))`` for each value."""
+    """Return the step that computes ``x / (1 + exp(-x))`` for each value x."""
     return Step("silu", (takes,), gives, size, {"size": size}, 25 * size + 50)
 
 
 def gate(takes: tuple[str, str], gives: str, samples: int, channels: int) -> Step:
-    """Return the first vector, with each channel scaled by the logistic of the second."""
+    """Return the step that scales each channel of the first input by the logistic of the second."""
     constants: Constants = {"samples": samples, "channels": channels}
     cost = (6 * channels + 10) * samples + 30 * channels + 40
     return Step("gate", takes, gives, samples * channels, constants, cost)
 
 
 def plus(takes: tuple[str, str], gives: str, size: int) -> Step:
-    """Return the sum of two vectors."""
+    """Return the step that adds two vectors."""
     return Step("plus", takes, gives, size, {"size": size}, 6 * size + 20)
 
 
 def means(takes: str, gives: str, samples: int, channels: int) -> Step:
-    """Return the mean of each channel over the samples."""
+    """Return the step that averages each channel over the samples."""
     constants: Constants = {"samples": samples, "channels": channels}
     return Step("means", (takes,), gives, channels, constants, (6 * samples + 13) * channels + 30)
 

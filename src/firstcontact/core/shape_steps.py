@@ -1,4 +1,7 @@
-"""Steps that describe a window's shape. Each has a C kernel with the same name."""
+"""Steps for features of a window's shape. Each has a C kernel with the same name.
+
+Each function returns the step that does the computation.
+"""
 
 from __future__ import annotations
 
@@ -11,17 +14,17 @@ from firstcontact.core.steps import Real, flat32
 
 
 def over_peak(takes: str, gives: str, size: int) -> Step:
-    """Return each value divided by the largest magnitude."""
+    """Return the step that divides each value by the largest magnitude."""
     return Step("over_peak", (takes,), gives, size, {"size": size}, 13 * size + 60)
 
 
 def powers(takes: str, gives: str, lines: int) -> Step:
-    """Return squared magnitudes of complex numbers: all real parts first, then all imaginary."""
+    """Return the step for squared magnitudes of complex numbers, all real parts first."""
     return Step("powers", (takes,), gives, lines, {"lines": lines}, 9 * lines + 20)
 
 
 def level_free(takes: str, gives: str, size: int, floor: float) -> Step:
-    """Return the logarithms of shares of the sum plus ``floor``, with their mean subtracted."""
+    """Return the step for logarithms of (share of the sum + ``floor``), with zero mean."""
     constants: Constants = {"size": size, "floor": floor}
     return Step("level_free", (takes,), gives, size, constants, 47 * size + 60)
 
@@ -29,9 +32,9 @@ def level_free(takes: str, gives: str, size: int, floor: float) -> Step:
 def course(
     takes: str, gives: str, samples: int, channels: int, channel: int, quantiles: Sequence[float]
 ) -> Step:
-    """Return the times of energy quantiles, sign changes, roughness, and time of the peak.
+    """Return the step for the course of energy: quantile times, sign changes, roughness, peak time.
 
-    ``takes`` is the window. The output has three values more than there are quantiles.
+    ``takes`` is the window. The output has one value per quantile, and three more.
     """
     constants: Constants = {
         "samples": samples,
@@ -47,7 +50,7 @@ def course(
 def shares_above(
     takes: str, gives: str, samples: int, channels: int, steps: Sequence[int], biases: Real
 ) -> Step:
-    """Return MiniRocket's features: shares of a window above biases after each of its 84 kernels.
+    """Return the step for MiniRocket's features: shares above biases after each of 84 kernels.
 
     ``takes`` is the window. The last value is the logarithm of its RMS. ``biases`` has shape
     (steps, 84, biases per kernel).

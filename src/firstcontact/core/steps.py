@@ -1,6 +1,9 @@
-"""Steps that describe models. Each has a C kernel with the same name.
+"""Steps of which models consist. Each has a C kernel with the same name.
 
-Each step computes one vector, named ``gives``, from the vectors named in ``takes``.
+Each function returns a step. The step computes one vector, named ``gives``, from the vectors named
+in ``takes``.
+
+Docstrings describe that computation.
 """
 
 from __future__ import annotations
@@ -24,7 +27,7 @@ LEAST_DECISION = 1e-30
 
 
 def _rows(n: int, inputs: int) -> int:
-    """Return the processor instructions of a product of ``n`` rows and a vector.
+    """Return the number of instructions of a product of ``n`` rows with a vector.
 
     The kernel takes 8, 4 or 1 rows at a time.
     """
@@ -38,7 +41,7 @@ def flat32(array: Real) -> NDArray[np.float32]:
 
 
 def shape_and_level(takes: str, gives: str, samples: int, mean: float, slope: float) -> Step:
-    """Return a window divided by its RMS, with ``(ln(RMS) - mean) * slope`` appended.
+    """Return the step: window divided by its RMS, with ``(ln(RMS) - mean) * slope`` appended.
 
     The appended value is NaN if the power is outside ``LEAST_POWER`` to ``MOST_POWER``.
     """
@@ -53,7 +56,7 @@ def shape_and_level(takes: str, gives: str, samples: int, mean: float, slope: fl
 
 
 def rbf(takes: str, gives: str, vectors: Real, gamma: float) -> Step:
-    """Return ``exp(-gamma |x - v|²)`` for each row v of ``vectors``, shape (vectors, inputs)."""
+    """Return the step ``exp(-gamma |x - v|²)`` for each row v of ``vectors`` (vectors, inputs)."""
     wide = vectors.astype(np.float64)
     n, inputs = wide.shape
     constants: Constants = {
@@ -68,7 +71,7 @@ def rbf(takes: str, gives: str, vectors: Real, gamma: float) -> Step:
 
 
 def dense(takes: str, gives: str, weight: Real, bias: Real) -> Step:
-    """Return ``weight @ x + bias`` for a weight (outputs, inputs) and a bias (outputs,)."""
+    """Return the step ``weight @ x + bias``, for shapes (outputs, inputs) and (outputs,)."""
     n, inputs = weight.shape
     constants: Constants = {
         "outputs": n,
@@ -80,9 +83,11 @@ def dense(takes: str, gives: str, weight: Real, bias: Real) -> Step:
 
 
 def votes(takes: str, gives: str, classes: int) -> Step:
-    """Return the votes per class, from pair decisions in ``itertools.combinations`` order.
+    """Return the step that counts the votes for each class.
 
-    The first class of a pair wins above ``LEAST_DECISION``, else the second.
+    The input is one decision for each pair of classes, in the order of ``itertools.combinations``.
+
+    The first class of a pair wins if the decision is above ``LEAST_DECISION``, else the second.
     """
     constants: Constants = {"classes": classes, "least": LEAST_DECISION}
     cost = classes * (classes - 1) // 2 * 25 + 10 * classes + 40
@@ -90,31 +95,31 @@ def votes(takes: str, gives: str, classes: int) -> Step:
 
 
 def given(takes: str, gives: str, values: Real) -> Step:
-    """Return constant values that do not depend on the input."""
+    """Return the step that gives constant values, whatever the input."""
     constants: Constants = {"outputs": len(values), "values": flat32(values)}
     return Step("given", (takes,), gives, len(values), constants, 20 + 4 * len(values))
 
 
 def log_peak(takes: str, gives: str, samples: int) -> Step:
-    """Return the logarithm of the largest magnitude, one value."""
+    """Return the step for the logarithm of the largest magnitude, one value."""
     return Step("log_peak", (takes,), gives, 1, {"samples": samples}, 8 * samples + 100)
 
 
 def parabola(takes: str, gives: str, powers: Real, low: float, high: float) -> Step:
-    """Return ``(a x + b) x + c`` of one value, clipped to ``low`` and ``high``."""
+    """Return the step ``(a x + b) x + c`` for one value x, clipped to ``low`` and ``high``."""
     a, b, c = (float(p) for p in powers)
     constants: Constants = {"a": a, "b": b, "c": c, "low": low, "high": high}
     return Step("parabola", (takes,), gives, 1, constants, 30)
 
 
 def nearness(takes: str, gives: str, places: Real) -> Step:
-    """Return ``-|x - p|`` of one value for each place p."""
+    """Return the step ``-|x - p|`` of one value x, for each p in ``places``."""
     constants: Constants = {"outputs": len(places), "places": flat32(places)}
     return Step("nearness", (takes,), gives, len(places), constants, 20 + 8 * len(places))
 
 
 def deviation(takes: str, gives: str, lower: Real, most: float, least: float, scale: float) -> Step:
-    """Return ``scale sqrt(max(most - |L x|², least))`` for a lower triangular L, shape (n, n).
+    """Return the step ``scale sqrt(max(most - |L x|², least))``; L is lower triangular, (n, n).
 
     This is the standard deviation of a Gaussian process's prediction, one value.
     """

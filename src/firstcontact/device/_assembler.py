@@ -1,4 +1,4 @@
-"""Assembly of frames into samples: 64-bit numbers, epochs, exact counts of losses."""
+"""Assembly of frames into samples with 64-bit numbers, epochs, and exact counts of losses."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Counts:
 class Assembled:
     """Result of a number of frames: blocks, markers and predictions, each in order.
 
-    ``greeted`` is True if a descriptor was among the frames, ``stopped`` if the end was.
+    ``greeted`` is True if a descriptor was among the frames, ``stopped`` if the device's end was.
     """
 
     blocks: list[Block] = field(default_factory=list)
@@ -67,12 +67,12 @@ class Assembler:
     """Assembler of samples from frames into blocks.
 
     Frames before the first descriptor belong to another host and are ignored. A descriptor proves a
-    restart if its boot number is new. It also does if it was requested and its frame counter has
-    gone back. After a restart all counts begin again, in a new epoch.
+    restart of the device if its boot number is new, or if it was requested and its frame counter
+    has gone back. After a restart all counts begin again, in a new epoch.
 
-    After :meth:`interrupted` the same start continues in a new epoch, and the samples missed
-    meanwhile are counted. A late or repeated frame is ignored: it was counted as lost when the next
-    frame came first.
+    After :meth:`interrupted`, a device that did not restart continues in a new epoch, and the
+    samples missed meanwhile are counted. A late or repeated frame is ignored: it was counted as
+    lost when the next frame came first.
 
     Attributes
     ----------
@@ -109,11 +109,11 @@ class Assembler:
         return self._next or 0
 
     def expect_descriptor(self) -> None:
-        """Note that the host has requested a descriptor."""
+        """Record that the host has requested a descriptor."""
         self._descriptor_requested = True
 
     def interrupted(self) -> None:
-        """Note that the connection was lost. Frames before the next descriptor are ignored."""
+        """Record that the connection was lost. Ignore frames before the next descriptor."""
         self._listening = False
 
     def take(self, frames: list[Frame]) -> Assembled:
@@ -122,8 +122,8 @@ class Assembler:
         Raises
         ------
         InputError
-            The device has another protocol version, refuses, changed its layout, or sends columns
-            that its layout lacks.
+            The device has another protocol version, refuses the host, changed its layout, or sends
+            columns that its layout lacks.
         """
         assembled = Assembled()
         for frame in frames:
@@ -195,7 +195,7 @@ class Assembler:
             assembled.stopped = True
 
     def _add_prediction(self, prediction: DevicePrediction, assembled: Assembled) -> None:
-        """Add a contact or an estimate of the device; FrameError for impossible sample numbers."""
+        """Add a contact or an estimate. Raise FrameError if its sample is impossible."""
         assert self.descriptor is not None
         newest = (
             self._next if self._next is not None and self._samples_received else prediction.decided
@@ -204,7 +204,7 @@ class Assembler:
         assembled.predictions.append(prediction)
 
     def _ahead(self, counter: int) -> int:
-        """Return how far a frame is ahead of the expected one; negative if it is late."""
+        """Return how many frames this one is ahead of the expected frame; negative if late."""
         assert self._counter is not None
         ahead = (counter - self._counter) % _WRAP
         return ahead if ahead < _WRAP // 2 else ahead - _WRAP
@@ -237,7 +237,7 @@ class Assembler:
         self.counts.samples += n
 
     def _account(self, sample: int, overflow: int) -> int | None:
-        """Count losses before a sample. Return its 64-bit number, None if it is a repetition."""
+        """Count losses before a sample. Return its 64-bit number, or None for a repeated sample."""
         number = self._unwrapped(sample)
         if self._next is not None:
             if number < self._next:
@@ -263,7 +263,7 @@ class Assembler:
         return self._next + (ahead if ahead < _WRAP // 2 else ahead - _WRAP)
 
     def _flush(self, assembled: Assembled) -> None:
-        """Join the consecutive samples into a block."""
+        """Join the consecutive samples so far into a block."""
         if not self._run:
             return
         data = np.frombuffer(bytearray().join(self._run), dtype="<i2")

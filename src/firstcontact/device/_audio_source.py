@@ -64,7 +64,8 @@ class AudioSource(ThreadedSource):
     Raises
     ------
     InputError
-        On entering: PortAudio is missing, no input or several have this name, or it is in use.
+        On entering: PortAudio is missing, no input or more than one has this name, or the input is
+        in use.
     """
 
     def __init__(
@@ -246,7 +247,7 @@ def discover() -> Iterator[tuple[str, str]]:
 
 
 def from_name(name: str, options: SourceOptions) -> AudioSource:
-    """Return the input for a device name: audio, audio:NAME, or with /2 for two channels."""
+    """Return the input for a device name: audio or audio:NAME, with /2 for two channels."""
     options.check_own_speed(name)
     prefix_and_name, _, channels = (
         name.rpartition("/") if name.endswith(("/1", "/2")) else (name, "", "1")

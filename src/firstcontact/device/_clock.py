@@ -1,6 +1,6 @@
 """Rate of a device's clock and times of its samples, from arrival times.
 
-Both are fitted to the least delayed blocks: waiting in buffers delays a block, nothing makes it
+Both are fitted to the least delayed blocks, because buffers can delay a block but never make it
 early.
 """
 
@@ -30,7 +30,7 @@ STILL_RISING = 0.999
 
 
 class _ArrivalTime(NamedTuple):
-    """Arrival of a sample at the host, s, and its delay against its number."""
+    """Arrival time of a sample at the host, s, and its delay relative to its sample number."""
 
     delay: float
     sample: float
@@ -45,7 +45,7 @@ class _FastestArrivals:
     rate
         Nominal rate of the samples, Hz.
     seconds
-        Number of complete seconds in memory.
+        Number of complete seconds that are remembered.
     """
 
     def __init__(self, rate: float, seconds: int) -> None:
@@ -68,7 +68,7 @@ class _FastestArrivals:
 
 
 class ClockFit:
-    """Rate of the samples by the host's clock: a line through the arrivals.
+    """Rate of the samples by the host's clock, from a line through the arrival times.
 
     Parameters
     ----------
@@ -166,7 +166,7 @@ class DeviceClock:
         Returns
         -------
         ndarray
-            Times, s, shape (samples,). They rise from call to call too.
+            Times, s, shape (samples,). Times never fall, also from call to call.
         """
         target = self._target(block, host)
         offset = self._applied

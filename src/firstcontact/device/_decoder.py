@@ -26,7 +26,7 @@ class Decoder:
         self.restart()
 
     def restart(self) -> None:
-        """Restart at any byte, as after a lost port. The count stays."""
+        """Restart at any byte, for example after a lost port. Keep the count of damaged pieces."""
         self._rest = b""
         self._first = True
         self._too_long = False

@@ -1,4 +1,4 @@
-"""Contacts and estimates that a device predicts itself, in the form of its frames."""
+"""Contacts and estimates that a device predicts by itself, and their frames."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ REFUSED, OUT_OF_RANGE = 1, 2
 
 @dataclass(frozen=True, slots=True)
 class DevicePredictor:
-    """Model that runs on a device, as its descriptor states it.
+    """Model that runs on a device, as stated in the device's descriptor.
 
     Parameters
     ----------
@@ -39,12 +39,12 @@ class DevicePredictor:
 
 @dataclass(frozen=True, slots=True)
 class ModelSlot:
-    """Models that a device accepts, as its descriptor states it.
+    """Storage for models on a device, as stated in the device's descriptor.
 
     Parameters
     ----------
     format, sizes
-        Format of the model images, and CRC of the sizes that its kernels have.
+        Format of the model images, and CRC of the sizes of the device's kernels.
     room
         Length of the longest image that fits, bytes.
     fault
@@ -75,7 +75,8 @@ class DeviceContact:
     finger
         Finger that touched.
     sample, decided
-        Sample at which the contact began, and sample after which the device detected it; 64 bits.
+        Sample at which the contact began, and sample after which the device detected it (64-bit
+        numbers).
     first
         True for the first contact of a closing.
     epoch
@@ -104,7 +105,7 @@ class DeviceEstimate:
     value, low, high
         Shore A, and the ends of the interval.
     refused
-        True if there is no estimate because the signal cannot be used.
+        True if there is no estimate because the signal was unusable.
     out_of_range
         True if the contact is out of range: unlike the training data.
     compute_time
@@ -141,7 +142,7 @@ def contact_payload(finger: Finger, sample: int, decided: int, first: bool) -> b
 
 
 def read_contact(payload: bytes, epoch: int) -> DeviceContact:
-    """Parse a contact frame. Sample numbers keep 32 bits; FrameError if damaged."""
+    """Parse a contact frame; sample numbers have 32 bits. Raise FrameError if it is damaged."""
     if len(payload) != _CONTACT.size:
         raise FrameError("a contact frame has the wrong length")
     sample, decided, finger, first = _CONTACT.unpack(payload)
@@ -164,7 +165,7 @@ def estimate_payload(estimate: DeviceEstimate) -> bytes:
 
 
 def read_estimate(payload: bytes, epoch: int) -> DeviceEstimate:
-    """Parse an estimate frame. Sample numbers keep 32 bits; FrameError if damaged."""
+    """Parse an estimate frame; sample numbers have 32 bits. Raise FrameError if it is damaged."""
     if len(payload) != _ESTIMATE.size:
         raise FrameError("an estimate frame has the wrong length")
     contact, decided, samples, finger, flags, value, low, high, nanoseconds = _ESTIMATE.unpack(

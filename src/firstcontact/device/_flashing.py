@@ -1,4 +1,4 @@
-"""Transfer of a model to a device that predicts itself: complete and checked, or not at all."""
+"""Transfer of a checked model to a device that predicts by itself: completely or not at all."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ MOST_REPEATS = 10
 
 
 def _answers_kind(answer: Frame, kind: FrameType) -> bool:
-    """Return True if this is an answer to a frame of this kind, not to an earlier one."""
+    """Return True if this is an answer to a frame of this kind, not to an earlier frame."""
     return answer.type != FrameType.MODEL_STATE or answer.payload[1:2] == bytes([kind])
 
 
@@ -143,7 +143,7 @@ def _refused(port: str, why: str) -> InputError:
 
 
 def check_model_fits(port: str, form: int, sizes: int, length: int) -> None:
-    """Refuse a model that the device cannot take, before any other step.
+    """Refuse a model that the device cannot take, before anything is sent.
 
     Parameters
     ----------

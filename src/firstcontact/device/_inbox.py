@@ -40,7 +40,7 @@ class Inbox:
         return self._waiting
 
     def put(self, arrival: Arrival) -> None:
-        """Append an arrival. :meth:`wake` then wakes the reader."""
+        """Append an arrival. Call :meth:`wake` afterwards to wake the reader."""
         self._arrivals.append(arrival)
         self._waiting += len(arrival.block.data)
 
@@ -52,7 +52,7 @@ class Inbox:
     def attach(
         self, markers: tuple[Marker, ...], predictions: tuple[DevicePrediction, ...], empty: Block
     ) -> None:
-        """Attach markers and predictions to the last samples, as their own samples will not come.
+        """Attach markers and predictions to the last samples, because their own will not come.
 
         Parameters
         ----------
@@ -92,7 +92,7 @@ class Inbox:
         Raises
         ------
         InputError
-            The source is gone for good.
+            The source is permanently lost.
         """
         with self.changed:
             self._wanted = least

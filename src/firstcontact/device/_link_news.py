@@ -13,7 +13,7 @@ MERGE_TIME = 1.0
 
 
 def link_news(previous: Health, now: Health) -> list[str]:
-    """Return one line for each disconnection, reconnection and loss between two states."""
+    """Return one line for each disconnection, reconnection and loss between two health states."""
     news = []
     if previous.connected and not now.connected:
         unusable = now.unusable_samples + now.bad_frames
@@ -39,7 +39,7 @@ class LinkNews:
     Parameters
     ----------
     health
-        Present health of the source.
+        Current health of the source.
     clock
         Function that returns the host's time, s.
     """
@@ -50,7 +50,7 @@ class LinkNews:
         self._next_loss_line = clock()
 
     def lines(self, now: Health, *, last: bool = False) -> list[str]:
-        """Return lines about changes. ``last`` includes losses that are still being merged."""
+        """Return lines about changes since the last call. ``last`` adds unreported losses."""
         reported_losses = self._previous.lost_samples
         is_merging = not last and self._clock() < self._next_loss_line
         reported = replace(now, lost_samples=reported_losses) if is_merging else now
@@ -64,7 +64,7 @@ class LinkNews:
 
 
 def clock_line(health: Health, rate: float) -> str:
-    """Return the clock difference of device and host as text, "" if not measured yet.
+    """Return a line about the difference between the clocks of device and host; "" if unknown.
 
     Parameters
     ----------

@@ -18,7 +18,7 @@ _SETTINGS = (
 
 
 def lsl_library() -> Any:
-    """Return the module pylsl. Its log has warnings and errors only.
+    """Return the module pylsl, set to log only warnings and errors.
 
     Raises
     ------

@@ -47,7 +47,7 @@ BUFFERED = 60
 
 
 class _Epoch:
-    """Numbering of the samples of one epoch, by time stamps of one clock."""
+    """Numbers for the samples of one epoch, from the time stamps of the sender's clock."""
 
     def __init__(self, number: int, rate: float) -> None:
         self.number, self._rate = number, rate
@@ -72,7 +72,7 @@ class _Epoch:
         return good
 
     def numbers(self, stamps: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Return the numbers of the next samples. NaN replaces stamps that do not fit."""
+        """Return the numbers of the next samples. Set stamps that do not fit to NaN first."""
         self.count += len(stamps)
         if math.isinf(self._least):
             self._unstamped += len(stamps)
@@ -170,7 +170,7 @@ class LslSource(ThreadedSource):
         )
 
     def _check_rate(self, info: Any) -> None:
-        """Refuse an unusable stated rate before samples are requested."""
+        """Refuse a stream whose stated rate is unusable, before samples are requested."""
         rate = float(info.nominal_srate())
         if info.channel_format() == self._lsl.cf_string:
             raise InputError(f"{self.name} carries text: send numbers")
@@ -215,16 +215,16 @@ class LslSource(ThreadedSource):
         host: float,
         clock: float,
     ) -> _Epoch:
-        """Deliver a chunk. Return its epoch, a new one if the sender's clock was set.
+        """Deliver a chunk. Return its epoch, which is a new one if the sender's clock was changed.
 
         Parameters
         ----------
         epoch
-            Present epoch.
+            Current epoch.
         values, stamps
             Samples, shape (samples, channels), and their stamps, s, shape (samples,).
         host, clock
-            Present time by the host's clock and by the sender's, s.
+            Current time by the host's clock and by the sender's, s.
         """
         ages = clock - stamps
         fits = epoch.in_time(ages)
@@ -240,7 +240,7 @@ class LslSource(ThreadedSource):
         return epoch
 
     def _reconnect(self) -> bool:
-        """Search for the stream until it is back. Return False if closed before."""
+        """Search for the stream until it is back. Return False if the source was closed before."""
         self._shut()
         layout = self.descriptor.layout
         while not self._closing.is_set():

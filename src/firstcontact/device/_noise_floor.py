@@ -119,7 +119,7 @@ class RestMeter:
         return Calibration(piezo, created=datetime.now(UTC).isoformat(timespec="seconds"))
 
     def obstacles(self) -> list[str]:
-        """Return, for each finger, what prevents rest and the remedy."""
+        """Return a sentence for each finger that is not at rest: the reason and the remedy."""
         messages = []
         faults = self._faults(self._parts)
         for column, finger in enumerate(self._fingers):
@@ -153,7 +153,7 @@ class RestMeter:
         return _Part(piezo.mean(axis=0), rms, np.array(strip), tuple(force))
 
     def _faults(self, parts: Sequence[_Part]) -> tuple[NDArray[np.bool_], ...]:
-        """Return the masks flat, strip closed, loaded, loud, each of shape (parts, fingers)."""
+        """Return masks of faults: flat, strip closed, loaded, loud. Shape (parts, fingers)."""
         none = np.zeros((0, len(self._fingers)), np.bool_)
         if not parts:
             return none, none, none, none
@@ -198,7 +198,7 @@ def measure_noise(
     seconds: float = REST,
     patience: float = PATIENCE,
 ) -> Calibration:
-    """Measure the noise floor and offset of each vibration sensor of an open source.
+    """Measure noise floor and offset of each vibration sensor of an open source.
 
     A hand that closes repeatedly is measured between its closings.
 
@@ -209,7 +209,7 @@ def measure_noise(
     seconds
         Required rest, s of the device's time.
     patience
-        Additional time to wait for it, s of the device's time.
+        Additional time to wait for rest, s of the device's time.
 
     Raises
     ------

@@ -25,7 +25,7 @@ MOST = 64
 
 @dataclass(frozen=True, slots=True)
 class Columns:
-    """Roles of the columns of a line.
+    """Meaning of the columns of a line.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ class LineReader:
     bad
         Number of lines without numbers or with a wrong number of columns.
     header
-        Names of columns, if the board printed them.
+        Column names, if the board printed them.
     """
 
     bad: int = 0
@@ -131,7 +131,7 @@ def find_column(word: str, names: Sequence[str]) -> int | None:
 
 
 def distinct_names(names: Sequence[str]) -> tuple[str, ...]:
-    """Return the names. Repeated ones get their position as a suffix."""
+    """Return the names, with the position appended to a repeated name."""
     distinct = [f"{n} {k + 1}" if names.count(n) > 1 else n for k, n in enumerate(names)]
     if len(set(distinct)) < len(distinct):
         distinct = [str(k + 1) for k in range(len(names))]
@@ -141,7 +141,7 @@ def distinct_names(names: Sequence[str]) -> tuple[str, ...]:
 def identify_columns(
     lines: list[tuple[float, ...]], header: tuple[str, ...], wanted: tuple[str, ...], port: str
 ) -> Columns:
-    """Return the roles of the columns, from the first lines of a board.
+    """Return the meaning of the columns, from the first lines of a board.
 
     Parameters
     ----------
@@ -194,7 +194,7 @@ def identify_columns(
 
 
 def _counter(lines: list[tuple[float, ...]], names: tuple[str, ...]) -> int | None:
-    """Return the counter column: by its name, or the column that rises by 1 a line."""
+    """Return the counter column: the one with a counter's name, or one that rises by 1 per line."""
     for k, name in enumerate(names):
         if name.lower() in COUNTERS:
             return k
@@ -206,6 +206,6 @@ def _counter(lines: list[tuple[float, ...]], names: tuple[str, ...]) -> int | No
 
 
 def _counts(lines: list[tuple[float, ...]], column: int) -> bool:
-    """Return True if a column goes up by no more than a counter can from line to line."""
+    """Return True if a column rises from line to line by steps that are possible for a counter."""
     steps = [b[column] - a[column] for a, b in itertools.pairwise(lines)]
     return sum(0 < step <= LEAP for step in steps) >= 0.8 * len(steps)

@@ -77,7 +77,7 @@ class SourceKind:
     is_port
         True if the device name is the path of a port.
     origin
-        Source field of its recordings, if known in advance.
+        Value of the field ``source`` in its recordings, if known in advance.
     shore_a
         Function from an object's name to its Shore A, for a simulated hand. It raises InputError
         for unknown names.
@@ -102,7 +102,7 @@ class SourceKind:
 
 
 def _lazy(module: str, function: str) -> Callable[..., Any]:
-    """Return a function that imports its module of this room at the first call."""
+    """Return a function that imports its module at the first call."""
 
     def call(*arguments: Any) -> Any:
         return getattr(import_module(f"firstcontact.device.{module}"), function)(*arguments)
@@ -169,8 +169,8 @@ SOURCES: Registry[SourceKind] = Registry(
 def source_kind(device: str) -> SourceKind:
     """Return the kind of a device.
 
-    Plug-ins are imported only if the device name begins with their name and a colon. They are also
-    imported if no built-in kind accepts the name and no such port exists.
+    Plug-ins are imported in two cases only. Either the device name begins with the name of a
+    plug-in and a colon, or no built-in kind accepts it and no such port exists.
 
     Raises
     ------
@@ -227,8 +227,8 @@ def open_source(
     Raises
     ------
     InputError
-        The recording cannot be replayed, a real device is given a speed, or a required package is
-        missing.
+        The recording cannot be replayed, a speed is given for a real device, or a required package
+        is missing.
     """
     _log.info("opening %s", device)
     kind = source_kind(device)

@@ -71,7 +71,7 @@ class SamplesFrame:
 
 
 def stuff(data: bytes) -> bytes:
-    """Return ``data`` encoded with COBS, without zeros and without the final zero."""
+    """Return ``data`` encoded with COBS: without zeros, and without the final zero of a frame."""
     out = bytearray()
     for run in data.split(b"\0"):
         # A run of 254 bytes or more is split into blocks without a zero in between.
@@ -89,7 +89,7 @@ def unstuff(stuffed: bytes) -> bytes:
     Raises
     ------
     FrameError
-        There is a zero inside, or a run that reaches beyond the end.
+        The data contain a zero, or a run that reaches beyond the end.
     """
     n = len(stuffed)
     if n == 0 or 0 in stuffed:
@@ -170,7 +170,7 @@ def samples_head(payload: bytes, channels: int) -> tuple[int, int, int, bytes]:
 
 
 def read_samples(payload: bytes, channels: int) -> SamplesFrame:
-    """Parse the payload of a samples frame. It raises errors like :func:`samples_head`."""
+    """Parse the payload of a samples frame. Raise FrameError as :func:`samples_head` does."""
     first, overflow, n, data = samples_head(payload, channels)
     return SamplesFrame(first, overflow, np.frombuffer(data, dtype="<i2").reshape(n, channels))
 
@@ -205,7 +205,7 @@ def marker_text(text: str) -> bytes:
 
 
 def read_marker(payload: bytes) -> tuple[int, str]:
-    """Return sample number (32 bits) and text of a marker frame; FrameError if damaged."""
+    """Return sample number (32 bits) and text of a marker frame. Raise FrameError if damaged."""
     if len(payload) < _MARKER.size:
         raise FrameError("a marker frame is too short")
     return int(_MARKER.unpack_from(payload)[0]), _text(payload[_MARKER.size :])
@@ -217,7 +217,7 @@ def stopped_payload(next_sample: int, overflow: int) -> bytes:
 
 
 def read_stopped(payload: bytes) -> tuple[int, int]:
-    """Return next sample and overflow count (32 bits each); FrameError if damaged."""
+    """Return next sample and overflow count (32 bits each). Raise FrameError if damaged."""
     if len(payload) != _STOPPED.size:
         raise FrameError("a stopped frame has the wrong length")
     next_sample, overflow = _STOPPED.unpack(payload)
@@ -230,7 +230,7 @@ def late_payload(skipped: int, unheard: int) -> bytes:
 
 
 def read_late(payload: bytes) -> tuple[int, int]:
-    """Return the counts of skipped predictions and missed samples; FrameError if damaged."""
+    """Return counts of skipped predictions and missed samples. Raise FrameError if damaged."""
     if len(payload) != _LATE.size:
         raise FrameError("a late frame has the wrong length")
     skipped, unheard = _LATE.unpack(payload)

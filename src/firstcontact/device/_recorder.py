@@ -28,7 +28,7 @@ class RecorderStatus:
     Parameters
     ----------
     path
-        File that is being written; None if there is none.
+        File that is being written; None if no recording runs.
     samples
         Number of samples written to it, or to the last file.
     waiting
@@ -172,7 +172,7 @@ class Recorder:
 def _joined(
     pieces: list[Block | Marker | PinchMark],
 ) -> Iterator[Block | Marker | PinchMark]:
-    """Yield the same items, with short consecutive blocks joined."""
+    """Yield the items, with short consecutive blocks joined into longer ones."""
     run: list[Block] = []
     for piece in pieces:
         if isinstance(piece, Block):

@@ -69,7 +69,7 @@ class ReplaySource:
 
     @property
     def speed(self) -> float:
-        """Multiple of real time; infinite if not paced."""
+        """Speed as a multiple of real time; infinite to read as fast as possible."""
         return self._speed
 
     @property
@@ -108,7 +108,7 @@ class ReplaySource:
         return self._ended
 
     def read(self, timeout: float, least: int = 1) -> list[Arrival]:
-        """Return all blocks due by now. Wait up to ``timeout`` s for the first one.
+        """Return all blocks due by now. If there is none, wait for the next, at most ``timeout`` s.
 
         ``least`` has no effect.
         """
@@ -164,7 +164,7 @@ class ReplaySource:
         self.close()
 
     def _due(self) -> float:
-        """Return the time at which the next block is complete, s of the monotonic clock."""
+        """Return the time at which the next block is due, s of the monotonic clock."""
         if self._next is None:
             return math.inf
         samples = self._given + len(self._next[0].data)

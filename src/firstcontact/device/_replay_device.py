@@ -35,9 +35,9 @@ LINGER = 1.0
 class ReplayDevice:
     """Device that sends a recording to its host, again and again.
 
-    The recording runs while the host has started the samples, and pauses otherwise. Each epoch is
-    one start of the device: after its end the device is silent until the next hello, which begins
-    the next epoch.
+    The recording plays after the host has started it, and pauses otherwise. Each epoch is one start
+    of the device: after its end the device is silent until the next hello, which begins the next
+    epoch.
 
     Gaps and markers come at their recorded samples, and a gap takes no time. The protocol has no
     frames for pinch marks and the calibration, so they are not sent.
@@ -97,8 +97,8 @@ class ReplayDevice:
         stopped
             Predicate that ends the run. It is called several times a second.
         once
-            End after the whole recording was sent and the host has sent one more frame. A host does
-            so to stop, or with a hello when it receives nothing.
+            True to end after the whole recording was sent and the host has sent one more frame,
+            such as a stop, or a hello when no samples come.
         """
         deadline = math.inf
         while not stopped() and time.monotonic() < deadline:
@@ -125,7 +125,7 @@ class ReplayDevice:
         self._responder = Responder(self.descriptor, self._boot, max(room, 2 * PIECE))
 
     def _play(self) -> None:
-        """Pass on the samples due by now."""
+        """Send the samples that are due by now."""
         if not self._responder.streaming:
             self._last_look = None
             return
@@ -155,7 +155,7 @@ class ReplayDevice:
         self._responder.finished = not self._tape
 
     def _send(self) -> None:
-        """Send the prepared frames, as far as the line accepts them."""
+        """Send as much of the prepared frames as the line accepts."""
         while True:
             while len(self._wire) < WIRE_BYTES:
                 frame = self._responder.frame()

@@ -70,13 +70,13 @@ class ResampledSource:
 
     @property
     def calibration(self) -> Calibration | None:
-        """Calibration in a recording's header; a device has no such attribute."""
+        """Calibration in a recording's header. Only recordings have this attribute."""
         calibration: Calibration | None = getattr(self._source, "calibration")  # noqa: B009
         return calibration
 
     @property
     def closing_speed(self) -> Callable[[int, int], ClosingSpeed | None]:
-        """Function that returns a recorded speed by sample and epoch; a device has none."""
+        """Function from sample and epoch to the recorded closing speed; for recordings only."""
         recorded: Callable[[int, int], ClosingSpeed | None]
         recorded = getattr(self._source, "closing_speed")  # noqa: B009
         return lambda sample, epoch: recorded(round(sample / self._share), epoch)
@@ -138,7 +138,7 @@ class ResampledSource:
         return CausalResampler(self._old, self._rate, self._strips)
 
     def _take(self, arrival: Arrival) -> list[Arrival]:
-        """Resample an arrival. Leftovers of an ended epoch come before it."""
+        """Resample an arrival. Before it, deliver the leftovers of an epoch that has ended."""
         block, leftovers = arrival.block, []
         is_new_epoch = block.epoch != self._epoch
         if is_new_epoch:
@@ -163,7 +163,7 @@ class ResampledSource:
         )
 
     def _due(self, block: Block, predictions: tuple[DevicePrediction, ...]) -> list[Arrival]:
-        """Return samples with the markers and marks that belong to them, or nothing."""
+        """Return samples with their markers and marks; an empty result if there are none."""
         markers = tuple(m for m in self._markers if (m.epoch, m.sample) < (block.epoch, block.end))
         pinches = tuple(p for p in self._pinches if (p.epoch, p.end) <= (block.epoch, block.end))
         if not (len(block.data) or markers or pinches or predictions):

@@ -1,6 +1,6 @@
-"""Device side of the wire protocol: samples and the host's bytes in, frames out.
+"""Device side of the wire protocol. It takes samples and the host's bytes, and returns frames.
 
-It has no I/O and no clock, and does what ``firmware/core/fc_device.c`` does. Samples wait in a ring
+It has no I/O and no clock, and behaves like ``firmware/core/fc_device.c``. Samples wait in a ring
 buffer until the line takes them. When the ring is full, samples are dropped and counted. The
 protocol is in ``docs/protocol.md``.
 """
@@ -24,7 +24,7 @@ MARKERS_WAITING = 16
 
 
 class Responder:
-    """Protocol state machine of a device, for one start of it.
+    """State machine of the protocol, for one start of a device.
 
     Parameters
     ----------
@@ -35,8 +35,8 @@ class Responder:
     room
         Number of samples that fit in the ring.
     on_order
-        Function called with the text of each order. It returns the text of the marker that answers
-        it. A device without a hand has no such function and ignores orders.
+        Function called with the text of each order. It returns the text of a marker, which answers
+        the order. A device without a hand has no such function and ignores orders.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class Responder:
     streaming
         True while samples are sent.
     finished
-        True if no more samples come, so that the last frame can be shorter.
+        True if no more samples follow, so that the last frame can be shorter.
     """
 
     def __init__(
@@ -76,7 +76,7 @@ class Responder:
 
     @property
     def listens(self) -> bool:
-        """Return True if it accepts bytes from the host. It does not while a reply is due."""
+        """Return True if it accepts bytes from the host. It accepts none while a reply is due."""
         return self._reply is None
 
     @property
@@ -99,7 +99,7 @@ class Responder:
         self.next_sample += n
 
     def marker(self, sample: int, text: str) -> None:
-        """Send a marker of the device's own after the samples before ``sample``."""
+        """Send a marker that the device made itself, after all samples before ``sample``."""
         if self.streaming:
             self._markers.append((sample, text))
 
@@ -133,7 +133,7 @@ class Responder:
         return self._used > 0 and int(self._numbers[self._tail]) < sample
 
     def _in_a_row(self) -> int:
-        """Return how many samples fit in the next frame: five at most, none after a gap."""
+        """Return how many consecutive samples go into the next frame, at most five."""
         most = min(FRAME_SAMPLES, self._used)
         first = int(self._numbers[self._tail])
         room = len(self._ring)

@@ -66,15 +66,16 @@ class SerialSource:
     The method :meth:`read` reads the port in the caller's thread, so samples are available as soon
     as their last byte arrives. Between calls, a thread of the source reads the port and stores the
     samples. That thread also connects. A port that comes back begins a new epoch, even if the
-    device kept its power. A device that was reset without losing its port also begins one; silence
-    reveals the reset. Samples that a device counted meanwhile are counted as lost.
+    device kept its power. A device that was reset without losing its port also begins one; the
+    source recognises such a reset by the silence after it. Samples that the device counted
+    meanwhile are counted as lost.
 
     Parameters
     ----------
     port
         Path or name of the port.
     patience
-        Longest wait for an answer on opening, s.
+        Longest time to wait for an answer on opening, s.
 
     Raises
     ------
@@ -189,7 +190,7 @@ class SerialSource:
         return self._inbox.read(max(until - time.monotonic(), 0.0), least)
 
     def _look(self, least: int, patience: float) -> None:
-        """Read the port once, in the thread of the reader, when the samples are due."""
+        """Read the port once, in the reader's thread, at the time when the samples are due."""
         transport = self._transport
         if transport is None or self._interruption is not None or self._closing.is_set():
             self._connected = False  # the source's own thread goes on
@@ -207,7 +208,7 @@ class SerialSource:
         Raises
         ------
         InputError
-            The device is not connected, or the marker begins like those of the twin.
+            The device is not connected, or the marker begins like the twin's own markers.
         """
         if text.startswith(TWIN.strip()) and self.descriptor.source == "twin":
             raise InputError(
@@ -280,7 +281,7 @@ class SerialSource:
                 self._flush_pending()
 
     def _communicate(self, transport: SerialTransport) -> None:
-        """Connect, then read the port while no reader does, until closed."""
+        """Connect, then read the port whenever no reader does, until the source is closed."""
         self._opened = time.monotonic()
         self._heard = self._asked = -math.inf
         while not self._closing.is_set():
@@ -315,7 +316,7 @@ class SerialSource:
                 self._turn.release()
 
     def _step(self, transport: SerialTransport, patience: float = math.inf) -> None:
-        """Request data from a silent device, and process its data. The caller holds the turn."""
+        """Read and process data; a silent device is asked for some. The caller holds the turn."""
         now = time.monotonic()
         if now - self._heard > SILENCE and now - self._asked > AGAIN:
             if self._assembler.epoch < 0 and now - self._opened > self._patience:
@@ -391,12 +392,12 @@ class SerialSource:
             return assembled
 
     def _check_rate(self, end: int, now: float) -> None:
-        """Compare the rate of a real-time device with its stated rate.
+        """Compare the measured rate of a real-time device with its stated rate.
 
         Raises
         ------
         InputError
-            The rates differ and the device was opened just now.
+            The rates differ, and the device was opened a few seconds ago.
         """
         self._began = min(self._began, now)
         descriptor = self.descriptor
@@ -415,14 +416,14 @@ class SerialSource:
         _log.warning("%s: %s", self.name, message)
 
     def _due(self, epoch: int, end: int) -> tuple[Marker, ...]:
-        """Return and remove the markers of samples before this one."""
+        """Return the markers of samples before this one, and remove them from the queue."""
         due = tuple(m for m in self._markers if (m.epoch, m.sample) < (epoch, end))
         if due:
             self._markers = [m for m in self._markers if m not in due]
         return due
 
     def _flush_pending(self) -> None:
-        """Deliver markers and predictions whose sample will not come, with the last samples."""
+        """Deliver markers and predictions whose samples are lost, with the last samples."""
         markers, self._markers = tuple(self._markers), []
         predictions, self._predictions = tuple(self._predictions), []
         descriptor = self._assembler.descriptor
@@ -446,7 +447,7 @@ class SerialSource:
         self._assembler.interrupted()
 
     def _reopen(self) -> SerialTransport | None:
-        """Wait until the port is back. Return it, or None when closed before."""
+        """Wait until the port is back and return it; None if the source was closed before."""
         wait, longest = RETRY
         while not self._closing.wait(wait):
             wait = min(2 * wait, longest)
@@ -470,7 +471,7 @@ class SerialSource:
 
 
 def from_port(port: str, options: SourceOptions) -> SerialSource:
-    """Return the device on a port; InputError for a speed option or for a file or folder."""
+    """Return the device on a port. Raise InputError for a speed option, a file or a folder."""
     if reason := no_port(port):
         raise InputError(reason)
     options.check_own_speed(f"a device on {port}")

@@ -16,7 +16,7 @@ _FLASH = "flash the firmware that belongs to this version of firstcontact"
 
 @dataclass(frozen=True, slots=True)
 class _DescriptorJson:
-    """JSON form of a descriptor, as a device sends it. Every field is required."""
+    """JSON form of a descriptor, as a device sends it. All fields are required."""
 
     firmware: Name
     sensor: Name
@@ -31,8 +31,8 @@ class _DescriptorJson:
 def layout_to_send(layout: Layout) -> dict[str, Any]:
     """Return a layout as JSON in the form of protocol version 1.
 
-    That form names the kind of each piezo channel and has one smoothing factor. A layout with other
-    sensors is returned in the form that recordings use. Readers understand both.
+    That form has piezo channels only and one smoothing factor for all. A layout with other sensors
+    is returned in the form that recordings use. Readers understand both.
     """
     alphas = {c.smoothing_alpha for c in layout.vibration}
     is_version_1 = all(
@@ -49,7 +49,7 @@ def layout_to_send(layout: Layout) -> dict[str, Any]:
 
 @dataclass(frozen=True, slots=True)
 class Descriptor:
-    """Metadata that a source states about itself. An empty text means unknown.
+    """Metadata of a source. An empty text means unknown.
 
     Parameters
     ----------
@@ -136,14 +136,14 @@ class Arrival:
     block
         Samples, numbered with 64 bits.
     host
-        ``time.monotonic()`` when the last byte arrived, s.
+        Arrival time of the last byte by ``time.monotonic()``, s.
     markers
         Markers of these samples. A marker whose sample was lost comes with the last samples, or
         with an empty block after them.
     pinches
         Marks of the pinches that end in these samples. Only replayed recordings have them.
     predictions
-        Contacts and estimates that the device predicted itself, in the order received. They can
+        Contacts and estimates that the device predicted by itself, in the order received. They can
         refer to these samples, to earlier ones or to samples still in transit.
     """
 
@@ -170,7 +170,7 @@ class Health:
         Number of samples missing in the device's count, for any reason. The count is exact between
         two received samples and before a ``stopped`` frame.
     overflow_samples
-        Number of lost samples that the device reports as dropped by itself.
+        Number of lost samples that the device itself dropped, by its report.
     unusable_samples
         Number of lost samples that were NaN, infinite or out of range.
     lost_frames
@@ -190,7 +190,7 @@ class Health:
     losses_known
         True if the device counts its samples, so that losses are detected.
     ended
-        True if no more samples can come, as after the end of a recording.
+        True if no more samples can come, for example after the end of a recording.
     """
 
     connected: bool = False
@@ -211,13 +211,13 @@ class Health:
 
     @property
     def lost(self) -> str:
-        """Number of lost samples as text."""
+        """Text with the number of lost samples."""
         unknown = "" if self.losses_known else " or more (the device does not count its samples)"
         return f"{self.lost_samples}{unknown}"
 
 
 class Source(Protocol):
-    """Source of samples, in order, each sample once.
+    """Source of samples. It delivers each sample once, in order.
 
     ``with`` opens the source. A thread receives the samples, so a slow reader loses none. Call
     :meth:`read` from one thread only.
@@ -247,12 +247,13 @@ class Source(Protocol):
         timeout
             Longest wait, s. After it, the method returns the samples received so far, if any.
         least
-            Number of samples worth waiting for. The wait ends when they are there.
+            Number of samples to wait for. The wait ends as soon as they have arrived.
 
         Raises
         ------
         InputError
-            The port now has another device (another layout), or the port is gone for good.
+            Another device (with another layout) is now on the port, or the port is permanently
+            lost.
         """
 
     def mark(self, text: str) -> None:
@@ -274,7 +275,7 @@ class Source(Protocol):
 
 
 def drain(source: Source) -> list[Arrival]:
-    """Close a source and return the received samples that no reader has taken."""
+    """Close a source and return the received samples that were not read yet."""
     source.close()
     arrivals: list[Arrival] = []
     with suppress(InputError):  # the reader has raised it already, or is ending

@@ -43,10 +43,10 @@ def usable_samples(values: NDArray[Any]) -> NDArray[np.bool_]:
 class RateCheck:
     """Measured rate of a stream, compared with its stated rate.
 
-    The rate is the median over windows of a quarter of a second. A stall, the burst after it and a
-    gap each change one or two windows, not the median. Jitter widens the tolerance by the standard
-    error of the median. A window in which the reader was behind is not counted: it shows how fast
-    the reader is, not the device.
+    The rate is the median over windows of a quarter of a second. A stall, the burst after it, or a
+    gap changes only one or two windows, so the median stays. Jitter widens the tolerance by the
+    standard error of the median. A window in which the reader was late is not counted, because it
+    shows the speed of the reader, not of the device.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ class RateCheck:
         return float(np.median(self._rates)) if self._rates else 0.0
 
     def add(self, end: float, seconds: float, *, behind: bool = False) -> bool:
-        """Count samples up to a time. Return True if the rate differs from the stated one.
+        """Add the samples up to a time. Return True if the rate differs from the stated rate.
 
         Parameters
         ----------
@@ -74,7 +74,7 @@ class RateCheck:
         seconds
             Time of the last sample, s.
         behind
-            True if further samples had been waiting for long when these were read.
+            True if other samples had waited for long when these were read.
         """
         if behind or self._begin is None or seconds < self._begin[1]:
             self._begin = end, seconds

@@ -135,7 +135,7 @@ class ThreadedSource(ABC):
         Raises
         ------
         InputError
-            The source is gone for good.
+            The source is permanently lost.
         """
         return self._inbox.read(timeout, least)
 
@@ -190,7 +190,7 @@ class ThreadedSource(ABC):
         Raises
         ------
         InputError
-            The source has never sent a usable sample, or its rate is not the stated one.
+            The source has not sent any usable sample, or its rate differs from the stated rate.
         """
         if not len(values):
             return
@@ -209,12 +209,12 @@ class ThreadedSource(ABC):
             self._drop(int(numbers[~good][-1]) + 1, epoch)
 
     def _drop(self, end: int, epoch: int) -> None:
-        """Count input samples up to number ``end`` as lost until one is delivered.
+        """Count input samples up to number ``end`` as lost, until the next sample is delivered.
 
         Raises
         ------
         InputError
-            The source has never sent a usable sample.
+            The source has not sent any usable sample.
         """
         until = -int(-end * self._output_rate // self._input_rate)
         with self._inbox.changed:
@@ -228,9 +228,9 @@ class ThreadedSource(ABC):
             )
 
     def _wait(self) -> bool:
-        """Count the time without a usable sample. Return True if it amounts to silence.
+        """Count the time without a usable sample. Return True if the source counts as silent.
 
-        A source calls it each time that a read returns nothing.
+        Subclasses call it after each read that returns nothing.
         """
         now = time.monotonic()
         self._silence += min(now - self._looked, LONGEST_LOOK)
@@ -263,7 +263,7 @@ class ThreadedSource(ABC):
         Raises
         ------
         InputError
-            The source's rate is not the stated one.
+            The source's rate differs from the stated rate.
         """
         if not len(data):
             return
@@ -285,7 +285,7 @@ class ThreadedSource(ABC):
             self._refuse_rate(self._rate_check.rate / self.descriptor.layout.rate, "this machine's")
 
     def _begin_epoch(self, epoch: int, first: int) -> None:
-        """Begin ``epoch`` at sample ``first`` unless it has begun. The caller holds the lock."""
+        """Begin ``epoch`` at sample ``first``, unless it has begun. The caller holds the lock."""
         if epoch == self._next[0]:
             return
         rate = self.descriptor.layout.rate
@@ -297,7 +297,7 @@ class ThreadedSource(ABC):
         self._next, self._pending = (epoch, first), 0
 
     def _refuse_rate(self, share: float, clock: str) -> NoReturn:
-        """Raise InputError: the measured rate is ``share`` of the stated one, by ``clock``."""
+        """Raise InputError for a rate that is ``share`` of the stated one, by this clock."""
         stated = self._input_rate or self.descriptor.layout.rate
         raise InputError(
             f"{self.name} sends {share * stated:.0f} samples a second by {clock} clock, but "
@@ -331,7 +331,7 @@ class ThreadedSource(ABC):
         _log.info("%s: closed; %s", self.name, self._health)
 
     def _flush_markers(self) -> None:
-        """Deliver markers whose sample will not come, with the last samples."""
+        """Deliver markers whose samples will not come, with the last samples."""
         epoch, number = self._next
         markers = tuple(Marker(number, text, epoch) for text in self._markers)
         self._markers.clear()

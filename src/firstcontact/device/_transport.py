@@ -34,14 +34,14 @@ with suppress(ImportError):  # not on Windows
 
 
 class LinkError(OSError):
-    """Error for a port that is gone. It may come back."""
+    """Error for a port that has vanished. It may come back."""
 
 
 class SerialTransport:
     """Open serial port, locked for this process.
 
-    The lock comes before any change, so another program that uses the port is not disturbed. Only
-    one thread may read. :meth:`send` can be called from any thread.
+    The port is locked before any setting is changed, so another program that uses it is not
+    disturbed. Only one thread may read. :meth:`send` can be called from any thread.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ class SerialTransport:
             raise InputError(why_not(port, error)) from error
 
     def read(self, patience: float = PATIENCE) -> bytes:
-        """Return available bytes. Wait for the first at most ``patience`` s; b"" if none.
+        """Return the available bytes. Wait at most ``patience`` s for the first; b"" if none comes.
 
         The wait is never longer than :data:`PATIENCE`.
 
@@ -84,7 +84,7 @@ class SerialTransport:
             raise LinkError(f"{self.port}: {error}") from error
 
     def _read(self, patience: float) -> bytes:
-        """Read as pyserial does, with about 20 % less work for the host."""
+        """Read like pyserial, with about 20 % less work for the processor."""
         number = self._serial.fileno()
         ready, _, _ = select.select([number], [], [], patience)
         if not ready:
@@ -107,7 +107,7 @@ class SerialTransport:
         Raises
         ------
         LinkError
-            The port is gone or accepts no bytes.
+            The port has vanished or accepts no bytes.
         """
         with self._sending:
             try:

@@ -1,15 +1,16 @@
 """Twin as a device on a serial port.
 
-It runs in its own process and does not slow down the host's interpreter. At each motor start the
+The twin runs in its own process, so that it does not slow down this one. At each motor start the
 device sends the marker "twin: <object>" at that sample. The order "object: block 29" makes the hand
 pick up only that object from the next closing on (names as in :mod:`firstcontact.twin._objects`).
-"object: any" returns to the plan.
+The order "object: any" returns to the planned objects.
 
-A marker answers every order. Markers of the host are never orders.
+A marker answers each order. Markers that the host sends are never orders.
 
-The order "hand: 0.0500 2.000" commands the present closing: 0.05 m/s and at most 2 N, from the
-drive's latency until the hand opens. "hand: release" opens the hand. After a closing the marker
-"twin: peak 3.4 N" states its largest force, at the sample where the hand begins to open.
+The order "hand: 0.0500 2.000" commands the current closing: 0.05 m/s and at most 2 N. It takes
+effect after the drive's latency and holds until the hand opens. "hand: release" opens the hand.
+After a closing the marker "twin: peak 3.4 N" states its largest force, at the sample where the hand
+begins to open.
 """
 
 from __future__ import annotations
@@ -32,9 +33,9 @@ PATIENCE = 3.0
 class TwinDevice:
     """Twin on a pseudo terminal, until it is closed.
 
-    It counts samples from the start, paced by the monotonic clock, and sends them on request, as
-    ``docs/protocol.md`` describes. It ends when this process ends for any reason, and ignores
-    Ctrl-C.
+    It produces samples in real time (by the monotonic clock) and sends them on request, as
+    ``docs/protocol.md`` describes. Its process ends when this process ends for any reason, and
+    ignores Ctrl-C.
 
     Parameters
     ----------
@@ -58,8 +59,8 @@ class TwinDevice:
     -----
     The methods may be called from any thread. If the host does not read for half a second, the
     device drops samples and counts them. A twin faster than real time waits for the host instead.
-    An unplugged twin keeps its power: it continues to count samples and drops those that its buffer
-    cannot hold.
+    An unplugged twin stays switched on: it continues to count samples, and drops those that do not
+    fit its buffer.
     """
 
     def __init__(

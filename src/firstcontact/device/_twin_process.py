@@ -1,4 +1,4 @@
-"""Process of the twin as a device: paced samples on a pseudo terminal.
+"""Process that runs the twin as a device: samples in real time on a pseudo terminal.
 
 :class:`firstcontact.device._twin_device.TwinDevice` starts it and sends it one word per line on
 standard input. Closing that input ends the process. The process is killed together with its parent
@@ -100,7 +100,7 @@ class TwinProcess:
         self._start()
 
     def _start(self) -> None:
-        """Start the device: all counts begin again, but the hand continues its motion."""
+        """Restart the device: all counts begin again, but the hand continues its motion."""
         self._boot += 1
         # A restarted device begins with the first taxel.
         self._stream.read(-self._stream.sample % TAXELS)
@@ -128,7 +128,7 @@ class TwinProcess:
                 return
 
     def _catch_up(self) -> bool:
-        """Make a batch of samples if it is due. Return True if the next one is due too."""
+        """Make a batch of samples if it is due. Return True if the next batch is due too."""
         due = int((time.monotonic() - self._begin) * self._rate) - self._made
         if due < self._batch:
             return False
@@ -144,7 +144,7 @@ class TwinProcess:
 
     @property
     def _held_up(self) -> bool:
-        """Return True if a connected host has not yet taken the previous samples."""
+        """Return True if a connected host has not yet read the previous samples."""
         return self._waits and self._terminal.plugged and self._responder.room < self._batch
 
     def _until_next(self) -> float:
@@ -180,7 +180,7 @@ class TwinProcess:
             self._wire = self._wire[self._terminal.write(self._wire) :]
 
     def _obey(self, text: str) -> str:
-        """Carry out an order for the object or the hand. Return the answer."""
+        """Carry out an order about the object or the hand. Return the text of the answer."""
         try:
             if text.startswith(OBJECT):
                 name = text.removeprefix(OBJECT).strip()
@@ -235,7 +235,7 @@ DESCRIPTOR = Descriptor(
 
 
 def say(line: str) -> None:
-    """Send a line to the parent. Ignore a parent that has ended."""
+    """Send a line to the parent. Ignore the error if the parent has ended."""
     try:
         sys.stdout.write(line + "\n")
         sys.stdout.flush()

@@ -1,4 +1,4 @@
-"""Source for the twin: its device is created on opening and removed on closing."""
+"""Source for the twin. Opening it creates the twin's device, and closing removes it."""
 
 from __future__ import annotations
 
@@ -67,13 +67,13 @@ class TwinSource(SerialSource):
 
 
 def from_name(name: str, options: SourceOptions) -> TwinSource:
-    """Return the twin with the user's options; InputError without its extra."""
+    """Return the twin with the user's options. Raise InputError if its extra is not installed."""
     require_modules("twin", "numba")
     return TwinSource(options.condition, [options.objects], options.seed, options.speed)
 
 
 def shore_a(name: str) -> float:
-    """Return the Shore A of an object of the twin; InputError if unknown, or without its extra."""
+    """Return the Shore A of an object of the twin. Raise InputError for an unknown object."""
     require_modules("twin", "numba")
     from firstcontact.twin import find_object
 

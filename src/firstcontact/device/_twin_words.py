@@ -1,6 +1,7 @@
 """Texts of the orders to the twin and of its markers.
 
-Orders have separate frames. A marker is never an order, because any program can set markers.
+Orders are sent in frames of their own. A marker is never an order, because any program can set
+markers.
 """
 
 from __future__ import annotations
@@ -24,12 +25,12 @@ _ANSWERED = re.compile(rf"{HAND} (release|-?\d+\.\d{{4}} -?\d+\.\d{{3}})")
 
 
 def order_text(order: Command | None) -> str:
-    """Return the order for a command, or for a release if it is None."""
+    """Return the text of the order for a command; None stands for a release."""
     return f"{HAND} release" if order is None else f"{HAND} {order.speed:.4f} {order.force:.3f}"
 
 
 def object_text(name: str) -> str:
-    """Return the order to pick up only this object from the next closing on."""
+    """Return the text of the order to pick up only this object from the next closing on."""
     return f"{OBJECT} {name}"
 
 
@@ -54,12 +55,12 @@ def read_order(text: str) -> Command | None:
 
 
 def peak_text(peak: float) -> str:
-    """Return the marker for the largest grip force of a closing, N."""
+    """Return the text of the marker for the largest grip force of a closing, N."""
     return f"{ABOUT_HAND[0]}{peak:.1f} N"
 
 
 def lost_text(how: str) -> str:
-    """Return the marker for an object that was dropped or broken."""
+    """Return the text of the marker for an object that was dropped or broken."""
     return f"{ABOUT_HAND[3]}{how}"
 
 

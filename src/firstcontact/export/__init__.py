@@ -1,4 +1,4 @@
-"""Trained models in other languages: C99 with its kernels, ONNX, images for the hand."""
+"""Export of trained models: C99 library, ONNX graph, or flash image for a hand's processor."""
 
 import lazy_loader
 

@@ -39,23 +39,23 @@ def small_enough(
     budget_us: float | None,
     parts: Collection[Part] = frozenset(Part),
 ) -> Trained:
-    """Return the training with its models reduced to fit a time budget.
+    """Return the model parts, reduced to fit a time budget.
 
     Parameters
     ----------
     trained
-        Saved model parts.
+        Parts of the saved model.
     dataset
         Training pinches, to which smaller models are fitted; None without them.
     budget_us
-        Budget for one prediction of each model, us; None keeps window models unchanged.
+        Time budget for one prediction of each model, us; None keeps window models unchanged.
     parts
         Parts that are exported. Other parts stay unchanged.
 
     Raises
     ------
     InputError
-        No form of a model is fast enough, or pinches to fit one are missing.
+        No form of a model is fast enough, or there are no pinches to fit a smaller one.
     """
     contacts = [] if dataset is None else _contacts(dataset, trained)
     models, anytime = trained.models, trained.anytime
@@ -67,10 +67,10 @@ def small_enough(
 
 
 def forms(named: NamedModel, X: Windows, sessions: NDArray[np.str_]) -> list[NamedModel]:
-    """Return a model and the smaller ones, the smallest first.
+    """Return a model and its smaller forms, the smallest first.
 
-    Smaller models are fitted to four fifths of the sessions. Their differences from the model on
-    the other sessions widen their intervals.
+    Smaller models are fitted to four fifths of the sessions. Their intervals are widened by their
+    differences from the model on the other sessions.
 
     Parameters
     ----------

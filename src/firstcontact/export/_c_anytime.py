@@ -1,4 +1,4 @@
-"""Network in C for one rig, whose data are part of the constants."""
+"""Network in C for one rig. The rig's data are part of the constants."""
 
 from __future__ import annotations
 
@@ -239,7 +239,7 @@ def listens(model: InContextModel) -> bool:
 
 
 def instructions(model: InContextModel) -> int:
-    """Return the estimated instructions of a prediction, of its samples, and of the first pitch."""
+    """Return estimated instructions: of a prediction, its samples, and the first pitch."""
     network = model.network
     assert isinstance(network, CompactNetwork)
     ear = LISTENING * listens(model)

@@ -48,7 +48,7 @@ _SOURCE = """\
 
 
 def write_detector(detector: Detector, rate: float | None = None) -> CUnit:
-    """Return the C of a detector for one sampling rate.
+    """Return the C code of a detector for one sampling rate.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def write_detector(detector: Detector, rate: float | None = None) -> CUnit:
 
 
 def _judge(kernel: str) -> tuple[str, ...]:
-    """Return the files of a classifier and of the kernels that it uses."""
+    """Return the names of the C files of a classifier and of the kernels that it uses."""
     name = f"fc_judge_{kernel}"
     source = files("firstcontact.export") / "c" / f"{name}.c"
     text = source.read_text(encoding="utf-8") if source.is_file() else ""
@@ -108,7 +108,7 @@ OF_KERNELS = {"FC_ORDER": 12, "FC_PARTS": 5, "FC_FEATURES": 14, "FC_COMPONENTS":
 
 
 def detector_sizes(detector: WindowDetector, rate: float) -> dict[str, int]:
-    """Return the sizes of a fitted detector, in samples at a rate in Hz."""
+    """Return the buffer sizes of a fitted detector, in samples at a rate in Hz."""
     lengths = detector.sizes(rate)
     return {
         "FC_WINDOW": lengths.window,

@@ -38,7 +38,7 @@ _SHARED = ("fc_math", "fc_flash", "fc_exact")
 
 
 def fixed_sources(names: Collection[str]) -> dict[str, str]:
-    """Return hand-written C files by name, without their ending."""
+    """Return the hand-written C files with these names, given without ``.c`` and ``.h``."""
     folder = files("firstcontact.export") / "c"
     return {
         entry.name: entry.read_text(encoding="utf-8")
@@ -48,7 +48,7 @@ def fixed_sources(names: Collection[str]) -> dict[str, str]:
 
 
 def generate_units(trained: Trained) -> list[CUnit]:
-    """Return the generated C units of a training.
+    """Return the generated C units of a model's parts.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def generate_units(trained: Trained) -> list[CUnit]:
 
 
 def write(trained: Trained, out: Path) -> list[str]:
-    """Write the library into an empty folder. Return notes."""
+    """Write the library into an empty folder. Return notes for the user."""
     units = generate_units(trained)
     if not units:
         raise InputError(f"no part of this model can be written in C ({', '.join(trained.parts)})")

@@ -1,4 +1,4 @@
-"""Window model in C: its constants, and the order of its steps."""
+"""C code of a window model: its constants, and the calls of its steps in order."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ fc_status fc_{name}(const float *window, fc_estimate *answer)
 
 
 def write_model(named: NamedModel) -> CUnit:
-    """Return the C code of one model. Raise InputError if its type has none."""
+    """Return the C code of one model. Raise InputError if its type has no C form."""
     spec, name = named.model.spec, named.name
     program = named.model.program()
     places, words = _places(program)
@@ -152,7 +152,7 @@ def _interval(interval: Interval | None) -> dict[str, int | float | str | np.nda
 
 
 def _places(program: Program) -> tuple[dict[str, int], int]:
-    """Return the place of each vector in memory and the number of floats, with reuse."""
+    """Return the place of each vector in memory, and the number of floats. Places are reused."""
     last = {name: k for k, step in enumerate(program.steps) for name in step.takes}
     outside = {INPUT, program.output, program.spread}
     places: dict[str, int] = {}

@@ -1,4 +1,4 @@
-"""C text of numbers: literals, arrays, and constant structs."""
+"""Numbers as C code: literals, arrays, and constant structs."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def c_type(array: NDArray[Any]) -> str:
 
 
 def literal(value: float | np.generic) -> str:
-    """Return the shortest text that reads back as the same number."""
+    """Return the shortest C literal that reads back as the same number."""
     if isinstance(value, (bool, np.bool_)):
         return "true" if value else "false"
     if isinstance(value, (int, np.integer)):
@@ -55,7 +55,7 @@ def c_struct(kind: str, name: str, fields: Mapping[str, int | float | str | NDAr
 
 
 def constant_bytes(fields: Mapping[str, Any]) -> int:
-    """Return the size of the arrays among these values, bytes."""
+    """Return the total size of the arrays among these values, bytes."""
     return sum(value.nbytes for value in fields.values() if isinstance(value, np.ndarray))
 
 
@@ -76,7 +76,7 @@ class CUnit:
     fixed
         Names of required hand-written C files, without extensions.
     rate
-        Sampling rate that its lengths assume, Hz; None if its header depends on none.
+        Sampling rate that its lengths assume, Hz; None if they do not depend on a rate.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Registry of export forms; a new form is one file and one line here."""
+"""Registry of model exporters. A new one is one file and one line here."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Part(Enum):
-    """Part of a training that export can make smaller."""
+    """Part of a model for which export has smaller forms."""
 
     WINDOWS = "models of a window"
     ANYTIME = "the network"
@@ -23,17 +23,17 @@ class Part(Enum):
 
 @dataclass(frozen=True, slots=True)
 class ModelExporter:
-    """Export form of trained models.
+    """Exporter of trained models to one format.
 
     Parameters
     ----------
     name
         Name in the registry.
     write
-        Function that writes a training into an empty folder and returns notes. It raises InputError
-        with the part that cannot be written, and the reason.
+        Function that writes the model's parts into an empty folder and returns notes. It raises
+        InputError with the part that cannot be written, and the reason.
     parts
-        Parts with smaller forms that it writes. Other parts have no budget.
+        Parts that it can write in a smaller form. A time budget applies only to these.
     extra, modules
         Required extra of this package, and its modules.
     """

@@ -1,7 +1,7 @@
 """``--to hand``: model folder for a hand that predicts by itself.
 
-It is an ordinary model folder. Flashing makes the image from it, and the host uses it to check the
-hand's predictions.
+It is an ordinary model folder. ``flash-model`` makes the image from it, and the host uses it to
+check the hand's predictions.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def hand_image(folder: Path, calibration: Calibration | None = None) -> ModelIma
     Raises
     ------
     InputError
-        The folder holds no such model, or is damaged.
+        The folder holds no model for a hand, or is damaged.
     """
     model = load_model(folder)
     if model.network is None:

@@ -1,7 +1,7 @@
 """Model image for the hand, read by ``firmware/answers/fc_image.h``.
 
 It is little-endian, with every array at a multiple of 8 bytes. It begins with the magic word, the
-format, and a CRC of the kernel sizes. No byte of it is executed.
+format, and a CRC of the kernel sizes. It holds data only; no byte of it is executed.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def model_image(
     detector, model
         Detector, and model in its compact form.
     calibration
-        Noise floor of each finger. Without them, a closing begins with each stream.
+        Calibration with the noise floors. Without them, a closing begins with each stream.
 
     Raises
     ------

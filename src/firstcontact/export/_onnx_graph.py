@@ -33,7 +33,7 @@ def _form(kernel: str) -> Callable[[Graph, Step], None]:
 
 
 def _inner(vector: str) -> str:
-    """Return a name for a step's vector that no vector of the graph has."""
+    """Return a name for a step's vector that differs from the names of inputs and outputs."""
     return vector if vector == INPUT else f"step.{vector}"
 
 
@@ -68,7 +68,7 @@ def to_onnx(program: Program) -> bytes:
 
 
 def checked(named: NamedModel, raw: bytes) -> float:
-    """Return the largest relative difference of ONNX Runtime's outputs from Python's.
+    """Return the largest relative difference between ONNX Runtime's outputs and Python's.
 
     Raises
     ------

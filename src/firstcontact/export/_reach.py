@@ -1,4 +1,4 @@
-"""Largest numbers that a compact network can reach for any contact.
+"""Check of the largest numbers that can occur in a compact network, for any contact.
 
 In C, rounding an infinite number or NaN to an integer is undefined. So this module and the firmware
 (``firmware/answers/fc_reach.c``) refuse networks that could produce one, instead of checking each
@@ -23,7 +23,7 @@ def check_reach(model: InContextModel, network: CompactNetwork) -> None:
     Raises
     ------
     InputError
-        Numbers are too large, or the rig's level is not a number.
+        A layer could exceed the range of C's numbers, or the rig's signal level is NaN.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         bounded = _bounded(model, network)

@@ -43,13 +43,13 @@ class Trained:
 
     @property
     def rate(self) -> float | None:
-        """Sampling rate of its models, Hz; None without models."""
+        """Sampling rate of the models, Hz; None without models."""
         learned = [m.model.spec.rate for m in self.models]
         return next(iter(learned), None if self.anytime is None else self.anytime.rate)
 
     @property
     def parts(self) -> list[str]:
-        """Return a description of each part."""
+        """Return one description of each part."""
         descriptions = [f"{m.name}: {m.model.kind}, {m.model.spec.task}" for m in self.models]
         if self.detector is not None:
             descriptions.append(f"detector: {self.detector.name}")

@@ -27,9 +27,9 @@ OPENING = 2.0
 class AbilityHand(Hand):
     """Ability Hand: index finger and thumb close at the commanded speed.
 
-    The other fingers follow the index. A separate thread sends position targets a hundred times
-    a second and reads back positions and touch sensors. Without a command for 0.3 s the thread
-    opens the hand: the hand itself ignores the port after that time.
+    The other fingers follow the index. A separate thread sends position targets a hundred times a
+    second and reads back positions and touch sensors. If the thread gets no command for 0.3 s, it
+    opens the hand. (After that time without data the hand ignores the port.)
 
     On entering the ``with`` block the fingers open. The hand must be empty then, because the
     touch sensors are set to zero.
@@ -73,7 +73,7 @@ class AbilityHand(Hand):
         return list(self._positions)
 
     def send(self, command: Command) -> None:
-        """Set the command. It holds until the next one, for 0.3 s at most.
+        """Set the command. It holds until the next command, for at most 0.3 s.
 
         Raises
         ------

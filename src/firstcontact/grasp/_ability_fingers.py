@@ -1,7 +1,7 @@
 """Position targets for the fingers of an Ability Hand: geometry and force limit.
 
-No value here was measured on a hand. The levers are those of the hand's published URDF (size
-"large"), taken as constant. docs/reference/hands.md states the error of this assumption.
+No value here was measured on a hand. The lever arms come from the hand's published URDF (size
+"large") and are taken as constant. docs/reference/hands.md states the error of this assumption.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class Felt:
 
     @property
     def travel(self) -> float:
-        """Travel of the fingertips from the zero of the joints, mean of index and thumb, m."""
+        """Travel of the fingertips from the joints' zero position, mean of index and thumb, m."""
         travels = [radians(self.position[f]) * lever for f, lever in LEVERS.items()]
         return sum(travels) / len(travels)
 
@@ -76,7 +76,7 @@ class Fingers:
     Parameters
     ----------
     felt
-        State of the hand, where the targets start.
+        State of the hand. The targets start there.
     """
 
     def __init__(self, felt: Felt) -> None:

@@ -39,7 +39,7 @@ def _unanswered(code: object = None) -> None:
 
 
 def check(port: str | None) -> str:
-    """Return the port if the package is installed and a port was given.
+    """Return the port. Check that the package is installed and a port was given.
 
     Raises
     ------

@@ -13,10 +13,10 @@ INCOMPRESSIBLE = 0.5
 
 @dataclass(frozen=True, slots=True)
 class Grip:
-    """Declared properties of a hand and its use, and the commands that follow from them.
+    """Declared properties of a hand and of its use, and the commands that follow from them.
 
-    The values of ``dent``, ``searching`` and the smaller margin were tuned on closings that no
-    report shows (docs/explanation/grasping.md). No other value was tuned.
+    The values of ``dent``, ``searching`` and the smaller margin were tuned on closings that are in
+    no report (docs/explanation/grasping.md). No other value was tuned.
 
     Parameters
     ----------
@@ -35,8 +35,8 @@ class Grip:
     friction
         Assumed coefficient of friction.
     margins
-        Smallest and largest ratio of the grip force to the force that just holds the payload.
-        The smaller one applies to soft and unknown objects, the larger one to firm objects.
+        Smallest and largest ratio of the grip force to the force that just holds the payload. The
+        smaller ratio applies to soft and unknown objects, the larger one to firm objects.
     dent
         Allowed indentation of pad and object together, m.
     searching
@@ -69,15 +69,15 @@ class Grip:
         return holding_force(self.payload, self.friction)
 
     def force_for(self, shore_a: float) -> float:
-        """Return the force that presses to the dent, limited by the margins and the hand, N."""
+        """Return the force for the allowed dent, limited by the margins and the hand, N."""
         low, high = (m * self.holding for m in self.margins)
         force: float = self.stiffness(shore_a) * self.dent**1.5
         return min(max(force, low), high, self.force)
 
     def speed_for(self, shore_a: float) -> float:
-        """Return the speed at which the moving mass alone presses to the dent, m/s.
+        """Return the speed at which the impact of the moving mass causes the allowed dent, m/s.
 
-        Hertz's theory of impact gives it.
+        It follows from Hertz's theory of impact.
         """
         # m v^2 / 2 = (2/5) K dent^2.5
         speed: float = sqrt(0.8 * self.stiffness(shore_a) / self.mass) * self.dent**1.25
@@ -94,7 +94,7 @@ class Grip:
 
     @property
     def approach(self) -> Command:
-        """Command for the approach: its speed, and only the force that moving needs."""
+        """Command for the approach: approach speed, and only the force needed to move."""
         return Command(self.speed, min(self.searching, self.force))
 
     @property

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class HandError(RuntimeError):
-    """Error of a hand that cannot take a command: not open, unreachable, or command invalid."""
+    """Error for a hand that cannot take a command: not open, unreachable, or an invalid command."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +73,7 @@ class Hand(ABC):
 
     @classmethod
     def needs_live_samples(cls, port: str | None) -> bool:
-        """Return True if recordings and sources faster than real time must not drive it.
+        """Return True if only samples in real time may drive the hand, not recordings.
 
         Parameters
         ----------
@@ -89,15 +89,15 @@ class Hand(ABC):
         Raises
         ------
         HandError
-            The hand is not open, or known to be unreachable.
+            The hand is not open, or is known to be unreachable.
         """
 
     @abstractmethod
     def release(self) -> None:
-        """Open the hand until the next command. Raise no errors."""
+        """Open the hand, and keep it open until the next command. Raise no errors."""
 
     def closing_speed(self, sample_time: float, host_time: float) -> ClosingSpeed | None:
-        """Return the closing speed just before a contact; None where it is not known.
+        """Return the closing speed just before a contact; None if it is not known.
 
         The base class computes it from :meth:`positions`, by ``host_time``. Override it for a hand
         whose positions have sample times.
@@ -119,7 +119,7 @@ class Hand(ABC):
         return closing_speed(times, travel, host_time)
 
     def positions(self) -> Sequence[tuple[float, float]]:
-        """Return the positions that the hand last reported, at least those of the last 0.1 s.
+        """Return the newest positions that the hand reported. They cover at least the last 0.1 s.
 
         An estimate waits for this call, so return stored positions and send no request to the hand.
         By default there are none.

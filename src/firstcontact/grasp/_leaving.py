@@ -29,8 +29,8 @@ class Leaving:
     Parameters
     ----------
     let_go
-        Called in the main thread on the first signal. It must be quick and safe at any point of
-        the program.
+        Function that is called in the main thread on the first signal. It must be quick, and safe
+        at any point of the program.
     """
 
     def __init__(self, let_go: Callable[[], None]) -> None:
@@ -66,7 +66,7 @@ class Leaving:
 
     @contextmanager
     def deferred(self) -> Iterator[None]:
-        """Defer all ending signals to the end of the block, also those with other handlers."""
+        """Defer all signals that end programs to the end of the block, whatever their handlers."""
         deferred: list[int] = []
         handlers = {}
         self._waiting = deferred

@@ -16,19 +16,19 @@ class LoopCounts:
     Parameters
     ----------
     closings, contacts
-        Closings, and closings with a contact.
+        Number of closings, and of closings with a contact.
     commands
-        Commands sent.
+        Number of commands sent.
     estimates
-        Estimates that the policy acted on: they reached the hand within the deadline and before
-        the second contact.
+        Number of estimates that the policy acted on: they reached the hand within the deadline and
+        before the second contact.
     misses
-        Contacts whose deadline passed without an estimate.
+        Number of contacts whose deadline passed without an estimate.
     unused
-        Estimates after the deadline, which the policy did not receive.
+        Number of estimates after the deadline. The policy did not receive them.
     overtaken
-        Estimates that met the deadline but reached the hand after the second contact. This is
-        known only when the closing is over.
+        Number of estimates that met the deadline but reached the hand after the second contact.
+        This is known only when the closing is over.
     withdrawn
         False contacts that were withdrawn. No other count includes them or their estimates.
     """
@@ -46,9 +46,10 @@ class LoopCounts:
 class GraspLoop:
     """Loop between events, a policy and a hand. It counts every missed deadline.
 
-    All times are seconds on the clock of the samples: the sample's number divided by the rate,
-    plus the time for transport and computing. An estimate that reaches the hand exactly at the
-    deadline meets it. After a miss the fallback holds for the rest of the closing.
+    All times are seconds on the clock of the samples: the sample's number divided by the rate, plus
+    the time for transport and computing. An estimate that reaches the hand exactly at the deadline
+    meets it. After a missed deadline, the policy's fallback command holds for the rest of the
+    closing.
 
     Parameters
     ----------
@@ -101,7 +102,7 @@ class GraspLoop:
         self._reached = []
 
     def touched(self, contact: Contact, first: bool, now: float) -> None:
-        """Pass a contact to the policy. The program learned of it at ``now``."""
+        """Pass a contact to the policy. ``now`` is the time at which it became known."""
         if not self._closing:
             return
         if first:
@@ -163,7 +164,7 @@ class GraspLoop:
             self._forward(self.policy.slipped())
 
     def finish(self, second: Contact | None = None) -> None:
-        """End the closing. An estimate that is still due counts as missed.
+        """End the closing. An estimate that has not come counts as missed.
 
         Parameters
         ----------

@@ -16,15 +16,15 @@ class HandCounts:
     Attributes
     ----------
     sent
-        Commands sent for the first time.
+        Number of commands sent, without repetitions.
     clipped
-        Commands beyond the hand's limits.
+        Number of commands beyond the hand's limits.
     superseded
-        Commands that a newer one or a release replaced while they waited.
+        Number of commands that were replaced by a newer one or a release while they waited.
     repeated
-        Commands sent again so that the hand's own watchdog does not act.
+        Number of commands repeated so that the hand's own watchdog does not act.
     released
-        Releases of any cause.
+        Number of releases, for any reason.
     """
 
     sent: int = 0
@@ -88,7 +88,7 @@ class Pacer:
         self._called_at = now
 
     def alive(self, now: float) -> None:
-        """Note that the program runs and has no new command."""
+        """Record that the program runs and has no new command."""
         self._called_at = now
 
     def release(self) -> None:

@@ -40,7 +40,7 @@ class Task(Enum):
 
 
 class Part(Enum):
-    """Role of a policy in a comparison."""
+    """Role of a policy in a comparison of policies."""
 
     #: No modulation. Its closing time limits the closing time of tuned policies.
     UNMODULATED = auto()
@@ -90,11 +90,11 @@ class Tunable:
     Parameters
     ----------
     title, unit
-        Name and unit in tables.
+        Name and unit of the setting in tables.
     scale
         Factor from the value to the number in the table.
     tried, few
-        Values to choose from in a full study and in a quick study.
+        Candidate values in a full study, and in a quick study.
     """
 
     title: str
@@ -107,9 +107,9 @@ class Tunable:
 class Policy:
     """Grasp policy: decides how a hand closes.
 
-    This base class closes with the approach command until the end. Subclasses override the
-    methods of the events they act on. Each method returns a command, which holds until the
-    next one, or None to keep the present command.
+    This base class keeps the approach command until the end. Subclasses override the methods for
+    the events that they react to. Each method returns a command, which holds until the next one, or
+    None to keep the current command.
 
     Parameters
     ----------
@@ -169,15 +169,15 @@ class Policy:
         return self.grip.approach
 
     def touched(self, contact: Contact, first: bool) -> Command | None:
-        """React to a contact. ``first`` is True for the first one of this closing."""
+        """React to a contact. ``first`` is True for the first contact of this closing."""
         return None
 
     def estimated(self, estimate: Estimate) -> Command | None:
-        """React to an estimate. It used only samples before the second contact."""
+        """React to an estimate, which uses only samples before the second contact."""
         return None
 
     def felt(self, volts: float, since: float | None) -> Command | None:
-        """React to the force sensors. The loop calls this with every block of samples.
+        """React to the force sensors. This is called with every block of samples.
 
         Parameters
         ----------
@@ -189,7 +189,7 @@ class Policy:
         return None
 
     def slipped(self) -> Command | None:
-        """React to slip. The loop calls this again while the slip continues."""
+        """React to slip. This is called repeatedly while the slip continues."""
         return None
 
     def late(self) -> Command | None:

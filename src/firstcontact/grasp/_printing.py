@@ -24,8 +24,8 @@ class PrintHand(Hand):
 
     Attributes
     ----------
-    told
-        Last thousand orders: a command, or None for a release.
+    commands
+        Last thousand orders: each a command, or None for a release.
     """
 
     name = "print"
@@ -34,7 +34,7 @@ class PrintHand(Hand):
     begins = Begins.OTHERS | Begins.US
 
     def __init__(self, port: str | None = None, out: TextIO | None = None) -> None:
-        self.told: deque[Command | None] = deque(maxlen=1000)
+        self.commands: deque[Command | None] = deque(maxlen=1000)
         self._out = out
         self._open = False
         self._began = time.monotonic()
@@ -61,8 +61,8 @@ class PrintHand(Hand):
         return self
 
     def _note(self, command: Command | None) -> None:
-        again = bool(self.told) and self.told[-1] == command
-        self.told.append(command)
+        again = bool(self.commands) and self.commands[-1] == command
+        self.commands.append(command)
         if again:
             return
         # A closed terminal must not prevent the release.

@@ -25,10 +25,10 @@ PROMPT = 0.1
 class SafeHand(Hand):
     """Wrapper that limits, paces and watches any hand. It is a hand itself.
 
-    Commands are clipped to the hand's limits and sent no faster than the hand takes them. A
-    newer command replaces a waiting one, and the last one is always sent. A watchdog thread
-    repeats the last command before the hand's own watchdog runs out. It releases the hand when
-    the program has been silent.
+    Commands are clipped to the hand's limits and sent no faster than the hand accepts them. A newer
+    command replaces a waiting one, and the last command is always sent. A watchdog thread repeats
+    the last command before the hand's own watchdog runs out. It releases the hand when the program
+    has been silent.
 
     The hand is also released
 
@@ -38,8 +38,8 @@ class SafeHand(Hand):
     - immediately on Ctrl-C, SIGTERM, SIGHUP and SIGQUIT, unless the program handles them. Then
       KeyboardInterrupt or SystemExit is raised in the main thread.
 
-    Later signals, and signals during closing, wait until the hand is closed. The thread needs
-    Python's global lock. For code that keeps this lock, see
+    Later signals, and signals during closing, wait until the hand is closed. The watchdog thread
+    needs Python's global interpreter lock (GIL). If other code may keep this lock, use
     :class:`firstcontact.grasp._separate.SeparateHand`.
 
     Parameters
@@ -118,12 +118,12 @@ class SafeHand(Hand):
             self._pacer.alive(self._clock())
 
     def closing_speed(self, sample_time: float, host_time: float) -> ClosingSpeed | None:
-        """Return the closing speed of the hand before a contact; None where it is not known.
+        """Return the closing speed of the hand before a contact; None if it is not known.
 
         Raises
         ------
         HandError
-            As in :meth:`send`, or the hand failed now. It was then released.
+            As in :meth:`send`, or the hand failed in this call and was released.
         """
         measured: list[ClosingSpeed | None] = []
 
@@ -199,12 +199,12 @@ class SafeHand(Hand):
             raise HandError(f"the hand {self.name!r} failed: {self._failure}") from self._failure
 
     def _release(self) -> bool:
-        """Release the hand. Return True if it did not fail."""
+        """Release the hand. Return True on success."""
         self._pacer.release()
         return self._attempt(self._hand.release)
 
     def _attempt(self, act: Callable[[], None]) -> bool:
-        """Call the hand and store its error, so that the watchdog thread continues."""
+        """Call a method of the hand. Store an error, so that the watchdog thread continues."""
         try:
             act()
         except BaseException as error:
@@ -217,7 +217,7 @@ class SafeHand(Hand):
         return True
 
     def _act(self) -> None:
-        """Carry out the action that is due."""
+        """Carry out the action of the pacer that is due."""
         if self._release_requested:
             self._release_requested = False
             self._release()

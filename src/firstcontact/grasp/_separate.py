@@ -24,11 +24,11 @@ MUTE = 1.0
 class SeparateHand(Hand):
     """Hand that a separate process drives. It is a hand itself.
 
-    The process holds the hand's port and receives each order through a pipe. It releases the
-    hand when the pipe has been silent for ``silence`` or for the time of the hand's own watchdog.
-    When the pipe ends, the process releases the hand, closes it and exits. The hand is therefore
-    released even when this program is killed or stopped, crashes, or runs code that keeps
-    Python's global lock. A thread could not do that.
+    The process opens the hand's port and receives each order through a pipe. It releases the hand
+    if no order comes for ``silence``, or for the time of the hand's own watchdog. When the pipe
+    ends, the process releases the hand, closes it and exits. The hand is therefore released even
+    when this program is killed or stopped, crashes, or runs code that keeps Python's global lock. A
+    thread could not do that.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ class SeparateHand(Hand):
             raise HandError(f"the process of the hand {self.name!r} takes no orders") from error
 
     def positions(self) -> Sequence[tuple[float, float]]:
-        """Return the positions that the hand last reported; none if its process is late.
+        """Return the positions that the hand last reported; an empty result if its process is late.
 
         Raises
         ------
@@ -146,7 +146,7 @@ class SeparateHand(Hand):
             raise HandError(f"the process of the hand {self.name!r} does not answer")
 
     def _read_answer(self, child: Child, timeout: float) -> str:
-        """Return the content of the next answer, without the word "done"."""
+        """Return the next answer without its first word, "done"."""
         word, _, detail = child.answer(timeout).partition(" ")
         self._unanswered.popleft()
         if word != "done":

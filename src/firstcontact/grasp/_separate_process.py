@@ -74,7 +74,7 @@ class Orders:
 
 
 def write_line(out: int, line: str) -> None:
-    """Write a line to the program. Ignore that the program may have ended."""
+    """Write a line to the program. Ignore the error if the program has ended."""
     try:
         os.write(out, line.replace("\n", " ").encode() + b"\n")
     except OSError:

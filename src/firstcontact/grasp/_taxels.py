@@ -14,7 +14,7 @@ REST = 0.05
 
 
 class Taxels:
-    """Tracker of the force arrays of both fingers, block by block.
+    """Tracker of the highest taxel of both fingers, updated with each block.
 
     Parameters
     ----------

@@ -22,7 +22,6 @@ from ._compact import compacted as compacted
 from ._compact import deaf as deaf
 from ._conformal import conformal_interval as conformal_interval
 from ._conformal import least_answers as least_answers
-from ._contact_answers import ContactAnswers as ContactAnswers
 from ._context_network import CENTRE as CENTRE
 from ._context_network import COMPONENTS as COMPONENTS
 from ._context_network import FARTHEST as FARTHEST
@@ -110,6 +109,7 @@ from ._scores import Scores as Scores
 from ._scores import SpecimenErrors as SpecimenErrors
 from ._scores import TaskScores as TaskScores
 from ._scores import bounded as bounded
+from ._single_contact import SingleContactPredictor as SingleContactPredictor
 from ._spec import Spec as Spec
 from ._spec import Task as Task
 from ._spec import Values as Values

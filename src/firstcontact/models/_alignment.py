@@ -38,7 +38,7 @@ class Alignment:
     contacts
         Contact of each pinch; None if none was detected.
     how
-        Description of how they were detected, and from which sample on.
+        Description of how the contacts were detected, and from which sample on.
     """
 
     contacts: Sequence[Contact | None]
@@ -46,7 +46,7 @@ class Alignment:
 
 
 def label_alignment(dataset: Dataset) -> Alignment:
-    """Return the contacts from the strips or labels."""
+    """Return the contacts known from the strips or from labels."""
     return Alignment([p.first for p in dataset.pinches], "known (strips or labels)")
 
 
@@ -87,9 +87,9 @@ def fit_detector(dataset: Dataset, name: str | None = None) -> Detector:
 
 
 def found_as_live(dataset: Dataset, detector: Detector, seed: int, runner: Runner) -> Alignment:
-    """Return out-of-fold contacts: each from a detector that is fitted without the pinch.
+    """Return out-of-fold contacts. The detector of each pinch is fitted to other sessions.
 
-    Whole sessions are held out. A detector places contacts of its own training pinches too well.
+    Whole sessions are held out, because a detector is too accurate on its own training pinches.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ def found_as_live(dataset: Dataset, detector: Detector, seed: int, runner: Runne
 def _found_apart(
     fold: tuple[Places, Places], dataset: Dataset, detector: str
 ) -> Sequence[Contact | None]:
-    """Return contacts of the second dataset from a detector that is fitted to the first."""
+    """Return the contacts in a fold's second dataset by a detector fitted to the first."""
     learn, ask = fold
     other = make_detector(detector).fit(dataset.take(learn))
     return detect_alignment(dataset.take(ask), other).contacts

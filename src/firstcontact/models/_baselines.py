@@ -39,11 +39,11 @@ class ConstantModel(ArraysModel):
         return np.full((len(X), 1), self.value)
 
     def choose(self, outputs: NDArray[Any]) -> NDArray[np.intp]:
-        """Return the number of the class with that value."""
+        """Return the class number, which is the constant value."""
         return np.searchsorted(self.spec.classes, outputs[:, 0])
 
     def program(self) -> Program:
-        """Return a program whose output is the value, or 1 at its class."""
+        """Return a program with constant output: the value, or 1 for its class and 0 for others."""
         n, spec = self.spec.samples * self.spec.channels, self.spec
         classes = np.array(spec.classes)
         values = (classes == self.value) * 1.0 if spec.classes else np.array([self.value])
@@ -63,7 +63,7 @@ class TrainMean(Estimator):
     def fit(
         self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0
     ) -> ConstantModel:
-        """See :meth:`Estimator.fit`."""
+        """Fit the constant; see :meth:`Estimator.fit`."""
         spec = training_spec(self.task, self.rate, X, y, groups)
         if self.task is Task.REGRESSION:
             return ConstantModel(spec, np.array([y.mean()]))
@@ -78,7 +78,7 @@ def _log_peak(X: NDArray[Any]) -> Values:
 
 
 class PeakModel(ArraysModel):
-    """Parabola in the log peak, or the class with the nearest mean log peak.
+    """Model of the log peak: a parabola for regression, the nearest class mean for classes.
 
     For regression, ``weights`` holds the parabola (highest power first) and the range of the
     training targets, to which predictions are clipped. For classification it holds the mean log
@@ -125,7 +125,7 @@ class PeakModel(ArraysModel):
 
 @dataclass(frozen=True)
 class Peak(Estimator):
-    """Estimator of a parabola in the logarithm of the peak amplitude."""
+    """Estimator that uses only the log peak amplitude: a parabola, or the nearest class mean."""
 
     name: ClassVar[str] = "peak"
     title: ClassVar[str] = "Peak amplitude"
@@ -136,7 +136,7 @@ class Peak(Estimator):
     def fit(
         self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0
     ) -> PeakModel:
-        """See :meth:`Estimator.fit`."""
+        """Fit the parabola or the class means; see :meth:`Estimator.fit`."""
         spec = training_spec(self.task, self.rate, X, y, groups)
         peak = _log_peak(X)
         if self.task is Task.CLASSIFICATION:

@@ -1,4 +1,4 @@
-"""Card of a model folder: training data, and one part for each predictor."""
+"""Card (``model.json``) of a model folder: training data, and one part for each predictor."""
 
 from __future__ import annotations
 
@@ -33,17 +33,17 @@ class TrainingData:
     target
         Label that the model predicts.
     levels
-        Distinct values of it.
+        Distinct values of that label.
     objects
         Mean Shore A of each named object.
     contacts
-        How the contacts were found, in words.
+        Text: how the contacts were found.
     seed
         Random seed of the folds and the training.
     notes
         Changes to the data, one sentence each.
     recorded_rate_hz
-        Rate before resampling to the model's rate; None if they were not resampled.
+        Rate before resampling to the model's rate, Hz; None if the pinches were not resampled.
     """
 
     source: Name = ""
@@ -68,12 +68,12 @@ class TrainingRecord:
     pinches
         Number of pinches that it was fitted to or conditioned on.
     split
-        How the pinches of the scores were held out, in words.
+        Text: how the scored pinches were held out.
     scores
         Scores on data that the scored model was not trained on.
     calibration
-        How the interval was calibrated and the share of truths that it held, or ``none`` with the
-        reason why there is no interval.
+        Text: how the interval was calibrated, and which share of truths it contained; or ``none``
+        and the reason why there is no interval.
     training
         Hyper-parameters and scaling that the training chose.
     """
@@ -105,7 +105,7 @@ class WindowCard(PredictorCard, frozen=True, kw_only=True, tag="window"):
 
 
 class NetworkCard(PredictorCard, frozen=True, kw_only=True, tag="contact"):
-    """Part of a card for the network, which takes whole contacts: level of its intervals."""
+    """Part of a card for the network, which predicts from a contact on: level of its intervals."""
 
     level: Annotated[float, msgspec.Meta(gt=0, lt=1)]
 
@@ -120,7 +120,7 @@ class ModelCard(msgspec.Struct, frozen=True, kw_only=True):
     predictors
         One part for each predictor.
     detector
-        SHA-256 of the card of the model's detector; None accepts any detector.
+        SHA-256 of the card of the model's detector; None if any detector is accepted.
     versions
         Versions of the libraries.
     sha256

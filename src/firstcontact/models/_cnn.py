@@ -56,10 +56,10 @@ class Cnn(Estimator):
     task, rate
         See :class:`Estimator`.
     epochs
-        Passes over the windows.
+        Number of passes over the windows.
     published
-        True to use the paper's schedule: 40 epochs, with the learning rate halved every 5. It
-        scores the same and takes three times as long.
+        True to use the paper's schedule: 40 epochs, with the learning rate halved every 5. The
+        scores are the same, and training takes three times as long.
     """
 
     name: ClassVar[str] = "cnn"
@@ -79,11 +79,11 @@ class Cnn(Estimator):
     def fit(
         self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0
     ) -> CnnModel:
-        """See :meth:`Estimator.fit`. Leaves PyTorch's random state as it was."""
+        """Fit the network; see :meth:`Estimator.fit`. PyTorch's random state stays unchanged."""
         return self._fit([(X, y, groups)], seed)[0]
 
     def fit_several(self, sets: Sequence[TrainingSet], seed: int = 0) -> Sequence[WindowModel]:
-        """See :meth:`Estimator.fit_several`. Sets with equal numbers of steps train together."""
+        """Fit several networks, those with as many steps together; see the base class."""
         if type(self).fit is not Cnn.fit:  # a subclass trains in its own way
             return super().fit_several(sets, seed)
         return self._fit(sets, seed)
@@ -124,7 +124,7 @@ class Cnn(Estimator):
         return spec, scale, target, compress(X, scale), targets.astype(np.float32)
 
     def reference(self, model: CnnModel, X: Windows, y: Values) -> Reference:
-        """Return eager PyTorch with random weights, which do not affect the time."""
+        """Return the network in PyTorch's eager mode, for timing. Its weights are random."""
         import torch
 
         from firstcontact.models._efficientnet import EfficientNet
@@ -169,7 +169,7 @@ def as_input(inputs: NDArray[np.float32]) -> Tensor:
 def _train(
     examples: Sequence[tuple[Inputs, Inputs]], epochs: int, published: bool, seed: int
 ) -> list[EfficientNet]:
-    """Return trained networks in evaluation mode: same seed and threads, same weights.
+    """Return trained networks in evaluation mode. Seed and number of threads determine the weights.
 
     Parameters
     ----------

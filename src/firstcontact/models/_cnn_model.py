@@ -106,7 +106,7 @@ class CnnModel(ArraysModel):
         return out
 
     def program(self) -> Program:
-        """Return the compressed window, and the layers of the network."""
+        """Return the program: compression of the window, then the layers of the network."""
         from firstcontact.models._network_steps import NetworkSteps
 
         n = self.spec.samples * self.spec.channels

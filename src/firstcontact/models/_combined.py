@@ -47,9 +47,10 @@ class CombinedModel(InContextModel):
     alone
         Network conditioned on the rig, with its own interval widths.
     factors
-        Half width of the mixture's interval in its spreads at each stage, shape (stages,).
+        Half width of the mixture's interval at each stage, as a multiple of its spread, shape
+        (stages,).
     regressions
-        Regression of each rig of ``alone``, by finger number.
+        Regression of each rig in ``alone``, by finger number.
     """
 
     kind: ClassVar[str] = "combined"
@@ -84,7 +85,7 @@ class CombinedModel(InContextModel):
         touches, shore_a
             Labelled contacts of the rig, shape (n,).
         scheme
-            One of ``WAYS`` to know a rig.
+            One of ``WAYS`` to condition on a rig.
         seed
             Random seed for choosing pinches, if a rig has too many.
         scale
@@ -104,13 +105,13 @@ class CombinedModel(InContextModel):
         return self._alone
 
     def with_network(self, alone: InContextModel) -> CombinedModel:
-        """Return the model with another :meth:`network_alone` for the same rigs."""
+        """Return the model with another network for the same rigs."""
         return CombinedModel(alone, self.factors, self._regressions)
 
     def widened(self, scales: NDArray[np.float64]) -> CombinedModel:
-        """Return the model with intervals wider by a factor at each stage, shape (stages,).
+        """Return the model with intervals widened by a factor for each stage, shape (stages,).
 
-        Intervals of :meth:`network_alone` stay.
+        The intervals of :meth:`network_alone` stay the same.
         """
         return CombinedModel(self._alone, self.factors * scales, self._regressions)
 
@@ -153,8 +154,8 @@ class CombinedModel(InContextModel):
     def to_arrays(self) -> Arrays:
         """Return the arrays of the network and each regression as ``own.FINGER.NAME``.
 
-        ``factors`` (half widths of the intervals in spreads) belong to the mixture, ``own.factors``
-        to the network alone.
+        ``factors`` (half widths of the intervals, as multiples of the spread) belong to the
+        mixture, ``own.factors`` to the network alone.
         """
         arrays = super().to_arrays()
         arrays["own.factors"] = self._alone.factors
@@ -209,9 +210,9 @@ def adapt_combined(
 ) -> Adapted:
     """Condition a network on a rig and average it with a regression on the rig's pinches.
 
-    The weights come from held-out levels of Shore A. Intervals that cover too few pinches of
-    held-out sessions are widened. The score "held out, combined" is slightly optimistic: the
-    spread of the regression is scaled on all pinches, also on those held out.
+    The weights come from held-out levels of Shore A. Intervals are widened if they cover too few
+    pinches of held-out sessions. The score "held out, combined" is slightly optimistic, because the
+    spread of the regression is scaled on all pinches, including the held-out ones.
 
     Parameters
     ----------
@@ -249,8 +250,8 @@ def _spread_scale(
 ) -> NDArray[np.float64]:
     """Return the factor of the regression's spread at each stage, shape (stages,).
 
-    It gives network and regression the same ratio of spread to error on held-out levels of Shore
-    A. Between ``TIMES`` it is interpolated.
+    With it, network and regression have the same ratio of spread to error on held-out levels of
+    Shore A. It is measured at ``TIMES`` and interpolated between them.
     """
     ones = np.ones(len(STAGES))
     squares = np.zeros((2, len(TIMES)))

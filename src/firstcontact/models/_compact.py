@@ -2,8 +2,8 @@
 
 The outputs of a layer for the contacts of one rig lie close to a few directions. With P the first
 of these, ``y = W x + b`` becomes ``m + P (P' (W x + b - m))``: two thin layers. Their weights are
-rounded to integers whose sums cannot overflow 32 bits. The NumPy network predicts the same as its C
-export.
+rounded to integers whose sums cannot overflow 32 bits. This network in NumPy predicts the same as
+its C export.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ class Rounded:
     Parameters
     ----------
     integers
-        int16, shape (outputs, inputs).
+        Weights as int16, shape (outputs, inputs).
     scale, bias
-        Shape (outputs,).
+        Scale and bias of each row, shape (outputs,).
     """
 
     integers: NDArray[np.int16]
@@ -57,7 +57,7 @@ class Rounded:
         return cls(integers, scale, bias.astype(np.float32))
 
     def __call__(self, x: Matrix) -> Matrix:
-        """Return outputs for inputs (..., inputs), each row rounded to 15 bits of its peak."""
+        """Return outputs for inputs (..., inputs), after rounding each row to 15 bits."""
         most = np.abs(x).max(axis=-1, keepdims=True)
         each = np.where(most > 1e-30, np.float32(32767) / np.maximum(most, 1e-30), np.float32(0))
         steps = x * each.astype(np.float32)
@@ -67,7 +67,7 @@ class Rounded:
         return outputs
 
     def most(self, most: float) -> float:
-        """Return the largest output for inputs of at most this magnitude."""
+        """Return the largest possible output for inputs of at most this magnitude."""
         sums = np.maximum(np.abs(self.integers.astype(np.float64)).sum(axis=1), 1.0)
         scale, bias = (np.abs(x.astype(np.float64)) for x in (self.scale, self.bias))
         return float((sums * scale * most + bias).max(initial=0.0))
@@ -80,12 +80,13 @@ class Thin:
     Parameters
     ----------
     into
-        Layer from the inputs to the directions. For ``body1``, it takes only the inputs that change
-        with the contact; ``fixed`` holds the weights of the others.
+        Layer from the inputs to the directions. For ``body1`` it has only the inputs that change
+        with the contact; ``fixed`` holds the weights of the other inputs.
     out
         Layer from the directions to the outputs.
     fixed
-        Shape (directions, inputs that do not change with the contact), float32.
+        Weights of the inputs that do not change with the contact, float32, shape (directions, those
+        inputs).
     """
 
     into: Rounded
@@ -166,7 +167,7 @@ class CompactNetwork(Network):
         return self._layers["answer"]
 
     def along(self, context: Context, stage: int) -> Matrix:
-        """Return a rig's term in the directions of ``body1`` at a stage, shape (directions,)."""
+        """Return the contribution of a rig to ``body1`` at a stage, shape (directions,)."""
         thin = self.thin["body1"]
         rig_inputs = np.concatenate([context.mean[stage], context.general])
         term: Matrix = thin.fixed @ rig_inputs + thin.into.bias
@@ -198,7 +199,7 @@ class CompactModel(InContextModel):
 
     @classmethod
     def restore_network(cls, arrays: Mapping[str, NDArray[Any]]) -> Network:
-        """Return the network in a file's arrays."""
+        """Return the compact network from a file's arrays."""
         return CompactNetwork.from_arrays(arrays)
 
 
@@ -226,7 +227,7 @@ class _Listening(Network):
 
 
 def deaf(model: InContextModel) -> InContextModel:
-    """Return a model without the motor's pitch, which needs no spectrum per contact."""
+    """Return a model without the motor's pitch. It needs no spectrum of each contact."""
     return _told_nothing(model, False)
 
 
@@ -249,7 +250,7 @@ def compacted(
     model
         Model of the rig.
     touches
-        Contacts of the rig that determine the directions.
+        Contacts of the rig, from which the directions are computed.
     directions
         Number of directions of each thin layer.
     listening
@@ -282,7 +283,7 @@ def compacted(
 
 
 def _ask(network: Network, model: InContextModel, touches: Touches) -> None:
-    """Run a network on touches as the model would."""
+    """Run a network on contacts as the model does."""
     usable = touches.take(touches.valid >= model.shortest)
     for finger, rows in model.by_rig(usable):
         rig, part = model.rigs[finger], usable.take(rows)

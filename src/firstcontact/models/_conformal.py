@@ -24,7 +24,7 @@ SESSIONS = 3
 
 
 def refusal(answers: Values, sessions: NDArray[np.str_], level: float) -> str:
-    """Return the reason why these predictions give no interval, or ""."""
+    """Return the reason why no interval can be made from these predictions; "" if one can."""
     names = np.unique(sessions)
     if len(names) < SESSIONS or "" in names:
         named = len(names[names != ""])
@@ -42,14 +42,14 @@ def conformal_interval(
     limits: tuple[float, float] | None = SHORE_A,
     spreads: Values | None = None,
 ) -> Interval:
-    """Return an interval whose widths cover a share ``level`` of these truths.
+    """Return an interval that covers a share ``level`` of these truths.
 
     Parameters
     ----------
     answers
         Predictions of models that did not learn from the pinch's session, shape (n,).
     truth
-        Shape (n,).
+        True values, shape (n,).
     level
         Share of truths to cover.
     limits
@@ -61,7 +61,7 @@ def conformal_interval(
     Returns
     -------
     Interval
-        Interval with up to five ranges of predictions, with equal numbers of pinches.
+        Interval with up to five ranges of predictions, each with the same number of pinches.
 
     Raises
     ------
@@ -102,7 +102,7 @@ def _half_width(answers: Values, truth: Values, level: float) -> float:
 
 
 def _identity() -> Any:
-    """Return a scikit-learn regressor that returns its input."""
+    """Return a scikit-learn regressor whose predictions are its input."""
     from sklearn.base import BaseEstimator, RegressorMixin
 
     class Identity(RegressorMixin, BaseEstimator):  # type: ignore[misc]
@@ -142,8 +142,8 @@ def held_out_bounds(
     Yields
     ------
     interval, asked
-        Interval, and mask of the fold's predictions, shape (n,). A fold is skipped if too few
-        predictions remain without it.
+        Interval, and mask of the fold's predictions, shape (n,). A fold is skipped if the other
+        folds have too few predictions.
     """
     for fold in np.unique(folds):
         in_fold = folds == fold

@@ -1,4 +1,4 @@
-"""Gain-independent features of a contact's first milliseconds.
+"""Features of a contact's first milliseconds that do not depend on the gain.
 
 All amplitudes are relative to the rig's level or to the contact's peak.
 """
@@ -39,7 +39,7 @@ def masked(signals: NDArray[np.floating], valid: NDArray[np.intp]) -> NDArray[np
 
 
 def features(v: NDArray[np.float64], valid: NDArray[np.intp], level: Values) -> NDArray[np.float64]:
-    """Return features of the valid part.
+    """Return features of the valid part of each signal.
 
     Parameters
     ----------
@@ -105,7 +105,7 @@ def features(v: NDArray[np.float64], valid: NDArray[np.intp], level: Values) -> 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shape:
-    """Valid part of contacts and its features, computed once.
+    """Valid part of contacts' signals and its features, computed once.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ class Shape:
     def measure(
         cls, signals: NDArray[np.floating], valid: NDArray[np.intp], level: Values, sign: Values
     ) -> Shape:
-        """Return the shape of signals from the contact on (n, samples); others have shape (n,)."""
+        """Return the shape of signals (n, samples) that begin at their contacts."""
         is_valid = np.arange(signals.shape[1]) < valid[:, None]
         v = np.where(is_valid, sign[:, None] * signals, 0.0)
         return cls(v, is_valid, features(v, valid, level), level)

@@ -1,4 +1,4 @@
-"""Arithmetic of the network in NumPy, which runs without PyTorch."""
+"""Arithmetic of the network in NumPy. It needs no PyTorch."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Network:
     Raises
     ------
     InputError
-        Arrays that are missing or do not fit together.
+        Arrays are missing or do not fit together.
     """
 
     def __init__(self, arrays: Arrays) -> None:
@@ -103,14 +103,14 @@ class Network:
                 )
 
     def check_reach(self) -> None:
-        """Refuse weights with which a number on the way to a prediction could overflow.
+        """Refuse weights if an intermediate number of a prediction could overflow.
 
         Inputs are clipped, so each layer has a largest output for any contact.
 
         Raises
         ------
         InputError
-            The outputs of a layer or the scale may overflow. The message names it.
+            The outputs of a layer, or the scale, may overflow. The message names the layer.
         """
         for name, (_, sd) in self._scales.items():
             if not sd.min() >= 1 / LARGEST:
@@ -137,12 +137,12 @@ class Network:
                 )
 
     def _most(self, name: str, most: float) -> float:
-        """Return the largest output of a layer for inputs of at most this magnitude."""
+        """Return the largest possible output of a layer for inputs of at most this magnitude."""
         weight, bias = (np.abs(x.astype(np.float64)) for x in self._layers[name])
         return float((weight.sum(axis=1) * most + bias).max())
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
-        """Return the inverse of the constructor."""
+        """Return the arrays of the constructor."""
         out: dict[str, NDArray[Any]] = {}
         for name, (weight, bias) in self._layers.items():
             out[f"{name}.weight"], out[f"{name}.bias"] = weight, bias

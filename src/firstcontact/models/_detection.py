@@ -40,27 +40,27 @@ class Delays(Record, frozen=True, kw_only=True):
 class DetectionScores(Record, frozen=True, kw_only=True):
     """Scores of a detector over pinches whose first contact is known.
 
-    A share of no windows is None.
+    A share is None if there are no windows of that kind.
 
     Windows are counted every 3 ms as published, independent of earlier decisions. For a detector
     with shorter steps, a 3 ms step fires if any of its windows fires. A window of either finger is
     quiet if it ends before the contact. The contact window is the touching finger's first window
-    with at least 1 ms of the contact. Windows between them may be judged either way and are not
-    counted, nor are later ones.
+    with at least 1 ms of the contact. Windows between the quiet ones and the contact window are not
+    counted, because either decision is right. Later windows are not counted either.
 
     Parameters
     ----------
     n
-        Pinches scored.
+        Number of scored pinches.
     left_out
-        Pinches without a known first contact.
+        Number of pinches without a known first contact. They are not scored.
     too_soon
-        Pinches whose contact came while the motor settled or the steady state was measured, before
-        any window could detect it. They are included in ``n``.
+        Number of pinches whose contact came before any window could detect it, because the motor
+        was settling or the steady state was being measured. They are included in ``n``.
     windows, quiet_windows
         Number of counted windows, and of quiet ones.
     window_accuracy
-        Share of correct decisions over all counted windows. Most windows are quiet, so read it
+        Share of correct decisions over all counted windows. Because most windows are quiet, read it
         together with the next two shares.
     quiet_windows_silent, contact_windows_found
         Shares of correct decisions over quiet windows and over contact windows.
@@ -70,20 +70,20 @@ class DetectionScores(Record, frozen=True, kw_only=True):
     decided_within_3_ms
         Share of successful pinches in which the decision came 0 to 3 ms after the contact.
     false_alarms
-        Pinches whose first trigger places a contact more than 3 ms too early.
+        Number of pinches whose first trigger places a contact more than 3 ms too early.
     wrong_finger
-        Pinches whose first trigger is in time but on the other finger.
+        Number of pinches whose first trigger is in time but on the other finger.
     late
-        Pinches whose first trigger places the contact more than 3 ms too late.
+        Number of pinches whose first trigger places the contact more than 3 ms too late.
     misses
-        Pinches without any trigger.
+        Number of pinches without any trigger.
     false_alarms_per_minute
-        Runs of firing quiet windows, of each finger, per minute of closing without contact. That
-        time is the number of quiet steps times their length. None without such time.
+        Number of false alarms (uninterrupted runs of quiet windows that fire, counted per finger)
+        per minute of closing without contact. None if there is no such time.
     delay_ms
-        Median and 95th percentile of the time from the contact to the decision. First triggers
-        count, also late ones, if they are on the touching finger and neither placed nor decided
-        early. None without such triggers.
+        Median and 95th percentile of the time from the contact to the decision. It includes first
+        triggers on the touching finger that are neither placed nor decided early, also late ones.
+        None without such triggers.
     lookahead_ms
         Look-ahead of the resampler, which both delays include; None without resampling.
     """
@@ -108,7 +108,7 @@ class DetectionScores(Record, frozen=True, kw_only=True):
 
     @property
     def median_delay(self) -> float | None:
-        """Return quantiles of :attr:`delay_ms`, ms."""
+        """Median of :attr:`delay_ms`, ms."""
         return None if self.delay_ms is None else self.delay_ms.median
 
 
@@ -135,7 +135,7 @@ class _Counts:
     def add(
         self, decisions: WindowDecisions, column: int, truth: int, early: int, guard: int, step: int
     ) -> int:
-        """Count the windows of one pinch, and return its number of quiet steps."""
+        """Count the windows of one pinch. Return its number of quiet 3 ms steps."""
         if not len(decisions.ends) or truth <= decisions.ends[0] - step:
             self.too_soon += 1
             return 0
@@ -157,7 +157,7 @@ def score_detector(
 ) -> DetectionScores:
     """Score a detector on pinches with known first contacts.
 
-    Each is judged from where its closing starts
+    Each pinch is judged from the start of its closing
     (:func:`firstcontact.contact._closing_start.cut_closings`).
 
     Parameters
@@ -170,7 +170,7 @@ def score_detector(
     Raises
     ------
     InputError
-        When no pinch has a known first contact.
+        No pinch has a known first contact.
     """
     decisions = judge_pinches(detector, cut_closings(dataset))
     return score_decisions(decisions, dataset, detector.step, early, tolerance)
@@ -204,15 +204,15 @@ def score_decisions(
     step
         Time between the detector's windows, s.
     early
-        Longest time by which a contact may precede its label, s. Windows that end in this span are
-        not counted, and triggers in it are in time.
+        Longest time by which a contact may precede its label, s. Windows that end in this time are
+        not counted, and triggers in it count as in time.
     tolerance
-        Largest distance of a correct first trigger from the contact, s.
+        Largest difference between a correct first trigger and the contact, s.
 
     Raises
     ------
     InputError
-        When no pinch has a known first contact.
+        No pinch has a known first contact.
     """
     counts = _Counts()
     outcomes = dict.fromkeys(("success", "false_alarms", "wrong_finger", "late", "misses"), 0)
@@ -283,7 +283,7 @@ def right_and_not_early(
     """Return True if the first trigger is of the touching finger and not before the contact.
 
     The trigger must be placed at most ``tolerance`` before the contact, and decided after it. A
-    decision before the contact is chance, whatever position it reports.
+    decision before the contact is right only by chance.
 
     Parameters
     ----------
@@ -337,5 +337,5 @@ def _share(part: int, total: int) -> float | None:
 
 
 def quantiles(delays: NDArray[np.float64]) -> Delays:
-    """Return quantiles of delays in ms."""
+    """Return the median and the 95th percentile of delays in ms."""
     return Delays(median=float(np.median(delays)), p95=float(np.percentile(delays, 95)))

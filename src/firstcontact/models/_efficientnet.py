@@ -4,7 +4,7 @@ Mingxing Tan and Quoc V. Le: EfficientNetV2: Smaller Models and Faster Training,
 (arXiv:2104.00298). Importing this module imports PyTorch.
 
 The network has two dimensions, time and one of length one, because PyTorch has channels-last
-kernels for two dimensions only. These take two thirds of the time.
+kernels for two dimensions only. With these, training takes two thirds of the time.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ class Stage:
     Parameters
     ----------
     fused
-        Fused-MBConv (one wide convolution in place of expansion and depthwise) or MBConv with
-        squeeze-excitation.
+        True for Fused-MBConv (one wide convolution instead of expansion and depthwise convolution),
+        False for MBConv with squeeze-excitation.
     expand
         Factor by which the inner layers are wider.
     channels

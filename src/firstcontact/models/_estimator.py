@@ -1,4 +1,4 @@
-"""Base class of estimators, and the checks that all share."""
+"""Base class of estimators, and checks that all of them share."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ class Estimator(ABC):
         return [self.fit(*each, seed=seed) for each in sets]
 
     def reference(self, model: Any, X: Windows, y: Values) -> Reference | None:
-        """Return the training library's own prediction, for timing; by default there is none.
+        """Return the training library's own prediction, to compare times; by default None.
 
         Parameters
         ----------
@@ -157,7 +157,7 @@ def training_spec(
     Raises
     ------
     InputError
-        Shapes do not fit, windows are unusable, targets are missing, or there are fewer than two
+        Shapes do not match, windows are unusable, targets are missing, or there are fewer than two
         classes.
     """
     if X.ndim != 3 or len(X) < 2:

@@ -26,7 +26,7 @@ from firstcontact.signal import resample_dataset
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GroupScores:
-    """Scores of one predictor on pinches that have the same relation to its training.
+    """Scores of one predictor on a group of pinches, such as those not seen in training.
 
     Parameters
     ----------
@@ -39,14 +39,14 @@ class GroupScores:
     scores
         Errors in Shore A (or ranks) or accuracy by elapsed time, s, with bootstrap intervals.
     coverage, width
-        Share of truths in the interval, and its mean width, by elapsed time, s. Empty for a model
-        without intervals.
+        Share of truths inside the interval, and mean width of the interval, by elapsed time, s.
+        Empty for a model without intervals.
     out_of_range
         Share of contacts that are marked out of range, by elapsed time, s. Empty for window models.
     objects
         Errors of each specimen at the latest time.
     constant
-        Error of always predicting the mean of these pinches; None for classes.
+        Error of a constant prediction, the mean of these pinches; None for classes.
     level
         Level of the model's intervals; None without intervals.
     """
@@ -81,7 +81,7 @@ class Evaluation:
     contacts
         Description of how the contacts were detected.
     scored, left_out
-        Number of scored pinches, and of all others. The latter lack a contact, a label, or enough
+        Number of scored pinches, and of all others. The others lack a contact, a label, or enough
         signal before the second contact, or belong to an unknown class.
     warnings
         Sentences about pinches that the model was trained on.
@@ -102,7 +102,7 @@ class Evaluation:
 
     @property
     def when(self) -> str:
-        """Elapsed time of the predictions, in words."""
+        """Text that names the elapsed times of the predictions."""
         return "at any time" if self.duration is None else f"{1e3 * self.duration:g} ms"
 
     @property
@@ -112,12 +112,12 @@ class Evaluation:
 
     @property
     def coverage(self) -> Mapping[float, float]:
-        """Share of truths in the interval by elapsed time, s, as :attr:`rmse`."""
+        """Share of truths inside the interval by elapsed time, s; empty like :attr:`rmse`."""
         return self._unseen.coverage if self._unseen else {}
 
     @property
     def width(self) -> Mapping[float, float]:
-        """Mean width of the interval by elapsed time, s, as :attr:`rmse`."""
+        """Mean width of the interval by elapsed time, s; empty like :attr:`rmse`."""
         return self._unseen.width if self._unseen else {}
 
     @property
@@ -143,13 +143,14 @@ def evaluate(
     model
         Model to score.
     data
-        Pinches as they were loaded; they are resampled to the model's rate where theirs differs.
+        Pinches as they were loaded. They are resampled if their rate differs from the model's.
     contacts
-        Predictions start at "detected" contacts, as live, or at "known" ones (strips or labels).
+        "detected": predictions start at contacts that the detector finds, as in live use. "known":
+        they start at the contacts from strips or labels.
     detector
-        Contact detector in place of the model's own.
+        Contact detector to use instead of the model's own.
     progress
-        True shows a bar; a function is called with 1 for each predictor that is scored.
+        True to show a bar, or a function that is called with 1 for each scored predictor.
 
     Returns
     -------
@@ -159,7 +160,7 @@ def evaluate(
     Raises
     ------
     InputError
-        No pinch can be scored, or the model holds a detector only.
+        No pinch can be scored, or the model consists of a detector only.
 
     Examples
     --------
@@ -214,7 +215,7 @@ def _evaluation(
     dataset: Dataset,
     aligned: Alignment,
 ) -> Evaluation:
-    """Score one predictor on the pinches that it predicts for."""
+    """Score one predictor on the pinches for which it predicts."""
     predictions = {
         at: predictor.predict(dataset, aligned.contacts, at) for at in predictor.scored_moments
     }
@@ -255,7 +256,7 @@ def _group(
     dataset: Dataset,
     rows: NDArray[np.bool_],
 ) -> GroupScores:
-    """Score predictions of the pinches where ``rows`` is true."""
+    """Score the predictions for the pinches where ``rows`` is true."""
     truth, specimens = truth[rows], dataset.specimens[rows]
     clusters = resampling_clusters(dataset.sessions[rows], specimens)
     compare = classification_scores if predictor.classes else regression_scores

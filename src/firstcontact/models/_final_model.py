@@ -1,4 +1,4 @@
-"""Final model: trained on all examples, with held-out scores and an interval."""
+"""Final model: fitted to all examples, with scores and an interval from held-out folds."""
 
 from __future__ import annotations
 
@@ -41,13 +41,13 @@ class FinalModel:
     model
         Model that is fitted to all examples.
     scores
-        Scores of models of the same type on folds that were held out of their training.
+        Scores of models of the same type on folds that were held out of training.
     split
         Description of the folds.
     interval
         Interval from the same held-out predictions; None without one.
     conformal
-        Calibration of the interval, for the card.
+        Text about the calibration of the interval, for the card.
     """
 
     model: WindowModel
@@ -73,7 +73,7 @@ def train_final_model(
     data
         Training data.
     model
-        Name of an estimator, or a regressor in scikit-learn's form.
+        Name of an estimator, or a regressor with scikit-learn's interface.
     task
         Regression or classification.
     seed
@@ -83,7 +83,7 @@ def train_final_model(
     runner
         Runner for the trainings.
     shore
-        True if the target is on the Shore A scale, which has ends.
+        True if the target is Shore A, whose scale has ends.
 
     Raises
     ------
@@ -139,7 +139,7 @@ def _splits(data: LabelledWindows, folds: int, seed: int) -> tuple[list[Split], 
 
 
 def _score(task: str, data: LabelledWindows, answers: Values, seed: int) -> TaskScores:
-    """Return the scores of held-out predictions."""
+    """Return the scores of the held-out predictions."""
     of: Callable[..., TaskScores] = (
         regression_scores if task == "regression" else classification_scores
     )
@@ -147,7 +147,7 @@ def _score(task: str, data: LabelledWindows, answers: Values, seed: int) -> Task
 
 
 def scores_in_words(scores: TaskScores, target: Target) -> str:
-    """Format scores on one line, errors in the unit of the target."""
+    """Return scores as one line of text, errors in the unit of the target."""
     unit = UNITS[target]
     units = {"rmse": unit, "mae": unit, "mse": f"{unit}²", "bias": unit}
     numbers = [

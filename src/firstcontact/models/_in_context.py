@@ -1,7 +1,7 @@
 """Network conditioned on a rig by a few pinches of its blocks, without training.
 
-It was trained once on thousands of random rigs (``firstcontact pretrain``). The summary of one rig
-is an input, so users train nothing.
+It was trained once on thousands of random rigs (``firstcontact pretrain``). A summary of the user's
+rig is one of its inputs, so users train nothing.
 """
 
 from __future__ import annotations
@@ -20,7 +20,6 @@ from firstcontact.core import (
     parse_int,
     take_array,
 )
-from firstcontact.models._contact_answers import ContactAnswers
 from firstcontact.models._contact_features import Shape
 from firstcontact.models._context_network import Context, Network
 from firstcontact.models._interval import SHORE_A
@@ -29,8 +28,9 @@ from firstcontact.models._network_inputs import BESIDE, beside, network_inputs
 from firstcontact.models._out_of_range import Familiar, shape_traits
 from firstcontact.models._predictions import Predictions
 from firstcontact.models._rig import GENERAL, STAGES, TOKEN, Rig, stage_index
+from firstcontact.models._rig_speeds import LEAST, MOST, RigSpeeds
+from firstcontact.models._single_contact import SingleContactPredictor
 from firstcontact.models._spec import Arrays, Values
-from firstcontact.models._told_speed import LEAST, MOST, ToldSpeeds
 from firstcontact.models._touches import Touches, lengths
 
 #: Finger number of the rig that holds for any finger.
@@ -47,11 +47,12 @@ class InContextModel:
     network, familiar
         Pre-trained network, and statistics of its training contacts.
     factors
-        Half width of the interval in the model's own spreads at each stage, shape (stages,).
+        Half width of the interval at each stage, as a multiple of the model's own spread, shape
+        (stages,).
     level
-        Share of truths that intervals hold.
+        Nominal share of truths inside the intervals.
     rigs
-        Rigs by finger number; ``ANY`` applies to all other fingers.
+        Rigs by finger number. The entry ``ANY`` applies to all other fingers.
 
     Raises
     ------
@@ -84,10 +85,10 @@ class InContextModel:
             finger: network.context(rig.tokens, rig.general) for finger, rig in rigs.items()
         }
 
-    def follow(self, touches: Touches) -> ContactAnswers:
+    def follow(self, touches: Touches) -> SingleContactPredictor:
         """Return the predictions for one contact (one row) while its signal arrives."""
         self._check(touches)
-        return ContactAnswers(self, touches, self.rig_features(touches))
+        return SingleContactPredictor(self, touches, self.rig_features(touches))
 
     @property
     def network(self) -> Network:
@@ -96,12 +97,12 @@ class InContextModel:
 
     @property
     def familiar(self) -> Familiar:
-        """Return the statistics of its training contacts."""
+        """Statistics of the network's training contacts."""
         return self._familiar
 
     @property
     def factors(self) -> NDArray[np.float64]:
-        """Half width of the interval in spreads at each stage, shape (stages,)."""
+        """Half width of the interval at each stage, in multiples of the spread, shape (stages,)."""
         return self._factors
 
     def context(self, finger: int) -> Context:
@@ -111,7 +112,7 @@ class InContextModel:
     def half_widths(
         self, spreads: Values, samples: NDArray[np.intp] | int, rate: float = FINGERTIP_RATE
     ) -> Values:
-        """Return half widths of intervals for spreads after a number of samples."""
+        """Return the half widths of intervals for these spreads, after a number of samples."""
         return spreads * self._factors[stage_index(samples, rate)]
 
     @property
@@ -120,7 +121,7 @@ class InContextModel:
         return lengths(self.rate)[0]
 
     def network_alone(self) -> InContextModel:
-        """Return the network without a model that refines its predictions."""
+        """Return the network alone, without a model that refines its predictions."""
         return self
 
     def conditioned_on(self, rigs: Mapping[int, Rig]) -> InContextModel:
@@ -128,12 +129,12 @@ class InContextModel:
         return InContextModel(self._network, self._familiar, self._factors, self.level, rigs)
 
     def widened(self, scales: NDArray[np.float64]) -> InContextModel:
-        """Return the model with intervals wider by a factor at each stage, shape (stages,)."""
+        """Return the model with intervals widened by a factor for each stage, shape (stages,)."""
         factors = self._factors * scales
         return InContextModel(self._network, self._familiar, factors, self.level, self.rigs)
 
     def rig_features(self, touches: Touches) -> NDArray[np.float64]:
-        """Return the inputs of :meth:`predict` besides the signal after the contacts."""
+        """Return the inputs of the network that do not depend on the signal after the contacts."""
         out = np.empty((len(touches), BESIDE))
         for finger, rows in self.by_rig(touches):
             out[rows] = beside(touches.take(rows), self.rigs[finger])
@@ -154,7 +155,7 @@ class InContextModel:
         Raises
         ------
         InputError
-            The contacts have another rate, or fewer valid samples than a prediction needs.
+            The contacts have another sampling rate, or fewer valid samples than a prediction needs.
         """
         self._check(touches)
         n = len(touches)
@@ -197,7 +198,7 @@ class InContextModel:
         value: float,
         spread: float,
     ) -> tuple[float, float]:
-        """Return the prediction for one contact; subclasses refine it from the network's inputs.
+        """Return the network's prediction for one contact. Subclasses refine it.
 
         Parameters
         ----------
@@ -208,7 +209,7 @@ class InContextModel:
         stage
             Position in ``STAGES``.
         value, spread
-            Of the network.
+            Prediction and spread of the network.
         """
         return value, spread
 
@@ -225,7 +226,7 @@ class InContextModel:
             )
 
     def by_rig(self, touches: Touches) -> list[tuple[int, NDArray[np.intp]]]:
-        """Yield the number of each rig, and the positions of its contacts."""
+        """Yield the finger number of each rig, and the positions of its contacts."""
         numbers = [f if f in self.rigs else ANY for f in touches.fingers.tolist()]
         if len(set(numbers)) == 1:
             return [(numbers[0], np.arange(len(numbers)))]
@@ -305,14 +306,14 @@ def _rig(arrays: Mapping[str, NDArray[Any]], at: str) -> Rig:
     if at + "reference" in arrays:
         reference = take_array(arrays, at + "reference", POINTS).astype(np.float64)
         pitch = MotorPitch(reference, float(take_array(arrays, at + "usual", 1)[0]))
-    speeds = _told_speeds(arrays, at, speed) if speed else None
+    speeds = _declared_speeds(arrays, at, speed) if speed else None
     return Rig(level, sign, pitch, speeds, tokens, general)
 
 
-def _told_speeds(arrays: Mapping[str, NDArray[Any]], at: str, usual: float) -> ToldSpeeds:
+def _declared_speeds(arrays: Mapping[str, NDArray[Any]], at: str, usual: float) -> RigSpeeds:
     if at + "speeds" not in arrays:  # of a version that took each speed as exact
-        return ToldSpeeds(usual)
+        return RigSpeeds(usual)
     spread, error = take_array(arrays, at + "speeds", 2).astype(np.float64).tolist()
     if not LEAST <= spread <= MOST or (error and not LEAST <= error <= MOST):
         raise InputError(f"the array {at}speeds holds no spread and error of speeds")
-    return ToldSpeeds(usual, spread, error or float("inf"))
+    return RigSpeeds(usual, spread, error or float("inf"))

@@ -22,13 +22,13 @@ class Interval:
     Parameters
     ----------
     level
-        Nominal share of intervals that hold the truth, between 0 and 1.
+        Nominal share of intervals that contain the truth, between 0 and 1.
     edges
-        Predictions at which the width changes, ascending; one fewer than widths.
+        Predictions at which the width changes, ascending; one less than there are widths.
     half_widths
         Half widths between the edges, in the unit of the prediction.
     limits
-        Ends of the scale, which clip the bounds; None if it has none.
+        Ends of the scale, to which the bounds are clipped; None for a scale without ends.
     scaled
         True if half widths are multiples of the predicted standard deviation.
 

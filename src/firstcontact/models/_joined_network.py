@@ -1,7 +1,7 @@
-"""Several networks as one with grouped layers. Importing this imports PyTorch.
+"""Several networks joined into one with grouped layers. Importing this imports PyTorch.
 
-Small networks spend most of a training step on starting operators. Three that are trained together
-take two thirds of the time.
+Small networks spend most of a training step on the start of operators. Three networks that are
+trained together take two thirds of the time.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from firstcontact.models._efficientnet import EfficientNet
 
 
 class GroupedLinear(nn.Module):
-    """Linear layers of several networks, each for its own part of the inputs."""
+    """Linear layers of several networks as one layer. Each uses its own part of the inputs."""
 
     def __init__(self, layers: Sequence[nn.Linear]) -> None:
         super().__init__()
@@ -25,7 +25,7 @@ class GroupedLinear(nn.Module):
         self.bias = _joined([layer.bias for layer in layers])
 
     def forward(self, x: Tensor) -> Tensor:
-        """Shape (n, copies * inputs) in, (n, copies * outputs) out."""
+        """Map inputs (n, copies * inputs) to outputs (n, copies * outputs)."""
         parts = x.reshape(len(x), self.copies, -1).transpose(0, 1)
         weight = self.weight.view(self.copies, -1, parts.shape[2]).transpose(1, 2)
         out = torch.baddbmm(self.bias.view(self.copies, 1, -1), parts, weight)
@@ -33,7 +33,7 @@ class GroupedLinear(nn.Module):
 
 
 def join(networks: Sequence[EfficientNet]) -> EfficientNet:
-    """Return one network with the channels of several."""
+    """Return one network with the channels of several networks."""
     joined = deepcopy(networks[0])
     for name, module in list(joined.named_modules()):
         same = [network.get_submodule(name) for network in networks]

@@ -1,7 +1,7 @@
-"""Linear model on the log spectrum without its level, which transfers well to other rigs.
+"""Linear model on the level-free log spectrum. It transfers well to other rigs.
 
 Kernel machines on waveforms adapt closely to one sensor. This model has about twenty weights per
-class, ignores gain, and gives every group of windows the same total weight.
+class and ignores the gain. In training, all groups of windows have the same total weight.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class LogSpectrumModel(ArraysModel):
     spec
         Specification of its inputs and outputs.
     kind
-        Index of its feature type in ``KINDS``, shape (1,).
+        Index of the feature type in ``KINDS``, shape (1,).
     scale
         Mean and standard deviation of each feature, shape (2, inputs).
     weights, bias
@@ -124,7 +124,7 @@ class LogSpectrum(Estimator):
     def fit(
         self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0
     ) -> LogSpectrumModel:
-        """See :meth:`Estimator.fit`; feature type and C are chosen on held-out groups."""
+        """Fit with a feature type and C chosen on held-out groups; see :meth:`Estimator.fit`."""
         spec = training_spec(self.task, self.rate, X, y, groups)
         target = target_scale(self.task, y)
         wanted = (y - target[0]) / target[1]
@@ -186,7 +186,7 @@ class LogSpectrum(Estimator):
 def _folds(
     y: Values, groups: NDArray[Any] | None, seed: int
 ) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp]]]:
-    """Yield folds: one group each, or several if there are many or no groups."""
+    """Yield folds. A fold is one group, or several if there are many; random without groups."""
     names = np.unique(groups) if groups is not None else np.array([])
     if not 2 <= len(names) <= MOST_GROUPS:
         yield from inner_folds(y, groups, seed, FOLDS)
@@ -196,7 +196,7 @@ def _folds(
 
 
 def _evenly(task: Task, y: Values, groups: NDArray[Any] | None) -> Values:
-    """Return weights, mean 1, with equal totals for each group and for each class."""
+    """Return sample weights, mean 1. Each group has the same total, and so has each class."""
     weights = np.ones(len(y))
     if groups is not None:
         if task is Task.CLASSIFICATION:
@@ -222,7 +222,7 @@ def _fit(
     c: float,
     accuracy: float = ACCURACY,
 ) -> tuple[Values, Values, Values]:
-    """Return mean and deviation of the inputs, weights and bias."""
+    """Return mean and standard deviation of the inputs, and the fitted weights and bias."""
     import warnings
 
     from sklearn.exceptions import ConvergenceWarning

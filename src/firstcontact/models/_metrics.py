@@ -39,15 +39,15 @@ def cluster_intervals(
 ) -> dict[str, Ends]:
     """Return percentile bootstrap intervals over whole clusters (Davison and Hinkley 1997, 3.8).
 
-    Pinches of one session or specimen are alike, so they are drawn together; intervals over single
-    pinches would be too narrow.
+    Pinches of one session or specimen are alike, so they are drawn together. If single pinches were
+    drawn, the intervals would be too narrow.
 
     Parameters
     ----------
     columns
-        Values of each pinch to sum, shape (pinches, columns).
+        Values of each pinch that are summed, shape (pinches, columns).
     statistics
-        Functions from column sums, shape (..., columns), to a score, shape (...).
+        Functions that map column sums, shape (..., columns), to a score, shape (...).
     clusters
         Session or specimen of each pinch, shape (pinches,).
     seed
@@ -56,7 +56,7 @@ def cluster_intervals(
     Returns
     -------
     dict
-        Low and high end for each statistic; empty with fewer than two clusters.
+        Low and high end of the interval for each statistic; empty with fewer than two clusters.
     """
     from scipy.stats import bootstrap
 
@@ -146,7 +146,7 @@ def classification_scores(
 def per_object(
     truth: Values, predicted: Values, specimens: NDArray[np.str_], objects: NDArray[np.str_]
 ) -> dict[str, SpecimenErrors]:
-    """Return the errors of each specimen: of single pinches, and of their mean."""
+    """Return the errors of each specimen: of its single pinches, and of their mean prediction."""
     out = {}
     for specimen in np.unique(specimens):
         of_specimen = specimens == specimen

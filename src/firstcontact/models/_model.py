@@ -1,6 +1,6 @@
 """Model of a rig: a contact detector and predictors of stiffness.
 
-A model folder holds one. ``train`` and ``adapt`` return one.
+A model folder holds one such model. ``train`` and ``adapt`` return one.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class Model:
     Parameters
     ----------
     detector
-        Fitted contact detector; None where its file is missing from the folder.
+        Fitted contact detector; None if its file is missing from the folder.
     predictors
         Window models, the shortest window first, and the network conditioned on the rig.
     trained_on
@@ -102,14 +102,14 @@ class Model:
 
     @property
     def rate(self) -> float:
-        """Sampling rate of the signals that it takes, Hz."""
+        """Sampling rate of the signals that the model needs, Hz."""
         if not self.predictors:
             raise InputError("model: it holds a detector only: train with an estimator")
         return self.predictors[0].rate
 
     @property
     def moments(self) -> tuple[float, ...]:
-        """Elapsed times after a contact at which it predicts, s, ascending."""
+        """Elapsed times after a contact at which the model predicts, s, ascending."""
         return tuple(sorted({moment for p in self.predictors for moment in p.moments}))
 
     def predict(
@@ -122,21 +122,22 @@ class Model:
     ) -> Predictions:
         """Predict the stiffness of each pinch.
 
-        The network predicts if the model has one, otherwise the longest window that fits. As in
-        live sessions, no sample after a known second contact is used. A window that reaches it
-        gives no prediction.
+        The network predicts if the model has one, otherwise the longest window that fits into
+        ``at``. As in live sessions, no sample after a known second contact is used. There is no
+        prediction if the window reaches the second contact.
 
         Parameters
         ----------
         data
-            Pinches; they are resampled to the model's rate where theirs differs.
+            Pinches. They are resampled if their rate differs from the model's.
         at
-            Longest signal after the contact, s; the longest that the model takes by default.
-            ``Predictions.elapsed`` is shorter where the second finger touched earlier.
+            Longest signal after the contact to use, s; by default the longest that the model can
+            use. ``Predictions.elapsed`` is shorter if the second finger touched earlier.
         contacts
-            First contact of each pinch at the rate of ``data``; detected by default.
+            First contact of each pinch, at the rate of ``data``. By default the detector finds
+            them.
         estimator
-            Name of the predictor to use, such as "svm", as ``repr`` shows it.
+            Name of the predictor to use, such as "svm". The ``repr`` of the model lists them.
 
         Raises
         ------
@@ -182,9 +183,9 @@ class Model:
         return out
 
     def only(self, estimator: str) -> Model:
-        """Return the model with the predictors of this estimator alone.
+        """Return the model with only the predictors of this estimator.
 
-        "network" takes the network out of a model that is averaged with a regression.
+        "network" returns the network alone if the model averages it with a regression.
         """
         network = self.network
         parts = () if network is None else (replace(network, model=network.model.network_alone()),)
@@ -229,7 +230,7 @@ class Model:
 
     @property
     def own_detector(self) -> Detector:
-        """Contact detector. InputError if the folder had none."""
+        """Contact detector. Raise InputError if the model folder had none."""
         if self.detector is None:
             raise InputError(
                 f"{self.folder}: the folder has no detector: name a folder that `firstcontact "
@@ -246,12 +247,12 @@ def load_model(path: str | os.PathLike[str], detector: Detector | None = None) -
     path
         The folder.
     detector
-        Contact detector to use in place of the one in the folder.
+        Contact detector to use instead of the one in the folder.
 
     Raises
     ------
     InputError
-        A file is missing, damaged, or of another program or version.
+        A file is missing, damaged, or from another program or version.
 
     Examples
     --------
@@ -273,7 +274,7 @@ def load_model(path: str | os.PathLike[str], detector: Detector | None = None) -
 
 
 def require_dataset(data: object) -> None:
-    """Raise InputError if the value is not a dataset, such as a path.
+    """Raise InputError if the value is not a dataset (but a path, for example).
 
     Raises
     ------
@@ -288,5 +289,5 @@ def require_dataset(data: object) -> None:
 
 
 def shipped_model() -> Model:
-    """Return the package's model, trained on the twin and not conditioned on a rig."""
+    """Return the package's model. It was trained on the twin and is not conditioned on a rig."""
     return Model(pretrained_detector(), (NetworkPredictor(pretrained()),))

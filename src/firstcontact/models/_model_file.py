@@ -65,14 +65,14 @@ class SavedModel:
 def write_model(
     folder: Path, predictors: Sequence[Predictor], trained_on: TrainingData, digests: Digests
 ) -> None:
-    """Write card and weights into a folder. It must hold the detector already, if there is one.
+    """Write card and weights into a folder. The detector, if any, must already be in it.
 
     Raises
     ------
     InputError
-        The card is invalid, so that it could not be loaded again.
+        The card is invalid and could not be loaded again.
     ValueError
-        JSON cannot hold the card.
+        The card cannot be stored as JSON.
     """
     card = ModelCard(
         trained_on=trained_on,
@@ -101,8 +101,8 @@ def read_model(folder: Path) -> SavedModel:
     Raises
     ------
     InputError
-        A file is missing, damaged, of another program or version, or inconsistent, or the detector
-        belongs to another training.
+        A file is missing, damaged, inconsistent, or from another program or version. Or the
+        detector belongs to another model.
     """
     card = read_card(folder)
     for part in card.predictors:
@@ -145,13 +145,13 @@ def read_card(path: AnyPath) -> ModelCard:
 
 
 def model_folder(path: AnyPath) -> Path:
-    """Return the folder of a model, for the folder itself or for the card in it."""
+    """Return the folder of a model. The path is the folder or the card in it."""
     folder = Path(path)
     return folder.parent if folder.name == CARD else folder
 
 
 def check_former(folder: Path) -> None:
-    """Refuse a folder of format version 1. InputError names the command to train it again."""
+    """Refuse a folder of format version 1. The InputError names the command to train it again."""
     for pattern in _FORMER:
         for card in folder.glob(pattern):
             raise InputError(
@@ -220,20 +220,20 @@ def pretrained_folder() -> Path:
 
 @dataclass(frozen=True, slots=True)
 class _Format:
-    """Field of a card that names its format."""
+    """Card of which only the format is read."""
 
     format: str
 
 
 def check_replaceable(out: Path, windows: Sequence[float], network: bool) -> bool:
-    """Refuse a folder whose files the new model would not all replace.
+    """Refuse a folder with files that the new model would not replace.
 
     Parameters
     ----------
     out
         Folder; it need not exist.
     windows
-        Window lengths of the new models, s.
+        Lengths of the new window models, s.
     network
         True if the new model has a network.
 

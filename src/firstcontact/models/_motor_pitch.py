@@ -1,8 +1,8 @@
 """Closing speed from the pitch of the motor before the contact.
 
 The frequencies of rotor, gears and harmonics are proportional to the speed. On a logarithmic
-frequency axis the whole spectrum therefore shifts by the logarithm of the speed. The shift against
-the rig's usual spectrum gives the speed, without knowledge of the single lines.
+frequency axis the whole spectrum therefore shifts by the logarithm of the speed. The shift relative
+to the rig's usual spectrum gives the speed. The single lines need not be known.
 """
 
 from __future__ import annotations
@@ -36,21 +36,22 @@ Spectra = NDArray[np.float64]
 
 
 def spectra(signals: Signals, lead: int, rate: float) -> Spectra:
-    """Return the lines above the smooth part of the spectrum before each contact.
+    """Return the peaks of the spectrum before each contact, relative to its smooth part.
 
     Parameters
     ----------
     signals
         As in :class:`firstcontact.models._touches.Touches`, shape (n, samples).
     lead
-        Samples before the contact.
+        Number of samples before the contact.
     rate
-        Sampling rate, Hz. Below 4.6 kHz the highest frequencies are missing and count as silent.
+        Sampling rate, Hz. If the rate is below 4.6 kHz, the highest frequencies are missing and
+        count as silent.
 
     Returns
     -------
     ndarray
-        Natural logarithm of power, on an axis of ln(frequency), shape (n, POINTS).
+        Natural logarithm of the power at points evenly spaced in ln(frequency), shape (n, POINTS).
     """
     quiet = signals[:, : quiet_samples(lead, rate)].astype(np.float64)
     quiet = (quiet - quiet.mean(axis=1, keepdims=True)) * _fade(quiet.shape[1])
@@ -112,7 +113,7 @@ class MotorPitch:
     reference
         Spectrum, shape (POINTS,).
     usual
-        Median shift of the rig's own contacts against the reference.
+        Median shift of the rig's own contacts relative to the reference.
     """
 
     reference: NDArray[np.float64]
@@ -120,7 +121,7 @@ class MotorPitch:
 
     @classmethod
     def fit(cls, heard: Spectra) -> MotorPitch:
-        """Fit to the spectra before a rig's contacts, shape (n, POINTS), at least one."""
+        """Fit to the spectra before a rig's contacts, shape (n, POINTS), with n at least 1."""
         reference = heard[np.argmax(heard.std(axis=1))]
         for _ in range(_ROUNDS):
             shift, alike = _shifts(heard, reference)
@@ -134,13 +135,13 @@ class MotorPitch:
         return cls(reference, float(np.median(shift)))
 
     def listen(self, heard: Spectra) -> tuple[Values, Values]:
-        """Return the speed relative to the rig's usual one.
+        """Return the speed relative to the rig's usual speed.
 
         Returns
         -------
         speed, alike : ndarray
-            ln(speed / usual speed), and correlation with the reference, between 0 and 1; below
-            ``BELIEVED`` the speed is a guess. Shape (n,).
+            ln(speed / usual speed), and correlation with the reference, between 0 and 1. If the
+            correlation is below ``BELIEVED``, the speed is a guess. Shape (n,).
         """
         shift, alike = _shifts(heard, self.reference)
         return shift - self.usual, np.clip(alike, 0.0, 1.0)

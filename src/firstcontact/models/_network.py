@@ -1,4 +1,4 @@
-"""Network from a file: checks of its graph, and ONNX Runtime on one thread."""
+"""Network from a file: it checks the graph, and runs it with ONNX Runtime on one thread."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ class Network:
     Raises
     ------
     InputError
-        This program does not export such a graph: it has another operator, a function, a reference
-        to a file, another shape, or is too large.
+        The graph is not one that this program exports: it has another operator, a function, a
+        reference to a file, another shape, or is too large.
     """
 
     def __init__(self, raw: bytes, samples: int, channels: int, outputs: int) -> None:
@@ -78,7 +78,7 @@ def _require(fulfilled: bool, why: str) -> None:
 
 
 def _checked(raw: bytes, window: tuple[int, ...], outputs: int) -> Any:
-    """Return the checked model: known operators only, and bounded sizes."""
+    """Return the model after checks: only known operators, and bounded sizes."""
     from google.protobuf.message import DecodeError
     from onnx import ModelProto, checker, shape_inference
 
@@ -125,7 +125,7 @@ def _checked(raw: bytes, window: tuple[int, ...], outputs: int) -> Any:
 
 
 def _plain(attribute: Any) -> bool:
-    """Return True if an attribute is a word, or bounded numbers."""
+    """Return True if an attribute is a word or holds numbers within bounds."""
     kinds = type(attribute)
     numbers = [attribute.i, *attribute.ints]
     return attribute.type in (
@@ -137,7 +137,7 @@ def _plain(attribute: Any) -> bool:
 
 
 def _is_intact(tensor: Any) -> bool:
-    """Return True if a tensor holds all its numbers, of a known type, and finite."""
+    """Return True if a tensor is complete, of a known type, and finite."""
     from onnx import numpy_helper
 
     kinds = type(tensor)

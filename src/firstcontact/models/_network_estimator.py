@@ -35,7 +35,7 @@ FOLDS = 3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Adapted:
-    """Model that is conditioned on a rig, with its held-out scores.
+    """Model conditioned on a rig, with its held-out scores.
 
     Parameters
     ----------
@@ -44,10 +44,10 @@ class Adapted:
     scheme
         Conditioning scheme: the one with the best network scores on held-out pinches.
     scores
-        Held-out RMSE in Shore A at 15 ms, or at the second contact if earlier: of the network for
-        each scheme, and of a model that refines the network.
+        Held-out RMSE in Shore A at 15 ms, or at the second contact if that is earlier. There is one
+        for the network with each scheme, and one for a model that refines the network.
     mean_rmse
-        RMSE of predicting the mean of the other pinches; NaN without held-out pinches.
+        RMSE of a constant prediction, the mean of the other pinches; NaN without held-out pinches.
     check
         Check of the intervals on held-out pinches; None without any.
     notes
@@ -69,10 +69,10 @@ class Adapted:
 
     @property
     def refusal(self) -> str:
-        """Return the reason why the model is useless for this rig, "" if it is useful.
+        """Return the reason why the model is useless for this rig; "" if it is useful.
 
-        The network must be useful even if a regression can read the rig's pinches, because the
-        regression knows no other objects.
+        The network must be useful on its own, even if a regression fits the rig's pinches well,
+        because the regression has seen no other objects.
         """
         if not self.scores:
             return ""
@@ -96,9 +96,9 @@ class IntervalCheck:
     n
         Number of held-out pinches.
     coverage
-        Share of truths in the intervals as shipped, at the time where it is lowest.
+        Share of truths inside the unwidened intervals, at the time where this share is lowest.
     scales
-        Factor at each stage that makes the intervals hold their share, at least 1.
+        Factor at each stage, at least 1, with which the intervals reach their nominal coverage.
     """
 
     n: int
@@ -115,8 +115,8 @@ def adapt_network(
 ) -> Adapted:
     """Condition a pre-trained network on a rig.
 
-    Both fingers are treated as one rig or as two, whichever predicts held-out pinches better.
-    Intervals that cover too few of these are widened.
+    Both fingers are treated as one rig or as two rigs, whichever predicts held-out pinches better.
+    Intervals are widened if they cover too few held-out pinches.
 
     Parameters
     ----------
@@ -174,7 +174,7 @@ Condition = Callable[[Touches, Values], InContextModel]
 def known_rigs(
     touches: Touches, shore_a: Values, scheme: str, seed: int
 ) -> dict[int, tuple[Rig, NDArray[np.intp]]]:
-    """Return the rigs of labelled contacts, and the contacts that describe each.
+    """Return the rigs of labelled contacts, and the positions of the contacts used for each.
 
     Parameters
     ----------
@@ -216,10 +216,11 @@ class HeldOut:
     Parameters
     ----------
     errors, from_mean
-        Error of the model at the longest time, and of the mean of the other pinches, Shore A,
-        shape (n,).
+        Error of the model at the longest time, and error of the other pinches' mean, Shore A, shape
+        (n,).
     ratios
-        Absolute error over the half width of the interval at each of ``TIMES``, shape (times, n).
+        Absolute error divided by the half width of the interval, at each of ``TIMES``, shape
+        (times, n).
     """
 
     errors: Values
@@ -227,7 +228,7 @@ class HeldOut:
     ratios: Values
 
     def check(self, level: float, rate: float) -> IntervalCheck:
-        """Calibrate by split conformal (Lei et al. 2018) at each time, interpolated over stages."""
+        """Check the intervals by split conformal prediction at each time (Lei et al. 2018)."""
         n = len(self.errors)
         rank = min(ceil((n + 1) * level), n)
         needed = np.sort(self.ratios, axis=1)[:, rank - 1]
@@ -281,7 +282,7 @@ def root_mean_square(errors: Values) -> float:
 class NetworkEstimator(Estimator):
     """Network that was trained on simulated rigs and is conditioned on one rig.
 
-    Nothing is trained: the pinches of the rig become an input of the network.
+    No weights are trained: the pinches of the rig become an input of the network.
     """
 
     name: ClassVar[str] = InContextModel.kind
@@ -291,7 +292,7 @@ class NetworkEstimator(Estimator):
     takes_windows: ClassVar[bool] = False
 
     def fit(self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0) -> Any:
-        """Refuse windows, because the network needs whole contacts with the quiet before them."""
+        """Refuse windows, because the network needs contacts with the signal before them."""
         raise InputError(
             "the network needs whole contacts, not windows: use train or adapt",
             parameter="estimator",
@@ -303,14 +304,14 @@ class NetworkEstimator(Estimator):
         Parameters
         ----------
         labelled
-            Contacts with a Shore A.
+            Contacts with objects of known Shore A.
         seed
             Random seed of the folds that hold contacts out.
 
         Raises
         ------
         InputError
-            The contacts do not describe a rig.
+            The contacts are too few to describe a rig.
         """
         return self.fit_touches(labelled.touches, labelled.shore_a, labelled.named_sessions, seed)
 
@@ -326,11 +327,11 @@ class NetworkEstimator(Estimator):
 
 
 class UnknownRigError(InputError):
-    """Error for pinches that do not describe a rig."""
+    """Error for pinches that are too few to describe a rig."""
 
 
 def check_network(task: str, windows: Sequence[float], level: float, rate: float | None) -> None:
-    """Refuse options that the network does not support. InputError names the parameter."""
+    """Refuse options that the network does not support. The InputError names the parameter."""
     base = pretrained()
     if task != Task.REGRESSION:
         raise InputError(
@@ -371,7 +372,7 @@ def condition(
     Raises
     ------
     UnknownRigError
-        The pinches do not describe a rig.
+        The pinches are too few to describe a rig.
     """
     base = pretrained()
     if not is_same_rate(dataset.layout.rate, base.rate):
@@ -403,7 +404,7 @@ def condition(
 
 
 def _speed_in_words(touches: Touches, made: Adapted) -> list[str]:
-    """Return how the measured closing speeds are used, [] where none was measured."""
+    """Return a sentence on how measured closing speeds are used; [] if none was measured."""
     is_told = np.isfinite(touches.speeds)
     if not is_told.any():
         return []

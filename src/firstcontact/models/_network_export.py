@@ -1,7 +1,8 @@
 """Export of the network to ONNX, without PyTorch's exporter. Importing this imports PyTorch.
 
-The exporter takes seconds in each process, so its graph is shipped and only the weights are new.
-``python -m firstcontact.models._network_export`` makes it again, after the network changed.
+PyTorch's exporter takes seconds in each process. So the graph that it made is shipped, and only the
+weights are filled in. After a change of the network, run ``python -m
+firstcontact.models._network_export`` to make the graph again.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ def export(network: EfficientNet, samples: int) -> bytes:
     Returns
     -------
     bytes
-        A serialised ONNX model. Same weights and libraries, same bytes.
+        A serialised ONNX model. The same weights and libraries give the same bytes.
     """
     folded = network.folded()
     weights = {name: tensor.detach().numpy() for name, tensor in folded.state_dict().items()}
@@ -51,7 +52,7 @@ def export(network: EfficientNet, samples: int) -> bytes:
 def _filled(
     samples: int, channels: int, outputs: int, weights: Mapping[str, NDArray[np.float32]]
 ) -> bytes:
-    """Return the exported graph with these weights, by their names in the folded network."""
+    """Return the shipped graph with these weights, given by their names in the folded network."""
     from onnx import ModelProto, numpy_helper
 
     model = ModelProto()

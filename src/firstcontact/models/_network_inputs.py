@@ -21,7 +21,7 @@ INPUTS = 3 * STAGES[-1] + len(NAMES) + BESIDE
 
 
 def beside(touches: Touches, rig: Rig) -> NDArray[np.float64]:
-    """Return inputs for closing speed and radius, shape (n, BESIDE).
+    """Return the network's inputs for closing speed and radius, shape (n, BESIDE).
 
     They do not change with the time after the contact.
     """
@@ -38,12 +38,12 @@ def beside(touches: Touches, rig: Rig) -> NDArray[np.float64]:
 
 
 def facts(speed: Values, alike: Values, radii: Values) -> NDArray[np.float64]:
-    """Return inputs besides the signal, shape (n, BESIDE).
+    """Return the network's inputs besides the signal, shape (n, BESIDE).
 
     Parameters
     ----------
     speed
-        ln(closing speed / the rig's usual one), shape (n,).
+        ln(closing speed / usual speed of the rig), shape (n,).
     alike
         Confidence in the speed, from 0 to 1, shape (n,).
     radii
@@ -72,7 +72,7 @@ def relative_inputs(
     sign: Values,
     rig_features: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Return inputs about the valid part of each contact.
+    """Return the network's inputs for the valid part of each contact.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def relative_inputs(
 
 
 def network_inputs(shape: Shape, rig_features: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the inputs for contacts whose shape is computed already."""
+    """Return the inputs for contacts whose shape has already been computed."""
     v = shape.v
     peak = np.maximum(v.max(axis=1), LEAST * shape.level)[:, None]
     # A hard thing on a soft rig is many times the level: its logarithm keeps it in bounds.
@@ -102,7 +102,7 @@ def network_inputs(shape: Shape, rig_features: NDArray[np.float64]) -> NDArray[n
 
 
 def _resampled(wave: NDArray[np.generic]) -> NDArray[np.generic]:
-    """Resample to the network's points. At the fingertip's rate nothing changes."""
+    """Resample a signal to the network's points. At the fingertip's rate nothing changes."""
     if wave.shape[1] == STAGES[-1]:
         return wave
     places = np.linspace(0, wave.shape[1] - 1, STAGES[-1])

@@ -17,7 +17,7 @@ Shape = tuple[int, int]
 
 
 class NetworkSteps:
-    """Converter that reads the graph node by node. It knows only the nodes of our exporter.
+    """Converter from a graph to steps, node by node. It knows only the nodes of our exporter.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ class NetworkSteps:
     samples, channels
         Shape of a window.
     compressed
-        Name of the vector that the network takes, all channels of each sample.
+        Name of the network's input vector: all channels of each sample.
 
     Raises
     ------
@@ -115,7 +115,7 @@ class NetworkSteps:
         self._add(node, lambda to: layers.means(takes, to, samples, channels), (1, channels))
 
     def _unsqueeze(self, node: Any) -> None:
-        """Give the vector another name. A vector of channels has length 1 already."""
+        """Only rename the vector, because a vector of channels already has length 1."""
         source, to = node.input[0], node.output[0]
         _require(self._shapes[source][0] == 1)
         self._shapes[to] = self._shapes[source]

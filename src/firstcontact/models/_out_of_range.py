@@ -33,7 +33,7 @@ def traits(
     level: NDArray[np.float64],
     sign: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Return the traits that mark out-of-range contacts, shape (n, TRAITS).
+    """Return the traits of contacts that show whether they are out of range, shape (n, TRAITS).
 
     Parameters
     ----------
@@ -65,21 +65,21 @@ def pre_contact_noise(
 
 
 def still(trait_values: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return True for traits (n, TRAITS) of a sensor that is dead or clipped half of the time."""
+    """Return a mask of the traits (n, TRAITS) whose sensor is dead, or clipped half of the time."""
     out: NDArray[np.bool_] = trait_values[:, -1] > 10 * STILL
     return out
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Familiar:
-    """Statistics of the training contacts, at each stage.
+    """Statistics of the traits of training contacts, at each stage.
 
     Parameters
     ----------
     mean, whitening
         Mean and whitening of the traits, shape (stages, TRAITS) and (stages, TRAITS, TRAITS).
     limit
-        Largest distance of a familiar contact, shape (stages,).
+        Largest distance from the mean for a familiar contact, shape (stages,).
 
     Raises
     ------
@@ -98,7 +98,10 @@ class Familiar:
 
     @classmethod
     def fit(cls, seen: list[NDArray[np.float64]]) -> Familiar:
-        """Fit mean, covariance and limit of the traits at each elapsed time, shape (n, TRAITS)."""
+        """Fit centre, covariance and limit of the traits at each stage.
+
+        ``seen`` holds one array of traits per stage, shape (contacts, TRAITS).
+        """
         means, whitenings, limits = [], [], []
         for trait_values in seen:
             mean = np.median(trait_values, axis=0)
@@ -113,10 +116,10 @@ class Familiar:
     def out_of_range(
         self, trait_values: NDArray[np.float64], stages: NDArray[np.intp], has_level: bool = True
     ) -> NDArray[np.bool_]:
-        """Return True for traits (n, TRAITS) that lie outside at their stages, shape (n,).
+        """Return a mask of traits (n, TRAITS) that are out of range at their stages, shape (n,).
 
-        If the level of the rig is unknown, each contact gets the gain with the smallest distance.
-        Signals of a dead or clipped sensor are always out of range.
+        If the level of the rig is unknown, the gain with the smallest distance is assumed for each
+        contact. Signals of a dead or clipped sensor are always out of range.
         """
         far = trait_values - self.mean[stages]
         # At a stage all have the same length: between stages it would be the strangest of all.
@@ -133,7 +136,7 @@ class Familiar:
     def is_out_of_range(
         self, trait_values: NDArray[np.float64], stage: int, has_level: bool = True
     ) -> bool:
-        """Return True if the traits (TRAITS,) of one contact lie outside."""
+        """Return True if the traits (TRAITS,) of one contact are out of range."""
         if not has_level:
             stages = np.full(1, stage, np.intp)
             return bool(self.out_of_range(trait_values[None], stages, has_level)[0])

@@ -1,4 +1,4 @@
-"""Combined prediction from several pinches of one object."""
+"""Pooled prediction from several pinches of one object."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SHARED = 0.89
 
 @dataclass(frozen=True, slots=True)
 class Combined:
-    """Combined prediction from several pinches of one object.
+    """Pooled prediction from several pinches of one object.
 
     Parameters
     ----------
@@ -40,12 +40,12 @@ class Combined:
 
 
 def combine(values: Sequence[float], half_widths: Sequence[float]) -> Combined:
-    """Average pinches of one object, weighted by precision.
+    """Average the predictions for pinches of one object, weighted by precision.
 
     Weights are inverse squares of the half widths. The error of each pinch has two independent
-    parts: a share ``SHARED`` that all pinches of the object have in common, and the rest. Only the
-    rest shrinks with the number of pinches, so the interval never becomes narrower than ``SHARED``
-    times that of a single pinch.
+    parts. One part, a share ``SHARED`` of the half width, is common to all pinches of the object.
+    Only the other part shrinks with the number of pinches. So the interval never becomes narrower
+    than ``SHARED`` times the interval of a single pinch.
 
     Parameters
     ----------

@@ -28,11 +28,12 @@ class Predictions:
     low, high
         Ends of the interval in the same unit, shape (n,); equal to the value without an interval.
     out_of_range
-        True where the contact is unlike the training data, shape (n,).
+        Mask of contacts that are unlike the training data, shape (n,).
     elapsed
         Length of the signal after the contact that was used, s, shape (n,).
     contacts
-        First contact of each pinch, None without one; empty if the predictions are for contacts.
+        First contact of each pinch (None without one); empty if the predictions were made from
+        contacts.
 
     Examples
     --------
@@ -61,7 +62,7 @@ class Predictions:
 
     @classmethod
     def empty(cls, contacts: Sequence[Contact | None]) -> Self:
-        """Return no prediction for any of these contacts."""
+        """Return predictions that are NaN for all of these contacts."""
         value, spread, low, high, elapsed = (np.full(len(contacts), nan) for _ in range(5))
         is_out = np.zeros(len(contacts), np.bool_)
         return cls(value, spread, low, high, is_out, elapsed, contacts)
@@ -72,18 +73,18 @@ class Predictions:
             column[rows] = new
 
     def take(self, rows: NDArray[Any]) -> Predictions:
-        """Return the predictions at these positions, or where a mask is true, without contacts."""
+        """Return the predictions at these positions, or where a mask is true, but no contacts."""
         return _of_columns([column[rows] for column in self.columns], ())
 
     def filled(self, other: Predictions) -> Predictions:
-        """Return the predictions, with missing ones taken from another model's."""
+        """Return the predictions, with missing ones taken from another model."""
         missing = np.isnan(self.value)
         pairs = zip(self.columns, other.columns, strict=True)
         return _of_columns([np.where(missing, b, a) for a, b in pairs], self.contacts)
 
 
 class ContactPredictor(Protocol):
-    """Predictor of stiffness from the valid part of contacts."""
+    """Interface of predictors of stiffness from the valid part of contacts."""
 
     def predict(self, touches: Touches) -> Predictions:
         """Return predictions from the valid part of each contact."""

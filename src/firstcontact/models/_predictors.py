@@ -55,12 +55,12 @@ class WindowPredictor:
 
     @property
     def moments(self) -> tuple[float, ...]:
-        """Elapsed time after a contact at which it predicts, s."""
+        """Elapsed time after a contact at which the model predicts, s."""
         return (self.duration,)
 
     @property
     def duration(self) -> float:
-        """Length of the window, s, with as few decimals as give this number of samples."""
+        """Length of the window, s, rounded to as few decimals as give its number of samples."""
         spec = self.model.spec
         for decimals in (3, 4):
             length = round(spec.duration, decimals)
@@ -70,7 +70,7 @@ class WindowPredictor:
 
     @property
     def scored_moments(self) -> tuple[float, ...]:
-        """Moments at which :func:`evaluate` scores it, s."""
+        """Elapsed times at which :func:`evaluate` scores the predictor, s."""
         return self.moments
 
     @property
@@ -86,9 +86,9 @@ class WindowPredictor:
     def predict(
         self, data: Dataset, contacts: Sequence[Contact | None], at: float = LONGEST_WINDOW
     ) -> Predictions:
-        """Predict each pinch whose window ends before the second contact, filter included.
+        """Predict each pinch whose window ends before the second contact, look-ahead included.
 
-        There is no prediction where ``at``, s, is shorter than the window.
+        There is no prediction if ``at``, s, is shorter than the window.
         """
         out = Predictions.empty(contacts)
         if at < self.duration - 1e-9:
@@ -130,7 +130,7 @@ class WindowPredictor:
 
     @classmethod
     def from_card(cls, card: WindowCard, arrays: Arrays) -> Self:
-        """Return the predictor of a card and its arrays.
+        """Return the predictor that a card and its arrays describe.
 
         Raises
         ------
@@ -164,17 +164,17 @@ class NetworkPredictor:
 
     @property
     def moments(self) -> tuple[float, ...]:
-        """Elapsed times after a contact at which it predicts, s, ascending."""
+        """Elapsed times after a contact at which the model predicts, s, ascending."""
         return MOMENTS
 
     @property
     def scored_moments(self) -> tuple[float, ...]:
-        """Moments at which :func:`evaluate` scores it, s."""
+        """Elapsed times at which :func:`evaluate` scores the predictor, s."""
         return tuple(ms / 1000 for ms in TIMES)
 
     @property
     def classes(self) -> tuple[float, ...]:
-        """No classes: it predicts Shore A."""
+        """Empty, because the network predicts Shore A, not classes."""
         return ()
 
     @property
@@ -204,7 +204,7 @@ class NetworkPredictor:
 
     @classmethod
     def from_card(cls, card: NetworkCard, arrays: Arrays) -> Self:
-        """Return the predictor of a card and its arrays; InputError if they do not fit."""
+        """Return the predictor that a card and its arrays describe. Check that they fit."""
         from firstcontact.models._combined import CombinedModel  # it reads the shipped network
 
         kinds = {kind.kind: kind for kind in (InContextModel, CompactModel, CombinedModel)}

@@ -1,4 +1,4 @@
-"""Reduced sets of a kernel machine: fewer vectors, with weights fitted again.
+"""Reduced sets of a kernel machine: fewer vectors, with refitted weights.
 
 B. Schölkopf et al.: Input space versus feature space in kernel-based methods, 1999, section V: a
 reduced set. The fit minimises the error of the machine's outputs on its training windows, by
@@ -35,9 +35,9 @@ def reduced_sets(
         Vectors of the machine, shape (m, inputs), its gamma, and its weights without bias, shape
         (rows, m).
     inputs
-        Inputs at which the fit is made, shape (n, inputs).
+        Inputs on which the outputs are fitted, shape (n, inputs).
     sizes
-        Sizes, ascending. Sizes of m and more are skipped.
+        Sizes of the reduced sets, ascending. Sizes of m and more are skipped.
 
     Yields
     ------

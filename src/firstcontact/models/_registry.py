@@ -31,7 +31,7 @@ ESTIMATORS: Registry[type[Estimator]] = Registry(
 
 
 def model_kind(kind: str) -> type[WindowModel]:
-    """Return the class that reads window models of this kind.
+    """Return the class of window models with this ``kind`` in their cards.
 
     Raises
     ------
@@ -69,8 +69,9 @@ def find_estimator(estimator: object) -> type[Estimator]:
     Parameters
     ----------
     estimator
-        Name in :data:`ESTIMATORS`; ``PACKAGE:NAME``; an estimator class; or a regressor or
-        classifier in scikit-learn's form, as a class or an instance such as a pipeline.
+        Name in :data:`ESTIMATORS`; ``PACKAGE:NAME`` of a class to import; an estimator class; or a
+        regressor or classifier with scikit-learn's interface, as a class or an instance such as a
+        pipeline.
 
     Raises
     ------
@@ -97,7 +98,7 @@ def make_estimator(estimator: object, task: Task, rate: float, **options: Any) -
     task, rate
         Learning task, and sampling rate of the windows, Hz.
     options
-        Further fields of the estimator, such as its ``quick`` ones.
+        Values for further fields of the estimator, such as those in its ``quick``.
 
     Raises
     ------

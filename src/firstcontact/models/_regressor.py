@@ -106,12 +106,12 @@ class RegressorModel(WindowModel):
 
     @classmethod
     def from_arrays(cls, spec: Spec, arrays: Arrays) -> Self:
-        """Return the model of a skops file; the inverse of :meth:`to_arrays`.
+        """Return the model in a skops file; the inverse of :meth:`to_arrays`.
 
         Raises
         ------
         InputError
-            A damaged file, or one with a type that is not trusted.
+            The file is damaged, or contains a type that is not trusted.
         """
         title = arrays["title"].tobytes().decode(errors="replace")[:200]
         fitted = from_skops(arrays["skops"].tobytes())
@@ -124,8 +124,7 @@ class RegressorModel(WindowModel):
 class RegressorEstimator(Estimator):
     """Estimator around a regressor or classifier; :func:`regressor_estimator` makes its subclass.
 
-    Every training uses an unfitted copy, with the training's seed for random states that are not
-    set.
+    Every training uses an unfitted copy. Random states that are not set get the training's seed.
     """
 
     model: ClassVar[type[WindowModel]] = RegressorModel
@@ -137,7 +136,7 @@ class RegressorEstimator(Estimator):
     def fit(
         self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0
     ) -> RegressorModel:
-        """See :meth:`Estimator.fit`; windows are flattened to (n, samples * channels)."""
+        """Fit to windows flattened to (n, samples * channels); see :meth:`Estimator.fit`."""
         spec = training_spec(self.task, self.rate, X, y, groups)
         with ForeignCode(f"fit of {self.title}"):
             unfitted = fresh(self.regressor, seed)
@@ -146,7 +145,7 @@ class RegressorEstimator(Estimator):
 
     @classmethod
     def check_saved(cls, seed: int) -> None:
-        """Refuse, before training, an object that could not be saved; raise InputError."""
+        """Raise InputError before training if the object could not be saved."""
         with ForeignCode(cls.title):
             unfitted = fresh(cls.regressor, seed)
         to_skops(unfitted, cls.title)
@@ -187,12 +186,12 @@ def regressor_estimator(regressor: Any, name: str = "") -> type[RegressorEstimat
 
 
 def imported(name: str) -> Any:
-    """Import the regressor that ``PACKAGE:NAME`` names, which runs its package's code.
+    """Import the regressor that ``PACKAGE:NAME`` names. This runs code of its package.
 
     Raises
     ------
     InputError
-        It cannot be imported.
+        The regressor cannot be imported.
     """
     module, _, path = name.partition(":")
     try:
@@ -242,7 +241,7 @@ def to_skops(fitted: Any, title: str) -> bytes:
     Raises
     ------
     InputError
-        A type is not trusted and named in the message, or skops cannot write the object.
+        A type is not trusted (the message names it), or skops cannot write the object.
     """
     from skops.io import dumps
 
@@ -255,12 +254,12 @@ def to_skops(fitted: Any, title: str) -> bytes:
 
 
 def from_skops(raw: bytes) -> Any:
-    """Return the object of a skops file.
+    """Return the object in a skops file.
 
     Raises
     ------
     InputError
-        A damaged file, or one with a type that is not trusted, which it names.
+        The file is damaged, or contains a type that is not trusted; the message names it.
     """
     from skops.io import loads
 
@@ -294,7 +293,7 @@ def _check_types(raw: bytes, title: str) -> None:
 
 
 def _renumbered(raw: bytes) -> bytes:
-    """Return a skops file with its objects numbered in order, and not by their addresses."""
+    """Return a skops file whose objects are numbered in order, instead of by memory address."""
     numbers: dict[str, int] = {}
 
     def number(address: object) -> int:

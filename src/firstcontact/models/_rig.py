@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from firstcontact.core import InputError
 from firstcontact.models._contact_features import NAMES, Shape, masked
 from firstcontact.models._motor_pitch import BELIEVED, MotorPitch, spectra
+from firstcontact.models._rig_speeds import RigSpeeds
 from firstcontact.models._spec import Values
-from firstcontact.models._told_speed import ToldSpeeds
 from firstcontact.models._touches import Touches, lengths
 
 #: Stages at which the context is stored, in samples after the contact at the fingertip's rate. A
@@ -41,21 +41,21 @@ class Rig:
     level
         Geometric mean of the median peaks at each level of Shore A, V.
     sign
-        Sign of the largest swing in 15 ms, 1 or -1. It shows the polarity of the disc.
+        Sign of the largest swing in the first 15 ms, 1 or -1. It shows the polarity of the disc.
     pitch
         Spectrum of its motor; None if the motor is not audible.
     speeds
-        Closing speeds that the hand measured; None if unknown.
+        Closing speeds of the rig, as its hand measured them; None if unknown.
     tokens
-        Features of each level of Shore A at each stage, shape (stages, levels, TOKEN).
+        Tokens: features of each level of Shore A at each stage, shape (stages, levels, TOKEN).
     general
-        General features, shape (GENERAL,).
+        General features of the rig, shape (GENERAL,).
     """
 
     level: float
     sign: float
     pitch: MotorPitch | None
-    speeds: ToldSpeeds | None
+    speeds: RigSpeeds | None
     tokens: NDArray[np.float64]
     general: NDArray[np.float64]
 
@@ -67,7 +67,7 @@ class Rig:
 
     @classmethod
     def fit(cls, touches: Touches, shore_a: Values) -> Rig:
-        """Summarise contacts with objects of known Shore A, shape (n,).
+        """Return the summary of contacts with objects of known Shore A, shape (n,).
 
         Raises
         ------
@@ -88,7 +88,7 @@ class Rig:
         groups = [np.flatnonzero(loudness_level == g) for g in np.unique(loudness_level)]
         level = float(np.exp(np.mean([np.median(peaks[g]) for g in groups])))
         believed = alike > BELIEVED
-        speeds = ToldSpeeds.fit(touches.speeds, touches.speed_errors, speed, believed)
+        speeds = RigSpeeds.fit(touches.speeds, touches.speed_errors, speed, believed)
         noise = touches.signals[:, : touches.lead // 2].std(axis=1).mean()
         general = np.array(
             [
@@ -151,7 +151,7 @@ def _tokens(
 
 
 def _median(waves: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the median of the known values at each point; 0 without any."""
+    """Return the median of the values that are not NaN at each point; 0 if all are NaN."""
     is_finite = np.isfinite(waves)
     filled = np.where(is_finite, waves, np.inf)
     filled.sort(axis=0)

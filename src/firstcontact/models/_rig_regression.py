@@ -39,12 +39,12 @@ class RigRegression:
     shore_a
         Shore A of the objects, shape (n,).
     scale
-        Factor of its spread at each stage, shape (stages,).
+        Factor on the spread at each stage, shape (stages,).
 
     Raises
     ------
     InputError
-        Arrays are out of range.
+        Values of the arrays are out of range.
     """
 
     def __init__(
@@ -76,7 +76,7 @@ class RigRegression:
         return min(max(value, least), most), spread
 
     def to_arrays(self) -> Arrays:
-        """Return the inverse of :meth:`from_arrays`."""
+        """Return the regression as arrays, for :meth:`from_arrays`."""
         return {"inputs": self._inputs, "shore_a": self._shore_a, "scale": self._scale}
 
     @classmethod
@@ -95,7 +95,7 @@ class RigRegression:
 
 
 class _Stage(NamedTuple):
-    """Process at one stage; ``known_inputs`` are standardised, ``squares``: squared lengths."""
+    """Gaussian process at one stage. ``squares`` are squared lengths of ``known_inputs``."""
 
     mean: NDArray[np.float64]
     sd: NDArray[np.float64]
@@ -124,9 +124,9 @@ def _kernel(inner: NDArray[np.float64], squares: NDArray[np.float64]) -> NDArray
     Parameters
     ----------
     inner
-        Inner products.
+        Inner products of pairs of inputs.
     squares
-        Sums of both squared lengths.
+        Sum of the squared lengths of both inputs of each pair.
     """
     distances = np.maximum(squares - 2.0 * inner, 0.0)
     smooth = np.exp(distances * (-1.0 / (2.0 * LENGTH * LENGTH * WIDTH)))

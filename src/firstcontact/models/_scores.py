@@ -11,9 +11,10 @@ Ends = tuple[float, float]
 
 
 class RegressionScores(Record, frozen=True, kw_only=True):
-    """Errors over ``n`` pinches in the unit of the target; bias is predicted minus true.
+    """Errors over ``n`` pinches in the unit of the target. Bias is mean predicted minus true.
 
-    ``spearman`` where both sides vary; ``intervals`` by score, empty with fewer than two clusters.
+    ``spearman`` is present if both truths and predictions vary. ``intervals`` are by score; they
+    are empty with fewer than two clusters.
     """
 
     rmse: float
@@ -45,7 +46,7 @@ TaskScores = RegressionScores | ClassificationScores
 
 
 class SpecimenErrors(Record, frozen=True, kw_only=True):
-    """Errors of one specimen: of single pinches and of their mean. ``sd`` needs two pinches."""
+    """Errors of one specimen: of single pinches, and of their mean. ``sd`` needs two pinches."""
 
     object: str
     n: int
@@ -59,7 +60,7 @@ class SpecimenErrors(Record, frozen=True, kw_only=True):
 
 
 class Scores(Protocol):
-    """Record of scores with intervals."""
+    """Interface of records of scores with intervals."""
 
     @property
     def intervals(self) -> dict[str, Ends]:
@@ -68,13 +69,13 @@ class Scores(Protocol):
 
 
 class Bounded(NamedTuple):
-    """A score with its interval, where it has one."""
+    """Score with its interval, if it has one."""
 
     value: float
     ends: Ends | None = None
 
 
 def bounded(scores: Scores | None, name: str) -> Bounded | None:
-    """Return a score of a record with its interval, or None."""
+    """Return a score of a record with its interval; None if there is no record."""
     value = getattr(scores, name, None)
     return None if scores is None or value is None else Bounded(value, scores.intervals.get(name))

@@ -30,7 +30,7 @@ class Spec:
     Parameters
     ----------
     task
-        Regression answers any real number, classification one of ``classes``.
+        Task. Regression predicts any real number, classification one of ``classes``.
     rate
         Sampling rate of the windows, Hz.
     samples, channels
@@ -62,7 +62,7 @@ class Spec:
         Raises
         ------
         InputError
-            If ``rate`` (Hz) differs by more than one per cent.
+            The rate (Hz) differs by more than 1 %.
         """
         if not is_same_rate(rate, self.rate):
             raise InputError(

@@ -29,7 +29,7 @@ Features = Callable[[Values, float], Values]
 
 
 def features(kind: str, X: Windows, rate: float) -> Values:
-    """Return the inputs (n, inputs) of windows (n, samples, channels) for one of KINDS."""
+    """Return the features (n, inputs) of windows (n, samples, channels); ``kind`` is in KINDS."""
     waves = X.astype(np.float64)
     # Squares of the largest and the smallest floats stay within range.
     waves /= np.maximum(np.abs(waves).max(axis=(1, 2), keepdims=True), _TINY)
@@ -37,7 +37,7 @@ def features(kind: str, X: Windows, rate: float) -> Values:
 
 
 def log_bands(waves: Values, rate: float) -> Values:
-    """Return the level-free log spectrum in logarithmically even bands, shape (n, BANDS)."""
+    """Return the level-free log spectrum in logarithmically spaced bands, shape (n, BANDS)."""
     padded = padded_length(waves.shape[1])
     return _level_free(_power(waves, padded) @ in_bands(padded, rate))
 
@@ -81,7 +81,7 @@ def _fade(n: int) -> Values:
 
 
 def faded_lines(samples: int, length: int) -> NDArray[np.complex128]:
-    """Return the matrix from samples to the spectrum of a faded window, shape (lines, samples)."""
+    """Return the matrix that maps a window to its faded spectrum, shape (lines, samples)."""
     each: NDArray[np.complex128] = np.fft.rfft(np.diag(_fade(samples)), length, axis=1).T
     return each
 

@@ -1,4 +1,4 @@
-"""Splits into training and test data that declare what both sides share."""
+"""Splits into training and test data. Each declares which groups may be on both sides."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FOLDS = 5
 
 
 class Group(StrEnum):
-    """Kind of group that a split may have on both sides."""
+    """Kind of group of pinches, such as a session, that a split may have on both sides."""
 
     SESSION = "session"
     SPECIMEN = "specimen"
@@ -24,7 +24,7 @@ class Group(StrEnum):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Split:
-    """Positions of training pinches and of test pinches.
+    """Split: positions of the training pinches and of the test pinches.
 
     Parameters
     ----------
@@ -47,7 +47,8 @@ class Split:
         Parameters
         ----------
         sessions, specimens
-            Session and specimen of each pinch, shape (pinches,). Unknown ones ("") count as shared.
+            Session and specimen of each pinch, shape (pinches,). Unknown sessions and specimens
+            ("") count as shared.
 
         Raises
         ------
@@ -72,7 +73,7 @@ def by_session(
 ) -> list[Split]:
     """Return folds that hold out whole sessions, with classes spread over them evenly.
 
-    Specimens are on both sides, which cannot be avoided with one block per level.
+    Specimens are on both sides. This cannot be avoided if there is one block per level.
 
     Raises
     ------
@@ -131,15 +132,15 @@ RANGES = 5
 def inner_folds(
     y: NDArray[Any], groups: NDArray[Any] | None, seed: int, k: int = 3
 ) -> Iterator[tuple[Index, Index]]:
-    """Yield folds that hold out whole sessions and spread the targets.
+    """Yield folds that hold out whole sessions, with similar targets in each fold.
 
     Parameters
     ----------
     y
         Targets, shape (n,).
     groups
-        Session of each window, shape (n,). With None or a single session, single windows are dealt
-        to the folds.
+        Session of each window, shape (n,). With None or a single session, windows are assigned to
+        folds one by one.
     seed
         Random seed of the shuffling.
     k
@@ -148,7 +149,7 @@ def inner_folds(
     Yields
     ------
     train, validation
-        Positions, ascending, never empty. Each position is in one validation side.
+        Positions, ascending, never empty. Each position is in the validation side of one fold.
     """
     from sklearn.model_selection import StratifiedGroupKFold, StratifiedKFold
 

@@ -55,7 +55,7 @@ class Svm(Estimator):
     def fit(
         self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0
     ) -> SvmModel:
-        """See :meth:`Estimator.fit`; the search is described at :func:`search`."""
+        """Fit with hyper-parameters from :func:`search`; see :meth:`Estimator.fit`."""
         spec = training_spec(self.task, self.rate, X, y, groups)
         level = loudness_level(X)
         inputs = shape_and_level(X, level)
@@ -100,7 +100,7 @@ def search(
     task
         Task, which determines the loss: error rate or RMSE.
     inputs
-        Shape (n, inputs), unit variance.
+        Inputs with unit variance, shape (n, inputs).
     y
         Classes, or standardised targets, shape (n,).
     groups
@@ -147,7 +147,7 @@ def search(
 
 
 def _first_close(losses: NDArray[np.float64]) -> int:
-    """Return the number of the first candidate close to the best."""
+    """Return the index of the first candidate whose loss is close to the best."""
     return int(np.argmax(losses <= TOLERANCE * losses.min()))
 
 
@@ -169,7 +169,7 @@ def _loss(
 ) -> float:
     """Return the error rate or RMSE of a candidate on one fold.
 
-    The kernels are those of the training windows, and of the others with the training windows.
+    ``kernel`` is among the training windows, ``asked_kernel`` between test and training windows.
     """
     machine = svm_machine(task, parameters).set_params(kernel="precomputed", tol=SEARCH_ACCURACY)
     predicted = machine.fit(kernel, y).predict(asked_kernel)
@@ -205,8 +205,8 @@ def _model(
 def _one_against_one(dual: NDArray[np.float64], counts: NDArray[Any]) -> NDArray[np.float64]:
     """Return a row of weights for each pair of classes, from libsvm's packed coefficients.
 
-    ``dual`` is (classes - 1, m); the vector of class i holds its coefficient against class j in row
-    j - 1 if j > i, else in row j.
+    ``dual`` has the shape (classes - 1, m). For a vector of class i, its coefficient against class
+    j is in row j - 1 if j > i, else in row j.
     """
     end = np.cumsum(counts)
     start = end - counts

@@ -1,4 +1,4 @@
-"""Inference of the support vector machine: a few NumPy calls, without the training library."""
+"""Inference of the support vector machine with a few NumPy calls, without scikit-learn."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def shape_and_level(X: Windows, level: NDArray[np.float64]) -> NDArray[np.float3
     Returns
     -------
     ndarray
-        Shape (n, samples * channels + 1); NaN throughout where float32 cannot hold the power.
+        Shape (n, samples * channels + 1). Rows are NaN if the power exceeds the range of float32.
     """
     flat = X.reshape(len(X), X.shape[1] * X.shape[2]).astype(np.float32)
     power = np.einsum("ij,ij->i", flat, flat)
@@ -161,7 +161,7 @@ class SvmModel(ArraysModel):
         return Program(n, (*chain, steps.votes("decisions", "votes", k)), "votes")
 
     def smaller(self, X: Windows) -> Iterator[SvmModel]:
-        """Yield models with fewer and fewer support vectors."""
+        """Yield models with fewer support vectors, the smallest first; see the base class."""
         a = self._arrays
         inputs = shape_and_level(X, a["level"])
         gamma = float(self.parameters[1])

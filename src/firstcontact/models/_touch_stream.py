@@ -1,4 +1,4 @@
-"""Stream form of a contact: its signal after each millisecond."""
+"""Contact in a stream: its signal after each millisecond."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ def moments(rate: float) -> tuple[int, ...]:
 
 
 class TouchStream:
-    """Stream form of :func:`firstcontact.models.cut_touches`: the same numbers, block by block.
+    """Stream that cuts one contact block by block, like :func:`firstcontact.models.cut_touches`.
 
-    A stream handles one contact, because a closing has one first contact. It needs no look-ahead:
-    results come with the sample that completes them.
+    A stream handles one contact, because a closing has one first contact. It needs no look-ahead: a
+    result is available with the last sample that it needs.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ class TouchStream:
 
     @property
     def due(self) -> int | None:
-        """Return the number of samples until the next moment, None after the last."""
+        """Return the number of samples until the next prediction; None after the last one."""
         if self._contact is None or not self._left:
             return None
         return self._contact.sample + self._left[0] - self._end
@@ -93,8 +93,8 @@ class TouchStream:
         Returns
         -------
         Touches or None
-            The contact after each millisecond that these samples completed, the shortest first;
-            None if they completed none. Later samples of the block are not valid.
+            One row for each millisecond after the contact that these samples completed, the
+            shortest first; None if they completed none. Samples after that time are not valid.
         """
         if not self._left:
             return None
@@ -108,7 +108,7 @@ class TouchStream:
         return self._complete()
 
     def approach(self) -> Touches | None:
-        """Return the contact before its first moment, with zeros after it; None without one.
+        """Return the contact with only the signal before it; None without a contact.
 
         Use it for results that depend only on the signal before the contact.
         """

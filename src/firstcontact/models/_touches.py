@@ -1,4 +1,4 @@
-"""Contacts with the signal so far, and hints on speed and shape."""
+"""Contacts with their signal so far, and optional hints: closing speed and object radius."""
 
 from __future__ import annotations
 
@@ -37,14 +37,14 @@ Values = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Touches:
-    """Contacts of single fingers with their signals and hints. Arrays share their first axis.
+    """Contacts of single fingers, with signals and hints. Arrays share their first axis.
 
     Parameters
     ----------
     signals
-        Vibration in V as the device sends it, from ``BEFORE`` before each contact to ``LONGEST``
-        after it, with the baseline removed, shape (n, samples). Samples after ``valid`` are
-        ignored.
+        Vibration in V as the device sends it, with the baseline removed, shape (n, samples). It
+        lasts from ``BEFORE`` before each contact to ``LONGEST`` after it. Samples after ``valid``
+        are ignored.
     valid
         Number of usable samples from the contact on, up to the second contact, shape (n,).
     fingers
@@ -52,7 +52,7 @@ class Touches:
     speeds
         Closing speed measured by the hand, m/s, NaN if unknown, shape (n,).
     speed_errors
-        Relative standard error of these speeds; NaN stands for an exact one, shape (n,).
+        Relative standard error of these speeds; NaN stands for an exact speed, shape (n,).
     radii
         Radius of the object at the contact, m; infinite for a flat one, NaN if unknown, shape (n,).
     rate
@@ -71,7 +71,7 @@ class Touches:
         return len(self.signals)
 
     @classmethod
-    def untold(
+    def from_signals(
         cls, signals: Signals, valid: NDArray[np.intp], fingers: NDArray[np.intp], rate: float
     ) -> Touches:
         """Return the contacts with unknown speed and radius."""
@@ -99,7 +99,7 @@ class Touches:
         return Touches(rate=self.rate, **arrays)
 
     def until(self, samples: int) -> Touches:
-        """Return the contacts cut after a number of samples."""
+        """Return the contacts with at most this number of valid samples."""
         return replace(self, valid=np.minimum(self.valid, samples))
 
 
@@ -118,7 +118,7 @@ def cut_touch(volts: NDArray[Any], start: int, rate: float) -> Signals | None:
     start
         Position of the contact. Missing samples after it become zeros.
     rate
-        Hz.
+        Sampling rate, Hz.
 
     Returns
     -------
@@ -157,8 +157,8 @@ def cut_touches(
     contacts
         First contact of each pinch; None if unknown.
     seconds
-        Second contacts; by default the known ones of the pinches. Samples from there on are not
-        valid. A pinch whose first contact is not earlier has no valid samples.
+        Second contacts; by default those known from the pinches. Samples from the second contact on
+        are not valid. A pinch has no valid samples if its first contact is not before the second.
 
     Returns
     -------
@@ -181,7 +181,7 @@ def cut_touches(
         speeds.append(speed_inputs(pinch.closing_speed))
     rate = dataset.layout.rate
     width = samples_in(BEFORE, rate) + samples_in(LONGEST, rate)
-    touches = Touches.untold(
+    touches = Touches.from_signals(
         np.array(signals, np.float32).reshape(-1, width),
         valid[positions],
         np.array(fingers, np.intp),
@@ -192,7 +192,7 @@ def cut_touches(
 
 
 def speed_inputs(measured: ClosingSpeed | None) -> tuple[float, float]:
-    """Return the speed, m/s, and its relative error for :class:`Touches`; NaN without one."""
+    """Return a speed, m/s, and its relative error for :class:`Touches`; NaN without a speed."""
     if measured is None:
         return math.nan, math.nan
     return measured.speed, measured.error / measured.speed
@@ -203,9 +203,9 @@ def valid_samples(
     contacts: Sequence[Contact | None],
     seconds: Sequence[Contact | None] | None = None,
 ) -> NDArray[np.intp]:
-    """Return the number of samples after each contact of the first finger alone.
+    """Return the number of samples after each first contact in which only that finger touches.
 
-    They end with the pinch, or before the second contact. No prediction uses samples after these.
+    They end with the pinch or before the second contact. No prediction uses later samples.
 
     Parameters
     ----------
@@ -214,12 +214,13 @@ def valid_samples(
     contacts
         First contact of each pinch; None if unknown.
     seconds
-        Second contacts; by default the known ones of the pinches.
+        Second contacts; by default those known from the pinches.
 
     Returns
     -------
     ndarray
-        Shape (n,); 0 without a contact, or with one placed after the second.
+        Number of samples, shape (n,); 0 without a contact, or if it is placed after the second
+        contact.
     """
     second_contacts = [p.second for p in dataset.pinches] if seconds is None else list(seconds)
     out = np.zeros(len(dataset), np.intp)
@@ -254,7 +255,7 @@ LEAST, MOST = 5.0, 200.0
 
 
 def parse_radius(text: str) -> float:
-    """Return the radius in m of a hint, "flat" or a number of mm; infinite for flat.
+    """Return the radius, m, that a hint states: "flat" (infinite) or a number of mm.
 
     An empty hint gives NaN.
 
@@ -281,7 +282,7 @@ def parse_radius(text: str) -> float:
 
 
 def in_words(radius: float | None) -> str:
-    """Return the hint of a radius as text, "" for None or NaN."""
+    """Return a radius as the text of a hint; "" for None or NaN."""
     if radius is None or math.isnan(radius):
         return ""
     return FLAT if math.isinf(radius) else f"radius {1000 * radius:g} mm"

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from firstcontact.core import Block, ClosingSpeed, Contact, InputError, Layout, is_same_rate
-from firstcontact.models import ANY, BEFORE, LONGEST, ContactAnswers, Touches, TouchStream
+from firstcontact.models import ANY, BEFORE, LONGEST, SingleContactPredictor, Touches, TouchStream
 from firstcontact.signal import ContactWindow, WindowStream, samples_in
 
 if TYPE_CHECKING:
@@ -174,7 +174,7 @@ def _made_up_contact(rate: float) -> Touches:
     t = np.arange(-lead, longest) / rate
     ring = np.where(t > 0, np.exp(-t.clip(0) / 0.01) * np.sin(900.0 * t), 0.01 * np.sin(900.0 * t))
     signals = ring[None].astype(np.float32)
-    return Touches.untold(signals, np.full(1, longest), np.full(1, ANY), rate)
+    return Touches.from_signals(signals, np.full(1, longest), np.full(1, ANY), rate)
 
 
 class _NetworkStream:
@@ -184,7 +184,7 @@ class _NetworkStream:
         self._model, self._rate, self._few = model, layout.rate, few
         self._stream = TouchStream(layout, radius)
         self._contact: Contact | None = None
-        self._answers: ContactAnswers | None = None
+        self._answers: SingleContactPredictor | None = None
 
     @property
     def reason(self) -> str:
@@ -227,7 +227,7 @@ class _NetworkStream:
             )
 
     def _predict(
-        self, answers: ContactAnswers, signal: NDArray[np.float32], samples: int
+        self, answers: SingleContactPredictor, signal: NDArray[np.float32], samples: int
     ) -> Prediction:
         answer = answers.predict(signal, samples)
         if answer is None or self._contact is None:

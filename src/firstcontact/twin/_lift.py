@@ -20,9 +20,9 @@ class Lift:
 
     Parameters
     ----------
-    after
+    delay
         Time from the first contact to the beginning of the lift, s.
-    over
+    duration
         Duration of the lift, s; 0 for an abrupt one.
 
     Raises
@@ -31,8 +31,8 @@ class Lift:
         A time is negative or not a number.
     """
 
-    after: float = LIFT
-    over: float = 0.0
+    delay: float = LIFT
+    duration: float = 0.0
 
     def __post_init__(self) -> None:
         if not (0 <= self.after < math.inf and 0 <= self.over < math.inf):
@@ -41,12 +41,12 @@ class Lift:
     @property
     def begin(self) -> int:
         """Number of samples from the first contact to the beginning of the lift."""
-        return round(self.after * FINGERTIP_RATE)
+        return round(self.delay * FINGERTIP_RATE)
 
     @property
     def samples(self) -> int:
         """Number of samples from the first contact to the end of the lift."""
-        return round((self.after + self.over) * FINGERTIP_RATE)
+        return round((self.delay + self.duration) * FINGERTIP_RATE)
 
     def hanging(self, first: int, samples: int) -> NDArray[np.float64]:
         """Return the share of the weight that the support does not carry.

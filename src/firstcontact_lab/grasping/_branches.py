@@ -18,7 +18,7 @@ from firstcontact_lab.grasping._slip import SlipWatch
 Values = NDArray[np.float64]
 
 #: Kinds of lift, by name.
-LIFTS = {"abrupt": Lift(), "gradual": Lift(over=1.0)}
+LIFTS = {"abrupt": Lift(), "gradual": Lift(duration=1.0)}
 #: Declared latencies of the slip detection, s.
 DETECTION = (0.100, 0.300)
 #: Number of samples per step when no policy reads them.

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import msgspec
+
 from firstcontact.core import Record
 from firstcontact.models import Bounded, Ends
 
@@ -58,7 +60,7 @@ class GraspRun(Record, frozen=True, kw_only=True):
     quick: bool
     seed: int
     workers: int
-    asked: dict[str, Any] | None = None
+    options: dict[str, Any] | None = msgspec.field(default=None, name="asked")
     versions: dict[str, str]
 
 

@@ -97,7 +97,7 @@ def _run(
             quick=quick,
             seed=settings.seed,
             workers=settings.workers,
-            asked=options,
+            options=options,
             versions=installed_versions(),
         ),
         household=work.results,

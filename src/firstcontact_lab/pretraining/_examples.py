@@ -201,7 +201,7 @@ def _touches(signals: NDArray[np.int16], rng: Rng) -> Touches:
         cut.append(signal_cut)
         second = round(draw_offset(rng) * _RATE) - int(late)
         valid.append(min(max(second, shortest), longest))
-    return Touches.untold(np.array(cut), np.array(valid), np.full(len(cut), -1), _RATE)
+    return Touches.from_signals(np.array(cut), np.array(valid), np.full(len(cut), -1), _RATE)
 
 
 def _example_set(

@@ -86,7 +86,7 @@ def subject_kind() -> type[SubjectResults]:
 
 
 class _Run(msgspec.Struct):
-    asked: dict[str, Any]
+    options: dict[str, Any] = msgspec.field(name="asked")
 
 
 class _Options(msgspec.Struct):
@@ -120,4 +120,4 @@ def read_options(path: Path, remedy: str) -> dict[str, Any]:
     """
     return read_record(
         read_regular(path, LONGEST), _Options, str(path), remedy, LONGEST
-    ).study.asked
+    ).study.options

@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+import msgspec
+
 from firstcontact.core import ByName, Record, installed_versions
 from firstcontact_lab.report.findings import Findings
 from firstcontact_lab.report.results import Field, SubjectResults
@@ -21,7 +23,7 @@ class StudyRun(Record, frozen=True, kw_only=True):
     started: str
     complete: bool
     stopped: str | None = None
-    asked: dict[str, Any] | None = None
+    options: dict[str, Any] | None = msgspec.field(default=None, name="asked")
     settings: dict[str, Any]
     seed: int
 
@@ -97,7 +99,7 @@ class State:
             started=self.started,
             complete=not self.pending,
             stopped=self.stopped or None,
-            asked=dict(self.options),
+            options=dict(self.options),
             settings=dict(self.settings),
             seed=self.settings["seed"],
         )

@@ -196,7 +196,7 @@ def judged_rig(name: str, number: int, seed: int, *, free_speed: bool = False) -
     uses, shore_a, session_names, objects, signals, valid, radii, speeds = map(
         np.array, zip(*pinches, strict=True)
     )
-    touches = Touches.untold(
+    touches = Touches.from_signals(
         signals, np.minimum(valid, lengths(_RATE)[1]), np.full(len(valid), -1), _RATE
     )
     lasting = touches.answerable

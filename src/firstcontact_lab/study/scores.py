@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -25,15 +26,15 @@ from firstcontact.signal import samples_in
 class AnytimeScores(Record, frozen=True, kw_only=True):
     """Scores over ``n`` pinches by the time after the contact, ms. Later signal is not used.
 
-    ``coverage`` and ``width`` (Shore A) belong to the model's intervals. ``strange`` is the share
-    of contacts out of range. ``intervals`` are by score, then by time.
+    ``coverage`` and ``width`` (Shore A) belong to the model's intervals. ``out_of_range`` is the
+    share of contacts out of range. ``intervals`` are by score, then by time.
     """
 
     n: int
     rmse: dict[str, float]
     coverage: dict[str, float]
     width: dict[str, float]
-    strange: dict[str, float]
+    out_of_range: dict[str, float] = msgspec.field(name="strange")
     intervals: dict[str, dict[str, Ends]]
 
 
@@ -120,7 +121,7 @@ def anytime_scores(
     return AnytimeScores(
         n=len(truth),
         **scores,
-        strange=out_of_range,
+        out_of_range=out_of_range,
         intervals={name: ends for name, ends in intervals.items() if ends},
     )
 

@@ -76,7 +76,7 @@ def test_unseen_objects_are_asked_about_and_blocks_of_other_sessions(
 ) -> None:
     scores = outcome.results[ANYTIME]
     assert not outcome.left_out
-    assert (scores.asked, scores.fixed) == ("objects", None)
+    assert (scores.pinches, scores.fixed) == ("objects", None)
     assert scores.n + scores.too_short == len(objects)
     assert scores.blocks.n <= len(blocks)
     for entry in (scores, scores.blocks):
@@ -92,7 +92,7 @@ def test_unseen_objects_are_asked_about_and_blocks_of_other_sessions(
 
 def test_without_unseen_objects_blocks_stand_first(blocks) -> None:
     scores = score(blocks)
-    assert (scores.asked, scores.blocks) == ("blocks", None)
+    assert (scores.pinches, scores.blocks) == ("blocks", None)
 
 
 def test_unknown_quantities_are_stated(blocks, objects) -> None:

@@ -18,7 +18,7 @@ def test_each_object_counts_once_whatever_its_pinches() -> None:
 
 
 def test_permutation_p_is_exact_for_few() -> None:
-    """Of the 24 orders of four values, one is as high and one as low."""
+    """Two of the 24 orders of four values correlate as strongly, one with the opposite sign."""
     computed = rank_correlation(np.arange(4.0), np.array([1.0, 3.0, 7.0, 9.0]), 0)
     assert computed.rho == pytest.approx(1.0)
     assert computed.p == pytest.approx(2 / 24)

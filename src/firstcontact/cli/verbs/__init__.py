@@ -1,6 +1,6 @@
-"""Verbs of the command line, one file each. A dataclass has the options, its ``run`` the work.
+"""Verbs of the command line, one file each: a dataclass with the options and a method ``run``.
 
-A file here is a verb, named after it: ``flash_model.py`` holds the class ``FlashModel`` of the verb
+The file's name is the verb's name: ``flash_model.py`` holds the class ``FlashModel`` of the verb
 ``flash-model``. Other packages add verbs by entry points of the group ``firstcontact.verbs``.
 Importing this package imports no verb.
 """
@@ -25,7 +25,7 @@ GROUP = "firstcontact.verbs"
 
 @cache
 def verb_places() -> dict[str, str]:
-    """Return the place of each verb's class as "module:Class", by the name of the verb."""
+    """Return where the class of each verb is, as "module:Class", by the name of the verb."""
     modules = sorted(module.name for module in iter_modules(__path__))
     places = {_verb(name): f"{__name__}.{name}:{_class(name)}" for name in modules}
     from importlib.metadata import entry_points  # 20 ms that a verb of ours need not wait for

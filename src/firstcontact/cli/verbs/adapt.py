@@ -14,7 +14,7 @@ from firstcontact.contact import DETECTORS
 class Adapt:
     """Make a model of your rig from a few pinches of known Shore A.
 
-    It is the pre-trained network, averaged with a regression on your pinches.
+    The model averages the pre-trained network with a regression that is fitted to your pinches.
     """
 
     data: Annotated[Path | None, Option(positional=True)] = None

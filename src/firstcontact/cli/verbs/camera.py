@@ -11,7 +11,7 @@ from firstcontact.cli.options import Option
 
 @dataclass(frozen=True)
 class Camera:
-    """Compare contact times of the strips with a high-speed camera."""
+    """Compare the contact times of the contact strips with a high-speed camera."""
 
     path: Annotated[Path, Option(positional=True)]
     """Recording with strips."""

@@ -50,7 +50,7 @@ class Evaluate:
 
 
 def _rate_lines(model: Model, data: Dataset) -> Iterator[str]:
-    """Return lines that state a resampling and the delay that it adds."""
+    """Return lines about resampling to the model's rate, and the delay that it adds."""
     recorded = data.layout.rate
     if not model.moments or recorded == model.rate:
         return

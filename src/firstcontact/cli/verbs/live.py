@@ -307,7 +307,7 @@ def _at_rate(source: Source, detector: Detector | None, predictor: Predictor | N
 
 
 def _shore_a(source: Source, device: str) -> Callable[[str], float | None]:
-    """Return a function for the Shore A of an object of a simulated hand by its name."""
+    """Return a function that gives the Shore A of a simulated hand's object by its name."""
     origin = source.descriptor.source
     kinds = [source_kind(device), *(SOURCES[name] for name in SOURCES.builtin_names)]
     object_shore_a = next(

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 class Train:
     """Train stiffness models on pinches of role "train", and save them with a detector.
 
-    If the pinches have a Shore A, the network is conditioned on them, too.
+    If the pinches have a known Shore A, the network is conditioned on them, too.
     """
 
     data: Annotated[Path, Option(positional=True)]

@@ -32,7 +32,7 @@ class FinalForce(Policy):
     approach
         Closing speed until the first contact, m/s.
     scale
-        Factor on every force. A lower one is more cautious.
+        Factor on every force. A lower factor is more cautious.
     """
 
     task = Task.HOUSEHOLD

@@ -10,7 +10,7 @@ from firstcontact.grasp._policy import ForceArray, Part, Policy, SensorVariant, 
 
 
 class ForceFeedback(Policy):
-    """Policy that slows down and limits the force once a taxel rises, for every object alike.
+    """Policy that slows down and limits the force once a force sensor rises, for any object.
 
     Parameters
     ----------

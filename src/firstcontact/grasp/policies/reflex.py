@@ -39,7 +39,7 @@ class Reflex(FinalForce):
         return Command(max(harder.speed, self.begun.speed), harder.force)
 
     def slipped(self) -> Command | None:
-        """Raise the force if the hand presses already."""
+        """Raise the force if the hand is already pressing."""
         if not self._both:
             return None
         if self.final.force < self.grip.force:

@@ -51,9 +51,9 @@ def make_policy(
 
 
 def live_policies() -> list[str]:
-    """Return the names of the policies for real hands: those that need no truth.
+    """Return the names of the policies for real hands, which need no knowledge of the object.
 
-    All plug-ins are among them, because a plug-in is imported only when it is chosen.
+    All plug-ins are included: whether one needs such knowledge is known only once it is imported.
     """
     built_in = POLICIES.builtin_names
     return [
@@ -62,12 +62,12 @@ def live_policies() -> list[str]:
 
 
 def live_policy(name: str, grip: Grip | None = None) -> Policy:
-    """Return a policy for a hand that does not know its object.
+    """Return a policy for a hand that does not know the object.
 
     Raises
     ------
     InputError
-        No policy has that name, or the policy needs the truth.
+        No policy has that name, or the policy needs knowledge that only a simulated hand has.
     """
     kind = POLICIES.find(name)
     if kind.needs_truth:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from msgspec import field
 from msgspec.structs import asdict
 
 from firstcontact.core import Record, Runner, counted, is_same_rate, percent
@@ -65,35 +66,38 @@ class FixedWindow(Record, frozen=True, kw_only=True):
 
 
 class OtherScores(Record, frozen=True, kw_only=True):
-    """Scores of another estimator on the same pinches as those of the default one."""
+    """Scores of another estimator on the pinches that the default one predicts."""
 
-    asked: AnytimeScores
+    unseen: AnytimeScores = field(name="asked")
     blocks: AnytimeScores | None = None
 
 
 class AnytimeResults(AnytimeScores, frozen=True, kw_only=True):
-    """Scores of ``estimator`` on unseen objects, or on blocks of other sessions (``asked``).
+    """Scores of ``estimator`` on ``pinches``: unseen objects, or blocks of other sessions.
 
     ``before_second``: share of ``with_second`` pinches of any role with an estimate before the
     second contact, including all delays. ``too_short``: pinches whose second contact came before
-    any estimate; they are not scored. ``way``: conditioning scheme. ``level``: nominal coverage of
-    the intervals. ``others``: scores of the other any-time estimators by name.
+    any estimate; they are not scored. ``scheme``: conditioning scheme. ``level``: nominal coverage
+    of the intervals. ``other_estimators``: scores of the other any-time estimators by name.
     """
 
-    asked: str
+    pinches: str = field(name="asked")
     level: float
-    way: str
+    scheme: str = field(name="way")
     too_short: int
     before_second: float | None = None
     with_second: int | None = None
     fixed: FixedWindow | None = None
     blocks: AnytimeScores | None = None
     estimator: str = "network"
-    others: dict[str, OtherScores] | None = None
+    other_estimators: dict[str, OtherScores] | None = field(default=None, name="others")
 
     def by_estimator(self) -> dict[str, OtherScores]:
         """Return the scores of all any-time estimators by name, the default one first."""
-        return {self.estimator: OtherScores(asked=self, blocks=self.blocks), **(self.others or {})}
+        return {
+            self.estimator: OtherScores(unseen=self, blocks=self.blocks),
+            **(self.other_estimators or {}),
+        }
 
 
 _TITLE = "Estimates at any time"
@@ -135,24 +139,24 @@ def anytime(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
         if len(objects):
             truth, clusters = objects.shore_a, objects.clusters
             unseen = anytime_scores(on_objects[name], truth, clusters, settings.seed)
-            by_estimator[name] = OtherScores(asked=unseen, blocks=blocks)
+            by_estimator[name] = OtherScores(unseen=unseen, blocks=blocks)
         elif blocks is not None:
-            by_estimator[name] = OtherScores(asked=blocks)
+            by_estimator[name] = OtherScores(unseen=blocks)
     scores = by_estimator.pop(RIG_ESTIMATOR.name)
     queries = ~learn if len(objects) else learn
     share, of = _before_second(subject, settings.early)
     results = AnytimeResults(
-        **asdict(scores.asked),
-        asked="objects" if len(objects) else "blocks",
+        **asdict(scores.unseen),
+        pinches="objects" if len(objects) else "blocks",
         level=model.level,
-        way=adapted.scheme,
+        scheme=adapted.scheme,
         too_short=int((queries & ~long_enough).sum()),
         before_second=share,
         with_second=of,
         fixed=_fixed(subject, objects, settings.seed),
         blocks=scores.blocks,
         estimator=RIG_ESTIMATOR.name,
-        others=by_estimator,
+        other_estimators=by_estimator,
     )
     return PartResult([ANYTIME(results)], [anytime_figure(results)])
 
@@ -265,7 +269,7 @@ _SIDES = {"objects": ("o-", "unseen objects"), "blocks": ("s--", "blocks of othe
 def anytime_figure(results: AnytimeResults) -> Figure:
     """Draw RMSE and mean width by time, with the RMSE of the default estimator."""
     look = names.estimator(results.estimator)
-    sides: dict[str, AnytimeScores] = {results.asked: results}
+    sides: dict[str, AnytimeScores] = {results.pinches: results}
     if results.blocks is not None:
         sides["blocks"] = results.blocks
     with canvas(1, 2) as (figure, axes):
@@ -306,7 +310,6 @@ def _line(ax: Any, scores: AnytimeScores, key: str, style: str, name: str, colou
 
 
 ANYTIME = Field.optional("anytime", AnytimeResults)
-_ASKED = {"objects": "unseen objects", "blocks": "blocks of other sessions"}
 
 
 def anytime_table(results: SubjectResults) -> Table | None:
@@ -314,19 +317,21 @@ def anytime_table(results: SubjectResults) -> Table | None:
     by_time = results[ANYTIME]
     if by_time is None:
         return None
-    lines = _side(by_time, _ASKED[by_time.asked])
+    lines = _side(by_time, _SIDES[by_time.pinches][1])
     if by_time.fixed is not None:
         title = names.estimator(by_time.fixed.estimator).title
         empty = [Cell(ABSENT)] * (len(by_time.rmse) - 1)
         last = format_cell(bounded(by_time.fixed, "rmse"), "shore")
         lines.insert(1, Line([Cell(f"RMSE, {title}", "whole window"), *empty, last], True))
     if by_time.blocks is not None:
-        lines += _side(by_time.blocks, _ASKED["blocks"])
-    for name, scores in (by_time.others or {}).items():
+        lines += _side(by_time.blocks, _SIDES["blocks"][1])
+    for name, scores in (by_time.other_estimators or {}).items():
         title = names.estimator(name).title
-        lines.append(_error_line(scores.asked, f"{title}, {_ASKED[by_time.asked]}", quiet=True))
+        lines.append(
+            _error_line(scores.unseen, f"{title}, {_SIDES[by_time.pinches][1]}", quiet=True)
+        )
         if scores.blocks is not None:
-            lines.append(_error_line(scores.blocks, f"{title}, {_ASKED['blocks']}", quiet=True))
+            lines.append(_error_line(scores.blocks, f"{title}, {_SIDES['blocks'][1]}", quiet=True))
     caption = f"{names.estimator(by_time.estimator).title}, by time after contact."
     if by_time.before_second is not None:
         caption += (
@@ -334,7 +339,7 @@ def anytime_table(results: SubjectResults) -> Table | None:
             "for a first estimate lie before the second contact, without computing and transport."
         )
     caption += (
-        f" The model is conditioned on the blocks of the rig ({by_time.way}). Not scored: "
+        f" The model is conditioned on the blocks of the rig ({by_time.scheme}). Not scored: "
         f"{counted(by_time.too_short, 'pinch')} whose second contact came before any estimate."
     )
     return Table(caption, ["", *(f"{ms} ms" for ms in by_time.rmse)], lines)
@@ -355,16 +360,16 @@ def _side(scores: AnytimeScores, queries: str) -> list[Line]:
         _error_line(scores, queries),
         Line([Cell("Coverage of the interval", queries), *_cells(scores, "coverage", "share")]),
         Line([Cell("Width of the interval, Shore A", queries), *_cells(scores, "width", "shore")]),
-        Line([Cell("Out of range", queries), *_cells(scores, "strange", "share")]),
+        Line([Cell("Out of range", queries), *_cells(scores, "out_of_range", "share")]),
     ]
 
 
 def _rmse(estimator: str, ms: str) -> Callable[[SubjectResults], Value]:
     def value(by_time: AnytimeResults) -> Value:
         entry = by_time.by_estimator().get(estimator)
-        if entry is None or ms not in entry.asked.rmse:
+        if entry is None or ms not in entry.unseen.rmse:
             return None
-        return Bounded(entry.asked.rmse[ms], entry.asked.intervals.get("rmse", {}).get(ms))
+        return Bounded(entry.unseen.rmse[ms], entry.unseen.intervals.get("rmse", {}).get(ms))
 
     return optional(lambda results: results[ANYTIME], value)
 

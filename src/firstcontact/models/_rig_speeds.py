@@ -27,11 +27,11 @@ FENCE = 2.0
 
 
 @dataclass(frozen=True, slots=True)
-class ToldSpeeds:
+class RigSpeeds:
     """Closing speeds of a rig, from its hand's measurements and its motor's pitch.
 
-    The network takes a speed as exact. It is therefore given the posterior mean of the speed. A
-    measurement counts more if its error is small compared with the spread of the rig's speeds.
+    The network treats a speed as exact, so it gets the posterior mean of the speed. A measurement
+    counts more if its error is small compared with the spread of the rig's speeds.
 
     Parameters
     ----------
@@ -40,8 +40,8 @@ class ToldSpeeds:
     spread
         Standard deviation of ln(speed) between pinches, without the error of measurement.
     heard_error
-        Standard deviation of the error of the motor's pitch in ln(speed); infinite where it is of
-        no use.
+        Standard deviation of the error in ln(speed) that is estimated from the motor's pitch;
+        infinite if the pitch is useless.
     """
 
     usual: float
@@ -54,13 +54,13 @@ class ToldSpeeds:
     ) -> Self | None:
         """Return the speeds of a rig from its own pinches.
 
-        None if no speed was measured, or if the errors exceed the spread of the speeds. Single bad
-        measurements do not count.
+        Return None if no speed was measured, or if the errors exceed the spread of the speeds.
+        Single outliers have no influence.
 
         Parameters
         ----------
         speeds, errors
-            As of :class:`firstcontact.models._touches.Touches`, shape (n,).
+            As in :class:`firstcontact.models._touches.Touches`, shape (n,).
         heard, believed
             ln(speed / usual) estimated from the motor's pitch, and where that estimate is trusted,
             shape (n,).
@@ -86,7 +86,7 @@ class ToldSpeeds:
         Parameters
         ----------
         speeds, errors, heard, believed
-            As of :meth:`fit`, of other pinches of the rig.
+            As in :meth:`fit`, but for the pinches to predict.
         """
         precision = 1 / _bounded(errors) ** 2
         heard_precision = np.where(believed, 1 / self.heard_error**2, 0.0)
@@ -102,12 +102,12 @@ def _log_ratio(speeds: Values, usual: float) -> Values:
 
 
 def _bounded(errors: Values) -> Values:
-    """Return relative errors; NaN counts as exact, infinity as no measurement."""
+    """Return relative errors within bounds. NaN counts as exact, infinity as no measurement."""
     return np.maximum(np.where(np.isnan(errors), 0.0, errors), LEAST)
 
 
 def _spread(values: Values, noise: Values) -> float:
-    """Return the standard deviation of values without mistakes and the variance of their noise."""
+    """Return the standard deviation of values, without outliers and the variance of their noise."""
     low, high = np.quantile(values, [0.25, 0.75])
     reach = FENCE * max(high - low, LEAST)
     usual = values[(values >= low - reach) & (values <= high + reach)]

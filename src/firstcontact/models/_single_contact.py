@@ -1,9 +1,9 @@
 """Fast predictions for one contact while its signal arrives.
 
 A NumPy call takes at least a microsecond, and the general code needs 200 of them. This module
-repeats the network's arithmetic for a single contact. It caches values that a later moment of the
-same contact needs again, and takes a third of the time. The numbers equal
-:meth:`InContextModel.predict` for one contact bit by bit.
+repeats the network's arithmetic for a single contact. It stores values that later predictions for
+the same contact need again, and so takes a third of the time. The results equal those of
+:meth:`InContextModel.predict` bit by bit.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def _stage_index(valid: int, rate: float) -> int:
     return min(bisect_left(STAGES, share - 1e-9), len(STAGES) - 1)
 
 
-class Answer(NamedTuple):
+class ContactPrediction(NamedTuple):
     """Prediction for one contact; see :class:`firstcontact.models.Predictions`."""
 
     value: float
@@ -46,8 +46,8 @@ class Answer(NamedTuple):
     out_of_range: bool
 
 
-class ContactAnswers:
-    """Predictions of the network for one contact, each from more samples than the previous one.
+class SingleContactPredictor:
+    """Predictor for one contact; each prediction uses more samples than the previous one.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ class ContactAnswers:
     touches
         The contact, as one row, with the samples received so far.
     features
-        Row of :meth:`InContextModel.rig_features`.
+        The contact's row of :meth:`InContextModel.rig_features`.
     """
 
     def __init__(
@@ -83,7 +83,7 @@ class ContactAnswers:
         self._traits = np.empty(TRAITS)
         self._traits[-2] = noise[0]
 
-    def predict(self, signal: NDArray[np.floating], valid: int) -> Answer | None:
+    def predict(self, signal: NDArray[np.floating], valid: int) -> ContactPrediction | None:
         """Return the prediction from the first ``valid`` samples; None if it is not finite.
 
         Parameters
@@ -91,7 +91,7 @@ class ContactAnswers:
         signal
             Signal from the contact on, V, shape (samples,).
         valid
-            Number of samples that may be used, more than before.
+            Number of samples that may be used, more than in the previous call.
         """
         stage = _stage_index(valid, self._rate)
         self._take(signal, valid)
@@ -108,7 +108,7 @@ class ContactAnswers:
             return None
         lowest, highest = SHORE_A
         value = min(max(value, lowest), highest)
-        return Answer(
+        return ContactPrediction(
             value,
             min(max(value - half, lowest), highest),
             min(max(value + half, lowest), highest),
@@ -117,7 +117,7 @@ class ContactAnswers:
         )
 
     def _take(self, signal: NDArray[np.floating], valid: int) -> None:
-        """Add the samples since the last moment."""
+        """Add the samples since the last prediction."""
         taken, self._done = self._done, valid
         new = slice(taken, valid)
         v = self._v
@@ -133,7 +133,7 @@ class ContactAnswers:
         self._x[2 * len(v) + taken : 2 * len(v) + valid] = 1.0
 
     def _features(self, valid: int) -> NDArray[np.float64]:
-        """Fill in the inputs that change; return the traits that mark unfamiliar contacts.
+        """Update the network's inputs. Return the traits that show out-of-range contacts.
 
         See :func:`firstcontact.models._contact_features.features`.
         """

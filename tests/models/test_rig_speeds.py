@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from firstcontact.core import InputError
 from firstcontact.models import ANY, InContextModel, Rig, Touches, pretrained
-from firstcontact.models._told_speed import ASSUMED, ToldSpeeds
+from firstcontact.models._rig_speeds import ASSUMED, RigSpeeds
 from ringing import ringing
 
 KNOWN, SHORE_A, _ = ringing(60)
@@ -23,7 +23,7 @@ errors = st.floats(0.02, 1.0)
 
 
 def posterior(
-    rig: ToldSpeeds, speed: float, error: float, heard: float = 0.0, believed: bool = False
+    rig: RigSpeeds, speed: float, error: float, heard: float = 0.0, believed: bool = False
 ) -> float:
     one = (np.full(1, x) for x in (speed, error, heard))
     return float(rig.posterior(*one, np.full(1, believed))[0])
@@ -33,7 +33,7 @@ def posterior(
 def test_a_measurement_shrinks_by_the_ratio_of_the_variances(
     spread: float, error: float, ratio: float
 ) -> None:
-    rig = ToldSpeeds(0.1, spread)
+    rig = RigSpeeds(0.1, spread)
     share = spread**2 / (spread**2 + error**2)
     assert posterior(rig, 0.1 * ratio, error) == pytest.approx(share * np.log(ratio))
 
@@ -42,14 +42,14 @@ def test_a_measurement_shrinks_by_the_ratio_of_the_variances(
 def test_measurement_and_pitch_are_weighted_by_their_inverse_variances(
     spread: float, error: float, heard_error: float, measured: float, heard: float
 ) -> None:
-    rig = ToldSpeeds(0.1, spread, heard_error)
+    rig = RigSpeeds(0.1, spread, heard_error)
     weights = np.array([1 / error**2, 1 / heard_error**2, 1 / spread**2])
     expected = weights @ [measured, heard, 0.0] / weights.sum()
     assert posterior(rig, 0.1 * np.exp(measured), error, heard, True) == pytest.approx(expected)
 
 
 def test_an_exact_speed_is_believed_and_a_poor_one_is_not() -> None:
-    rig = ToldSpeeds(0.1, 0.3)
+    rig = RigSpeeds(0.1, 0.3)
     assert posterior(rig, 0.2, np.nan) == pytest.approx(np.log(2), rel=0.01)
     assert posterior(rig, 0.2, 30.0) == pytest.approx(0.0, abs=0.001)
     assert posterior(rig, 0.2, np.inf) == 0.0
@@ -60,7 +60,7 @@ def test_spreads_are_those_of_the_rig(spread: float, error: float, heard_error: 
     rng = np.random.default_rng(1)
     log, noise, heard = rng.standard_normal((3, 5000)) * [[spread], [error], [heard_error]]
     n = len(log)
-    rig = ToldSpeeds.fit(
+    rig = RigSpeeds.fit(
         0.1 * np.exp(log + noise), np.full(n, error), log + heard, np.ones(n, np.bool_)
     )
     assert rig is not None
@@ -71,7 +71,7 @@ def test_spreads_are_those_of_the_rig(spread: float, error: float, heard_error: 
 
 def test_a_rig_that_nobody_measured_has_no_speeds() -> None:
     nothing = np.full(9, np.nan)
-    assert ToldSpeeds.fit(nothing, nothing, np.zeros(9), np.zeros(9, np.bool_)) is None
+    assert RigSpeeds.fit(nothing, nothing, np.zeros(9), np.zeros(9, np.bool_)) is None
 
 
 @pytest.mark.parametrize(("error", "is_used"), [(0.1, True), (0.2, False)])
@@ -80,7 +80,7 @@ def test_measurements_that_are_no_better_than_the_usual_speed_are_not_used(
 ) -> None:
     log, noise = np.random.default_rng(1).standard_normal((2, 500)) * [[0.2], [error]]
     n = len(log)
-    rig = ToldSpeeds.fit(
+    rig = RigSpeeds.fit(
         0.1 * np.exp(log + noise), np.full(n, error), np.zeros(n), np.zeros(n, np.bool_)
     )
     assert (rig is not None) == is_used
@@ -91,7 +91,7 @@ def test_one_bad_measurement_does_not_decide_for_the_rig(speed: float, error: fl
     log, noise, wrong = np.random.default_rng(1).standard_normal((3, 40)) * [[0.2], [0.03], [0.05]]
     speeds, errors = 0.1 * np.exp(log + noise), np.full(40, 0.03)
     speeds[7], errors[7] = speed, error
-    rig = ToldSpeeds.fit(speeds, errors, log + wrong, np.ones(40, np.bool_))
+    rig = RigSpeeds.fit(speeds, errors, log + wrong, np.ones(40, np.bool_))
     assert rig is not None
     assert rig.usual == pytest.approx(0.1, rel=0.1)
     assert rig.spread == pytest.approx(0.2, rel=0.3)
@@ -100,12 +100,12 @@ def test_one_bad_measurement_does_not_decide_for_the_rig(speed: float, error: fl
 
 def test_measurements_that_tell_nothing_are_none() -> None:
     one = np.full(9, 0.1)
-    assert ToldSpeeds.fit(one, np.full(9, 0.6), one, np.ones(9, np.bool_)) is None
+    assert RigSpeeds.fit(one, np.full(9, 0.6), one, np.ones(9, np.bool_)) is None
 
 
 def test_a_few_measurements_do_not_tell_the_spread() -> None:
-    rig = ToldSpeeds.fit(np.full(2, 0.1), np.full(2, 0.01), np.zeros(2), np.ones(2, np.bool_))
-    assert rig == ToldSpeeds(0.1, ASSUMED, np.inf)
+    rig = RigSpeeds.fit(np.full(2, 0.1), np.full(2, 0.01), np.zeros(2), np.ones(2, np.bool_))
+    assert rig == RigSpeeds(0.1, ASSUMED, np.inf)
 
 
 def with_speeds(touches: Touches, speed: float, error: float) -> Touches:
@@ -133,7 +133,7 @@ def test_the_speeds_of_a_rig_are_in_its_file() -> None:
     assert again.rigs[ANY].speeds == rig.speeds
     older = {name: a for name, a in model.to_arrays().items() if not name.endswith(".speeds")}
     assert rig.speeds is not None
-    assert InContextModel.from_arrays(older, model.level).rigs[ANY].speeds == ToldSpeeds(
+    assert InContextModel.from_arrays(older, model.level).rigs[ANY].speeds == RigSpeeds(
         rig.speeds.usual
     )
 

@@ -28,7 +28,7 @@ class ClosingSamples:
     Parameters
     ----------
     block
-        Samples.
+        Samples of the closing.
     contacts
         Contacts that these samples revealed.
     withdrawn

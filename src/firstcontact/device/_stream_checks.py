@@ -34,7 +34,7 @@ def usable_samples(values: NDArray[Any]) -> NDArray[np.bool_]:
     Returns
     -------
     ndarray
-        Shape (samples,).
+        Mask, shape (samples,).
     """
     usable: NDArray[np.bool_] = (np.abs(values) <= LARGEST_SAMPLE).all(axis=1)
     return usable

@@ -1,4 +1,4 @@
-"""Calls of a library in a separate process, because it may loop or crash on damaged files."""
+"""Calls in a separate process, for libraries that may loop or crash on damaged files."""
 
 from __future__ import annotations
 
@@ -17,16 +17,17 @@ def apart(seconds: float, function: Callable[..., T], *arguments: object) -> T:
     Parameters
     ----------
     seconds
-        Longest time for the call, s. Then the process is killed.
+        Longest time for the call, s. After it the process is killed.
     function
-        Function of a module. The types of its arguments and results must be of modules too.
+        Function at the top level of a module, so that it can be pickled. The types of its arguments
+        and results must be pickleable, too.
     arguments
         Arguments of the function.
 
     Raises
     ------
     OSError
-        The call took longer, or its process crashed.
+        The call took longer than ``seconds``, or its process crashed.
     """
     # A process with threads cannot be forked safely. A new process takes a second to start.
     alone = threading.active_count() == 1 and "fork" in multiprocessing.get_all_start_methods()

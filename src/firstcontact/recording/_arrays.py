@@ -42,23 +42,23 @@ Arrays = Mapping[str, NDArray[Any]]
 
 
 def import_hdf5(path: Path, rate: float | None = None) -> Dataset:
-    """Import pinches from an HDF5 file, which states its rate.
+    """Import pinches from an HDF5 file. The file states its rate, so ``rate`` is ignored.
 
     Raises
     ------
     InputError
-        The file cannot be read, or names the array or attribute at fault.
+        The file cannot be read, or an array or attribute is invalid; the message names it.
     """
     return from_arrays(path, *read_hdf5(path, _KNOWN, SETTINGS))
 
 
 def import_npz(path: Path, rate: float | None = None) -> Dataset:
-    """Import pinches from a NumPy archive, which states its rate. Pickled objects are refused.
+    """Import pinches from a NumPy archive, which states its rate. Refuse pickled objects.
 
     Raises
     ------
     InputError
-        The file cannot be read, or names the array at fault.
+        The file cannot be read, or an array is invalid; the message names it.
     """
     return from_arrays(path, *read_npz(path, _KNOWN))
 

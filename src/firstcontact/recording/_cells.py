@@ -28,7 +28,7 @@ Columns = Mapping[str, Sequence[Any]]
 
 
 def place(columns: Columns, number: int) -> str:
-    """Return where a pinch's labels are (line or array index), for messages."""
+    """Return the place of a pinch's labels (line or array index), for messages."""
     return columns.place(number) if isinstance(columns, Table) else f"pinch {number}"
 
 

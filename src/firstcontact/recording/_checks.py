@@ -1,4 +1,4 @@
-"""Checks of signals, rates and layouts that all importers share."""
+"""Checks of signals, rates and layouts for all importers."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ class FileSettings:
 
     @property
     def notes(self) -> list[str]:
-        """Remarks on these settings for readers of results, one sentence each."""
+        """Notes on these settings for readers of results, one sentence each."""
         usual = self.smoothing_alpha == FINGERTIP_SMOOTHING and self.rate == FINGERTIP_RATE
         if self.smoothing_alpha == 1.0 or usual:
             return []
@@ -115,12 +115,12 @@ def find_sensor(origin: str, names: Collection[str], remedy: str, end: str = "")
     remedy
         Remedy for a missing signal.
     end
-        Suffix of a sensor's name that also counts, for one finger's signal.
+        Suffix that a sensor's name may have, such as that of one finger's signal.
 
     Raises
     ------
     InputError
-        The file has no sensor's signal, or several.
+        The file has no signal of a sensor, or signals of several sensors.
     """
     sensors = [s for s in VibrationSensor if {s, f"{s}_x", f"{s}{end}", f"{s}{end}_x"} & set(names)]
     if not sensors:
@@ -223,7 +223,7 @@ def check_samples(origin: str, values: NDArray[Any]) -> NDArray[Any]:
 
 
 def check_force(origin: str, values: NDArray[Any], unit: str) -> None:
-    """Raise an error for forces that no taxel has: a wrong unit hides the start of the motor.
+    """Raise an error for impossible forces: a wrong unit would hide the start of the motor.
 
     Parameters
     ----------
@@ -249,7 +249,7 @@ def check_force(origin: str, values: NDArray[Any], unit: str) -> None:
 
 
 def joined(parts: list[NDArray[Any]]) -> NDArray[Any]:
-    """Join columns side by side in one type: float32 if one of them is float."""
+    """Join columns side by side. The type is float32 if one of them is float."""
     kinds = {p.dtype.type for p in parts}
     dtype: type[Any] = np.int16
     if np.float32 in kinds:
@@ -268,7 +268,7 @@ def make_layout(
     force: bool = False,
     strip: bool = False,
 ) -> Layout:
-    """Columns of imported data: vibration, then force (index, thumb), then strip.
+    """Return the layout of imported data: vibration, then force (index, thumb), then strips.
 
     Parameters
     ----------

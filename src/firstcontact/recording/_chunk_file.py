@@ -1,8 +1,8 @@
-"""Writer of MCAP chunks with constant memory.
+"""Writer of MCAP chunks that needs constant memory.
 
 The library's writer keeps an index entry for every chunk until the end: some tens of MB per hour.
-This writer reads the index back from the file when it closes. Otherwise the bytes are the same
-as the library's.
+This writer reads the index back from the file when it closes. The written bytes are otherwise the
+same.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class ChunkFile:
         self._start = stream.tell()
 
     def register(self, topic: str, encoding: str, schema: tuple[str, str, bytes]) -> int:
-        """Declare a channel with a schema (name, encoding, text). Return its number, from 1 on."""
+        """Declare a channel with a schema (name, encoding, text). Return its number, from 1."""
         name, kind, text = schema
         ids = [s.id for s in self._schemas if s.name == name]
         number = ids[0] if ids else len(self._schemas) + 1

@@ -1,7 +1,7 @@
 """Scanner for the chunks of a damaged MCAP file, which trusts only their checksums.
 
-The library's readers stop at the first wrong length. Here a chunk must look like one, have
-consistent lengths and pass its CRC. After damage the search continues at the next byte.
+The library's readers stop at the first wrong length. This scanner accepts a chunk if its lengths
+are consistent and its CRC is right. After damage the search continues at the next byte.
 
 """
 
@@ -117,7 +117,7 @@ def _scan(path: Path, view: mmap.mmap) -> Scan:
 
 
 def _candidates(view: mmap.mmap) -> Iterator[tuple[int, int]]:
-    """Yield start and end of everything that looks like a chunk, also inside damaged ones."""
+    """Yield start and end of everything that looks like a chunk, also inside damaged chunks."""
     position = len(MAGIC)
     # mypy does not know that a bytes pattern searches any buffer.
     while match := _CHUNK_START.search(view, position):
@@ -129,7 +129,7 @@ def _candidates(view: mmap.mmap) -> Iterator[tuple[int, int]]:
 
 
 def _framed(view: mmap.mmap, position: int, stop: int) -> bool:
-    """Return True if complete records other than chunks fill these bytes."""
+    """Return True if these bytes are complete records, none of them a chunk."""
     while position < stop:
         if stop - position < _FRAME.size:
             return False

@@ -1,4 +1,4 @@
-"""Import of one long CSV with a row per sample. Each row repeats the labels of its pinch.
+"""Import of one long CSV with one row per sample. Each row repeats the labels of its pinch.
 
 Columns: ``pinch`` (name; its rows are consecutive), ``piezo_index``, optional ``piezo_thumb`` (or
 another sensor: ``accelerometer_index_x``; ``microphone`` if it belongs to no finger),
@@ -191,7 +191,7 @@ def _rate(
     written: str | None,
     option: float | None,
 ) -> float:
-    """Return the rate. All statements of it must agree."""
+    """Return the rate. Check that all statements of it agree."""
     statements: list[tuple[str, float]] = []
     if option is not None:
         statements.append(("--rate", check_rate("--rate", option)))
@@ -213,7 +213,7 @@ def _rate(
 
 
 def _rate_of_time(path: Path, columns: Table, start: int, stop: int) -> float:
-    """Return the mean rate of a pinch, whose times must rise evenly."""
+    """Return the mean rate of a pinch. Check that its times rise evenly."""
     times = _numbers(path, columns, "time_s", start, stop)
     if len(times) < 2:
         raise InputError(f"{path}: the pinch of {columns.place(start)} has one sample: remove it")

@@ -27,8 +27,8 @@ def load_dataset(path: AnyPath | Sequence[AnyPath]) -> Dataset:
     """Load all pinches of a recording, of several, or of a folder with its subfolders.
 
     The samples keep their type and are read without a copy. The notes include those of the headers,
-    and list damage and omissions. Of several files, unreadable ones are skipped and named in the
-    notes.
+    and list damage and omissions. If there are several files, unreadable ones are skipped and named
+    in the notes.
 
     Raises
     ------
@@ -134,9 +134,9 @@ def write_dataset(dataset: Dataset, directory: AnyPath, header: Header) -> tuple
         Pinches, written per session in their order. Each becomes an epoch of its own unless its
         samples follow the previous one.
     directory
-        Folder for the files, which are named after number and session.
+        Folder for the files. Their names consist of number and session.
     header
-        Header of every file. The session is filled in.
+        Header of every file, to which the session is added.
 
     Returns
     -------
@@ -158,7 +158,7 @@ def write_dataset(dataset: Dataset, directory: AnyPath, header: Header) -> tuple
 
 
 def pause_between(pinches: Sequence[Pinch]) -> tuple[Pinch, ...]:
-    """Return pinches numbered one after the other, with one number left out in between.
+    """Renumber the pinches one after the other, with a gap of one sample between them.
 
     Sources without sample numbers use this. The gap shows that a pinch does not continue the
     previous one.
@@ -172,14 +172,14 @@ def pause_between(pinches: Sequence[Pinch]) -> tuple[Pinch, ...]:
 
 
 def shifted(pinch: Pinch, by: int) -> Pinch:
-    """Return a pinch with higher sample numbers. Its groups keep theirs."""
+    """Return a pinch with its sample numbers raised by ``by``. Its groups keep their numbers."""
     truth = tuple(replace(c, sample=c.sample + by, decided=c.decided + by) for c in pinch.truth)
     motor = None if pinch.motor_start is None else pinch.motor_start + by
     return replace(pinch, first_sample=pinch.first_sample + by, truth=truth, motor_start=motor)
 
 
 def find_recordings(path: Path) -> list[Path]:
-    """Return a file as it is, or all recordings in a folder and below, sorted by name.
+    """Return the file itself, or all recordings in a folder and below, sorted by name.
 
     Temporary files of running or killed commands are skipped.
 

@@ -1,8 +1,8 @@
-"""Contacts in long files, from a CSV with one row each or from an Audacity label track.
+"""Contacts in long files, from a CSV (one row per contact) or an Audacity label track.
 
 A CSV has ``onset_s`` (seconds from the start of the file) or ``onset_sample`` (from 0). ``file`` is
-needed for several files, ``channel`` (from 0) for one channel of each. It may have any of the
-labels of :mod:`firstcontact.recording._labels`.
+needed if there are several files, ``channel`` (from 0) to choose one channel. It may have any of
+the labels of :mod:`firstcontact.recording._labels`.
 """
 
 from __future__ import annotations
@@ -51,7 +51,8 @@ def read_event_table(table: Path) -> Columns:
     Raises
     ------
     InputError
-        The table cannot be read, or counts contacts within a pinch.
+        The table cannot be read, or gives contacts relative to the start of a pinch instead of the
+        file.
     """
     columns = read_track(table) if is_track(table) else read_columns(table)
     for name in CONTACT_COLUMNS:
@@ -141,7 +142,7 @@ def find_events(
 def event_labels(
     table: Path, columns: Columns, events: Sequence[Event], starts: Sequence[int]
 ) -> tuple[Columns, list[str]]:
-    """Return labels and contact of each event, as labels of pinches that begin there; and notes."""
+    """Return the labels of each event for a pinch that begins at ``starts``, and notes."""
     given = {
         name: [cell[event.row] for event in events]
         for name, cell in columns.items()

@@ -42,7 +42,7 @@ def import_events(
     Parameters
     ----------
     path
-        Path of the file, or of a folder that holds the files of the table, there or below.
+        Path of the file, or of a folder that contains the files of the table, also in subfolders.
     rate
         Unused: the files state their rate.
     sensor

@@ -1,6 +1,6 @@
 """Exporter to an MCAP file that plotting tools read without a plug-in: ROS 2 Float64 topics.
 
-Foxglove and PlotJuggler plot ``/vibration/piezo_index`` and the like over time. Recordings store
+Foxglove and PlotJuggler plot topics such as ``/vibration/piezo_index`` over time. Recordings store
 many samples per message, because one message per sample would make them three times as large.
 """
 

@@ -1,6 +1,6 @@
 """Export of datasets to other formats, written atomically.
 
-Signals are in their physical units. Contacts count from a pinch's first sample.
+Signals are in their physical units. Positions of contacts count from the first sample of a pinch.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def export(dataset: Dataset, to: Exporter, out: AnyPath) -> None:
 
 
 def pinch_values(dataset: Dataset) -> dict[str, list[Any]]:
-    """Return one value per pinch for every label and contact that all pinches have."""
+    """Return each label and contact that all pinches have, with one value per pinch."""
     pinches = dataset.pinches
     values: dict[str, list[Any]] = {
         "object": [p.label.object for p in pinches],
@@ -67,7 +67,7 @@ def pinch_values(dataset: Dataset) -> dict[str, list[Any]]:
 
 
 def file_values(dataset: Dataset) -> dict[str, Any]:
-    """Return the settings of all pinches, under the importers' names.
+    """Return the common settings of all pinches, under the names that importers use.
 
     Raises
     ------
@@ -89,7 +89,7 @@ def file_values(dataset: Dataset) -> dict[str, Any]:
 
 
 def sample_values(pinch: Pinch) -> dict[str, Any]:
-    """Return the columns of a pinch that have a value for every sample."""
+    """Return those columns of a pinch that have a value for every sample."""
     layout = pinch.layout
     physical = layout.physical(pinch.data, tuple(range(layout.width))).astype(np.float32)
     time = (pinch.first_sample + np.arange(len(pinch.data))) / layout.rate

@@ -1,4 +1,4 @@
-"""Names as plain text in figures: no markup, and no failure of the drawing."""
+"""Names as plain text for figures, without markup and without characters that stop the drawing."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ MOST = 28
 def figure_label(name: str, most: int = MOST) -> str:
     """Return a name from a recording as text for a figure.
 
-    The text has one line and bounded length. A character that the font lacks, or that has only a
-    private meaning in it, becomes a number such as U+82F9. The report's tables hold the name
-    itself.
+    The text has one line and bounded length. A character that the font lacks, or that is in
+    Unicode's private area, becomes a number such as U+82F9. The report's tables show the original
+    name.
 
     Parameters
     ----------

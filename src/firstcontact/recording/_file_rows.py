@@ -8,7 +8,7 @@ from firstcontact.core import InputError, counted, files_below
 
 
 def files_of_rows(folder: Path, names: list[str], table: Path, suffix: str) -> list[Path]:
-    """Return the file of each row. Every file with the suffix must have one row, and vice versa.
+    """Return the file of each row. Each file with the suffix must have exactly one row.
 
     Raises
     ------

@@ -22,7 +22,7 @@ class Importer:
     name
         Name in the registry.
     title
-        Accepted files, for messages: "a .csv file".
+        Description of the accepted files, for messages: "a .csv file".
     read
         Function from a path and a rate in Hz (or None) to a dataset. Other options come by keyword
         (``sensor``, ``events``, ``channels``, ``labels``), None if not given. It raises
@@ -32,7 +32,7 @@ class Importer:
     marker
         Name of a file that an accepted folder must hold.
     asks_rate
-        True if its files may lack their rate.
+        True if its files may not state their rate.
     asks_sensor
         True if its files do not state their sensor.
     asks_events
@@ -40,7 +40,7 @@ class Importer:
     asks_channels
         True if a table can describe the signals. Any folder is then accepted with a table.
     asks_labels
-        True if the labels of a folder's files can be outside of it.
+        True if the labels of a folder's files can come from a file outside the folder.
     extra, modules
         Extra of this package that it needs, and the modules of that extra.
     """
@@ -59,7 +59,7 @@ class Importer:
     modules: tuple[str, ...] = ()
 
     def accepts(self, path: Path, given: Collection[str] = ()) -> bool:
-        """Return True if it accepts the path with these options, given by name."""
+        """Return True if this importer accepts the path with these options (by name)."""
         tables = {"events", "channels", "labels"} & set(given)
         if not all(getattr(self, f"asks_{name}") for name in tables):
             return False
@@ -83,7 +83,7 @@ class Exporter:
     extra, modules
         Extra of this package that it needs, and the modules of that extra.
     groups
-        True if the format also holds slower groups.
+        True if the format can also hold slower channel groups.
     """
 
     name: str

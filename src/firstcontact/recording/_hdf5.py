@@ -1,4 +1,4 @@
-"""Reader of arrays in HDF5 files, which follows no link out of the file."""
+"""Reader of arrays in HDF5 files. It does not follow links out of the file."""
 
 from __future__ import annotations
 
@@ -49,8 +49,8 @@ def read_hdf5(
     Raises
     ------
     InputError
-        The file cannot be read, or a dataset is invalid: a link out of the file or to nothing,
-        external storage, an unreadable type, or far more data than the file holds.
+        The file cannot be read, or a dataset is invalid: a broken link or one out of the file,
+        external storage, an unreadable type, or a declared size far above that of the file.
     """
     try:
         open_regular(path).close()
@@ -67,7 +67,7 @@ def read_hdf5(
 def _read(
     path: Path, wanted: Collection[str], settings: Collection[str]
 ) -> tuple[dict[str, NDArray[Any]], list[str]]:
-    """Read in a separate process, because the library loops or crashes on some damaged files."""
+    """Read in a separate process, because the library may loop or crash on damaged files."""
     import h5py
 
     arrays: dict[str, NDArray[Any]] = {}
@@ -93,7 +93,7 @@ def _read(
 
 
 def _walk(path: Path, file: Any, name: str, target: str, left: int = _LINKS) -> None:
-    """Follow a name step by step, before the library does. No step may leave the file."""
+    """Follow a name before the library does, and check that no step leaves the file."""
     from h5py import Group, h5l
 
     group, gone = file, ""

@@ -1,4 +1,4 @@
-"""Header of a recording, and marks in it."""
+"""Header of a recording, and marks (of pinches, and texts) in it."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class Header:
     calibration
         Calibration of the fingertips, if measured.
     session_assumed
-        True if no session was named, so that the importer treated all pinches as one.
+        True if no session was named, so that the importer treated all pinches as one session.
     """
 
     layout: Layout
@@ -115,7 +115,7 @@ def read_header(data: bytes, origin: str) -> Header:
     Raises
     ------
     InputError
-        The header is foreign, of another version, or has an invalid field.
+        The header is of another program or version, or has an invalid field.
     """
     remedy = "write the file again from its source"
     data = data.rstrip(b" ")
@@ -146,7 +146,7 @@ class _Touch:
 
 @dataclass(frozen=True, slots=True)
 class _Mark:
-    """Mark as a recording stores it. Its fields differ from :class:`PinchMark`."""
+    """Pinch mark in the form in which a recording stores it; see :class:`PinchMark`."""
 
     number: Count
     first_sample: Sample
@@ -184,7 +184,7 @@ class PinchMark:
     number
         Number of the pinch in the recording, from 0. A gap shows a lost mark.
     first_sample, end
-        Device sample numbers: the first, and one after the last.
+        Device sample numbers of the first sample, and of the first one after the pinch.
     epoch
         Epoch of both sample numbers.
     label

@@ -1,4 +1,4 @@
-"""Import of foreign data: chooses the importer and writes recordings atomically."""
+"""Import of data in other formats: choose the importer, and write recordings atomically."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def import_path(
     events
         Table of the contacts in long files.
     channels
-        Table of a file's signals, for names chosen by others.
+        Table that describes a file's signals, if their names are not ours.
     labels
         Table of the labels of a folder's files, if it lies outside the folder.
 
@@ -60,7 +60,7 @@ def import_path(
     Raises
     ------
     InputError
-        The data cannot be used or state another source, or ``out`` is in use. Nothing was
+        The data cannot be used or state another source, or ``out`` is not empty. Nothing was
         written.
     """
     path, out = Path(path), resolve_path(Path(out))
@@ -113,7 +113,7 @@ def import_path(
 
 
 def _with_source(dataset: Dataset, path: Path, source: str | None) -> Dataset:
-    """Set the dataset's source: the file's statement, or else the user's."""
+    """Set the source of the dataset: as the file states it, or else as the user does."""
     if source is not None and dataset.source not in ("unknown", source):
         raise InputError(
             f"{path} states the source {dataset.source}, but --source is {source}: leave "
@@ -140,16 +140,16 @@ def _accepting(path: Path, given: Sequence[str]) -> Importer | None:
 
 
 def find_importer(path: Path, rate: float | None = None, given: Sequence[str] = ()) -> Importer:
-    """Return the first importer that accepts the path. The first one for folders reports faults.
+    """Return the first importer that accepts the path.
 
     Parameters
     ----------
     path
         Path of the data.
     rate
-        Rate given by the user, Hz.
+        Rate that the user gave, Hz.
     given
-        Names of the tables given by the user.
+        Names of the tables that the user gave.
 
     Raises
     ------

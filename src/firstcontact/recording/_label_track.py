@@ -1,7 +1,7 @@
 r"""Label tracks of Audacity: one line ``start<TAB>end<TAB>text`` per label, in seconds.
 
-The text of a label (or of an XDF marker) is the object in plain words, or ``name=value`` of any
-label, separated by semicolons: ``eraser; shore_a=40``.
+The text of a label (or of an XDF marker) is the name of the object, or ``name=value`` for any
+column of labels. Several are separated by semicolons: ``eraser; shore_a=40``.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ ONSET = "onset_s"
 
 
 def is_track(path: Path) -> bool:
-    """Return True if a table of contacts has the file name of a label track."""
+    """Return True if the name of a table of contacts is that of a label track."""
     return path.suffix.lower() == ".txt"
 
 
@@ -71,12 +71,12 @@ def read_track(path: Path) -> Table:
 
 
 def label_columns(origin: str, table: Table, texts: Sequence[str]) -> Table:
-    """Add the columns in the texts of a table's rows. Plain words are the object.
+    """Add the columns stated in the texts of a table's rows. A text without ``=`` is the object.
 
     Raises
     ------
     InputError
-        A ``name=value`` is not a label, or only some texts have it.
+        A name in ``name=value`` is not a label, or only some of the texts have it.
     """
     rows: list[dict[str, str]] = []
     for number, text in enumerate(texts):

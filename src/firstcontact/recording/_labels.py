@@ -1,4 +1,4 @@
-"""Conversion of table columns to labels and contacts, and with samples to pinches."""
+"""Conversion of table columns to labels and contacts, and to pinches with their samples."""
 
 from __future__ import annotations
 
@@ -74,11 +74,12 @@ def labelled(
     layout
         Layout of the samples.
     columns
-        Any of :data:`LABEL_COLUMNS` and :data:`CONTACT_COLUMNS`. Others are ignored.
+        Columns by name: any of :data:`LABEL_COLUMNS` and :data:`CONTACT_COLUMNS`. Others are
+        ignored.
     source
         Source of the data.
     notes
-        Notes of the importer. Notes on assumptions precede them.
+        Notes of the importer. Notes on assumptions are put before them.
     starts
         Number of each pinch's first sample, if the file counts them. Otherwise the pinches are
         numbered one after the other.
@@ -88,7 +89,7 @@ def labelled(
     Raises
     ------
     InputError
-        See the functions below.
+        A label or contact is invalid; see the functions below.
     """
     labels, assumed = make_labels(origin, columns, len(cuts))
     contacts, guessed = make_contacts(origin, columns, cuts, layout)
@@ -124,7 +125,7 @@ def make_labels(origin: str, columns: Columns, pinches: int) -> tuple[list[Label
     origin
         File (and table), for messages.
     columns
-        Any of :data:`LABEL_COLUMNS`, one value per pinch. Others are ignored.
+        Columns by name, one value per pinch: any of :data:`LABEL_COLUMNS`. Others are ignored.
     pinches
         Number of pinches.
 
@@ -185,7 +186,7 @@ def make_contacts(
     origin
         Name of the file, for messages.
     columns
-        Any of :data:`CONTACT_COLUMNS`; -1 means unknown.
+        Columns by name: any of :data:`CONTACT_COLUMNS`; -1 means unknown.
     samples
         Samples of each pinch, shape (samples, columns).
     layout
@@ -199,7 +200,8 @@ def make_contacts(
     Raises
     ------
     InputError
-        A contact lies outside its pinch, the second precedes the first, or a finger is unknown.
+        A contact lies outside its pinch, the second contact is before the first, or a finger is
+        unknown.
     """
     if "first_contact" in columns and "pre_trigger_samples" in columns:
         raise InputError(f"{origin} has first_contact and pre_trigger_samples: keep one of the two")
@@ -267,7 +269,7 @@ def make_motor_starts(
     Raises
     ------
     InputError
-        A start lies outside its pinch, or not before its first contact.
+        A start lies outside its pinch, or not before the first contact.
     """
     starts = each(origin, columns, "motor_start", cells.integer) or [-1] * len(lengths)
     for i, (start, length, pinch_contacts) in enumerate(
@@ -322,7 +324,7 @@ def make_closing_speeds(origin: str, columns: Columns, pinches: int) -> list[Clo
 
 
 def _livelier(signals: NDArray[Any], first: int, second: int, rate: float) -> Finger:
-    """Return the finger that moved more after the contact, relative to its own quiet."""
+    """Return the finger whose signal rose more at the contact, relative to its own quiet level."""
     volts = signals.astype(np.float64)
     quiet = volts[: max(first, 1)]
     end = max(first + round(_LISTEN * rate), first + 2)

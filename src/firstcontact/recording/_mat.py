@@ -1,7 +1,7 @@
-"""Import of MATLAB files with arrays of pinches, or with signals that a table describes.
+"""Import of MATLAB files: arrays of pinches, or signals that a table describes.
 
-Without a table, a file holds the arrays of :mod:`firstcontact.recording._arrays`. With
-``--channels`` each file is one pinch, with signals of any name and rate.
+Without a table, a file holds the arrays of :mod:`firstcontact.recording._arrays`. With a table of
+channels each file is one pinch, with signals of any name and rate.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def import_mat(
     Parameters
     ----------
     path
-        Path of the file, or with ``channels`` of a folder.
+        Path of the file; with ``channels``, also of a folder.
     rate
         Unused: the file or the table states it.
     channels
@@ -82,7 +82,7 @@ def import_mat(
 
 
 def _files(path: Path, labels: Path | None) -> tuple[list[Path], Mapping[str, list[str]], Path]:
-    """Return the files, the columns of their table, and the table (without one: the path)."""
+    """Return the files, the columns of their table, and its path (or that of the data)."""
     table = labels or (path if path.is_dir() else path.parent) / LABELS
     if labels is None and not (path.is_dir() and table.exists()):
         if not path.is_dir():
@@ -130,8 +130,9 @@ def _signals(file: Path, signals: list[Signal], notes: list[str]) -> Assembled:
 def _in_time(file: Path, signal: Signal, values: NDArray[Any]) -> NDArray[Any]:
     """Return a variable as (samples, columns).
 
-    A vibration without a column is one signal, MATLAB's ``x(:)``, so that adjacent packets follow
-    each other. For anything else the longer axis is time.
+    If the table names no column for a vibration, the variable is read as one signal, in the order
+    of MATLAB's ``x(:)``, so that packets follow each other. For all other signals the longer axis
+    is time.
     """
     if values.ndim != 2:
         raise InputError(
@@ -143,7 +144,7 @@ def _in_time(file: Path, signal: Signal, values: NDArray[Any]) -> NDArray[Any]:
 
 
 def _from_named(path: Path) -> Dataset:
-    """Read arrays of pinches and restore dimensions that MATLAB drops."""
+    """Read arrays of pinches. Restore the dimensions of length 1 that MATLAB drops."""
     arrays, unread = read_mat(path, _NAMED)
     if not any(name in arrays for name in VibrationSensor):
         raise InputError(

@@ -31,7 +31,7 @@ Arrays = dict[str, NDArray[Any]]
 def read_mat(path: Path, names: Collection[str]) -> tuple[Arrays, list[str]]:
     """Read variables by name. Return them and the names of the others.
 
-    Texts become arrays of texts. Rows and columns are MATLAB's in either version.
+    Texts become arrays of texts. Rows and columns are as in MATLAB, in any version of the format.
 
     Raises
     ------
@@ -56,13 +56,13 @@ def read_mat(path: Path, names: Collection[str]) -> tuple[Arrays, list[str]]:
 
 
 def text_of_codes(values: NDArray[Any]) -> str:
-    """Return a text of version 7.3 from its character codes."""
+    """Return a text from its character codes, as version 7.3 stores it."""
     codes = values.reshape(-1).astype(np.int64)
     return "".join(map(chr, codes)) if ((codes > 0) & (codes < 0xD800)).all() else ""
 
 
 def _read(path: Path, names: Collection[str]) -> tuple[Arrays, list[str]]:
-    """Read in a separate process, because the library loops or crashes on some damaged files."""
+    """Read in a separate process, because the library may loop or crash on damaged files."""
     from scipy.io import loadmat
 
     with (
@@ -78,7 +78,7 @@ def _read(path: Path, names: Collection[str]) -> tuple[Arrays, list[str]]:
 
 
 def _check_length(path: Path, stream: IO[bytes]) -> None:
-    """Raise an error for a truncated file of version 5. Reading some variables would miss it."""
+    """Raise an error for a truncated file of version 5, which the library may not notice."""
     head = stream.read(_HEAD)
     order = {b"IM": "<", b"MI": ">"}.get(head[-2:])
     while order and (tag := stream.read(8)):

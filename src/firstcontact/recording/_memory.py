@@ -1,4 +1,4 @@
-"""Memory limit for a library that reads a damaged file."""
+"""Memory limit for libraries that read damaged files."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ _STATUS = Path("/proc/self/status")
 
 @contextmanager
 def bounded_memory(more: int) -> Iterator[None]:
-    """Limit allocations to the current memory of the process plus this many bytes.
+    """Limit the memory of the process to the current amount plus this number of bytes.
 
-    A library that trusts the sizes in a damaged file then reports an error. The limit applies to
-    the whole process. There is none on systems that do not report the memory.
+    If a library trusts wrong sizes in a damaged file, it then fails instead of using all memory.
+    The limit applies to the whole process. Systems that do not report the memory have no limit.
     """
     taken = _taken()
     soft, hard = resource.getrlimit(resource.RLIMIT_DATA)
@@ -31,7 +31,7 @@ def bounded_memory(more: int) -> Iterator[None]:
 
 
 def _taken() -> int | None:
-    """Return the data size of the process, as the limit counts it, bytes."""
+    """Return the memory of the process that counts for the limit, bytes."""
     try:
         lines = _STATUS.read_text().splitlines()
     except OSError:

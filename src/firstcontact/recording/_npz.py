@@ -1,4 +1,4 @@
-"""Reader of NumPy archives, which checks declared sizes before allocation."""
+"""Reader of NumPy archives. It checks declared sizes before it allocates memory."""
 
 from __future__ import annotations
 
@@ -49,8 +49,8 @@ def read_npz(path: Path, names: Collection[str]) -> tuple[dict[str, NDArray[Any]
     Raises
     ------
     InputError
-        The file cannot be read, or an array is invalid: encrypted, compressed in a way that NumPy
-        does not write, no array, with objects, of a wrong size, or far larger than the file.
+        The file cannot be read, or an entry is invalid: encrypted, compressed in a way that NumPy
+        does not write, no array, an array of objects, of a wrong size, or far larger than the file.
     """
     arrays: dict[str, NDArray[Any]] = {}
     unread = []

@@ -32,7 +32,7 @@ def plot_pinch(pinch: Pinch, title: str, path: Path) -> None:
     title
         Title of the picture.
     path
-        Path of a .png, .svg or .pdf file. An existing one is replaced.
+        Path of a .png, .svg or .pdf file. An existing file is replaced.
     """
     from matplotlib import rc_context
 

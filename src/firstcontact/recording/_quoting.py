@@ -1,4 +1,4 @@
-"""Quotation of foreign text in messages: one line, no control characters, bounded length."""
+"""Quotation of text from files in messages: one line, no control characters, bounded length."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ def quote(value: Any) -> str:
 
 
 def listed(names: Sequence[str]) -> str:
-    """Return the first names, and the number of remaining ones."""
+    """Return the first names as text, and the number of further ones."""
     more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
     return ", ".join(quote(n).strip("'") for n in names[:_LISTED]) + more
 
 
 def reason(error: BaseException) -> str:
-    """Return a library's message about a file, shortened."""
+    """Return a library's error message about a file, shortened."""
     text = " ".join(str(error).split()) or type(error).__name__
     text = text if text.isprintable() else ascii(text)[1:-1]
     return text if len(text) <= _REASON else f"{text[:_REASON]}..."

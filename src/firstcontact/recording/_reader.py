@@ -1,4 +1,4 @@
-"""Reader of recordings, which tolerates damage and reports losses."""
+"""Reader of recordings. It tolerates damage and reports losses."""
 
 from __future__ import annotations
 
@@ -52,9 +52,9 @@ class Recording:
     markers
         Texts attached to samples.
     groups
-        Unbroken samples of each slower group, in its own count.
+        Unbroken samples of each slower group, with the group's own sample numbers.
     skipped
-        Damaged, lost, repeated or disordered data, one sentence each.
+        Sentences about damaged, lost, repeated or disordered data.
     """
 
     path: Path
@@ -78,7 +78,7 @@ class Recording:
 
 @dataclass(slots=True)
 class _Messages:
-    """Messages by topic, in file order. Groups are by topic or channel number."""
+    """Messages by topic, in file order. Messages of groups are by topic or channel number."""
 
     headers: list[bytes] = field(default_factory=list)
     blocks: list[bytes] = field(default_factory=list)
@@ -90,8 +90,8 @@ class _Messages:
 def read_recording(path: AnyPath) -> Recording:
     """Read every complete chunk of a recording.
 
-    Any intact header suffices. Unusable messages in intact chunks are left out and counted in
-    ``skipped``.
+    One intact copy of the header is enough. Unusable messages in intact chunks are left out and
+    counted in ``skipped``.
 
     Raises
     ------
@@ -152,7 +152,7 @@ def _sorted(records: Iterable[McapRecord]) -> _Messages:
 
 
 def _header(path: Path, headers: list[bytes]) -> Header:
-    """Return the first usable header. If there is none, raise the first one's error."""
+    """Return the first usable header. If there is none, raise the error of the first header."""
     first: InputError | None = None
     for data in headers:
         try:
@@ -190,7 +190,7 @@ def _blocks(
 
 
 def _finite(block: Block) -> bool:
-    """Return True if all values are finite and not too large. Integers always are."""
+    """Return True if all values are finite and not too large. This is always so for integers."""
     if block.data.dtype.kind != "f":
         return True
     with np.errstate(invalid="ignore"):
@@ -226,8 +226,8 @@ def _lost_marks(pinches: tuple[PinchMark, ...]) -> list[str]:
 def join(blocks: Sequence[Block]) -> tuple[tuple[Block, ...], tuple[str, ...]]:
     """Join consecutive blocks epoch by epoch.
 
-    Blocks are sorted. The first of repeated samples is used. Nothing is interpolated, and epochs
-    are never joined.
+    Blocks are sorted first. If samples are repeated, the first ones are used. Nothing is
+    interpolated, and epochs are never joined.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Message that carries a block, in ROS 2 CDR so that viewers can plot it.
+"""Message that contains a block. It is encoded as ROS 2 CDR, so that viewers can plot it.
 
 Byte layout, little-endian, after the 4-byte encapsulation header ``00 01 00 00``:
 
@@ -36,7 +36,7 @@ def schema(dtype: str) -> bytes:
 
 
 def encode(block: Block, dtype: str) -> bytes:
-    """Encode a block, whose data already have this type, as a CDR message."""
+    """Encode a block as a CDR message. Its data must already have this type."""
     values = np.ascontiguousarray(block.data, dtype=DTYPES[dtype])
     channels = values.shape[1]
     prefix = _PREFIX.pack(

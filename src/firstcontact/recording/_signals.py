@@ -50,7 +50,7 @@ class Assembled:
     def cut(
         self, start: int, stop: int, dtype: np.dtype[np.generic]
     ) -> tuple[NDArray[np.generic], dict[str, Block]]:
-        """Cut samples from ``start`` on, and the same time from each group, in one type."""
+        """Cut samples ``start`` to ``stop``, and the same time from each group, in one type."""
         rates = {group.name: group.layout.rate for group in self.layout.groups}
         blocks = {}
         for name, values in self.groups.items():
@@ -61,7 +61,7 @@ class Assembled:
 
 
 def assemble(origin: str, taken: Sequence[Taken]) -> Assembled:
-    """Join columns and slower groups, all cut to the end of the shortest.
+    """Join columns and slower groups. All are cut to the end of the shortest.
 
     Raises
     ------
@@ -111,7 +111,7 @@ def assemble(origin: str, taken: Sequence[Taken]) -> Assembled:
 
 
 def checked(origin: str, signal: Signal, values: NDArray[np.generic]) -> NDArray[np.generic]:
-    """Check the wanted column and return its samples in a type of recordings.
+    """Check the wanted column. Return its samples in a type that recordings can store.
 
     Raises
     ------
@@ -148,7 +148,7 @@ def cut_pinches(
     table
         Path of the table, for messages.
     recordings
-        Files, or unbroken parts of one, with the same layout.
+        Files, or unbroken parts of one file, all with the same layout.
     places
         File number, first sample and end of each pinch.
     columns

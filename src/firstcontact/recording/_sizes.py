@@ -13,7 +13,7 @@ UNPACKED_TIMES = 100
 
 
 def most_unpacked(size: int) -> int:
-    """Return the bytes to which a file of a size may unpack."""
+    """Return the largest allowed unpacked size of a file with this size, bytes."""
     return UNPACKED_BYTES + UNPACKED_TIMES * size
 
 

@@ -24,7 +24,7 @@ _LONG = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """Even run of samples ``first`` to ``end`` (exclusive), at ``begin`` to ``last``, s."""
+    """Run of even samples: numbers ``first`` to ``end`` - 1, times ``begin`` to ``last``, s."""
 
     first: int
     end: int
@@ -33,7 +33,7 @@ class Run:
 
     @property
     def seconds(self) -> float:
-        """Duration, to the end of the last sample, s."""
+        """Duration up to the end of the last sample, s."""
         return (
             (self.last - self.begin) * (self.end - self.first) / max(self.end - self.first - 1, 1)
         )
@@ -72,7 +72,7 @@ def check_stamps(origin: str, stamps: NDArray[np.float64]) -> None:
 
 
 def even_runs(origin: str, stamps: NDArray[np.float64], rate: float) -> list[Run]:
-    """Split stamps at gaps into runs. A line through each run's stamps gives its sample times.
+    """Split stamps at gaps into runs. Fit a line to the stamps of each run.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def even_runs(origin: str, stamps: NDArray[np.float64], rate: float) -> list[Run
     Raises
     ------
     InputError
-        Stamps go back, or a run's rate differs from the stated one.
+        Stamps go back, or the rate of a run differs from the stated rate.
     """
     steps = np.diff(stamps)
     back = np.flatnonzero(steps < -BACK)

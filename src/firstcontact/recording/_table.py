@@ -1,4 +1,4 @@
-"""CSV files with a header line: tables of programs, and lists that people write."""
+"""CSV files with a header line: tables that programs write, and lists that people write."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Table(dict[str, list[str]]):
     numbers
         Line of each row in the file, from 1 on.
     word
-        Name of the numbered unit, for messages.
+        Noun for a row in messages, such as "line".
     """
 
     def __init__(
@@ -45,7 +45,7 @@ class Table(dict[str, list[str]]):
         return f"{self.word} {self.numbers[row]}"
 
     def of_rows(self, columns: Mapping[str, list[str]], rows: Sequence[int]) -> Table:
-        """Return the columns with only these rows."""
+        """Return the columns with these rows only."""
         return Table(columns, [self.numbers[row] for row in rows], self.word)
 
 

@@ -1,4 +1,4 @@
-"""Table columns that concern all rows."""
+"""Checks of table columns: the stated source, and unknown columns."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from firstcontact.recording._quoting import listed
 
 
 def stated_source(table: Path, columns: Mapping[str, list[str]]) -> str:
-    """Return the source stated by a table; "unknown" without one.
+    """Return the source that a table states; "unknown" if it states none.
 
     Raises
     ------
     InputError
-        Rows differ, or the source is not one that recordings know.
+        The source differs between rows, or recordings do not know it.
     """
     sources = sorted(set(columns.get("source", ["unknown"])))
     if len(sources) > 1:

@@ -1,4 +1,4 @@
-"""Reader of a chunk's records, which checks sizes before allocation."""
+"""Reader of a chunk's records. It checks sizes before it allocates memory."""
 
 from __future__ import annotations
 

@@ -54,8 +54,9 @@ def import_wav(
 ) -> Dataset:
     """Import every WAV file below a folder as one pinch, labelled by ``labels.csv``.
 
-    Each file states its rate. A single channel is a microphone unless ``sensor`` differs. Two
-    channels are the sensors of index finger and thumb. ``labels`` names a table elsewhere.
+    Each file states its rate. A single channel is a microphone unless ``sensor`` states another
+    sensor. Two channels are the sensors of index finger and thumb. ``labels`` is the path of the
+    table if it lies elsewhere.
 
     Raises
     ------
@@ -97,13 +98,13 @@ def sound_layout(
     Parameters
     ----------
     sensor
-        Sensor given by the user; None means a microphone.
+        Sensor that the user gave; None means a microphone.
     rate
         Sampling rate, Hz.
     channels
         Number of channels.
     dtype
-        Type of the samples, which determines full scale.
+        Type of the samples. It determines full scale.
     """
     sensor_kind = sensor or VibrationSensor.MICROPHONE
     settings = FileSettings(sensor_kind, float(rate), "full scale", 1.0, "unknown", None)
@@ -111,7 +112,7 @@ def sound_layout(
 
 
 def check_alike(files: Sequence[Path], sounds: Sequence[tuple[int, NDArray[Any]]]) -> None:
-    """Raise an error for files that differ in rate, type or channels, or fit no sensor."""
+    """Raise an error if files differ in rate, type or channels, or fit no sensor."""
     rate, first = sounds[0]
     for file, (other, data) in zip(files, sounds, strict=True):
         if not 1 <= data.shape[1] <= 2:
@@ -169,7 +170,8 @@ def read_wav(file: Path) -> tuple[int, NDArray[Any]]:
 def _check_chunks(file: Path, data: BytesIO) -> None:
     """Raise an error for a header that contradicts itself, and for a truncated file.
 
-    The library trusts some of these numbers and returns the remaining samples.
+    The library trusts some of these numbers, and for a truncated file it returns the samples that
+    remain.
     """
     order = ">" if data.read(4) == b"RIFX" else "<"
     data.seek(12)
@@ -199,7 +201,7 @@ def _check_format(
     file
         Path of the file, for messages.
     form
-        Code of the encoding. Only those of ``_UNPACKED`` are checked.
+        Code of the encoding. Only encodings in ``_UNPACKED`` are checked.
     channels, rate
         Number of channels, and frames per second.
     speed
@@ -225,7 +227,7 @@ def _check_format(
 
 
 def wav_samples(file: Path, data: NDArray[Any]) -> NDArray[Any]:
-    """Return samples around 0 in a type of recordings. Raise InputError if any is not finite."""
+    """Return samples around 0 in a type of recordings. Raise InputError if one is not finite."""
     if data.dtype == np.uint8:
         return data.astype(np.int16) - np.int16(128)
     if data.dtype.kind == "i":

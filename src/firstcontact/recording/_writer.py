@@ -50,12 +50,12 @@ class RecordingWriter:
     Raises
     ------
     InputError
-        The file exists or cannot be created, or a reader would refuse the header. Any method also
-        raises it if the disk is full or a block does not fit the header.
+        The file exists or cannot be created, or a reader would refuse the header. All methods also
+        raise it, if the disk is full or a block does not fit the header.
 
     Notes
     -----
-    Times in the file are device times from sample number and rate. No clock is read, so the same
+    Times in the file are computed from sample number and rate. No clock is read, so the same
     samples give the same bytes.
     """
 
@@ -151,7 +151,7 @@ class RecordingWriter:
         self._number = mark.number + 1
 
     def marker(self, marker: Marker) -> None:
-        """Append a text attached to a sample. Unreadable characters are replaced."""
+        """Append a text that belongs to a sample. Characters that UTF-8 lacks are replaced."""
         text = marker.text.encode("utf-8", "replace").decode()
         if len(text) > LONGEST_TEXT:
             text = text[: LONGEST_TEXT - 1] + "…"
@@ -161,8 +161,8 @@ class RecordingWriter:
     def pinch(self, pinch: Pinch) -> None:
         """Append the samples of a pinch and its mark.
 
-        A pinch that does not continue the last samples begins a new epoch, since nothing was
-        recorded in between. That is not a loss.
+        A pinch that does not continue the last samples begins a new epoch. Nothing was recorded in
+        between, so readers report no loss.
         """
         new = self._end is not None and pinch.first_sample != self._end
         epoch = self._epoch + new
@@ -184,7 +184,7 @@ class RecordingWriter:
         )
 
     def flush(self) -> None:
-        """Write all waiting data, so that a later kill cannot lose them.
+        """Write all waiting data, so that they survive if the process is killed later.
 
         Raises
         ------

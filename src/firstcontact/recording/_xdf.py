@@ -1,8 +1,8 @@
-"""Import of XDF files, as LabRecorder and others write them from Lab Streaming Layer streams.
+"""Import of XDF files, which LabRecorder and others write from Lab Streaming Layer streams.
 
-The vibration is the only stream of numbers at 2 kHz or more, or the one that ``--channels`` names.
-Slower streams become groups. Contacts are the markers of the only stream of texts, or come from
-``--events``.
+The vibration is the only stream of numbers at 2 kHz or more, or the one that a table of channels
+names. Slower streams become groups. Contacts are the markers of the only stream of texts, or come
+from a table of events.
 """
 
 from __future__ import annotations
@@ -122,7 +122,7 @@ def _contacts(
     events: Path | None,
     notes: list[str],
 ) -> tuple[Columns, Path]:
-    """Return a table of the contacts in seconds from the vibration's first sample, or nothing."""
+    """Return the columns of the contacts, in s from the vibration's first sample, if any."""
     if events is not None:
         return read_event_table(events), events
     says = [s for s in streams if s.says and len(s.stamps)]
@@ -143,9 +143,9 @@ def _contacts(
 def _placed(
     table: Path, columns: Columns, parts: Sequence[Part], vibration: Run, notes: list[str]
 ) -> tuple[list[int | None], Columns]:
-    """Return the part of each row, and the columns counted from the start of that part.
+    """Return the part of each row, and its columns relative to the start of that part.
 
-    The part is None for a row in a stretch of the vibration that the import leaves out.
+    The part is None if the row lies in a stretch of the vibration that is left out.
     """
     unbroken = len(parts) == 1 and parts[0].run == vibration
     if unbroken or (SECONDS in columns) == (SAMPLE in columns):

@@ -57,12 +57,13 @@ class Stream:
 
 
 def read_xdf(path: Path) -> list[Stream]:
-    """Read all streams of a file, on one clock.
+    """Read all streams of a file, with times on one clock.
 
     Raises
     ------
     InputError
-        The file cannot be read or is damaged. Data after the damage would be lost without notice.
+        The file cannot be read or is damaged. (Otherwise data after the damage would be lost
+        without notice.)
     """
     try:
         open_regular(path).close()
@@ -126,7 +127,7 @@ def _stream(stream: dict[str, Any]) -> Stream:
 
 
 def _described(info: dict[str, Any], channel: int, key: str) -> str:
-    """Return a field of a channel's description; it may be missing."""
+    """Return a field of a channel's description; "" if it is missing."""
     try:
         return str(info["desc"][0]["channels"][0]["channel"][channel][key][0] or "")
     except (KeyError, IndexError, TypeError):

@@ -18,7 +18,7 @@ from firstcontact.recording._xdf_file import Stream
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
-    """Unbroken samples of all signals. ``run`` is that of the vibration."""
+    """Unbroken samples of all signals. ``run`` belongs to the vibration."""
 
     signals: Assembled
     run: Run
@@ -27,7 +27,7 @@ class Part:
 def guessed_signals(
     path: Path, streams: Sequence[Stream], sensor: VibrationSensor | None
 ) -> list[Signal]:
-    """Return the fast stream as the vibration, and the other signals."""
+    """Return the signals: the fast stream as the vibration, and the others."""
     numbers = [s for s in streams if not s.says and s.rate and len(s.stamps)]
     fast = [s for s in numbers if s.rate >= LOWEST_RATE]
     if len(fast) != 1 or fast[0].values.shape[1] > 1:
@@ -50,9 +50,9 @@ def guessed_signals(
 def unbroken_parts(
     path: Path, streams: Sequence[Stream], signals: Sequence[Signal], notes: list[str]
 ) -> tuple[list[Part], Run]:
-    """Return unbroken stretches of the vibration with the other signals, and the whole vibration.
+    """Return unbroken parts of the vibration with the other signals, and the whole vibration.
 
-    Stretches of the vibration without other signals are left out.
+    Parts of the vibration are left out if other signals are missing there.
     """
     by_name = {s.name: s for s in streams}
     for signal in signals:

@@ -1,4 +1,4 @@
-"""Closing speed from positions of the hand."""
+"""Closing speed from reported positions of the hand."""
 
 from __future__ import annotations
 
@@ -24,24 +24,23 @@ def closing_speed(times: ArrayLike, positions: ArrayLike, at: float) -> ClosingS
     """Measure the closing speed before a contact from positions of the finger or the motor.
 
     The speed is the slope of a line through the last 50 ms. Its standard error comes from the
-    residuals, or from the steps of an encoder that are as long as the travel between two positions.
-    Few positions tell little about their own error, so it is larger then: the true speed lies
-    within two errors in 95 % of contacts.
+    residuals, or from the step of an encoder if that gives more. It is enlarged if there are few
+    positions, so that the true speed lies within two errors in 95 % of contacts.
 
     Parameters
     ----------
     times
         Time of each position, s, in any order, shape (n,).
     positions
-        Travel of the fingertip, m, shape (n,). Only its rate counts: neither zero nor direction.
+        Travel of the fingertip, m, shape (n,). Its zero and its direction do not matter.
     at
         Time of the contact, s, on the same clock.
 
     Returns
     -------
     ClosingSpeed or None
-        None with fewer than 3 positions in the window from 50 to 3 ms before the contact, or where
-        the finger does not move.
+        None with fewer than 3 positions in the window from 50 to 3 ms before the contact, or if the
+        finger does not move.
 
     Examples
     --------
@@ -68,16 +67,16 @@ def closing_speed(times: ArrayLike, positions: ArrayLike, at: float) -> ClosingS
 
 
 def _few(freedom: int) -> float:
-    """Return the factor by which the error grows if residuals have few degrees of freedom."""
+    """Return the factor that enlarges the error if there are few degrees of freedom."""
     from scipy.special import stdtrit  # takes time to import
 
     return float(stdtrit(freedom, BELOW_TWO)) / 2
 
 
 def _step(positions: NDArray[np.float64]) -> float:
-    """Return the step of an encoder, m; 0 if the steps are too fine to detect.
+    """Return the step of the encoder, m; 0 if no steps are detected.
 
-    Steps are detected if a position repeats, or if all travels are multiples of the smallest.
+    Steps are detected if a position repeats, or if all differences are multiples of the smallest.
     """
     travels = np.diff(np.sort(positions))
     moved = travels[travels > SAME]

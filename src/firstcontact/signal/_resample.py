@@ -41,7 +41,7 @@ def lookahead(old: float, new: float) -> float:
 
 
 def check_rates(old: float, new: float) -> None:
-    """Raise an error for rates between which samples cannot be resampled.
+    """Raise an error if samples cannot be resampled between these rates.
 
     Parameters
     ----------
@@ -73,9 +73,9 @@ def _ratio(old: float, new: float) -> Fraction:
 def _low_pass(ratio: Fraction, old: float) -> tuple[NDArray[np.float64], int]:
     """Return the anti-aliasing filter at the common rate, and its look-ahead in samples.
 
-    The amplitude is that of SciPy's Kaiser-windowed resampling filter. The phase is minimal, so
-    ringing follows an onset. The filter's lag at low frequencies is subtracted from the sample
-    times; this lag is the look-ahead.
+    The amplitude response is that of SciPy's Kaiser-windowed resampling filter. The phase is
+    minimal, so ringing comes only after an onset. The filter's lag at low frequencies is subtracted
+    from the sample times; this lag is the look-ahead.
     """
     from scipy.signal import firwin, minimum_phase
 
@@ -97,14 +97,15 @@ def _position(position: int, ratio: Fraction) -> int:
 def resample(x: NDArray[Any], old: float, new: float) -> NDArray[np.float64]:
     """Resample with a polyphase, minimum-phase low-pass.
 
-    The gain is 0.5 at half the lower rate, 0.08 at 0.55 and 0.003 (-50 dB) from 0.6 of that rate
-    on. An output precedes its cause by at most :func:`lookahead`: 1.8 samples of the lower rate, or
-    0.5 ms. Below 3.6 kHz the filter lags by more than 0.5 ms, and the excess delays the output.
+    The gain is 0.5 at half the lower rate, 0.08 at 0.55 of it, and 0.003 (-50 dB) from 0.6 of it
+    on. An output depends on at most :func:`lookahead` of later input: 1.8 samples of the lower
+    rate, limited to 0.5 ms. If the lower rate is below 3.6 kHz, the filter lags by more than that,
+    and the rest delays the output.
 
     Parameters
     ----------
     x
-        Shape (samples, channels).
+        Samples, shape (samples, channels).
     old, new
         Rates, Hz.
 
@@ -155,10 +156,10 @@ def _resample_pinch(pinch: Pinch, new: float) -> Pinch:
 
 
 def resample_dataset(dataset: Dataset, rate: float) -> Dataset:
-    """Resample all pinches, move the contacts along, and add a note.
+    """Resample all pinches, convert the sample numbers of contacts, and add a note.
 
-    Data at this rate already are returned unchanged. Samples become float32 in the raw unit of the
-    layout, so its scale and offset still hold. Strips take the nearest sample.
+    Data that already have this rate are returned unchanged. Samples become float32 in the raw unit
+    of the layout, so its scale and offset stay valid. Strips take the nearest sample.
 
     Parameters
     ----------
@@ -170,7 +171,7 @@ def resample_dataset(dataset: Dataset, rate: float) -> Dataset:
     Returns
     -------
     Dataset
-        The resampled pinches, with one more sentence in ``notes``.
+        The resampled pinches, with one further sentence in ``notes``.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Resampling of a stream, with the filter of :func:`resample` and its state."""
+"""Resampling of a stream, with the filter of :func:`resample`, block by block."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from firstcontact.signal._resample import _low_pass, _ratio
 
 
 class CausalResampler:
-    """Stream form of :func:`firstcontact.signal.resample`: the same samples, block by block.
+    """Resampler of a stream. It gives the samples of :func:`firstcontact.signal.resample`.
 
     Output sample ``k`` belongs to the time of input sample ``k * old / new``. Missing samples are
-    not filled in. After a gap the filter restarts as if its first sample had always been there.
+    not filled in. After a gap the filter restarts as if the signal had been constant before it.
 
     Parameters
     ----------
@@ -26,7 +26,8 @@ class CausalResampler:
     Attributes
     ----------
     delay
-        Time from an output sample's instant to its output, s; at most 0.5 ms.
+        Delay of the output: time after an output sample's instant when it is available, s; at most
+        0.5 ms.
     """
 
     def __init__(self, old: float, new: float, nearest: Sequence[int] = ()) -> None:

@@ -19,8 +19,8 @@ SAVGOL_ORDER = 2
 def savgol_weights(length: int, order: int) -> NDArray[np.float64]:
     """Return the weights of the centred filter, shape (length,). They are symmetric.
 
-    They give the central value of the least-squares polynomial (Savitzky and Golay 1964, Anal.
-    Chem. 36, 1627).
+    They give the central value of a polynomial that is fitted by least squares (Savitzky and Golay
+    1964, Anal. Chem. 36, 1627).
     """
     half = length // 2
     powers = np.vander(np.arange(-half, half + 1, dtype=np.float64), order + 1, increasing=True)
@@ -31,11 +31,11 @@ def savgol_weights(length: int, order: int) -> NDArray[np.float64]:
 
 
 class SavitzkyGolay:
-    """Causal form of a centred Savitzky–Golay filter: it waits for the samples it looks ahead to.
+    """Causal form of a centred Savitzky–Golay filter: it waits for the samples that it needs.
 
     The first output comes with input sample ``lookahead``. After n inputs, ``n - lookahead``
-    outputs exist, and output i belongs to input i. The first sample stands in for the time before
-    the stream. The end of a stream is not padded, so offline results equal live ones.
+    outputs exist, and output i belongs to input i. Before the stream the first sample is repeated.
+    The end of a stream is not padded, so offline results equal live results.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class SavitzkyGolay:
     Raises
     ------
     ValueError
-        If ``length`` is even or ``order`` is not below it.
+        ``length`` is even, or ``order`` is not below it.
     """
 
     def __init__(

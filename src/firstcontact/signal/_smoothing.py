@@ -20,12 +20,12 @@ class ExponentialSmoothing:
     alpha
         Weight of the newest sample, 0 < alpha <= 1 (1 changes nothing).
     mask
-        Mask of the channels to filter, shape (channels,). Others stay unchanged.
+        Mask of the channels to filter, shape (channels,). The other channels stay unchanged.
 
     Raises
     ------
     ValueError
-        If ``alpha`` is outside (0, 1].
+        ``alpha`` is outside (0, 1].
 
     Examples
     --------
@@ -74,7 +74,7 @@ class ExponentialSmoothing:
 def missing_smoothing(
     layout: Layout, columns: tuple[int, ...] | None = None
 ) -> ExponentialSmoothing | None:
-    """Return the microcontroller's smoothing for columns that are not smoothed yet.
+    """Return the microcontroller's smoothing filter, for columns that are not smoothed yet.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def missing_smoothing(
 
 
 class DeviceSmoothing:
-    """Filter that smooths raw vibration as the device would. Smoothed channels pass unchanged.
+    """Filter that smooths raw vibration as the device does. Smoothed channels stay unchanged.
 
     Parameters
     ----------

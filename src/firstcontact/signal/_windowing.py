@@ -1,4 +1,4 @@
-"""Windows after a contact, which the stiffness models use."""
+"""Windows of signal after a contact, the input of the window models."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ def samples_in(duration: float, rate: float) -> int:
 class Conditioner:
     """Filters that prepare a vibration for windows.
 
-    Exponential smoothing, unless the device has done it already, then Savitzky–Golay. Output i
-    belongs to input i and follows :attr:`lookahead` samples later.
+    The first filter is exponential smoothing, unless the device has already done it; the second is
+    Savitzky–Golay. Output i belongs to input i and comes :attr:`lookahead` samples later.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class Conditioner:
         return self._savgol.lookahead
 
     def update(self, volts: NDArray[Any]) -> NDArray[np.float64]:
-        """Filter the next samples, (n, channels) to (m, channels)."""
+        """Filter the next samples (n, channels). Return the outputs known so far, (m, channels)."""
         return self._savgol.update(self._smoothing.update(volts))
 
 
@@ -68,7 +68,7 @@ def cut_window(
     start
         Position of the contact.
     length
-        Samples in the window.
+        Number of samples in the window.
     rate
         Sampling rate, Hz.
 
@@ -117,14 +117,14 @@ def contact_windows(
     windows : ndarray
         Shape (pinches with a window, samples, 1), V.
     kept : ndarray
-        Mask of the pinches with a window, shape (pinches,). A pinch has none without a contact
-        or a sensor on that finger. The pinch must hold the window, the look-ahead of the filter,
-        and at least 2 ms of quiet before. The window must be finite and not constant.
+        Mask of the pinches with a window, shape (pinches,). A window needs a contact and a sensor
+        on that finger. The pinch must contain the window, the look-ahead of the filter, and at
+        least 2 ms before the contact. The window must be finite and not constant.
 
     Raises
     ------
     ValueError
-        If the numbers of contacts and pinches differ.
+        The numbers of contacts and pinches differ.
     """
     if len(contacts) != len(dataset):
         raise ValueError(f"{len(contacts)} contacts for {len(dataset)} pinches")
@@ -160,7 +160,7 @@ class ContactWindow:
     contact
         Contact at the start of the window.
     duration
-        Length, s.
+        Length of the window, s.
     samples
         Shape (samples, 1), V, baseline removed.
     complete
@@ -175,7 +175,7 @@ class ContactWindow:
 
 
 class WindowStream:
-    """Stream form of :func:`contact_windows`: the same windows, block by block.
+    """Stream that cuts the windows of :func:`contact_windows`, block by block.
 
     Parameters
     ----------
@@ -219,7 +219,7 @@ class WindowStream:
         self._pending = []
 
     def update(self, block: Block, contacts: Sequence[Contact] = ()) -> list[ContactWindow]:
-        """Process the next block and the contacts found in it.
+        """Process the next block and the contacts detected in it.
 
         A block that does not follow the previous one drops all incomplete windows. No window spans
         a gap.

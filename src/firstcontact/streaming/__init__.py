@@ -1,4 +1,4 @@
-"""Streaming: samples in, contacts and estimates out, in real time; the page and other outputs."""
+"""Live streaming: contacts and estimates in real time, the live page, and other outputs."""
 
 import lazy_loader
 

@@ -31,13 +31,13 @@ class OpenClosing:
     estimates
         Estimates of the closing; None without a model.
     end
-        One past the last sample of the pinch, once it has a contact.
+        Number of the first sample after the pinch, once it has a contact.
     contacts
         Contacts so far.
     closing_speed
         Closing speed before the first contact, as the hand measured it; None if unknown.
     unmeasured
-        First contact for which the hand was not asked yet.
+        First contact whose closing speed has not been measured yet; None otherwise.
     """
 
     start: int

@@ -1,4 +1,4 @@
-"""Estimates of one closing, masked at the second contact; one of them is final."""
+"""Estimates of one closing, from samples before the second contact. The last one is final."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class ClosingEstimates:
     radius
         Radius of the object, m: infinite for a flat one, NaN if unknown.
     real_time
-        True where samples come as fast as they were taken.
+        True if samples come as fast as they were taken.
 
     Attributes
     ----------
@@ -78,7 +78,7 @@ class ClosingEstimates:
             self._stream.prepare()
 
     def set_speed(self, measured: ClosingSpeed | None) -> None:
-        """Set the closing speed before the first contact, ahead of the block with the contact."""
+        """Set the closing speed before the first contact, ahead of the block with that contact."""
         self._stream.set_speed(measured)
 
     def withdraw(self) -> None:
@@ -106,7 +106,7 @@ class ClosingEstimates:
         host
             Time at which its last byte had been read, s.
         transport
-            Delay of the block beyond the least delayed ones, s.
+            Delay of the block, compared with the least delayed blocks, s.
 
         Returns
         -------
@@ -142,7 +142,7 @@ class ClosingEstimates:
         host: float,
         transport: float,
     ) -> list[tuple[int, Event]]:
-        """Return estimates from before the second contact, and the final one if no more follow."""
+        """Return the estimates before the second contact. The last is final if no more follow."""
         now = self._clock() if predictions else 0.0
         events: list[tuple[int, Event]] = []
         is_complete = True
@@ -196,7 +196,7 @@ class ClosingEstimates:
         return [(second.decided, self._settle(first, second.decided, epoch))]
 
     def finish(self, sample: int, epoch: int, reason: str) -> list[Event]:
-        """Return the final estimate of a closing that ends before this sample, if still missing.
+        """End the closing before this sample. Return its final estimate if that is still missing.
 
         ``reason`` states why a closing has no estimate.
         """
@@ -221,5 +221,5 @@ class ClosingEstimates:
 
 
 def _stands(last: int, second: Contact) -> bool:
-    """Return True if the last sample that an estimate depends on lies before the second contact."""
+    """Return True if an estimate depends only on samples before the second contact."""
     return last < second.sample

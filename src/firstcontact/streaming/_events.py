@@ -1,4 +1,4 @@
-"""Live events. Each is a tagged struct: its JSON is a JSON line and a message to the page."""
+"""Live events. Each is a tagged struct. Its JSON form is a JSON line, and a message to the page."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Verdict(StrEnum):
 
 
 class ClosingStart(msgspec.Struct, frozen=True, tag="closing_start"):
-    """Start of a closing: contacts count from here on.
+    """Start of a closing. Contacts are reported from here on.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ class ClosingStart(msgspec.Struct, frozen=True, tag="closing_start"):
 
     @property
     def known_sample(self) -> int:
-        """Sample with which the event was known."""
+        """Sample after which the event was known."""
         return self.sample
 
 
@@ -54,14 +54,14 @@ class ContactEvent(msgspec.Struct, frozen=True, tag="contact"):
     Parameters
     ----------
     contact
-        Finger (0 index finger, 1 thumb, null for a sensor of no finger), sample of the contact,
-        and sample with which it was decided.
+        Finger (0 index finger, 1 thumb, null for a sensor of no finger), sample of the contact, and
+        sample after which it was detected.
     first
         True for the first contact of the closing.
     epoch
         Epoch of the samples.
     host
-        Time at which the host knew it, s of its monotonic clock.
+        Time at which the host knew the contact, s of the host's monotonic clock.
     """
 
     contact: Contact
@@ -71,22 +71,22 @@ class ContactEvent(msgspec.Struct, frozen=True, tag="contact"):
 
     @property
     def known_sample(self) -> int:
-        """Sample with which the event was known."""
+        """Sample after which the event was known."""
         return self.contact.decided
 
 
 class ContactWithdrawn(msgspec.Struct, frozen=True, tag="contact_withdrawn"):
     """Withdrawn first contact: the signal after it faded, as after a click of the gears.
 
-    It takes back the contact, all later contacts and all estimates of the closing so far. The
-    closing continues, and its true contact may follow.
+    The contact, all later contacts and all estimates of the closing so far are invalid. The closing
+    continues, and its true contact may follow.
 
     Parameters
     ----------
     contact
         Withdrawn contact.
     complete
-        Sample with which this was known.
+        Sample after which this was known.
     epoch
         Epoch of the samples.
     """
@@ -97,12 +97,12 @@ class ContactWithdrawn(msgspec.Struct, frozen=True, tag="contact_withdrawn"):
 
     @property
     def known_sample(self) -> int:
-        """Sample with which the event was known."""
+        """Sample after which the event was known."""
         return self.complete
 
 
 class NoEstimate(msgspec.Struct, frozen=True, tag="no_estimate"):
-    """Closing without an estimate that counts, and the reason.
+    """Report that a closing has no valid estimate, with the reason.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ class NoEstimate(msgspec.Struct, frozen=True, tag="no_estimate"):
     reason
         Reason in a few words.
     complete
-        Sample with which this was known.
+        Sample after which this was known.
     epoch
         Epoch of the samples.
     """
@@ -123,16 +123,16 @@ class NoEstimate(msgspec.Struct, frozen=True, tag="no_estimate"):
 
     @property
     def known_sample(self) -> int:
-        """Sample with which the event was known."""
+        """Sample after which the event was known."""
         return self.complete
 
 
 def judged(estimate: Estimate, offset: float | None, *, real_time: bool = True) -> Estimate:
-    """Return the estimate with the verdict if it was in time.
+    """Return the estimate with its field ``in_time`` filled in.
 
-    This is the only definition of "in time". Both instants count from the first contact on the
-    host's clock: the estimate's with waiting, transport and computing, the second contact's as its
-    sample was taken. Without a second contact nothing can be too late.
+    This is the only definition of "in time". Both times count from the first contact. That of the
+    estimate includes waiting, transport and computing; that of the second contact is the time of
+    its sample. Without a second contact no estimate is too late.
 
     Parameters
     ----------
@@ -141,7 +141,7 @@ def judged(estimate: Estimate, offset: float | None, *, real_time: bool = True) 
     offset
         Time from the first to the second contact, s; None without a second contact.
     real_time
-        Set False where samples do not come in real time: the verdict is then None.
+        False if samples do not come in real time. ``in_time`` is then None.
     """
     in_time = (offset is None or estimate.available < offset) if real_time else None
     if in_time is estimate.in_time:
@@ -157,27 +157,28 @@ class PinchDone(msgspec.Struct, frozen=True, kw_only=True, tag="pinch"):
     number
         Number of the closing with a contact, from 1.
     start, end
-        First sample, and one past the last sample.
+        Number of the first sample, and of the first sample after the pinch.
     epoch
         Epoch of these samples.
     contacts
         Detected contacts: the first, and the second if there was one.
     strips
-        Contacts as the contact strips of the fingers show them; empty without strips.
+        Contacts by the contact strips of the fingers; empty without strips.
     offset
         Time from the first to the second contact, s; null without a second contact.
     estimates
-        Estimates from samples before the second contact, each judged; the last one is final.
+        Estimates from samples before the second contact, with ``in_time``; the last one is final.
     reason
-        Reason why there is no estimate, or empty.
+        Reason for a missing estimate; empty if there is one.
     real_time
         True if samples came as fast as they were taken.
     closing_speed
-        Closing speed before the first contact and its standard error, m/s, as the hand measured it;
-        null where it was not measured.
+        Closing speed before the first contact and its standard error, m/s, as the hand measured
+        them; null if not measured.
     verdict
-        ``in_time`` if an estimate was in time, ``too_late``, or ``none`` (no estimate); null where
-        there is an estimate but samples did not come in real time. It follows from the rest.
+        ``in_time`` if an estimate was in time, ``too_late`` if all came later, ``none`` if there
+        was no estimate; null if samples did not come in real time. It follows from the other
+        fields.
     """
 
     number: int
@@ -206,7 +207,7 @@ class PinchDone(msgspec.Struct, frozen=True, kw_only=True, tag="pinch"):
 
     @property
     def known_sample(self) -> int:
-        """Sample with which the event was known."""
+        """Sample after which the event was known."""
         return self.end - 1
 
     @property
@@ -216,7 +217,7 @@ class PinchDone(msgspec.Struct, frozen=True, kw_only=True, tag="pinch"):
 
     @property
     def in_force(self) -> Estimate | None:
-        """Last estimate that was in time; the final one where times mean nothing."""
+        """Last estimate that was in time; the final one if samples do not come in real time."""
         if not self.real_time:
             return self.final
         return next((e for e in reversed(self.estimates) if e.in_time), None)
@@ -231,12 +232,12 @@ class PinchDone(msgspec.Struct, frozen=True, kw_only=True, tag="pinch"):
         return epoch == self.epoch and self.start <= sample < self.end
 
     def overlaps(self, mark: PinchMark) -> bool:
-        """Return True if a pinch of a recording shares a sample with it."""
+        """Return True if this pinch and a pinch mark of a recording have samples in common."""
         return mark.epoch == self.epoch and mark.first_sample < self.end and self.start < mark.end
 
 
 class ObjectEstimate(msgspec.Struct, frozen=True, kw_only=True, tag="object_estimate"):
-    """Combined estimate of all pinches of one object so far.
+    """Pooled estimate from all pinches of one object so far.
 
     Parameters
     ----------
@@ -247,13 +248,13 @@ class ObjectEstimate(msgspec.Struct, frozen=True, kw_only=True, tag="object_esti
     low, high
         Ends of the interval.
     level
-        Share of intervals that hold the truth.
+        Nominal share of intervals that contain the truth.
     pinches
-        Number of combined pinches; 1 for the first pinch of an object.
+        Number of pooled pinches; 1 for the first pinch of an object.
     is_named
-        True if the object was marked, so that its next pinches are combined with this one.
+        True if the object was marked, so that its next pinches are pooled with this one.
     end
-        One past the last sample of the last pinch.
+        Number of the first sample after the last pinch.
     epoch
         Epoch of the samples.
     """
@@ -270,12 +271,12 @@ class ObjectEstimate(msgspec.Struct, frozen=True, kw_only=True, tag="object_esti
 
     @property
     def known_sample(self) -> int:
-        """Sample with which the event was known."""
+        """Sample after which the event was known."""
         return self.end - 1
 
 
 class HandCommand(msgspec.Struct, frozen=True, tag="hand_command"):
-    """Request to the driven hand that was carried out, or its release after a silence.
+    """Request to the driven hand that was carried out, or the release of a silent hand.
 
     Parameters
     ----------
@@ -285,7 +286,7 @@ class HandCommand(msgspec.Struct, frozen=True, tag="hand_command"):
         Origin of the request: ``keyboard``, ``standard input``, ``viewer N of the page``,
         ``silence``, or the name of another program.
     sample, epoch
-        Newest sample at that time.
+        Newest sample at that time, and its epoch.
     """
 
     ask: Ask
@@ -295,7 +296,7 @@ class HandCommand(msgspec.Struct, frozen=True, tag="hand_command"):
 
     @property
     def known_sample(self) -> int:
-        """Sample with which the event was known."""
+        """Sample after which the event was known."""
         return self.sample
 
 
@@ -319,7 +320,7 @@ class HandPrediction(msgspec.Struct, frozen=True, tag="hand_prediction"):
 
     @property
     def known_sample(self) -> int:
-        """Sample with which the device knew it."""
+        """Sample after which the device knew it."""
         return self.event.known_sample
 
 
@@ -337,11 +338,11 @@ class HandCheck(msgspec.Struct, frozen=True, kw_only=True):
     flags
         True if both agree on ``out_of_range``.
     missing
-        Estimates that only one of them has.
+        Number of estimates that only one of them has.
     lost
-        True where the host lost samples of the pinch.
+        True if the host lost samples of the pinch.
     same
-        True if nothing differs by more than 0.01 Shore A. It follows from the rest.
+        True if nothing differs by more than 0.01 Shore A. It follows from the other fields.
     """
 
     contacts: bool
@@ -367,7 +368,7 @@ class HandPinch(msgspec.Struct, frozen=True, kw_only=True, tag="hand_pinch"):
     model
         Digest of the device's model.
     contacts
-        Contacts that the device detected; empty where only the host found the pinch.
+        Contacts that the device detected; empty if only the host detected the pinch.
     final
         Last estimate from samples before the second contact; null without one.
     estimates
@@ -389,7 +390,7 @@ class HandPinch(msgspec.Struct, frozen=True, kw_only=True, tag="hand_pinch"):
 
     @property
     def known_sample(self) -> int:
-        """Sample that places the pinch in the stream."""
+        """Sample at which the pinch is placed in the stream."""
         return self.sample
 
 

@@ -15,7 +15,7 @@ WAITING = 200
 
 
 class _Feeder:
-    """Sink with its thread and the updates that wait for it."""
+    """Sink with its thread and its queue of updates."""
 
     def __init__(self, sink: Sink, descriptor: Descriptor) -> None:
         self.sink = sink
@@ -92,7 +92,7 @@ class Fanout:
     descriptor
         Descriptor of the source.
     patient
-        True to wait for slow sinks, so that none misses anything: for sources that can wait.
+        True to wait for slow sinks, so that none misses an update. Only for sources that can wait.
     """
 
     def __init__(
@@ -110,12 +110,12 @@ class Fanout:
 
     @property
     def dropped(self) -> dict[str, int]:
-        """Number of updates that each sink missed, by its name, without sinks whose reader left."""
+        """Number of updates that each sink missed, by name, except sinks whose reader left."""
         return {f.sink.name: f.dropped for f in self._feeders if not f.left}
 
     @property
     def failed(self) -> dict[str, str]:
-        """Reason of each sink that failed, by its name, without sinks whose reader left."""
+        """Reason of each failed sink, by name. Sinks whose reader left are not included."""
         return {f.sink.name: f.failed for f in self._feeders if f.failed and not f.left}
 
     @property
@@ -124,6 +124,6 @@ class Fanout:
         return bool(self._feeders) and all(f.failed for f in self._feeders)
 
     def close(self, timeout: float = 2.0) -> None:
-        """Close each sink after its queue; without ``patient`` wait at most ``timeout`` s."""
+        """Close each sink after its queue, within ``timeout`` s unless ``patient``."""
         for feeder in self._feeders:
             feeder.close(None if self._patient else timeout)

@@ -23,19 +23,19 @@ SILENCE = "silence"
 
 
 class Grasping:
-    """Actor that drives a hand through the closings of a live session.
+    """Actor (event handler) that drives a hand through the closings of a live session.
 
     The start of the motor (:class:`ClosingStart`) begins a closing of a hand that closes by itself.
-    Other hands close on request. Such a closing ends with a request to open, with a release after a
-    silence, or when the origin of the request disconnects. A motor start alone begins no closing
-    there, because it may open the hand.
+    Other hands close on request. Such a closing ends with a request to open, with a release because
+    no command came, or when the origin of the request disconnects. For these hands a motor start
+    begins no closing, because the motor may be opening the hand.
 
-    The policy gets the final estimate of a closing, and with ``early`` each one before it.
-    Estimates out of range are ignored.
+    The policy gets the final estimate of a closing. If its ``early`` is true, it gets earlier
+    estimates too. Estimates out of range are ignored.
 
-    Times count on the samples' clock. An estimate meets the deadline if the hand gets it
-    before. The time includes computing, transport beyond the shortest, and the hand's pacing.
-    The shortest transport time is unknown.
+    Times are on the samples' clock. An estimate meets the deadline if it reaches the hand before
+    it. This includes the times for computing, for transport beyond the shortest time, and for the
+    hand's pacing. The shortest transport time is unknown.
 
     Parameters
     ----------
@@ -48,9 +48,10 @@ class Grasping:
     deadline
         Deadline of an estimate, s after the first contact; by default that of the policy.
     transport
-        Delay of the samples where they come as fast as they are taken; None otherwise.
+        Delay of the samples if they come in real time; None otherwise.
     slip
-        Slip detector for requested closings, from their end until the hand opens; None without.
+        Slip detector, used from the end of a requested closing until the hand opens; None without
+        one.
     """
 
     def __init__(
@@ -130,7 +131,7 @@ class Grasping:
         return events
 
     def ended(self) -> None:
-        """Release the hand first. Closing the source and the outputs takes longer."""
+        """Release the hand, before the source and the outputs are closed, which takes longer."""
         self.requests.end()
         self.hand.release()
 
@@ -195,7 +196,7 @@ class Grasping:
         return self.hand.counts.released if isinstance(self.hand, SafeHand) else 0
 
     def _estimated(self, estimate: Estimate) -> None:
-        """Pass an estimate to the policy; the final one only once."""
+        """Pass an estimate to the policy, the final one only once."""
         if self._is_final or not (estimate.final or self.loop.policy.early):
             return
         self._is_final = estimate.final
@@ -224,7 +225,7 @@ class Grasping:
 def grasp_lines(grasping: Grasping, *, real_time: bool = True) -> list[str]:
     """Return lines of text about the commands to the hand, for the end of a run.
 
-    Without ``real_time`` they leave out deadlines, which mean nothing where samples come faster
+    Without ``real_time`` they leave out deadlines, which have no meaning if samples come faster
     than they were taken.
     """
     counts = grasping.loop.counts

@@ -24,7 +24,7 @@ Place = tuple[int, int]
 
 
 class HandPredictions:
-    """Collector of the predictions of a device and of the host for the same pinches.
+    """Collector that compares the predictions of a device and of the host for the same pinches.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ class HandPredictions:
         return self._pinches(*min(max(last, host_last), self._heard or (0, 0)))
 
     def _pinches(self, epoch: int, until: int) -> list[Event]:
-        """Return pinches whose first contact was up to this sample, each once."""
+        """Return the pinches whose first contact was up to this sample. Each is returned once."""
         due = (epoch, until)
         events: list[Event] = []
         firsts = [

@@ -21,7 +21,7 @@ class Ask(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """Request with its origin; ``ask`` is None if the origin is gone."""
+    """Request with its origin. ``ask`` is None if the origin has disconnected."""
 
     ask: Ask | None
     by: str
@@ -38,15 +38,15 @@ class HandRequests:
     name
         Name of the hand.
     begins
-        Origin of its closings.
+        Parties that can begin its closings.
     release
-        Function that releases it; safe to call from any thread.
+        Function that releases the hand. It can be called from any thread.
 
     Attributes
     ----------
     by
-        Origin of the closing in progress, or of the hold after it; None if not requested. The
-        session's thread sets it.
+        Origin of the closing in progress, or of holding the object after it; None if it was not
+        requested. The session's thread sets it.
     opening
         True if a request to open waits for the session's thread.
     """
@@ -71,7 +71,7 @@ class HandRequests:
         Raises
         ------
         InputError
-            The request is not possible, or not now.
+            The request is never possible for this hand, or is not possible now.
         """
         if self._over:
             raise InputError("The session has ended: start it again")

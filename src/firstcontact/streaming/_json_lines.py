@@ -25,7 +25,7 @@ class ChannelLine(msgspec.Struct, frozen=True):
     name
         Name of the column.
     kind
-        ``piezo`` or another vibration sensor, ``force``, ``strip``.
+        Kind of the column: ``piezo`` or another vibration sensor, ``force``, or ``strip``.
     finger
         Number of the finger; null for a sensor of no finger.
     unit
@@ -39,14 +39,14 @@ class ChannelLine(msgspec.Struct, frozen=True):
 
 
 class DescriptorLine(msgspec.Struct, frozen=True, kw_only=True, tag="descriptor"):
-    """Source of the samples and their columns: the first line.
+    """First line: the source of the samples, and their columns.
 
     Parameters
     ----------
     format, format_version
         ``firstcontact-live`` and the version of this format, 3.
     firmware, sensor, hand
-        Sender; empty if unknown.
+        Names of the sender's firmware, sensor and hand; empty if unknown.
     source
         ``real``, ``twin``, ``synthetic`` or ``unknown``.
     predictor
@@ -95,7 +95,7 @@ class MarkerLine(msgspec.Struct, frozen=True, tag="marker"):
     Parameters
     ----------
     sample, epoch
-        Sample.
+        Sample number and epoch.
     text
         Text of the marker.
     """
@@ -106,28 +106,28 @@ class MarkerLine(msgspec.Struct, frozen=True, tag="marker"):
 
 
 class LinkLine(msgspec.Struct, frozen=True, kw_only=True, tag="link"):
-    """State of the link, whenever it changed. Counts begin when the device was opened.
+    """State of the link, written whenever it changes. Counts begin when the device is opened.
 
     Parameters
     ----------
     connected
-        True if the device is there and has sent a usable sample within the last second.
+        True if the device is connected and has sent a usable sample within the last second.
     epoch
         Epoch of the newest sample.
     lost_samples
-        Samples missing in the device's count, for any reason.
+        Number of samples missing in the device's count, for any reason.
     overflow_samples
-        Lost samples that the device reports as dropped by itself.
+        Number of lost samples that the device itself dropped, by its report.
     unusable_samples
-        Lost samples that were NaN, infinite or out of range.
+        Number of lost samples that were NaN, infinite or out of range.
     lost_frames, bad_frames, doubled_frames
-        Frames on the line.
+        Number of lost, damaged, and repeated frames.
     late_answers
-        Predictions that a device left out because the next one was due.
+        Number of predictions that the device skipped because the next one was due.
     unheard_samples
-        Samples that the device's own predictions missed.
+        Number of samples that the device sent but its own model missed.
     reconnects
-        Number of times that the device came back.
+        Number of reconnections of the device.
     """
 
     connected: bool = True
@@ -144,12 +144,12 @@ class LinkLine(msgspec.Struct, frozen=True, kw_only=True, tag="link"):
 
 
 class FailedLine(msgspec.Struct, frozen=True, tag="failed"):
-    """Failure of a line or an output. The rest continues.
+    """Failure of a line or an output. All others continue.
 
     Parameters
     ----------
     subject
-        Type of the missing line, or ``page``, ``lsl``, ``json``.
+        Type of the missing line, or name of the output: ``page``, ``lsl``, ``json``.
     reason
         Reason in a few words.
     """
@@ -205,7 +205,7 @@ class JsonLinesSink:
         Raises
         ------
         OSError
-            The reader is gone (BrokenPipeError), or the stream cannot be written.
+            The reader has closed the stream (BrokenPipeError), or the stream cannot be written.
         """
         lines = []
         link = _link(update.health)
@@ -221,7 +221,7 @@ class JsonLinesSink:
             self._write(lines)
 
     def close(self) -> None:
-        """Close the sink. All lines are written already."""
+        """Close the sink. All lines have already been written."""
 
     def _write(self, lines: Sequence[str]) -> None:
         write_now(self._stream, "".join(line + "\n" for line in lines))

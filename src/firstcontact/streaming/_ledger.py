@@ -1,4 +1,4 @@
-"""Time ledger: parts of the time between a contact and its estimate, and their text."""
+"""Time ledger: parts of the time between a contact and its estimate, and text about them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ TIMES = {
 
 
 class Ledger:
-    """Times of a run, one entry per pinch; ``compute`` has one per estimate.
+    """Times of a run, with one entry per pinch, and one per estimate for ``compute``.
 
     Parameters
     ----------
@@ -53,18 +53,18 @@ class Ledger:
         self._times: dict[str, deque[float]] = {name: deque(maxlen=KEPT) for name in TIMES}
 
     def worked(self, spent: float, samples: int) -> None:
-        """Note that ``samples`` took ``spent`` s to process."""
+        """Record that processing ``samples`` samples took ``spent`` s."""
         self.blocks += 1
         self.busy += spent
         self.overruns += spent * self.rate > samples
 
     def add(self, estimate: Estimate) -> None:
-        """Note an estimate."""
+        """Record an estimate."""
         self.estimates += 1
         self._times["compute"].append(estimate.compute)
 
     def close(self, pinch: PinchDone) -> None:
-        """Note a finished pinch."""
+        """Record a finished pinch."""
         self.verdicts[pinch.verdict] += 1
         self.unheard += pinch.verdict is Verdict.IN_TIME and pinch.second is None
         final = pinch.final
@@ -83,10 +83,10 @@ class Ledger:
             self._times[name].append(seconds)
 
     def summary(self) -> Mapping[str, float]:
-        """Return the figures so far: counts, and p50, p99 and max of each time, s.
+        """Return the numbers so far: counts, and p50, p99 and max of each time, s.
 
-        ``in_time``, ``too_late``, ``none`` and ``unjudged`` add up to ``pinches``; ``unheard`` are
-        those in time because no second contact was detected.
+        ``in_time``, ``too_late``, ``none`` and ``unjudged`` add up to ``pinches``. ``unheard``
+        counts those that are in time because no second contact was detected.
         """
         figures = {
             "estimates": float(self.estimates),
@@ -132,8 +132,8 @@ def ledger_lines(
     alone
         True for a single sensor, which has no second contact.
     speed
-        Speed of the samples, times real time. At another speed than 1 the lines leave out times
-        and verdicts, since the computer does not become faster with the samples.
+        Speed of the samples as a multiple of real time. If it is not 1, the lines leave out times
+        and verdicts, because the computer does not become faster with the samples.
     """
     if speed == 1.0:
         yield from _verdict_lines(figures, alone)
@@ -169,7 +169,7 @@ def _with_estimate(figures: Mapping[str, float]) -> str:
 
 
 def _verdict_lines(figures: Mapping[str, float], alone: bool) -> Iterator[str]:
-    """Return the counts of pinches by verdict. A single sensor has no second contact."""
+    """Return lines with the counts of pinches by verdict. A single sensor has no second contact."""
     if alone:
         yield _with_estimate(figures)
         return

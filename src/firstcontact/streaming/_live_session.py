@@ -1,4 +1,4 @@
-"""Live session with its pipeline and its hand, as ``fc.live`` and the command ``live`` open it."""
+"""Live session with its pipeline and its hand, for ``fc.live`` and the command ``live``."""
 
 from __future__ import annotations
 
@@ -53,15 +53,15 @@ def live_session(
     real_time
         True if samples come as fast as they were taken.
     hand, hand_port, policy, slip
-        Names of the hand, its port, the grasp policy and the slip detector; None without, or for
-        the default policy.
+        Names of the hand, its port, the grasp policy and the slip detector. None means no hand, the
+        default policy, or no slip detector.
     recordings, shape
         See :class:`LiveSession`.
 
     Yields
     ------
     tuple of LiveSession and Grasping
-        The latter is None without a hand.
+        The session, and its hand's actor (None without a hand).
 
     Raises
     ------
@@ -104,7 +104,7 @@ def live_session(
 
 
 def _speed_measurement(source: Source, grasping: Grasping | None) -> MeasureSpeed | None:
-    """Return the function for the closing speed: the hand's, or a replayed recording's."""
+    """Return the function that gives the closing speed: of the hand, or of a replayed recording."""
     recorded: Callable[[int, int], ClosingSpeed | None] | None
     recorded = getattr(source, "closing_speed", None)
     if recorded is not None:
@@ -138,7 +138,7 @@ def check_hand(
     Raises
     ------
     InputError
-        The parameter that is wrong.
+        An option does not fit. The message names the parameter.
     """
     if policy is not None:
         POLICIES.find(policy)
@@ -167,7 +167,7 @@ def check_hand(
 
 
 def _check_slip(slip: str, hand: str | None, policy: str) -> None:
-    """Refuse a slip detector without a policy that would act upon it."""
+    """Refuse a slip detector if the policy does not react to slips."""
     SLIP_DETECTORS.find(slip)
     if hand is None or Begins.US not in HANDS.find(hand).begins:
         raise InputError(

@@ -43,7 +43,7 @@ class LslSink:
 
     @property
     def name(self) -> str:
-        """Name under which drops are reported."""
+        """Name under which dropped updates are reported."""
         return "lsl"
 
     def open(self, descriptor: Descriptor) -> None:
@@ -97,7 +97,7 @@ class LslSink:
             self._push(json_line(event), self._clock.host_time(event.known_sample, event.epoch))
 
     def close(self) -> None:
-        """Take both streams off the network. Closing twice is fine."""
+        """Remove both streams from the network. Closing twice is fine."""
         self._samples = self._events = None
 
     def _send(self, arrival: Arrival) -> None:

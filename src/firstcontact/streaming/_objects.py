@@ -1,4 +1,4 @@
-"""Objects of the pinches: their names, and combined estimates for several pinches of one object."""
+"""Objects of the pinches: names, and pooled estimates for several pinches of one object."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ WAITING, PINCHES = 16, 100
 
 
 class ObjectCombiner:
-    """Combiner of the final estimates of several pinches of one object.
+    """Pool of the final estimates of several pinches of one object.
 
-    Pinches are combined only if they are marked as one object: by :meth:`new_object`, by a marker
+    Pinches are pooled only if they are marked as one object: by :meth:`new_object`, by a marker
     with an object's name, or by the labels of a replayed recording. Another name, or
-    :meth:`new_object`, begins another object. An unmarked pinch counts alone. Estimates that are
+    :meth:`new_object`, begins another object. An unmarked pinch is not pooled. Estimates that are
     out of range do not count.
     """
 
@@ -37,7 +37,7 @@ class ObjectCombiner:
         self._is_new = True
 
     def add_markers(self, markers: Iterable[Marker]) -> None:
-        """Process markers. Each names the object of the next pinch."""
+        """Process markers. A marker names the object of the next pinch."""
         self._markers += [m for m in markers if not concerns_hand(m.text)]
 
     def add_pinch(self, pinch: PinchDone) -> ObjectEstimate | None:
@@ -58,7 +58,7 @@ class ObjectCombiner:
         return self._combined(pinch)
 
     def add_labels(self, marks: Iterable[PinchMark]) -> ObjectEstimate | None:
-        """Process labels of past pinches of a recording. Return the corrected estimate, if any."""
+        """Process labels of past pinches in a replayed recording. Return a corrected estimate."""
         if self._last is None:
             return None
         pinch, final = self._last
@@ -103,7 +103,7 @@ class ObjectCombiner:
 
 
 def last_marker(markers: Iterable[Marker], pinch: PinchDone, previous: PinchDone | None) -> str:
-    """Return the text of the last marker since the previous pinch, "" without one."""
+    """Return the text of the last marker since the previous pinch; "" if there is none."""
     since = previous.end if previous is not None and previous.epoch == pinch.epoch else 0
     texts = [m.text for m in markers if m.epoch == pinch.epoch and since <= m.sample < pinch.end]
     return texts[-1] if texts else ""
@@ -132,7 +132,7 @@ class ObjectNames:
     def add_labels(self, marks: Iterable[PinchMark]) -> list[tuple[int, str]]:
         """Process labels of a recording.
 
-        Return numbers and names of the past pinches they label.
+        Return the numbers of the past pinches that they label, with the names.
         """
         self._marks += [m for m in marks if m.label.object]
         named = [(pinch, label) for pinch in self._unnamed if (label := self._label(pinch))]
@@ -141,7 +141,7 @@ class ObjectNames:
         return [(pinch.number, label) for pinch, label in named]
 
     def object_name(self, pinch: PinchDone) -> str:
-        """Return the name of the object of a finished pinch, "" if it has none yet."""
+        """Return the name of the object of a finished pinch; "" if it has none yet."""
         text = last_marker(self._markers, pinch, self._before)
         self._before = pinch
         if text:

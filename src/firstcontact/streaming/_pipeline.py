@@ -58,10 +58,10 @@ _log = logging.getLogger(__name__)
 
 
 class Pipeline:
-    """Live detection and estimation.
+    """Live pipeline: detects contacts and estimates stiffness.
 
-    Contacts and estimates of a closing equal the offline results of the same detector and model for
-    a pinch cut out at its start. Block sizes do not matter.
+    Contacts and estimates of a closing equal the offline results of the same detector and model, if
+    the closing were cut out of a recording. Block sizes do not matter.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class Pipeline:
     detector
         Fitted or loaded detector.
     predictor
-        Model that predicts, see :func:`firstcontact.streaming.live_predictor`; None for contacts
+        Model that predicts; see :func:`firstcontact.streaming.live_predictor`. None for contacts
         alone.
     calibration
         Noise floors of the fingers. Without them a closing begins with each epoch, and a warning is
@@ -78,10 +78,10 @@ class Pipeline:
     clock
         Clock of the host, s.
     delay
-        Delay of the source's own filter, s: counted in all times after a contact.
+        Delay of the source's own filter, s. All times after a contact include it.
     real_time
-        True if samples come as fast as they were taken. Otherwise no estimate is called in time or
-        too late.
+        True if samples come as fast as they were taken. Otherwise estimates are not rated as in
+        time or too late.
 
     Attributes
     ----------
@@ -196,7 +196,7 @@ class Pipeline:
         return events
 
     def _rehearse(self, closings: Closings) -> None:
-        """Detect and predict once, for a signal that sounds like a contact."""
+        """Detect and predict once, for a simulated contact."""
         rate = self.layout.rate
         t = np.arange(samples_in(0.3, rate)) / rate - 0.15
         noise = np.random.default_rng(0).standard_normal((len(t), self.layout.width))
@@ -250,7 +250,7 @@ class Pipeline:
             self.predictor.warm()
 
     def _warn_of_long_epoch(self, block: Block) -> None:
-        """Warn once that only the first closing of an epoch can be detected."""
+        """Warn once that, without noise floors, only the first closing of an epoch is detected."""
         if self._has_warned:
             return
         if self._epoch_start is None or self._epoch_start[0] != block.epoch:
@@ -314,7 +314,7 @@ class Pipeline:
         return ordered
 
     def _measure_speed(self, pinch: OpenClosing) -> None:
-        """Ask for the closing speed before the first contact, which may take milliseconds."""
+        """Get the closing speed before the first contact. This may take milliseconds."""
         contact, pinch.unmeasured = pinch.unmeasured, None
         if self.measure_speed is None or contact is None:
             return

@@ -1,4 +1,4 @@
-"""Live predictors: the network and the window models, behind one small interface."""
+"""Live predictors: the network and the window models, with one interface."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Prediction:
     elapsed
         Length of the signal after the contact, s.
     complete
-        Last sample that it depends on, with those that a filter looks ahead.
+        Last sample that it depends on, including those needed for a filter's look-ahead.
     out_of_range, half_width
         See :class:`firstcontact.streaming.Estimate`.
     """
@@ -51,11 +51,11 @@ class Prediction:
 
 
 class PredictionStream(Protocol):
-    """Predictions for the first contact of one closing, while its samples arrive."""
+    """Stream of predictions for the first contact of one closing, while its samples arrive."""
 
     @property
     def reason(self) -> str:
-        """Reason why predictions are missing, "" without one."""
+        """Reason why predictions are missing; "" if none are."""
 
     @property
     def due(self) -> int | None:
@@ -66,13 +66,13 @@ class PredictionStream(Protocol):
         """True once no further prediction can come."""
 
     def update(self, block: Block, contact: Contact | None) -> Iterator[Prediction]:
-        """Process the next samples, and the first contact with the block that revealed it.
+        """Process the next samples, and with them the first contact if they revealed it.
 
-        Iterate to the end. InputError if the model cannot predict from the signal.
+        Iterate to the end. Raise InputError if the model cannot predict from the signal.
         """
 
     def set_speed(self, measured: ClosingSpeed | None) -> None:
-        """Take the measured closing speed, before the block that made the contact known."""
+        """Set the measured closing speed, before the block that revealed the contact."""
 
     def prepare(self) -> None:
         """Prepare the next prediction. Called after the events of a block were delivered."""
@@ -90,11 +90,11 @@ class Predictor(Protocol):
 
     @property
     def rate(self) -> float:
-        """Sampling rate of the signals that it takes, Hz."""
+        """Sampling rate of the signals that the model needs, Hz."""
 
     @property
     def moments(self) -> tuple[float, ...]:
-        """Elapsed times after a contact at which it predicts, s, ascending."""
+        """Elapsed times after a contact at which the model predicts, s, ascending."""
 
     @property
     def uses_speed(self) -> bool:
@@ -119,15 +119,15 @@ class Predictor(Protocol):
         radius
             Radius of the object, m: infinite for a flat one, NaN if unknown.
         real_time
-            True to make the first of several predictions as early as possible, not all of them.
+            True to make the first prediction as early as possible, instead of all at once.
         """
 
     def warm(self) -> None:
-        """Predict for an artificial contact, to load the model into the processor's caches."""
+        """Predict once for an artificial contact, to load the model into the processor's caches."""
 
 
 class NetworkPredictor:
-    """In-context network: predicts each millisecond.
+    """Predictor with the network. It predicts after each millisecond.
 
     Parameters
     ----------
@@ -164,7 +164,7 @@ class NetworkPredictor:
         return _NetworkStream(self.model, layout, radius, FEW if real_time else 1)
 
     def warm(self) -> None:
-        """Predict for a made-up contact."""
+        """Predict once for an artificial contact."""
         contact, signal, valid = self._warming
         contact.predict(signal, valid)
 
@@ -266,7 +266,7 @@ class WindowLadder:
     Raises
     ------
     InputError
-        No model, or two for the same length.
+        There is no model, or there are two for the same length.
     """
 
     uses_shape = uses_speed = False
@@ -305,7 +305,7 @@ class WindowLadder:
         return _WindowsStream(self._windows, layout)
 
     def warm(self) -> None:
-        """Predict once per window on a made-up contact, so that the first real one is not slow."""
+        """Predict once per window for an artificial contact, so that the first real one is fast."""
         for duration, window in self._windows.items():
             window.model.predict_one(self._warming[duration])
 
@@ -372,10 +372,10 @@ class _WindowsStream:
 
 
 def live_predictor(model: Model, estimator: str | None = None) -> Predictor | None:
-    """Return the live predictor of a model; None for one that holds a detector only.
+    """Return the live predictor of a model; None for a model with a detector only.
 
-    The network predicts where the model has one, as :meth:`Model.predict` decides it. A predictor
-    at another sampling rate than the detector's is left out.
+    The network predicts if the model has one, as in :meth:`Model.predict`. A predictor whose
+    sampling rate differs from the detector's is not used.
 
     Parameters
     ----------
@@ -387,7 +387,7 @@ def live_predictor(model: Model, estimator: str | None = None) -> Predictor | No
     Raises
     ------
     InputError
-        The model has no such estimator, or none at the detector's rate.
+        The model has no such estimator, or none with the detector's sampling rate.
     """
     if estimator is not None:
         model = model.only(estimator)

@@ -1,4 +1,4 @@
-"""Settings of the process that keep live estimates in time."""
+"""Settings of the process that keep live estimates fast."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ SWITCH = 1e-4
 class Readiness:
     """Settings of the process for a real-time session, restored on leaving.
 
-    Other threads return the interpreter to the session's thread quickly. This thread has a
-    real-time priority if the system allows it. The garbage collector skips existing objects.
+    Python switches back to the session's thread quickly. This thread has a real-time priority if
+    the system allows it. The garbage collector skips existing objects.
 
     Parameters
     ----------
     real_time
-        Set False where samples do not come in real time: nothing is then changed.
+        False if samples do not come in real time. Then nothing is changed.
     """
 
     def __init__(self, *, real_time: bool) -> None:

@@ -45,7 +45,7 @@ class Actor(Protocol):
         """Process an event."""
 
     def after_block(self, block: Block) -> Sequence[Event]:
-        """Process new samples after their events. Return the actor's own events."""
+        """Process new samples after their events. Return events that the actor adds."""
 
     def ended(self) -> None:
         """Handle the end of the session, before anything else is closed."""
@@ -69,7 +69,7 @@ class LiveSession:
     hand
         Requests of viewers to the hand; None without a hand.
     shape
-        Shape of all objects for which no viewer gives another: "flat" or a radius in mm.
+        Shape of all objects, "flat" or a radius in mm, until a viewer sets another.
 
     Raises
     ------
@@ -127,7 +127,7 @@ class LiveSession:
         stopped: Callable[[], bool] = lambda: False,
         patient: bool = False,
     ) -> None:
-        """Run until the source ends, no output is left, or a limit is reached.
+        """Run until the source ends, all outputs have failed, or a limit is reached.
 
         At the end the source is closed first, then the recording. So the recorder and the sinks get
         all samples that the source has received.
@@ -137,9 +137,9 @@ class LiveSession:
         sinks
             Outputs.
         seconds
-            Longest time, s.
+            Longest duration, s.
         pinches
-            Most pinches.
+            Largest number of pinches.
         stopped
             Function that returns True to end; called several times a second.
         patient
@@ -194,7 +194,7 @@ class LiveSession:
         pinches: int | None,
         stopped: Callable[[], bool],
     ) -> Iterator[Event]:
-        """Yield the events of new samples until the source ends or a bound is reached."""
+        """Yield the events of new samples until the source ends or a limit is reached."""
         updated = last_arrival = time.monotonic()
         is_urgent = False
         while not stopped() and time.monotonic() < until:
@@ -266,7 +266,7 @@ class LiveSession:
     def new_object(self) -> None:
         """Begin another object.
 
-        The next pinches are combined, without those of the previous object.
+        The next pinches are pooled, without those of the previous object.
         """
         self._objects.new_object()
         self.pipeline.radius = parse_radius(self._shape)
@@ -282,7 +282,7 @@ class LiveSession:
         Returns
         -------
         str
-            The shape in words, "" for an unknown one.
+            The shape in words; "" for an unknown shape.
 
         Raises
         ------
@@ -304,7 +304,7 @@ class LiveSession:
         Raises
         ------
         InputError
-            There is no hand, or the request is not possible, or not now.
+            There is no hand, or the request is never possible or not possible now.
         """
         if self._hand is None:
             raise InputError("No hand is driven: start again with --hand")
@@ -322,7 +322,7 @@ class LiveSession:
 
     @property
     def _is_deserted(self) -> bool:
-        """True if no output is left."""
+        """True if all outputs have failed."""
         assert self.fanout is not None
         return self.fanout.deserted and not self._actors and self.recording.path is None
 
@@ -363,7 +363,7 @@ class LiveSession:
                 self._events += [] if combined is None else [combined]
 
     def _close_source(self) -> None:
-        """Close the source and keep the samples that it received for the recorder and the sinks."""
+        """Close the source. Keep the samples that it received, for the recorder and the sinks."""
         self._was_connected = self.source.health.connected
         self._arrivals += drain(self.source)
 
@@ -425,7 +425,7 @@ class LiveSession:
 
 
 def _fewer(arrivals: list[Arrival]) -> tuple[Arrival, ...]:
-    """Merge samples into as few arrivals as possible, each with its last arrival time."""
+    """Merge samples into as few arrivals as possible. Each keeps its last arrival time."""
     hosts = {(a.block.epoch, a.block.end): a.host for a in arrivals}
     blocks = merge_blocks(a.block for a in arrivals)
     markers = tuple(m for a in arrivals for m in a.markers)

@@ -29,7 +29,7 @@ class Update:
     recording
         State of the recorder.
     ledger
-        Figures of the time ledger so far, by name; times in s.
+        Numbers of the time ledger so far, by name; times in s.
     failed
         Reason of each sink that failed, by its name.
     """
@@ -45,14 +45,14 @@ class Update:
 class Sink(Protocol):
     """Output of a session. It takes updates in a separate thread.
 
-    It may be slow or raise. Its queue is bounded; updates that do not fit are dropped and counted,
-    and the session continues. A sink for other programs sets ``is_prompt = True`` and gets each
-    event immediately. Other sinks may get the events of a closing up to 50 ms late.
+    A sink may be slow or fail. Its queue is bounded: updates that do not fit are dropped and
+    counted, and the session continues. A sink for other programs sets ``is_prompt = True`` and gets
+    each event immediately. Other sinks may get the events up to 50 ms late.
     """
 
     @property
     def name(self) -> str:
-        """Name under which drops are reported."""
+        """Name under which dropped updates are reported."""
 
     @property
     def every(self) -> float:
@@ -84,20 +84,20 @@ class Controls(Protocol):
         """Return the possible requests to the hand; empty without a hand."""
 
     def ask_hand(self, ask: Ask, by: str) -> None:
-        """Send a request to the hand; InputError if it is not possible, or not now."""
+        """Send a request to the hand. Raise InputError if it is not possible now."""
 
     def hand_gone(self, by: str) -> None:
         """Open the hand if this viewer, now disconnected, had closed it."""
 
     def new_object(self) -> None:
-        """Begin another object. Combine only its own pinches from now on."""
+        """Begin another object. From now on, only its pinches are pooled."""
 
     @property
     def uses_shape(self) -> bool:
         """True if the model uses the shape of the object."""
 
     def set_shape(self, text: str) -> str:
-        """Set the shape of the next objects; return it in words, or raise InputError."""
+        """Set the shape of the next objects. Return it in words, or raise InputError."""
 
 
 def write_now(stream: TextIO, text: str) -> None:
@@ -106,8 +106,8 @@ def write_now(stream: TextIO, text: str) -> None:
     Raises
     ------
     OSError
-        The reader is gone (BrokenPipeError), or the stream cannot be written. Buffered text is
-        dropped, because it would raise again at the end of the program.
+        The reader has closed the stream (BrokenPipeError), or the stream cannot be written.
+        Buffered text is dropped, because it would cause the error again at the end of the program.
     """
     try:
         stream.write(text)

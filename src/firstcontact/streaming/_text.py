@@ -19,7 +19,7 @@ from firstcontact.streaming._sink import Update, write_now
 
 
 class TextSink:
-    """Text for people: one line per pinch, and one for each loss, return of the link or failure.
+    """Text for people: one line per pinch, and one for each loss, reconnection or failure.
 
     Parameters
     ----------
@@ -90,7 +90,8 @@ class TextSink:
 def pinch_line(pinch: PinchDone, alone: bool = False) -> str:
     """Return a pinch on one line. ``alone`` marks a single sensor, without second contacts.
 
-    The line has the estimate in force at the second contact, then the final one if it came later.
+    The line has the estimate that was available at the second contact, then the final estimate if
+    it came later.
     """
     is_judged = not alone and pinch.verdict is not None
     judged = pinch.in_force if is_judged else pinch.final
@@ -114,7 +115,7 @@ def pinch_line(pinch: PinchDone, alone: bool = False) -> str:
 
 
 def estimate_words(estimate: Estimate, *, timed: bool) -> str:
-    """Return an estimate in words, with the time at which it was available if ``timed``."""
+    """Return an estimate in words; if ``timed``, with the time at which it was available."""
     e = estimate
     bounds = f" ({e.low:.0f} to {e.high:.0f})" if e.high > e.low else ""
     at = f" at {1e3 * e.available:.1f} ms" if timed else ""
@@ -149,7 +150,7 @@ def check_words(check: HandCheck) -> str:
 
 
 def object_line(event: ObjectEstimate) -> str:
-    """Return the combined estimate of an object on one line."""
+    """Return the pooled estimate of an object on one line."""
     return (
         f"the same object, {event.pinches} pinches: {event.value:.1f} Shore A "
         f"({event.low:.0f} to {event.high:.0f})"

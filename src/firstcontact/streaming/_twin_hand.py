@@ -1,4 +1,4 @@
-"""Simulated hand of the running twin, commanded over its serial line."""
+"""Simulated hand of the running twin. Commands go over the twin's serial line."""
 
 from __future__ import annotations
 
@@ -18,8 +18,7 @@ RATE = 200.0
 class TwinHand(Hand):
     """Hand that sends each command as an order to the twin for the current closing.
 
-    Outside a closing the twin ignores commands, reports this in a marker, and continues with its
-    next closing.
+    Outside a closing the twin ignores commands and reports this in a marker.
 
     Parameters
     ----------
@@ -46,7 +45,7 @@ class TwinHand(Hand):
             raise HandError(str(error)) from error
 
     def closing_speed(self, sample_time: float, host_time: float) -> ClosingSpeed | None:
-        """Return the closing speed before a contact by the positions of the twin's drives."""
+        """Return the closing speed before a contact, from the positions of the twin's drives."""
         device = getattr(self._source, "device", None)
         if not self._open or device is None:
             return None

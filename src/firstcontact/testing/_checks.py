@@ -1,4 +1,4 @@
-"""Assertions that several checks share."""
+"""Assertions for several checks."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ SAMPLES = 1200
 def closing(seed: int, *, touches: bool = True, session: str = "") -> Pinch:
     """Return one closing: both fingers vibrate, one touches, then the other.
 
-    The samples are in 1/32 counts at the device's resolution, smoothed as on the device.
+    The samples are in 1/32 of the converter's counts, and smoothed as on the device.
     """
     rng = np.random.default_rng(seed)
     counts = np.zeros((SAMPLES, 16))

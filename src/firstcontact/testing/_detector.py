@@ -35,7 +35,7 @@ def check_detector(kind: type[Detector], seed: int = 0) -> None:
     Raises
     ------
     AssertionError
-        A check failed, or there was nothing to check. The message states which.
+        A check failed (the message names it), or there was nothing to check.
     """
     assert kind.name, "it has no name"
     assert kind.title, "it has no title"

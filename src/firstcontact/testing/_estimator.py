@@ -42,7 +42,7 @@ def check_estimator(kind: type[Estimator], task: Task | None = None) -> None:
     Raises
     ------
     AssertionError
-        A check failed, or there was nothing to check. The message states which.
+        A check failed (the message names it), or there was nothing to check.
     """
     tasks = kind.tasks if task is None else (task,)
     assert tasks, f"{kind.__name__} has no tasks: there is nothing to check"

@@ -14,7 +14,7 @@ _STILL = Command(0.0, 1.0)
 
 
 def check_hand(kind: type[Hand], port: str | None = None, source: Source | None = None) -> None:
-    """Assert that a hand meets its interface. The hand moves: remove objects from a real one.
+    """Assert that a hand meets its interface. The hand moves: take objects out of a real hand.
 
     The checks cover its limits, its positions and the commands within the limits. The hand takes
     commands only while it is open. It can be released and closed at any time, and twice. An
@@ -32,7 +32,7 @@ def check_hand(kind: type[Hand], port: str | None = None, source: Source | None 
     Raises
     ------
     AssertionError
-        A check failed. The message states which.
+        A check failed; the message names it.
     InputError
         The hand cannot be reached.
 

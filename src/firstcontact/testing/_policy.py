@@ -20,9 +20,9 @@ def check_policy(kind: type[Policy]) -> None:
     """Assert that a policy meets its interface.
 
     Its commands are finite and within the hand's limits. It is never harder or faster on a softer
-    object, nor with a wider interval. After a missed deadline it presses as gently and slowly as
-    for the softest object. A closing does not affect the next one. Its title, colour and settings
-    for tables and figures are complete.
+    object or with a wider interval. After a missed deadline it presses as gently and slowly as for
+    the softest object. A closing does not affect the next one. Its title, colour and settings for
+    tables and figures are complete.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def check_policy(kind: type[Policy]) -> None:
     Raises
     ------
     AssertionError
-        A check failed, or there was nothing to check. The message states which.
+        A check failed (the message names it), or there was nothing to check.
 
     Examples
     --------
@@ -168,7 +168,7 @@ def _around(value: float, half: float, elapsed: float) -> Estimate:
 def make_estimate(
     value: float, low: float, high: float, elapsed: float = 0.015, *, final: bool = False
 ) -> Estimate:
-    """Return an estimate for the test of a policy, as if it was available without delay.
+    """Return an estimate to test a policy with, as if it was available without delay.
 
     Parameters
     ----------
@@ -197,5 +197,5 @@ def make_estimate(
 
 
 def _shore(chance: Random) -> float:
-    """Return a random Shore A. The ends of the scale are frequent."""
+    """Return a random Shore A. It is often an end of the scale."""
     return chance.choice((0.0, 100.0, *(chance.uniform(0, 100) for _ in range(8))))

@@ -29,16 +29,16 @@ def check_source(
     kind
         Kind of source.
     device
-        Device name as a user types it. It is opened twice.
+        Device name as a user types it. The device is opened twice.
     options
         User options.
     patience
-        Longest wait for samples, s.
+        Longest time to wait for samples, s.
 
     Raises
     ------
     AssertionError
-        A check failed, or there was no sample to check. The message states which.
+        A check failed (the message names it), or there was no sample to check.
     InputError
         The device cannot be opened.
     """
@@ -59,7 +59,7 @@ def check_source(
 
 
 def _first_arrivals(source: Source, patience: float) -> list[Arrival]:
-    """Return at least a tenth of a second of samples, or all."""
+    """Return at least a tenth of a second of samples, or all if there are fewer."""
     layout = source.descriptor.layout
     assert not layout.fault, f"its layout has {layout.fault}"
     arrivals: list[Arrival] = []
@@ -72,7 +72,7 @@ def _first_arrivals(source: Source, patience: float) -> list[Arrival]:
 
 
 def _arrivals_with_marker(kind: SourceKind, source: Source, patience: float) -> list[Arrival]:
-    """Set a marker. Return the arrivals until it comes."""
+    """Set a marker. Return the arrivals up to the one with the marker."""
     if kind.recorded:
         for tell in (source.mark, source.order):
             with suppress(InputError):

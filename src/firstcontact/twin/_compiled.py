@@ -1,4 +1,4 @@
-"""Compilation of the twin's functions: cached on disk, and announced before it starts."""
+"""Compilation of the twin's functions. It is cached on disk, and logged before it starts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Variation between pinches: two named conditions."""
+"""Conditions: two named sets of variation between pinches."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Spread:
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """A named set of spreads around the nominal parameters."""
+    """Condition: a named set of spreads around the nominal parameters."""
 
     name: str
     speed: Spread
@@ -29,16 +29,16 @@ class Condition:
     clamp: Spread
     noise: Spread
     click_rate: float
-    """Clicks of the gear train per second."""
+    """Number of clicks of the gear train per second."""
     mains_rates: tuple[float, ...]
     """Possible mains frequencies, Hz. Each session has one of them."""
     temperature: Spread
-    """Spread of the object's modulus with temperature and wear."""
+    """Spread of the object's modulus due to temperature and wear."""
     specimen_widen: float
     """Factor by which the modulus scatters more between specimens than the object states."""
     specimens_per_block: int
     jitter: float
-    """Standard deviation of the sampling instants, s."""
+    """Standard deviation of the sampling instants (jitter), s."""
     asymmetry: float
     """Standard deviation of ln(parameter) between the two fingers of the hand."""
 

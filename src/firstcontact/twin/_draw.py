@@ -1,7 +1,7 @@
 """Random draws of hands, specimens, sessions and pinches, each from its own seed.
 
-Each varying object has a key. Its numbers depend only on the seed and that key. A set is therefore
-the same for any order and any number of workers.
+Every hand, specimen, session and pinch has a key. Its numbers depend only on the seed and that key.
+A set is therefore the same for any order and any number of workers.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ FIRST_CONTACT = (0.130, 0.150)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PinchDraw:
-    """Random quantities of one pinch. Pairs are index first, then thumb."""
+    """Random quantities of one pinch. In pairs the index finger comes first, then the thumb."""
 
     fingers: tuple[FingerParameters, FingerParameters]
     object: ObjectParameters
@@ -49,7 +49,7 @@ class PinchDraw:
 
 
 def generator(seed: int, *key: object) -> np.random.Generator:
-    """Return a random generator for the object that ``key`` names."""
+    """Return a random generator for what ``key`` names, such as a session."""
     words = [zlib.crc32(repr(part).encode()) for part in key]
     return np.random.default_rng([seed, *words])
 
@@ -72,7 +72,7 @@ def draw_offset(rng: np.random.Generator) -> float:
 def draw_pinch(
     seed: int, condition: Condition, session: str, kind: TwinObject, key: object
 ) -> PinchDraw:
-    """Draw one pinch of a specimen in a session. ``key`` identifies it in the session."""
+    """Draw one pinch of a specimen in a session. ``key`` identifies the pinch in the session."""
     c = condition
     hand = generator(seed, c.name, "hand")
     day = generator(seed, c.name, "session", session)

@@ -1,4 +1,4 @@
-"""Drive of the hand: its latency, force and speed when it follows a command."""
+"""Drive of the hand: latency, force and speed with which it follows a command."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Drive:
 
     A drive is a speed loop (:class:`firstcontact.twin._parameters.FingerParameters`) that follows a
     reference. A stalled drive pushes with ``speed_gain`` times the commanded speed, up to the
-    commanded force. So a slow command is a gentle one, and a stop releases the object.
+    commanded force. So a slow command is also gentle, and a stop releases the object.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ class Drive:
     force
         Largest force of a motor at its fingertip, N. Braking and opening may always use it.
     speed
-        Largest speed of the reference, m/s, closing or opening.
+        Largest speed of the reference in either direction, m/s.
     back_damping
         Damping of a drive that moves backwards although it should close or stand still, because
         the grip force pushes it, N s/m.
@@ -39,7 +39,7 @@ class Drive:
     Raises
     ------
     InputError
-        A number is negative or infinite.
+        A value is negative or infinite.
     """
 
     latency: float = LATENCY
@@ -89,7 +89,7 @@ class DriveReference:
     Attributes
     ----------
     command
-        Present command; None for a steady speed.
+        Current command; None for a steady speed.
     """
 
     def __init__(self, drive: Drive, speed: float) -> None:
@@ -100,7 +100,7 @@ class DriveReference:
 
     @property
     def force(self) -> float:
-        """Largest force of either motor, N."""
+        """Largest force of each motor, N."""
         return self._drive.force if self.command is None else self.command.force
 
     def speed(self, sample: int) -> float:

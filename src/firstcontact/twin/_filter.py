@@ -1,4 +1,4 @@
-"""Filters of the microcontroller for raw scans.
+"""Filters of the microcontroller, which turn raw scans into samples.
 
 They use integer arithmetic, so that the firmware gives the same bits.
 """
@@ -65,7 +65,7 @@ def _filter(
 def smoothed(counts: NDArray[np.uint16]) -> NDArray[np.int16]:
     """Return one piezo's converter counts as the device sends them.
 
-    The result is in 1/32 counts, shape (samples,), the same numbers as from :class:`DeviceFilter`.
+    The result is in 1/32 counts, shape (samples,). It equals that of :class:`DeviceFilter`.
     """
     out = np.empty(counts.size, np.int16)
     state = _clipped(counts[0]) * SUBCOUNTS

@@ -22,14 +22,14 @@ Pickup = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
 class Fingertips(ABC):
-    """Base class of the converters of both fingertips, unloaded at first.
+    """Base class of the converters of both fingertips. At first the fingertips are unloaded.
 
     Parameters
     ----------
     draw
         Drawn pinch, which states the parameters of the sensors.
     sheets
-        Force arrays of index and thumb; by default those of the draw.
+        Force arrays of index and thumb; by default as drawn for the pinch.
 
     Attributes
     ----------
@@ -92,7 +92,7 @@ class PinchFingertips(Fingertips):
     times
         Sampling instants of the longest pinch, s, shape (samples,).
     sheets
-        Force arrays of index and thumb; by default those of the draw.
+        Force arrays of index and thumb; by default as drawn for the pinch.
     """
 
     def __init__(
@@ -116,7 +116,7 @@ class PinchFingertips(Fingertips):
 class StreamFingertips(Fingertips):
     """Converters of a running twin.
 
-    Hum and force arrays keep their state, so that no reading jumps between pinches.
+    Hum and force arrays keep their state between pinches, so that no reading jumps.
 
     Parameters
     ----------
@@ -155,7 +155,7 @@ class StreamFingertips(Fingertips):
 def strip_contacts(
     scans: NDArray[np.uint16], first_sample: int = 0, earlier: Sequence[Contact] = ()
 ) -> list[Contact]:
-    """Return the contacts that the strips show in some scans, in the order of time.
+    """Return the contacts that the contact strips show in these scans, in order of time.
 
     Parameters
     ----------

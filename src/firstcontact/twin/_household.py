@@ -1,4 +1,4 @@
-"""Household objects that people pick up, from raspberry to hammer, and their specimens.
+"""Household objects to pick up, from raspberry to hammer, and their specimens.
 
 Every number has a source or is marked as an estimate, in ``household.csv`` and
 ``docs/reference/household.md``.
@@ -56,7 +56,7 @@ def draw_household_specimen(
 ) -> TwinObject:
     """Draw specimen ``number``: its modulus, mass, friction and breaking force.
 
-    The modulus is drawn as for every specimen, with the condition's scatter. Mass and friction
+    The modulus is drawn with the condition's scatter, as for every specimen. Mass and friction
     scatter as in :data:`firstcontact.twin._household_object.SCATTER`. The breaking force follows a
     Weibull distribution, and the specimen keeps it in every pinch.
     """

@@ -83,7 +83,7 @@ def read_household(
     Parameters
     ----------
     text
-        A CSV with name, group, origin and, for each quantity, its value and its source.
+        Text of a CSV with name, group, origin and, for each quantity, a value and its source.
     sources
         Known sources.
     file
@@ -92,8 +92,8 @@ def read_household(
     Raises
     ------
     InputError
-        A column is missing, a name is repeated, or a group does not fit. Or a value is invalid, out
-        of range, or without a known source.
+        A column is missing, a name is repeated, or a group does not fit the numbers. Or a value is
+        invalid, out of range, or without a known source.
     """
     columns = ["name", "group", "origin"]
     columns += [name for q in QUANTITIES for name in (q, f"{q}_from")]
@@ -123,7 +123,7 @@ def read_household(
 
 
 def fitting_group(numbers: HouseholdNumbers) -> str:
-    """Return the group that fits the numbers."""
+    """Return the group to which an object with these numbers belongs."""
     hardness = "soft" if numbers.shore_a.value < FIRM else "firm"
     return f"{hardness} {'robust' if numbers.limit is None else 'fragile'}"
 

@@ -44,18 +44,19 @@ class Quantity:
 
 @dataclass(frozen=True, slots=True)
 class HouseholdNumbers:
-    """Physical quantities of one household object type.
+    """Physical quantities of one type of household object.
 
     Parameters
     ----------
     shore_a
-        Effective Shore A: that of an elastomer with the same contact modulus.
+        Effective Shore A: the value of an elastomer with the same contact modulus.
     mass
         Mass, kg.
     friction
         Coefficient of friction against the pad's silicone.
     limit
-        Contact force that damages 63 of 100 specimens, N; None if this hand damages none.
+        Contact force that damages 63 of 100 specimens, N; None if this hand cannot damage the
+        object.
     weibull
         Weibull modulus of the limit; None without a limit.
     radius
@@ -66,7 +67,7 @@ class HouseholdNumbers:
         Stiffness of the whole object between the two contacts, N/m. None for a round object: it is
         taken to be as stiff as a column of its cross-section.
     loss
-        Loss factor.
+        Loss factor of the material.
     """
 
     shore_a: Quantity
@@ -113,7 +114,7 @@ class HouseholdObject:
     group
         "soft fragile", "soft robust", "firm fragile" or "firm robust".
     origin
-        "grown" or "made", which decides the scatter of its specimens.
+        "grown" or "made". It determines the scatter of the specimens.
     numbers
         Quantities with their sources.
     """
@@ -135,7 +136,7 @@ class HouseholdObject:
 
     @property
     def kind(self) -> TwinObject:
-        """Object as the twin simulates it. Specimens scatter around it."""
+        """Object for the twin's mechanics. Specimens scatter around it."""
         n = self.numbers
         mass, loss = n.mass.value, n.loss.value
         modulus = gent_modulus(n.shore_a.value)

@@ -35,7 +35,7 @@ class Lift:
     duration: float = 0.0
 
     def __post_init__(self) -> None:
-        if not (0 <= self.after < math.inf and 0 <= self.over < math.inf):
+        if not (0 <= self.delay < math.inf and 0 <= self.duration < math.inf):
             raise ValueError(f"{self}: times must be 0 s or more")
 
     @property
@@ -54,7 +54,7 @@ class Lift:
         Parameters
         ----------
         first
-            Samples from the first contact to the first result; may be negative.
+            Number of samples from the first contact to the first result; may be negative.
         samples
             Number of results.
 

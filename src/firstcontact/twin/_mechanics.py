@@ -3,7 +3,7 @@
 Each finger is a chain drive - link - phalanx - mount - board - pad - skin. The skin meets a face of
 the object (Hertz contact with a Maxwell arm and Hunt-Crossley loss). The two faces are joined by
 the bulk and held by a clamp. The force through the mount drives the piezo disc. All motion is along
-the closing axis.
+the closing direction.
 
 The contact times are given, not the distances from the fingers to the object. A finger has no
 effect before it touches. So each face of the object is placed where its finger is at the given
@@ -200,19 +200,20 @@ def integrate(
     noise_dt
         Time between two points of the noise, s.
     substeps
-        Steps per sampling interval once a finger has touched; half as many before.
+        Integration steps per sampling interval once a finger has touched; half as many before.
     speeds
         Reference speeds of both drives in each sampling interval, m/s, shape (samples - 1, 2). One
         row if there is one sample.
     motor_force
-        Largest force of either motor, N.
+        Largest force of each motor, N.
     back_damping
         Damping of a drive that is pushed backwards while it should close or stand still, N s/m.
     full_speed
         Drive speed at which motor noise has its full strength, m/s. Below this speed the noise is
         proportional to the speed. 0 means full strength at any speed.
     limit
-        Contact force at which the object breaks, N. The run stops at the sample that shows it.
+        Contact force at which the object breaks, N. The run stops at the first sample that reaches
+        it.
     calm
         Time from the second contact until fewer steps are enough, s.
     calm_steps

@@ -1,4 +1,4 @@
-"""Noise of motor, gears and mains on the phalanx, neither white nor Gaussian.
+"""Noise forces of motor, gears and mains on the phalanx. They are neither white nor Gaussian.
 
 The forces act on the phalanx and reach the piezo through the same mechanics as a contact.
 """
@@ -39,7 +39,7 @@ RUBBING = np.array(
 
 @dataclass(frozen=True, slots=True)
 class MotorNoise:
-    """Strengths of the disturbances on a phalanx. Forces in N, rates in Hz."""
+    """Strengths of the noise forces on a phalanx. Forces in N, rates in Hz."""
 
     rotor_rate: float = 170.0
     """Rotor turns per second at the closing speed."""
@@ -50,11 +50,11 @@ class MotorNoise:
     mesh: float = 0.05
     """Amplitude of the mesh line, modulated by the output shaft."""
     friction: float = 0.035
-    """RMS of friction between 30 Hz and 1.5 kHz, under a slowly varying envelope."""
+    """RMS of friction noise between 30 Hz and 1.5 kHz, with a slowly varying envelope."""
     wander: float = 0.35
     """Standard deviation of ln(envelope)."""
     click_rate: float = 0.5
-    """Random clicks of the gear train per second."""
+    """Number of random clicks of the gear train per second."""
     click: float = 0.35
     """Median peak force of a click."""
     mains_rate: float = 50.0
@@ -85,7 +85,7 @@ def _tones(
     depth: NDArray[np.float64],
     out: NDArray[np.float64],
 ) -> None:
-    """Add spectral lines to ``out``. The last phasor is the slow shaft, which modulates them."""
+    """Add spectral lines to ``out``. The last phasor, of the slow shaft, modulates the others."""
     # Each line is a rotating phasor: one multiplication per point instead of a sine.
     for i in range(out.size):
         beat = lines[-1].imag
@@ -127,18 +127,18 @@ def phalanx_force(
     Parameters
     ----------
     noise
-        Strengths of the disturbances.
+        Strengths of the noise forces.
     duration
-        Length, s.
+        Length of the series, s.
     rate
-        Points per second.
+        Number of points per second.
     rng
         Random generator.
 
     Returns
     -------
     ndarray
-        Shape (points,), N.
+        Forces, N, shape (points,).
     """
     n = math.ceil(duration * rate) + 2
     dt = 1 / rate
@@ -175,9 +175,9 @@ class PhalanxNoise:
     Parameters
     ----------
     noises
-        Strengths for index and thumb.
+        Strengths of the noise forces of index and thumb.
     duration
-        Length, s.
+        Length of the series, s.
     rng
         Random generator.
     loudness
@@ -222,7 +222,7 @@ def pickup(
     Parameters
     ----------
     noise
-        Strengths at the piezo's converter.
+        Strengths, of which those at the piezo's converter are used.
     sheet
         RMS of the noise at the force array's converter, V.
     angle

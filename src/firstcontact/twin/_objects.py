@@ -24,9 +24,9 @@ class Fragility:
     Parameters
     ----------
     scale
-        Force that breaks 63 of 100 objects, N.
+        Force at which 63 of 100 objects are broken, N.
     modulus
-        Weibull modulus: the higher, the less scatter.
+        Weibull modulus. A higher value means less scatter.
     """
 
     scale: float
@@ -41,8 +41,8 @@ class Fragility:
 class TwinObject:
     """Kind of object with its label and its mechanics.
 
-    ``nominal`` has the modulus that belongs to the durometer reading. The modulus of each specimen
-    scatters around it.
+    ``nominal`` has the modulus for the labelled durometer reading. The moduli of specimens scatter
+    around it.
     """
 
     name: str
@@ -54,7 +54,7 @@ class TwinObject:
     friction: float = FRICTION
     """Coefficient of friction against the pad's silicone."""
     fragility: Fragility | None = None
-    """None for an object that this hand cannot break."""
+    """Distribution of the breaking force; None for an object that this hand cannot break."""
 
     @property
     def mass(self) -> float:

@@ -22,7 +22,7 @@ DROPPED = 0.010
 
 @dataclass(frozen=True, slots=True)
 class GraspOutcome:
-    """Outcome of a pinch. For an object that broke, the outcome until then.
+    """Outcome of a pinch; if the object broke, the outcome until then.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class GraspOutcome:
     slipped
         Distance that the object slid down, m.
     dropped
-        True if the object slipped out or is about to.
+        True if the object slipped out, or is about to slip out.
     broken
         True if a contact force exceeded the breaking force.
     first_contact, second_contact

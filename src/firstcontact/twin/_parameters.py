@@ -12,7 +12,7 @@ class FingerParameters(NamedTuple):
     """Parameters of one finger, from its drive to its skin. SI units."""
 
     speed: float = 0.13
-    """Closing speed, m/s."""
+    """Closing speed of the finger, m/s."""
     drive_mass: float = 0.45
     """Inertia of motor and gears, reflected to the fingertip, kg."""
     speed_gain: float = 250.0
@@ -46,9 +46,9 @@ class FingerParameters(NamedTuple):
     pad_modulus: float = 4.43e6
     """Young's modulus of the pad's silicone, Pa (65 Shore A by Gent)."""
     tip_radius: float = 0.010
-    """Radius of curvature where the tip touches, m."""
+    """Radius of curvature of the tip at the contact, m."""
     piezo_volts_per_newton: float = 0.0325
-    """Open-circuit voltage of the disc per force through the mount, V/N."""
+    """Open-circuit voltage of the disc per newton through the mount, V/N."""
     piezo_time_constant: float = 2.8e-3
     """Disc capacitance times the buffer's input resistance, s."""
     gain: float = 22.0
@@ -61,7 +61,7 @@ class ObjectParameters(NamedTuple):
     """Parameters of the object: two faces, the bulk between them, and its support. SI units."""
 
     modulus: float = 1.0e6
-    """Young's modulus that a slow indentation sees, Pa."""
+    """Young's modulus in a slow indentation, Pa."""
     radius: float = 1.0e3
     """Radius of curvature at the contact, m (blocks: flat)."""
     face_mass: float = 0.095
@@ -75,11 +75,11 @@ class ObjectParameters(NamedTuple):
     clamp_damping: float = 1.5
     """Damping of the support, N s/m."""
     arm_share: float = 0.25
-    """Contact stiffness of the Maxwell arm, as a share of the slow one."""
+    """Contact stiffness of the Maxwell arm, as a share of the slow contact stiffness."""
     arm_relaxation: float = 4.0e-3
     """Relaxation time of the contact's Maxwell arm, s."""
     contact_loss: float = 0.10
-    """Hunt-Crossley c, s/m: restitution is about 1 - c v."""
+    """Coefficient c of the Hunt-Crossley loss, s/m: restitution is about 1 - c v."""
 
 
 class Timing(NamedTuple):

@@ -50,7 +50,7 @@ def integrate_pinch(
 
 
 def pinch_scans(draw: PinchDraw, duration: float = DURATION) -> NDArray[np.uint16]:
-    """Return the converters' readings of one pinch, shape (samples, 6), ordered like ``SCAN``."""
+    """Return the converters' readings of one pinch in the order of ``SCAN``, (samples, 6)."""
     return _motion_and_scans(draw, duration)[1]
 
 

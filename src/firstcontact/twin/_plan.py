@@ -34,12 +34,12 @@ class PlannedSession:
 def plan_sessions(
     condition: Condition, pinches_per_block: int, pinches_per_object: int, seed: int
 ) -> tuple[PlannedSession, ...]:
-    """Distribute the pinches over sessions, each with every object, in random order.
+    """Distribute the pinches over sessions. Each session has every object, in random order.
 
     Parameters
     ----------
     condition
-        Decides how many specimens of a block there are.
+        Condition. It determines how many specimens of a block there are.
     pinches_per_block, pinches_per_object
         Number of pinches of each of the five blocks, and of each of the eight objects.
     seed

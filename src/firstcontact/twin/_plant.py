@@ -1,4 +1,4 @@
-"""Plant for grasp control: a hand that closes on one object and takes commands."""
+"""Plant for grasp control: a simulated hand that closes on one object and takes commands."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class GraspPlant:
 
     It begins like a simulated pinch: both fingers close at their drawn speed with the motor
     running, 130 ms or more before the first contact. Without commands it equals that pinch. The
-    same draw and commands give the same bytes, however it is advanced.
+    same draw and commands give the same bytes, whatever the sizes of the steps.
 
     Samples are computed ahead in long pieces. If a command takes effect within a piece, the plant
     computes this piece again. Only :meth:`advance` computes readings.
@@ -58,17 +58,17 @@ class GraspPlant:
     held_object
         Object in the hand, which states mass, friction and breaking force.
     velostat
-        Force array of both fingers that replaces the draw's own.
+        Parameters of the force arrays of both fingers, instead of the drawn ones.
     lift
         Lift after the first contact.
     longest
         Longest duration, s.
     calm_steps
-        Steps per sampling interval once the hand is calm, at least
+        Integration steps per sampling interval once the hand is calm, at least
         :data:`firstcontact.twin._run.QUICK`. By default as many as before the contacts.
     slip, slip_seed
-        Model of the slip sound in the piezos, and its random seed; none by default. Its random
-        numbers change nothing else.
+        Model of the slip sound in the piezos, and its random seed; none by default. It does not
+        affect other random numbers.
 
     Attributes
     ----------
@@ -136,16 +136,16 @@ class GraspPlant:
 
     @property
     def now(self) -> float:
-        """Time of the newest sample, s from the first; 0 before it."""
+        """Time from the first to the newest sample, s; 0 before any."""
         return max(self.sample - 1, 0) / FINGERTIP_RATE
 
     @property
     def ended(self) -> bool:
-        """Return True if the object was lifted and observed, or was never touched."""
+        """Return True once the object was lifted and observed, or if it was never touched."""
         return self.sample >= self._end
 
     def command(self, command: Command) -> None:
-        """Give a command. It takes effect the drive's latency after the newest sample."""
+        """Give a command. It takes effect after the drive's latency from the newest sample on."""
         effect = self.sample - 1 + self._delay
         if effect < self._made - 1:
             self._unmake()
@@ -178,7 +178,7 @@ class GraspPlant:
         self.sample = stop
 
     def copy(self, lift: Lift | None = None) -> Self:
-        """Return an independent copy in the present state, with another lift if given.
+        """Return an independent copy in the current state, with another lift if one is given.
 
         It shares the random draws and past samples, so a copy costs a hundredth of a closing.
         """
@@ -212,7 +212,7 @@ class GraspPlant:
         return motion
 
     def _make(self, stop: int) -> None:
-        """Compute all samples before this one, and some more."""
+        """Compute the motion up to this sample and somewhat beyond."""
         while self._made < stop:
             first = self._made
             self._mark = (self._run.fork(), first)
@@ -253,7 +253,7 @@ class GraspPlant:
 
     @property
     def contacts(self) -> tuple[Contact, ...]:
-        """Contacts so far that the strips show, in the order of time."""
+        """Contacts so far by the contact strips, in order of time."""
         return tuple(c for c in self._contacts if c.sample < self.sample)
 
     @property
@@ -277,7 +277,7 @@ class GraspPlant:
 
     @property
     def grip(self) -> float:
-        """Grip force at the newest sample, the smaller contact force, N."""
+        """Grip force at the newest sample, N. It is the smaller of both contact forces."""
         return float(self._motion[self.sample - 1, :, CONTACT_FORCE].min()) if self.sample else 0.0
 
     @property

@@ -39,8 +39,8 @@ class Positions:
         Parameters
         ----------
         motion
-            Output of :meth:`firstcontact.twin._run.PinchRun.advance`. Samples after the last
-            multiple of ``EVERY`` give no position.
+            Output of :meth:`firstcontact.twin._run.PinchRun.advance`. A position is taken at each
+            multiple of ``EVERY`` samples.
         first_sample
             Number of the first of these samples.
         """
@@ -51,7 +51,7 @@ class Positions:
         self._travel = float(travel[-1])
 
     def speed(self, sample: int) -> ClosingSpeed | None:
-        """Return the closing speed before a contact at this sample; None if not known."""
+        """Return the closing speed before a contact at this sample; None if it is unknown."""
         if not self._samples:
             return None
         samples, positions = zip(*self._samples, strict=True)

@@ -27,7 +27,8 @@ class RecordedNoise:
     Parameters
     ----------
     volts
-        Noise around 0, shape (samples, 1 or 2): one sensor for both fingers, or one each.
+        Noise around 0, shape (samples, 1 or 2): one sensor for both fingers, or one for each
+        finger.
     name
         Name of the file.
     digest
@@ -67,14 +68,14 @@ class RecordedNoise:
 def read_noise(path: Path) -> RecordedNoise:
     """Read the noise from a recording of sensors at rest.
 
-    It uses the longest stretch without a gap. The device's smoothing is undone, because the twin
-    smooths again. The causal resampler converts other rates to the fingertip's.
+    The longest stretch without a gap is used. The device's smoothing is undone, because the twin
+    smooths again. Other rates are resampled to the fingertip's rate.
 
     Raises
     ------
     InputError
-        The file is no recording, is too short or not at rest. Or its unit is neither V nor full
-        scale (which stands for 1.65 V).
+        The file is no recording, or is too short or not at rest. Or its unit is neither V nor full
+        scale (taken as 1.65 V).
     """
     recording = read_recording(path)
     layout = recording.header.layout

@@ -1,4 +1,4 @@
-"""Families of rigs and objects for tests: no network of this project is trained on them.
+"""Families of rigs and objects for tests. No network of this project is trained on them.
 
 Each family differs from the training distribution in its structure, not only in the random numbers.
 """
@@ -15,12 +15,12 @@ from firstcontact.twin._rigs import RandomObject, RandomRig, Resonance, Rng, adj
 
 @dataclass(frozen=True, slots=True)
 class Family:
-    """Change of a random rig, of a random object, or of both.
+    """Family: a change of a random rig, of a random object, or of both.
 
     Parameters
     ----------
     title
-        Title for people.
+        Title for tables and figures.
     rig, change_object
         Functions that turn a random rig, or a random object, into one of the family.
     """

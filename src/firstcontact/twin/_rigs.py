@@ -1,8 +1,9 @@
 """Random rigs and objects: the training distribution of a network for any rig.
 
-The distribution is wide, around a hand that is not the twin's. Its limits come from mechanics and
-electronics; no limit was tuned on a score. :mod:`firstcontact.twin._rig_families` lies outside it:
-other laws of pad or material, other sensors, other noise, edges.
+The distribution is wide, and its centre is another hand than the twin's. Its limits come from
+mechanics and electronics; no limit was tuned on a score. The families in
+:mod:`firstcontact.twin._rig_families` lie outside it: other laws of pad or material, other sensors,
+other noise, sharp edges.
 """
 
 from __future__ import annotations
@@ -132,7 +133,7 @@ class RandomRig:
     resonance
         Resonance of the disc's holder; None without one.
     jitter
-        Standard deviation of the sampling instants, s.
+        Standard deviation of the sampling instants (jitter), s.
     """
 
     finger: FingerParameters
@@ -219,7 +220,7 @@ def draw_block(rng: Rng, shore_a: float, scatter: float) -> RandomObject:
 
 
 def draw_object(rng: Rng) -> RandomObject:
-    """Draw a specimen: flat or round, solid or hollow, light or heavy, lossy or not."""
+    """Draw a specimen of an object: flat or round, solid or hollow, light or heavy, lossy."""
     shore_a = float(rng.uniform(SOFTEST, HARDEST))
     modulus = gent_modulus(shore_a)
     loss = _between(rng, 0.05, 0.6)
@@ -265,7 +266,7 @@ def touch(
     -------
     ndarray, float
         Piezo signal as the device sends it, in 1/32 counts, shape (samples,), and closing speed,
-        m/s. The contact is ``lead`` s after the first sample, or up to one sample later.
+        m/s. The contact is ``lead`` s after the first sample, rounded up to a sample.
     """
     volts, speed = _touch_volts(rig, day, target, rng, lead, tail)
     return smoothed(piezo_readings(volts))[BURN_IN:], speed
@@ -323,7 +324,7 @@ def _block(
 
 
 def _material(rng: Rng, target: ObjectParameters) -> ObjectParameters:
-    """Return the object with random effects of its loss on relaxation and contact."""
+    """Return the object. Its loss gets random effects on relaxation and contact."""
     return target._replace(
         arm_share=min(target.arm_share * _between(rng, 0.75, 1.33), 1.3),
         arm_relaxation=_between(rng, 2.5e-3, 6.4e-3),

@@ -65,9 +65,10 @@ class PinchRun:
         True if the damping of a drive that is pushed backwards acts from the start of the run;
         False if it acts only from the first order on.
     substeps
-        Steps per sampling interval once a finger has touched.
+        Integration steps per sampling interval once a finger has touched.
     calm_steps
-        Steps per sampling interval once a commanded hand is calm; half of ``substeps`` by default.
+        Integration steps per sampling interval once a commanded hand is calm; half of ``substeps``
+        by default.
 
     Attributes
     ----------
@@ -82,7 +83,7 @@ class PinchRun:
     limit
         Force at which the object breaks, N. Can be set.
     broken_at
-        Sample that showed the object broken; None while it is intact.
+        Sample at which the object broke; None while it is intact.
     """
 
     def __init__(
@@ -153,7 +154,7 @@ class PinchRun:
 
     @property
     def speed(self) -> float:
-        """Reference speed of the drives, mean of both, m/s; negative opens.
+        """Reference speed of the drives, mean of both, m/s. Negative values open the hand.
 
         It can be set while no command is active, and takes effect after the newest sample.
         """
@@ -187,7 +188,7 @@ class PinchRun:
 
     @property
     def drive_speed(self) -> float:
-        """Present speed of the drives, mean of both, m/s."""
+        """Current speed of the drives, mean of both, m/s."""
         return float(self._state[1] + self._state[FINGER_STATES + 1]) / 2
 
     @property
@@ -197,12 +198,13 @@ class PinchRun:
         return not math.isnan(index), not math.isnan(thumb)
 
     def order(self, command: Command | None, effect: int) -> None:
-        """Queue a command; None releases the hand.
+        """Queue an order: a command, or None to release the hand.
 
         Parameters
         ----------
         command
-            Command, which the drive limits. After a release the speed stays until it is set.
+            Command, which is clipped to the drive's limits. After a release the speed stays until
+            it is set.
         effect
             Sample after which the order takes effect, counted with the ``lead``. For a past sample
             the order takes effect after the newest sample. Orders must be queued in the order of
@@ -229,7 +231,7 @@ class PinchRun:
         Raises
         ------
         ValueError
-            The number of samples is below 1 or above the rest of the longest run.
+            The number of samples is below 1, or more than remain of the longest run.
         """
         end = self.done + samples
         if samples < 1 or end > self.times.size:
@@ -293,7 +295,7 @@ class PinchRun:
             self._reference.obey(command, sample)
 
     def _place(self, begin: int) -> None:
-        """Fix the object's position by simulating the hand at the drawn speed, on copies."""
+        """Fix the object's position, by simulating copies of the hand at the drawn speed."""
         if not self._damped:
             # An undamped drive still oscillates, so the calm time begins only now.
             self._touched[~np.isnan(self._gap)] = self.now
@@ -313,17 +315,17 @@ class PinchRun:
 
 
 class Approach:
-    """Contact times of two fingers, each of which touches after a fixed distance.
+    """Contact times of two fingers. Each touches after it has moved a fixed distance.
 
-    The distance is the one that a finger covers until its drawn contact time at the drawn speed. At
-    that speed it touches at that time.
+    The distance is what the finger covers at the drawn speed until its drawn contact time. So at
+    the drawn speed it touches at the drawn time.
 
     Parameters
     ----------
     timing
         Drawn contact times.
     begin
-        Instant from which these times count, s.
+        Time from which the drawn times count, s.
     nominal
         Drawn speed, the mean of both fingers, m/s.
     speed
@@ -350,7 +352,7 @@ class Approach:
         old, new
             Old and new speed, m/s.
         now
-            Present instant, s.
+            Current time, s.
         touching
             Mask of the fingers that have touched.
         """

@@ -1,6 +1,6 @@
 """Raw counts of the fingertips' converters, before the microcontroller's filters.
 
-One scan is six readings of one instant: both piezos, one taxel of each force array, both strips.
+One scan is six readings at one time: both piezos, one taxel of each force array, both strips.
 :mod:`firstcontact.twin._filter` processes them.
 """
 
@@ -22,11 +22,11 @@ class VelostatParameters(NamedTuple):
     """Parameters of one fingertip's force array. SI units."""
 
     threshold: float = 0.30
-    """Force on a taxel below which the sheet does not conduct better, N."""
+    """Force on a taxel up to which the conductance does not rise, N."""
     rise: float = 0.030
-    """Time constant when loaded, s."""
+    """Time constant of the response when the load rises, s."""
     fall: float = 0.060
-    """Time constant when unloaded: the hysteresis, s."""
+    """Time constant of the response when the load falls (hysteresis), s."""
     creep_share: float = 0.15
     """Share of the response that is slow."""
     creep: float = 0.4
@@ -39,7 +39,7 @@ class VelostatParameters(NamedTuple):
     resistor: float = 4700.0
     """Resistor of the divider, ohm."""
     crosstalk: float = 0.04
-    """Share of the row neighbour's conductance in a reading."""
+    """Share of the conductance of the neighbour in the same row that a reading includes."""
     noise: float = 0.004
     """RMS of the noise at the converter, V."""
 
@@ -79,7 +79,7 @@ def force_readings(
     state: NDArray[np.float64],
     first: int,
 ) -> NDArray[np.uint16]:
-    """Return readings of one force array: one taxel a sample, row by row.
+    """Return the readings of one force array. Each sample reads one taxel, row by row.
 
     Parameters
     ----------
@@ -94,8 +94,8 @@ def force_readings(
     dt
         Sampling interval, s.
     state
-        Fast and slow response of each taxel, N, shape (2, 6), changed in place. Zeros for an
-        unloaded sheet.
+        Fast and slow response of each taxel, N, shape (2, 6), changed in place. Zeros mean an
+        unloaded array.
     first
         Number of the first sample: sample i reads taxel i modulo 6.
 

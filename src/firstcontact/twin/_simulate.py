@@ -1,4 +1,4 @@
-"""Simulation of a whole set of pinches as recordings, one file a session."""
+"""Simulation of a whole set of pinches as recordings, one file per session."""
 
 from __future__ import annotations
 
@@ -63,22 +63,22 @@ def simulate(
     seed
         Random seed. The same seed gives the same bytes with any number of workers.
     workers
-        Number of threads; by default all cores. The mechanics runs outside the GIL. Inside a
-        ``joblib.parallel_config`` with a backend, that backend runs the jobs.
+        Number of threads; by default all cores. The mechanics releases Python's global lock (GIL).
+        Inside a ``joblib.parallel_config`` with a backend, that backend runs the jobs.
     progress
-        True shows a bar; a function is called with the number of pinches just finished.
+        True to show a bar, or a function that is called with the number of pinches just finished.
     noise
         Noise of a real sensor at rest that replaces the modelled electronics.
     positions
         True for a hand that reports its positions: each pinch then has a measured closing speed.
         Samples stay the same.
     runner
-        Runner of the jobs, in place of the threads.
+        Runner of the jobs, instead of the threads.
 
     Returns
     -------
     list
-        Paths of the recordings, one a session.
+        Paths of the recordings, one per session.
 
     Raises
     ------

@@ -4,13 +4,12 @@
 numbers from assumptions. The loudness of a slip depends mainly on ``coupling``, which was not
 measured.
 
-The front of the pad is a row of patches. Each is a mass on the pad's shear stiffness, pressed
-against the object with its share of the contact force. A patch sticks until the object has pulled
-it to the limit of static friction. It then releases, swings back and sticks again.
+The front of the pad is a row of patches. Each patch is a mass on the pad's shear stiffness. It is
+pressed against the object with its share of the contact force. A patch sticks until the pull of the
+object exceeds static friction. It then releases, swings back and sticks again.
 
 The object moves as in :func:`firstcontact.twin._outcome.slide`. Before the slip, its weight shears
-the pads. The force along the pad reaches the piezo with a given share of the effect of a normal
-force.
+the pads. A force along the pad has a given share of the effect of a normal force on the piezo.
 """
 
 from __future__ import annotations
@@ -65,9 +64,9 @@ def _slide_patches(
     """Advance the patches of one finger by the next samples.
 
     ``patches`` has offset, speed, sticking flag and path position of each patch, shape (patches,
-    4). ``state`` has the last normal force, sliding speed and pull, then the object's shear offset
-    and its speed. The piezo's leaked voltage and the buffer follow, shape (7,). Both arrays are
-    changed in place.
+    4). ``state``, shape (7,), has the last normal force, sliding speed and pull, then the object's
+    shear offset and its speed, then the voltages of piezo and buffer. Both arrays are changed in
+    place.
     """
     dt = 1.0 / (FINGERTIP_RATE * STEPS)
     k, m = p.stiffness / p.patches, p.mass / p.patches
@@ -137,12 +136,12 @@ class SlipSound:
     fingers
         Index and thumb.
     mass, friction
-        Mass of the object, kg, and its friction against either finger.
+        Mass of the object, kg, and its coefficient of friction against each finger.
     parameters
         Parameters of the pads.
     rng
-        Random generator for the static friction. It must be a separate one, so that no other draw
-        changes.
+        Random generator for the static friction. Use one that nothing else uses, so that other
+        draws do not change.
     """
 
     def __init__(
@@ -162,7 +161,7 @@ class SlipSound:
         self._state = np.zeros((2, 7))
 
     def hear(self, forces: _Vector, speeds: _Vector, hanging: _Vector) -> _Vector:
-        """Return the slip's voltage at the buffers, to be added to the other signals.
+        """Return the voltage of the slip sound at the buffers, to add to the other signals.
 
         Parameters
         ----------

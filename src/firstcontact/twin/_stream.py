@@ -54,7 +54,7 @@ class StreamPinch:
     label
         Label of the object.
     truth
-        Contacts so far that the strips show, in the order of time.
+        Contacts so far by the contact strips, in order of time.
     end
         First sample after the hold, when the hand begins to open; None before that.
     peak
@@ -74,9 +74,9 @@ class StreamPinch:
 
 
 class TwinStream:
-    """Hand that repeats rest, close, squeeze and hold, open, one object after another.
+    """Hand that picks up one object after another: rest, close, squeeze and hold, open.
 
-    The same arguments give the same scans, however they are read. The hand is that of
+    The same arguments give the same scans, whatever the number read at a time. The hand is that of
     :func:`firstcontact.twin._simulate.simulate` with the same condition and seed.
 
     Parameters
@@ -151,7 +151,7 @@ class TwinStream:
         return self._tips.sample - len(self._left)
 
     def choose(self, name: str | None) -> None:
-        """Pick up only this object from the next closing on. None returns to the plan.
+        """Pick up only this object from the next closing on; None returns to all objects.
 
         Raises
         ------
@@ -161,9 +161,10 @@ class TwinStream:
         self._chosen = None if name is None else find_object(name)
 
     def command(self, command: Command) -> bool:
-        """Command the present closing until the hand opens.
+        """Command the current closing, until the hand opens.
 
-        The command takes effect the drive's latency after the last scan read.
+        The command takes effect after the drive's latency, counted from the last scan that was
+        read.
 
         Returns
         -------
@@ -183,7 +184,7 @@ class TwinStream:
         return True
 
     def release(self) -> None:
-        """Open the hand now instead of after the hold. An open hand stays open.
+        """Open the hand now instead of after holding. An open hand stays open.
 
         The hand begins to open one latency of the drive after the last scan read, at the end of a
         piece. This closing ignores later commands.

@@ -1,4 +1,4 @@
-"""Moves of the streaming hand in one closing: speeds and turning points."""
+"""Movements of the streaming hand in one closing: its speeds, and when they change."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def pieces(duration: float) -> int:
 
 
 def close_hand(run: PinchRun, hold: float) -> Iterator[NDArray[np.float64]]:
-    """Close, squeeze, and hold for ``hold`` s, or until the hand is released.
+    """Close, squeeze, and hold the object for ``hold`` s, or until the hand is released.
 
     A command replaces the drawn speed and the holding force.
     """

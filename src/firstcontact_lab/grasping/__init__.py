@@ -1,1 +1,1 @@
-"""Grasp study: value of stiffness for policies that grip household objects on the twin's plant."""
+"""Grasp study: benefit of knowing the stiffness for policies that grip simulated objects."""

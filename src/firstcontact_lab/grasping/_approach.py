@@ -1,4 +1,4 @@
-"""Approach of a household closing until both fingers touch, shared by all later commands."""
+"""Approach to a household object until both fingers touch. It is the same for all policies."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Pick:
     kind
         Name of the object.
     hand
-        Seed of the hand.
+        Random seed of the hand.
     specimen
         Number of the specimen, and of its session.
     """
@@ -50,14 +50,14 @@ class Pick:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Approached:
-    """State of a closing at the moment when both fingers touch.
+    """State of a closing at the moment at which both fingers touch.
 
     Parameters
     ----------
     plant
         Simulated hand in that state.
     estimate
-        Estimate that a policy has by then; None without one.
+        Estimate that a policy has at that moment; None without one.
     answers
         Estimates from before the second contact.
     heard
@@ -74,13 +74,13 @@ class Approached:
 
 
 def pick_specimen(pick: Pick) -> TwinObject:
-    """Return the specimen of a pick, with its own mass, friction and limit."""
+    """Return the specimen of a pick, with its mass, friction and damaging force."""
     specimen = household_named(pick.kind)
     return draw_household_specimen(pick.hand, condition(CONDITION), specimen, pick.specimen)
 
 
 def make_plant(pick: Pick, breaks: bool = True, lift: Lift | None = None) -> GraspPlant:
-    """Return the simulated hand, about to close on the object of a pick."""
+    """Return the simulated hand, ready to close on the object of a pick."""
     specimen = pick_specimen(pick)
     rig = condition(CONDITION)
     draw = draw_pinch(pick.hand, rig, f"household-{pick.specimen}", specimen, pick.kind)
@@ -89,7 +89,7 @@ def make_plant(pick: Pick, breaks: bool = True, lift: Lift | None = None) -> Gra
 
 
 class _Waiting(PlantHand):
-    """Hand that passes on commands until both fingers touch."""
+    """Hand that forwards commands to the plant until both fingers touch."""
 
     def __init__(self, plant: GraspPlant, policy: ByStiffness) -> None:
         super().__init__(plant)
@@ -101,7 +101,7 @@ class _Waiting(PlantHand):
 
 
 def approached(pick: Pick, speed: float, hands: OwnHand, breaks: bool = False) -> Approached:
-    """Close on an object like every household policy, until the policy would press.
+    """Simulate the approach until both fingers touch, which is the same for all policies.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def approached(pick: Pick, speed: float, hands: OwnHand, breaks: bool = False) -
     speed
         Approach speed, m/s.
     hands
-        Models of the hands.
+        Models of the hands, by hand.
     breaks
         True if the object can be damaged.
     """

@@ -1,4 +1,4 @@
-"""Outcome of every force for one approach: one row of the table for tuning."""
+"""Outcomes of all forces after one approach: one row of the table for tuning."""
 
 from __future__ import annotations
 
@@ -53,9 +53,9 @@ class Branches:
     pick, speed
         Pick, and its approach speed, m/s.
     mass, friction, limit
-        Mass (kg), friction and damaging force (N, may be infinite) of this specimen.
+        Mass (kg), coefficient of friction and damaging force (N, may be infinite) of this specimen.
     estimate
-        Estimate that a policy has at the second contact; None without one.
+        Estimate that a policy has at the second contact; None if there is none.
     answers
         Estimates from before the second contact.
     heard
@@ -63,8 +63,8 @@ class Branches:
     peak, hold
         Largest contact force, N, and final holding force of both fingers, N, for each force.
     slip_peak, slip_drop
-        Largest contact force with a reflex, and 1 if the object is dropped, by lift, detection,
-        boost and force; NaN without a slip.
+        Largest contact force, N, with a reflex, and 1 if the object is dropped, else 0. Axes: lift,
+        detection delay, boost and force. NaN if the object does not slip.
     """
 
     pick: Pick
@@ -84,7 +84,7 @@ class Branches:
 def branches(
     job: tuple[Pick, float], hands: dict[tuple[int, float], OwnHand], how: Branching
 ) -> Branches:
-    """Approach once, then press with every force, and lift in every way."""
+    """Approach once, then press with each force and lift in each way."""
     pick, speed = job
     specimen = pick_specimen(pick)
     begun = approached(pick, speed, hands[pick.hand, speed])
@@ -127,7 +127,7 @@ def _until(plant: GraspPlant, since: float) -> None:
 def _reflex(
     plant: GraspPlant, force: float, wait: float, boost: float, speed: float
 ) -> tuple[float, bool]:
-    """Return the largest contact force and the drop flag of a slip reflex."""
+    """Return the largest contact force, and 1 if the object is dropped, with a slip reflex."""
     watch = SlipWatch(wait)
     while not plant.ended and not plant.lost:
         plant.move(10)

@@ -1,4 +1,4 @@
-"""One closing of the twin's hand, the live pipeline and a policy in the loop."""
+"""One closing of the twin's hand, controlled by the live pipeline and a policy."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class PlantHand(Hand):
 
 @dataclass(frozen=True, slots=True)
 class ClosingRecord:
-    """Commands of a closing and their causes.
+    """Commands of a closing, with the contacts and estimates that caused them.
 
     ``estimates`` are all estimates of the pipeline, also unused ones.
     """
@@ -75,7 +75,7 @@ def close(
 ) -> ClosingRecord:
     """Close the hand on the plant's object, until the object is lifted or lost.
 
-    Computing and transport take no time here. The latency includes both.
+    Computing and transport take no time here; the drive's latency includes them.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def close(
     windows
         Number of expected estimates; 0 for a policy without estimates.
     feels
-        True if the policy acts on the force arrays. Otherwise blocks become long once all estimates
+        True if the policy acts on the force arrays. Otherwise blocks are long once all estimates
         are available.
     """
     hand = PlantHand(plant)
@@ -121,6 +121,6 @@ def close(
 
 
 def _settled(grasping: Grasping) -> bool:
-    """Return True if the deadline of a first contact has been met or missed."""
+    """Return True if the deadline after the first contact was met or missed."""
     counts = grasping.loop.counts
     return counts.contacts > 0 and counts.misses + counts.estimates > 0

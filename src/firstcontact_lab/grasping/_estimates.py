@@ -1,4 +1,4 @@
-"""Errors and times of the live estimates on judged picks, by object."""
+"""Errors and times of the live estimates on the picks for judging, by object."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ HALF = 1e-4
 
 
 def at_tuned_speed(tables: Tables, rows: Sequence[Branches], ours: Judged) -> list[Branches]:
-    """Return the approach of each pick that was tuned for policies with an estimate."""
+    """Return each pick at the approach speed that was tuned for policies with an estimate."""
     fold_of = folds(sorted(set(tables.judged.kinds)), tables.folds)
     speed = [chosen.settings["approach"] for chosen in ours.chosen]
     return [row for row in rows if row.speed == speed[fold_of[row.pick.kind]]]
 
 
 def _errors(rows: Sequence[Branches]) -> dict[str, list[float]]:
-    """Return estimate minus label, by window in ms and as used."""
+    """Return estimate minus label, by window in ms, and for the estimate that policies used."""
     errors: dict[str, list[float]] = {f"{1e3 * w:g}": [] for w in WINDOWS}
     errors[USED] = []
     for row in rows:
@@ -56,7 +56,7 @@ def estimates(
     ours: Judged,
     own_hands: Mapping[tuple[int, float], OwnHand],
 ) -> Estimates:
-    """Return errors and times of the estimates over all judged picks."""
+    """Return errors and times of the estimates over all picks for judging."""
     approaches = at_tuned_speed(tables, rows, ours)
     within = [
         r for r in approaches if household_named(r.pick.kind).numbers.shore_a.value <= FIRMEST
@@ -76,7 +76,7 @@ def estimates(
 def by_object(
     tables: Tables, rows: Sequence[Branches], policies: Mapping[str, Judged]
 ) -> dict[str, ObjectErrors]:
-    """Return errors of each object, and its shares of drops and damage by the tuned policies."""
+    """Return, for each object, errors, and shares of drops and damage with the tuned policies."""
     ours = list(policies.values())[-1]
     approaches = at_tuned_speed(tables, rows, ours)
     errors_by_window = {}

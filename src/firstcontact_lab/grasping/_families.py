@@ -1,4 +1,4 @@
-"""Families of similar objects. No object is judged with settings tuned on its family."""
+"""Families of similar objects. Settings for judging an object are never tuned on its family."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Film of a raspberry and a hammer, picked up by one hand without and with stiffness."""
+"""Film of a hand that picks up a raspberry and a hammer, without and with stiffness."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Take:
 def take(
     pick: Pick, policy: str, settings: SettingsOf, hands: Mapping[tuple[int, float], OwnHand]
 ) -> Take:
-    """Simulate a full closing on an object, with settings tuned without its family."""
+    """Simulate a full closing on an object. The settings were tuned without its family."""
     played_closing = played(RealJob(pick, policy, settings(pick.kind)), hands)
     outcome, row = played_closing.plant.outcome, played_closing.row
     specimen = pick_specimen(pick)
@@ -86,7 +86,7 @@ def film(
     hands
         Models of the hands.
     pictures
-        Number of pictures.
+        Number of pictures in the film.
     """
     from matplotlib import rc_context
     from matplotlib.animation import FuncAnimation, PillowWriter

@@ -1,4 +1,4 @@
-"""Results of the household study, from judged policies and full closings."""
+"""Results of the household part, from policies judged by the table and from full closings."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def findings(
     Parameters
     ----------
     tables, rows
-        Tables for tuning and judging, and the judged closings with their estimates.
+        Tables for tuning and judging, and rows of the table for judging with their estimates.
     hands
         Models of the hands.
     judgement
@@ -66,7 +66,7 @@ def findings(
     weights
         Weights of the bootstrap resamples, shape (picks, resamples).
     permutations
-        Number of permutations of each control.
+        Number of permutations in each control.
     """
     table, blind, ours, everyone = (
         tables.judged,
@@ -117,7 +117,7 @@ def _controls(tables: Tables, count: int) -> dict[str, Between]:
 
 
 def _successes(everyone: Mapping[str, Judged], full: FullClosings, best: Front) -> dict[str, float]:
-    """Return the success of each tuned policy, from full closings where they exist."""
+    """Return the success of each tuned policy, from full closings if there are some."""
     return {
         **{name: _success(policy) for name, policy in everyone.items()},
         **{name: policy.success for name, policy in full.by_policy.items()},

@@ -1,4 +1,4 @@
-"""Trade-off between drops and damage as the caution of a policy changes."""
+"""Trade-off between drops and damage. A policy moves along it if all its forces are scaled."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ AROUND = (0.07, 0.10, 0.13)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Front:
-    """Shares of dropped and damaged picks by scale, shape (scales,) or (scales, resamples)."""
+    """Shares of dropped and damaged picks by scale of the forces, for each resample if given."""
 
     dropped: Values
     damaged: Values
 
     def drop_share(self, damage: float | Values = DAMAGE) -> Values:
-        """Return the share of drops at a share of damage, shape () or (resamples,).
+        """Return the share of drops at a given share of damage, shape () or (resamples,).
 
-        If a policy damages less at every scale, this is its fewest drops. If it damages more at
-        every scale, this is the drops of the boldest scale with the least damage, plus the excess
-        damage.
+        If a policy damages less than that at every scale, this is its smallest share of drops. If
+        it damages more at every scale, it is the share of drops at the scale with the least damage,
+        plus the damage above the given share.
         """
         dropped, damaged = np.atleast_2d(self.dropped.T), np.atleast_2d(self.damaged.T)
         wanted = np.broadcast_to(damage, len(dropped))
@@ -53,13 +53,13 @@ def _drop_share(dropped: Values, damaged: Values, damage: float) -> float:
 
 
 def find_scale(front: Front, damage: float = DAMAGE) -> float:
-    """Return the largest scale that damages at most this share."""
+    """Return the largest scale of the forces that damages at most this share of picks."""
     within = np.flatnonzero(np.maximum.accumulate(front.damaged) <= damage)
     return float(SCALES[within[-1]] if within.size else SCALES[0])
 
 
 def front(outcomes: Outcomes, weights: NDArray[np.float64] | None = None) -> Front:
-    """Return the shares of outcomes of shape (scales, picks).
+    """Return the shares of drops and damage, from outcomes of shape (scales, picks).
 
     Parameters
     ----------
@@ -83,9 +83,9 @@ def resampled(
     count: int,
     seed: int,
 ) -> NDArray[np.float64]:
-    """Return the weight of each pick when kinds and hands are drawn with replacement.
+    """Return bootstrap weights of picks. Objects and hands are drawn with replacement.
 
-    Both are resampled, because a policy that works for these objects and hands might not work for
+    Both are resampled, because a policy that works for these objects and hands may not work for
     others. Objects are resampled within their groups, because the group sizes are fixed by design.
 
     Parameters

@@ -1,4 +1,4 @@
-"""Tuned policies in full closings: shares with intervals, and the gain from stiffness."""
+"""Tuned policies in full closings: shares of outcomes with intervals, and gain from stiffness."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from firstcontact_lab.grasping.results import Between, RealClosings
 
 @dataclass(frozen=True, slots=True)
 class FullClosings:
-    """Full closings by policy, and the gain in success from stiffness."""
+    """Results of full closings by policy, and the gain in success from stiffness."""
 
     by_policy: Mapping[str, RealClosings]
     gain: Between
@@ -34,14 +34,14 @@ def full_closings(
     hands: Mapping[tuple[int, float], OwnHand],
     runner: Runner,
 ) -> FullClosings:
-    """Simulate full closings on every judged pick: blind and stiffness, without and with reflex.
+    """Simulate full closings on all picks for judging: blind and stiffness, each with reflex too.
 
     Parameters
     ----------
     judgement
         Tuned settings of the policies, and their outcomes in the table.
     table
-        Table of the judged picks.
+        Table of the picks for judging.
     weights
         Weights of the bootstrap resamples, shape (picks, resamples).
     hands
@@ -65,7 +65,7 @@ def full_closings(
 
 
 def _gain(rows: Sequence[RealRow], weights: NDArray[np.float64]) -> Between:
-    """Return the gain in success with stiffness over the same picks, in the table's order."""
+    """Return the gain in success from stiffness. Picks are the same, in the table's order."""
     fine = [
         np.array([not (r.dropped or r.damaged) for r in rows if r.job.policy == kind.name], float)
         for kind in (candidate(), baseline())
@@ -77,7 +77,7 @@ def _gain(rows: Sequence[RealRow], weights: NDArray[np.float64]) -> Between:
 def _shares(
     rows: Sequence[RealRow], judgement: Judged, weights: NDArray[np.float64]
 ) -> RealClosings:
-    """Return the closings of a tuned policy; picks in the table's order."""
+    """Return the results of a tuned policy's closings, given in the order of the table's picks."""
     dropped = np.array([r.dropped for r in rows])
     damaged = np.array([r.damaged for r in rows])
     # What broke is not what was to be held: it counts once.

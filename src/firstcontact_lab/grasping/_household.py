@@ -1,4 +1,4 @@
-"""Household part of the study: hands, tables, tuning, judged closings, numbers."""
+"""Household part of the study: hands, tables, tuning, closings for judging, numbers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Numbers of the household from tables: fronts, drops at equal damage, and controls."""
+"""Numbers of the household part, from tables: fronts, drops at equal damage, and controls."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ NORMAL = 1.645
 
 @dataclass(frozen=True, slots=True)
 class Tables:
-    """Tables for tuning and for judging, with different hands and specimens of the same kinds.
+    """Tables for tuning and for judging, with the same objects but other hands and specimens.
 
     Parameters
     ----------
@@ -71,9 +71,9 @@ class Judged:
     Parameters
     ----------
     outcomes
-        Outcomes by scale, from more to less cautious than tuned, and by judged pick.
+        Outcomes by scale of the forces, from more to less cautious than tuned, and by pick.
     chosen
-        Chosen settings by fold.
+        Chosen settings of each fold.
     """
 
     outcomes: Outcomes
@@ -86,12 +86,12 @@ class Judged:
 
 
 def household_policies() -> dict[str, type[Policy]]:
-    """Return the policies of this task by name, in the order of the registry."""
+    """Return the policies of the household task by name, in the order of the registry."""
     return {n: p for n, p in POLICIES.items() if p.task is Task.HOUSEHOLD}
 
 
 def baseline(reflex: bool = False) -> type[Policy]:
-    """Return the policy without knowledge, with or without a reflex."""
+    """Return the policy that knows nothing of the object, with or without a reflex."""
     return next(
         p
         for p in household_policies().values()
@@ -109,7 +109,7 @@ def candidate(reflex: bool = False) -> type[Policy]:
 
 
 def labelled(table: Table, rmse: float, seed: int) -> list[Told]:
-    """Return the label of each pick with noise as an estimate, by speed."""
+    """Return, by speed, the label of each pick with added noise, in place of an estimate."""
     rng = np.random.default_rng([seed, round(1e3 * rmse)])
     noisy = table.shore_a + rmse * rng.standard_normal(len(table.picks))
     half = NORMAL * rmse
@@ -123,7 +123,7 @@ def tried_on(
     estimates: Sequence[Told],
     reflex: tuple[int, int] | None = None,
 ) -> list[Candidate]:
-    """Return the outcomes of each setting of a policy on the tuning table."""
+    """Return each setting of a policy with its outcomes on the tuning table."""
     settings = policy_settings(kind, tables.budget, tables.few, tables.seed)
     return candidates(kind, settings, tables.tuning, estimates, reflex)
 
@@ -145,7 +145,7 @@ def judged(
     estimates
         Estimates for both tables, by speed; by default the live estimates.
     reflex
-        Indices of lift and detection.
+        Indices of the lift and of the slip detection.
     """
     tuning, judging = (
         (tables.tuning.estimates, tables.judged.estimates) if estimates is None else estimates
@@ -180,11 +180,11 @@ def _by_fold(
 
 
 def ceiling(table: Table) -> Front:
-    """Choose the best approach, force and reflex of each pick from its outcomes.
+    """Choose the best approach, force and reflex for each pick from its outcomes.
 
-    No hand can reach this bound: it is chosen on the picks that it is scored on. Where every choice
-    drops or damages a pick, the price of damage in drops decides. Two prices give two ends of a
-    front.
+    No hand can reach this bound, because the choice is made on the same picks that are scored. If
+    every choice drops or damages a pick, the price of damage in drops decides. Two prices give two
+    ends of a front.
     """
     forces = np.exp(np.linspace(np.log(table.how.forces[0]), np.log(table.how.forces[-1]), 60))
     grid = np.repeat(forces[:, None], len(table.picks), axis=1)
@@ -205,13 +205,13 @@ def ceiling(table: Table) -> Front:
 
 
 def resample_weights(table: Table, seed: int) -> NDArray[np.float64]:
-    """Resample kinds and hands, the same for all policies, so that differences are paired."""
+    """Resample objects and hands. All policies share the resamples, so differences are paired."""
     groups = np.array([household_named(pick.kind).group for pick in table.picks])
     return resampled(table.kinds, table.hands, groups, RESAMPLES, seed)
 
 
 def between(value: float, drawn: NDArray[np.float64]) -> Between:
-    """Return a number with the middle 95 % of its resamples."""
+    """Return a number with its 95 % interval from resamples."""
     low, high = np.nanpercentile(drawn, [2.5, 97.5])
     return Between(value=value, low=float(low), high=float(high))
 
@@ -233,11 +233,11 @@ def less(dropped: NDArray[np.float64], theirs: NDArray[np.float64]) -> NDArray[n
 
 
 def fewer(ours: Judged, theirs: Judged, weights: NDArray[np.float64] | None = None) -> Between:
-    """Return the relative reduction in drops at 10 % damage.
+    """Return by what share our policy drops fewer objects than theirs, both at 10 % damage.
 
-    In each resample both policies are scaled to 10 % damage. So the comparison hides no damage, and
-    the interval includes the uncertainty of the scale. ``benchmarks/grasp_intervals.py`` measures
-    the coverage of such intervals.
+    In each resample the forces of both policies are scaled until 10 % of the picks are damaged. So
+    neither policy can drop less by damaging more, and the interval includes the uncertainty of the
+    scale. ``benchmarks/grasp_intervals.py`` measures the coverage of such intervals.
 
     Parameters
     ----------
@@ -254,10 +254,10 @@ def fewer(ours: Judged, theirs: Judged, weights: NDArray[np.float64] | None = No
 
 
 def fewer_as_bold(ours: Judged, theirs: Judged, weights: NDArray[np.float64]) -> Between:
-    """Return the reduction in drops like :func:`fewer`, with fixed scales in all resamples.
+    """Return the reduction in drops like :func:`fewer`, but with the same scales in all resamples.
 
-    The damage of the policies then differs. Each additional damage of ours counts as a drop, and
-    each avoided damage as an avoided drop.
+    The damage of the policies then differs. Each additional damaged pick of our policy counts as a
+    drop, and each one less as an avoided drop.
     """
     a, b = (int(np.argmin(np.abs(SCALES - find_scale(j.front)))) for j in (ours, theirs))
     mine, baseline_drops = front(ours.outcomes, weights), front(theirs.outcomes, weights)
@@ -268,7 +268,7 @@ def fewer_as_bold(ours: Judged, theirs: Judged, weights: NDArray[np.float64]) ->
 
 
 def conditions() -> dict[str, tuple[int, int]]:
-    """Return the indices of each lift and detection delay by their common name."""
+    """Return the indices of each pair of lift and detection delay, by the name of the pair."""
     return {
         f"{lift}, {1e3 * wait:g} ms": (a, b)
         for a, lift in enumerate(LIFTS)
@@ -277,9 +277,9 @@ def conditions() -> dict[str, tuple[int, int]]:
 
 
 def permuted(tables: Tables, count: int, mass: bool, damage: bool, seed: int) -> Between:
-    """Return the gain of stiffness where objects get the weight or limit of other objects.
+    """Return the gain from stiffness if objects get the weight or limit of other objects.
 
-    Every policy is tuned again for each permutation. The interval is the middle 95 % of
+    Every policy is tuned again for each permutation. The interval contains the middle 95 % of the
     permutations.
     """
     names = sorted(set(tables.judged.kinds))
@@ -327,7 +327,11 @@ def _pressed(
 
 
 def _given(table: Table, by_mass: Mapping[str, str], by_limit: Mapping[str, str]) -> Table:
-    """Return the same picks with the masses and limits of other kinds, by specimen."""
+    """Return the picks with the mass and limit of other objects.
+
+    ``by_mass`` and ``by_limit`` map each object to the one that it gets them from. Hand and
+    specimen number stay.
+    """
     place = {(p.kind, p.hand, p.specimen): i for i, p in enumerate(table.picks)}
 
     def indices(by: Mapping[str, str]) -> NDArray[np.intp]:

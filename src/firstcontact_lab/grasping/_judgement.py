@@ -1,4 +1,4 @@
-"""Judged policies of the household, labels with noise and reflexes, each tuned separately."""
+"""Judged policies of the household part: also with noisy labels and with reflexes."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ SettingsOf = Callable[[str], Mapping[str, float]]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judgement:
-    """Policies judged on picks that were not used for tuning.
+    """Policies, judged on picks that were not used for tuning.
 
     Parameters
     ----------
     plain
-        Policies without a reflex, and labels, by name.
+        Policies without a reflex, and those that act on noisy labels, by name.
     reflexes
-        Reflex without and with stiffness, by the name of lift and detection.
+        Policies with a reflex, without and with stiffness, by the name of lift and detection delay.
     fold_of
         Fold in which each object is left out.
     """
@@ -47,7 +47,7 @@ class Judgement:
 
     @property
     def blind(self) -> Judged:
-        """Policy without knowledge."""
+        """Policy that knows nothing of the object."""
         return self.plain[baseline().name]
 
     @property
@@ -57,7 +57,7 @@ class Judgement:
 
     @property
     def everyone(self) -> dict[str, Judged]:
-        """Judged policies by name. Those with a reflex have the lift and latency of ``FULL``."""
+        """Judged policies by name. Reflexes are those for lift and detection delay in ``FULL``."""
         names = (baseline(True).name, candidate(True).name)
         return {**self.plain, **dict(zip(names, self.reflexes[_full()], strict=True))}
 

@@ -1,4 +1,4 @@
-"""Detector and models that the study's hand uses, trained on other pinches of it."""
+"""Detector and models of the study's hand, trained on other pinches of the same hand."""
 
 from __future__ import annotations
 

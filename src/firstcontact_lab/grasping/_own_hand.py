@@ -34,7 +34,7 @@ class OwnHand:
     Parameters
     ----------
     detector
-        Detector that is fitted to them.
+        Detector that is fitted to these pinches.
     model
         Network, conditioned on the hand and averaged with a regression on its pinches.
     pinches
@@ -58,9 +58,9 @@ class HandSeed:
 
 
 def own_hand(hand: HandSeed, pinches: int) -> OwnHand:
-    """Close a hand on each of the twin's five blocks, and fit its models.
+    """Simulate pinches of the twin's five blocks with one hand, and fit its models.
 
-    It approaches as in later closings, and the detector finds the contacts.
+    The hand approaches as in later closings, and the detector finds the contacts.
     """
     made = [_block(hand, place, n) for place in range(len(BLOCKS)) for n in range(pinches)]
     dataset = Dataset(tuple(made), "twin")

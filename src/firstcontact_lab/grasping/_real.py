@@ -1,4 +1,4 @@
-"""Full closing: plant, filter, detector, any-time estimator, loop with deadline, slips."""
+"""Full closing, with plant, filter, detector, estimator, deadline and slips, not from the table."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ LOOK = 10
 class RealJob:
     """Pick with its policy and lift.
 
-    ``detection`` is the latency of the declared slip detector, s; None without one.
+    ``detection`` is the assumed latency of an ideal slip detector, s; None without one.
     """
 
     pick: Pick
@@ -58,12 +58,12 @@ class Played:
 
 
 def real(job: RealJob, hands: Mapping[tuple[int, float], OwnHand]) -> RealRow:
-    """Simulate a full closing: close, press and lift."""
+    """Simulate a full closing: approach, press and lift."""
     return played(job, hands).row
 
 
 def played(job: RealJob, hands: Mapping[tuple[int, float], OwnHand]) -> Played:
-    """Simulate a pick with the real network, and return the whole course for plots."""
+    """Simulate a pick with the trained network. Return its whole course for plots."""
     own_hand = hands[job.pick.hand, job.settings["approach"]]
     plant = make_plant(job.pick, lift=LIFTS[job.lift])
     numbers = household_named(job.pick.kind).numbers

@@ -1,4 +1,4 @@
-"""Search for the best settings, on pinches that are not reported."""
+"""Search for the best settings of the payload task, on pinches that are in no report."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ class _Try:
 def search(settings: GraspStudySettings, runner: Runner) -> dict[str, Tuning]:
     """Choose the settings of every tunable policy, for each force array.
 
-    The best has the lowest mean peak force on soft objects among those with which every object is
-    held steadily and that take at most a tenth longer than no modulation. The choice uses the
-    headline's latency and no breakable objects.
+    Settings qualify if every object is held steadily and the time is at most a tenth longer than
+    without modulation. Among these, the setting with the lowest mean peak force on soft objects is
+    chosen. The choice uses the reported latency and no breakable objects.
     """
     everything = tuple(k for k in settings.kinds if KINDS[k].fragility is None)
     numbers = range(settings.tuning)
@@ -82,7 +82,7 @@ def _run(one: _Try) -> list[Row]:
 
 
 def _summary(rows: list[Row]) -> tuple[float, float, float]:
-    """Return mean peak on soft objects, N, mean time, s, and share without a steady grasp."""
+    """Return mean peak force on soft objects, N, mean time, s, and share without a steady grasp."""
     soft = [r.peak for r in rows if r.shore_a <= SOFT]
     times = [r.time for r in rows if r.time is not None]
     unsteady = sum(r.time is None or r.dropped for r in rows) / len(rows)
@@ -90,6 +90,6 @@ def _summary(rows: list[Row]) -> tuple[float, float, float]:
 
 
 def _worth(summary: tuple[float, float, float], limit: float) -> tuple[float, float, float, float]:
-    """Return a sort key, best first: constraint violations, then peak force; and the summary."""
+    """Return a sort key, best first: violations of the constraints, then peak force."""
     peak, time, unsteady = summary
     return (unsteady + max(time / limit - 1, 0.0), peak, time, unsteady)

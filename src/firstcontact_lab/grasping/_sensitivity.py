@@ -25,7 +25,7 @@ DRAWS, SPREAD = 8, 0.3
 
 
 def sensitivity(tables: Tables) -> dict[str, Between]:
-    """Return the gain over blind with estimated numbers changed and both tuned again."""
+    """Return the gain over ``blind`` if estimated numbers change and both are tuned again."""
     gain_by_case = {}
     names = sorted(set(tables.judged.kinds) | set(tables.tuning.kinds))
     for title, of, factors in (

@@ -1,4 +1,4 @@
-"""Ideal slip detector with a declared latency."""
+"""Ideal slip detector with an assumed latency."""
 
 from __future__ import annotations
 

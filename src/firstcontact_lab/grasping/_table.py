@@ -20,7 +20,7 @@ Values = NDArray[np.float64]
 class Reflexed:
     """Slip reflex: lift, latency of slip detection, and force factor.
 
-    All are indices into the table.
+    All values are indices into the table.
     """
 
     lift: int
@@ -30,10 +30,10 @@ class Reflexed:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Outcomes:
-    """Outcomes of every pick at every force; arrays have the shape of the forces, (..., picks).
+    """Outcomes of picks at given forces. Arrays have the shape of the forces, (..., picks).
 
-    Values are 1 if it happened and 0 if not. They lie between for picks that represent scattered
-    specimens.
+    Values are 1 if the outcome happened and 0 if not. They are probabilities if picks represent
+    scattered specimens.
     """
 
     dropped: Values
@@ -55,12 +55,12 @@ class Table:
     limit
         Contact force at which it is damaged, N, shape (picks,).
     estimates
-        Estimate at the second contact by speed and pick; None where there is none.
+        Estimate at the second contact, by speed and pick; None if there is none.
     peak, hold
         Largest contact force and final holding force, N, by speed, pick and force.
     slip_peak, slip_drop
-        The same with a slip reflex, by speed, pick, lift, detection, boost and force; NaN without a
-        slip.
+        Largest contact force, N, and share of drops with a slip reflex, by speed, pick, lift,
+        detection delay, boost and force; NaN if the object does not slip.
     """
 
     how: Branching
@@ -111,7 +111,7 @@ class Table:
         return np.array([household_named(p.kind).numbers.shore_a.value for p in self.picks])
 
     def otherwise(self, needed: Values | None = None, limit: Values | None = None) -> Table:
-        """Return the same picks with other holding or damaging forces."""
+        """Return the table with other holding or damaging forces of the picks."""
         return replace(
             self,
             needed=self.needed if needed is None else needed,
@@ -126,7 +126,7 @@ class Table:
         speed
             Index of the approach speed.
         forces
-            Forces, Forces, N, shape (..., picks). Values between the table's are interpolated.
+            Forces, N, shape (..., picks). Results between the table's forces are interpolated.
 
         Returns
         -------
@@ -143,7 +143,7 @@ class Table:
         return between(self.peak[speed]), between(self.hold[speed])
 
     def judge(self, peak: Values, hold: Values, scatter: float = 0.0) -> Outcomes:
-        """Return the outcomes of picks with these largest forces and holds, N, without a reflex."""
+        """Return the outcomes of picks for these largest and holding forces, N, without reflex."""
         return Outcomes(exceeds(self.needed, hold, scatter), exceeds(peak, self.limit, scatter))
 
     def _places(self, forces: Values) -> tuple[NDArray[np.intp], Values]:
@@ -166,7 +166,7 @@ class Table:
         reflex
             Slip reflex; None without one.
         scatter
-            Relative scatter of specimens in needed and damaging force; 0 for exactly these
+            Relative scatter of needed and damaging force between specimens; 0 for exactly these
             specimens.
         """
         peak, hold = self.pressed(speed, forces)

@@ -27,7 +27,7 @@ class PinchSetup:
     kind
         Name of the object.
     session
-        Number of the session. With group and seed it determines all random draws.
+        Number of the session. Together with ``group`` and ``seed`` it determines all random draws.
     group
         Group of sessions: for the report, or for the search.
     seed
@@ -63,7 +63,7 @@ class Row:
 
 
 def trial_plant(setup: PinchSetup, variant: Variant, latency: float) -> GraspPlant:
-    """Return the hand before closing. Setup and latency determine all random draws."""
+    """Return the simulated hand before closing. Setup and latency determine all random draws."""
     rig = condition(CONDITION)
     # A specimen for each session, none of them learned from: those are the first ones.
     specimen = draw_specimen(setup.seed, rig, KINDS[setup.kind], 1 + _specimen(setup))
@@ -82,7 +82,7 @@ def played(
     tuned: Tuned,
     model: Model | None,
 ) -> ClosingRecord:
-    """Simulate a closing on the setup, with the variant's policy."""
+    """Simulate a closing on a pinch's object with the variant's policy."""
     # The approach is as it was drawn; the policy is told so.
     grip = Grip(speed=plant.nominal.speed, force=plant.nominal.force)
     policy = variant.make(grip, KINDS[setup.kind].shore_a, tuned.get(variant.key, {}))

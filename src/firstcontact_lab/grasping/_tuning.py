@@ -1,4 +1,4 @@
-"""Choice of the settings of every policy from the table, with an equal budget for each."""
+"""Choice of the settings of each policy from the table, with the same budget for all."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ Told = Sequence[Estimate | None]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidate:
-    """Setting of a policy, with its outcomes for every pick at every caution.
+    """Setting of a policy, with its outcomes for every pick at every scale of the forces.
 
     Parameters
     ----------
     settings
         Settings of the policy.
     outcomes
-        Outcomes by scale and pick.
+        Outcomes by scale of the forces, and by pick.
     """
 
     settings: Settings
@@ -41,16 +41,16 @@ class Candidate:
 
 @dataclass(frozen=True, slots=True)
 class Chosen:
-    """Choice of one fold.
+    """Settings chosen in one fold.
 
     Parameters
     ----------
     settings
-        Settings, including the scale with 10 % damage.
+        Settings, including the scale of the forces with 10 % damage.
     tried
         Number of tried settings.
     drops, damage
-        Shares of the picks that the choice was made on.
+        Shares of dropped and damaged picks, among those used for the choice.
     """
 
     settings: dict[str, float]
@@ -62,7 +62,7 @@ class Chosen:
 def policy_settings(
     kind: type[Policy], budget: int, few: bool, seed: int
 ) -> list[dict[str, float]]:
-    """Return up to a number of settings of a policy: all of them, or a random sample."""
+    """Return at most ``budget`` settings of a policy: all of them, or a random sample."""
     names = list(kind.tunables)
     values = [t.few if few else t.tried for t in kind.tunables.values()]
     total = int(np.prod([len(v) for v in values]))
@@ -108,7 +108,7 @@ def swept(
     reflex: tuple[int, int] | None,
     scatter: float = 0.0,
 ) -> Outcomes:
-    """Return outcomes by scale and pick. ``reflex`` holds the indices of lift and detection."""
+    """Return outcomes by scale and pick. ``reflex`` has the indices of lift and detection."""
     forces = policy_forces(kind, settings, table, estimates) * settings.get("scale", 1.0)
     acting = None
     if reflex is not None and kind.has_reflex():
@@ -132,7 +132,7 @@ def candidates(
 
 
 def choose(tried: Sequence[Candidate], selected: NDArray[np.bool_]) -> Chosen:
-    """Choose the setting with the fewest drops of the selected picks at about 10 % damage."""
+    """Choose the setting with the fewest drops among the selected picks, at about 10 % damage."""
     weights = selected.astype(np.float64)
     fronts = [front(c.outcomes, weights) for c in tried]
     worth = [np.mean([f.drop_share(d) for d in AROUND]) for f in fronts]

@@ -40,7 +40,7 @@ class Variant:
     policy
         Class of the policy.
     velostat
-        Force array of both fingers; None for the twin's, drawn for each pinch.
+        Parameters of both force arrays; None for the twin's arrays, drawn for each pinch.
     """
 
     key: str
@@ -75,7 +75,7 @@ def variants() -> dict[str, Variant]:
 
 
 def playing(part: Part) -> list[Variant]:
-    """Return the variants with this role in the comparison."""
+    """Return the variants whose policies have this role in the comparison."""
     return [variant for variant in variants().values() if variant.policy.part is part]
 
 

@@ -1,4 +1,4 @@
-"""Report of the grasp study, built from its results file alone."""
+"""Report of the grasp study, made from its results file alone."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def tables(results: GraspResults) -> list[Table]:
 
 
 def _table(caption: str, rows: Sequence[Row[str]], entries: Mapping[str, str]) -> Table:
-    """Return a table of entries that the rows look up by key; ``entries`` are titles."""
+    """Return a table. ``entries`` are its columns: keys of the results, with their titles."""
     lines = [(Cell(title), key, False) for key, title in entries.items()]
     return matrix(caption, rows, lines) or Table(caption, ["", *(row.label for row in rows)], [])
 
@@ -113,7 +113,7 @@ def _gains(
 
 
 def controls_table(household: Household) -> Table:
-    """Return the remaining gain in the controls."""
+    """Return the gain that remains in each control."""
     return _gains(
         "Controls: reduction of drops if the objects get random weights or limits of others. Every "
         "policy is tuned again. Mean and middle 95 % of the permutations.",
@@ -181,7 +181,7 @@ def estimates_table(household: Household) -> Table:
 
 
 def _firm(household: Household) -> str:
-    """Return a sentence about objects firmer than the training data, "" if there are none."""
+    """Return a sentence about objects firmer than the training data; "" if there are none."""
     answered = {n: entry for n, entry in household.by_object.items() if entry.bias is not None}
     firm = [entry for entry in answered.values() if entry.shore_a > MET]
     if not firm:
@@ -322,7 +322,7 @@ def render(results: GraspResults, film: Path) -> str:
     results
         Content of ``results.json``.
     film
-        Animated GIF to embed in the page.
+        Animated GIF that is embedded in the page.
     """
     run, household = results.study, results.household
     first, *further = tables(results)

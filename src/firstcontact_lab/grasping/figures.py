@@ -1,4 +1,4 @@
-"""Figures of the grasp report; matplotlib is imported when one is drawn."""
+"""Figures of the grasp report. Matplotlib is imported when a figure is drawn."""
 
 from __future__ import annotations
 

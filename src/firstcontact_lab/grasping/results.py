@@ -14,14 +14,14 @@ CEILING = "ceiling"
 
 
 class Summary(Record, frozen=True, kw_only=True):
-    """Means and shares over closings; intervals draw whole sessions.
+    """Means and shares over closings. Intervals are from a bootstrap over whole sessions.
 
     Parameters
     ----------
     peak_n, squeeze_mm
         Mean peak force, N, and mean compression, mm, over all closings.
     steady, dropped, broken
-        Shares of closings.
+        Share of closings with a steady grasp, a dropped object, and a broken object.
     time_ms
         Mean time of the steady grasps, ms; None without any.
     n, misses
@@ -96,7 +96,7 @@ Policies = dict[str, dict[str, dict[str, Summary]]]
 
 
 class Between(Record, frozen=True, kw_only=True):
-    """A number and the ends of its 95 % interval."""
+    """Number with the ends of its 95 % interval."""
 
     value: float
     low: float
@@ -109,7 +109,7 @@ class Between(Record, frozen=True, kw_only=True):
 
 
 class FrontPoints(Record, frozen=True, kw_only=True):
-    """Shares of dropped and damaged picks, from the most cautious on."""
+    """Points of a front: shares of dropped and damaged picks, from the most cautious scale on."""
 
     dropped: list[float]
     damaged: list[float]
@@ -126,7 +126,7 @@ class ChosenSettings(Record, frozen=True, kw_only=True):
 
 
 class TunedOn(Record, frozen=True, kw_only=True):
-    """Data for tuning: hands by seed, specimens by number, and number of picks."""
+    """Data for tuning: seeds of the hands, numbers of the specimens, and number of picks."""
 
     hands: list[int]
     specimens: list[int]
@@ -139,9 +139,9 @@ class TunedOn(Record, frozen=True, kw_only=True):
 class RealClosings(Record, frozen=True, kw_only=True):
     """Full closings of a tuned policy, with plant, detector, estimator and loop.
 
-    ``success`` is neither dropped nor damaged; ``steady_ms`` the mean time to a steady grasp,
-    ``steady`` the share that has one; ``as_table`` the share with the table's outcome;
-    ``in_time`` the share in which an estimate met the policy's deadline, if it has one.
+    ``success``: share neither dropped nor damaged. ``steady``: share with a steady grasp;
+    ``steady_ms``: mean time to it. ``as_table``: share with the outcome that the table predicts.
+    ``in_time``: share in which an estimate met the policy's deadline, if the policy has one.
     """
 
     n: int
@@ -165,8 +165,8 @@ class ReflexSuccess(Record, frozen=True, kw_only=True):
 class Reflexes(Record, frozen=True, kw_only=True):
     """Drops with a reflex, for one kind of lift and one detection latency.
 
-    ``blind`` and ``stiffness`` are drops at the headline's damage; ``fewer`` is the relative
-    reduction by stiffness.
+    ``blind`` and ``stiffness`` are the shares of drops of these policies, at the same damage as the
+    main result. ``fewer`` is the relative reduction of drops by stiffness.
     """
 
     blind: Between
@@ -178,8 +178,8 @@ class Reflexes(Record, frozen=True, kw_only=True):
 class ObjectErrors(Record, frozen=True, kw_only=True):
     """Errors of the estimates of one object.
 
-    ``rmse`` is by window, ms, and "used" for the estimates that policies used; ``bias`` is the mean
-    error of the used ones.
+    ``rmse`` is by window, ms; its entry "used" is of the estimates that policies used. ``bias`` is
+    the mean error of these.
     """
 
     shore_a: float
@@ -196,8 +196,9 @@ class ObjectErrors(Record, frozen=True, kw_only=True):
 class Estimates(Record, frozen=True, kw_only=True):
     """Errors and times of the live estimates on judged picks.
 
-    ``rmse`` over all by window, ms, and "used"; ``bearing`` over objects up to 70 Shore A;
-    ``decided`` is the share of pinches with a complete window before the second contact.
+    ``rmse``: over all objects, by window, ms, and for "used" estimates. ``bearing``: the same over
+    objects up to 70 Shore A. ``decided``: share of pinches with a complete window before the second
+    contact.
     """
 
     rmse: dict[str, float]
@@ -220,24 +221,25 @@ class Household(Record, frozen=True, kw_only=True):
     damage
         Share of damage at which drops are compared.
     success
-        Share neither dropped nor damaged, by tuned policy; from full closings where they exist.
+        Share neither dropped nor damaged, by tuned policy; from full closings if there are some.
     drops_at_10_damage
         Drops at 10 % damage, by policy.
     drops_between
-        The same with intervals over objects and hands.
+        The same shares with intervals over objects and hands.
     fewer_drops_than_blind
-        Relative reduction by the policy with live estimates. In each resample both policies damage
-        10 %.
+        Relative reduction of drops by the policy with live estimates, compared with ``blind``. In
+        each resample both policies damage 10 %.
     fewer_drops_as_bold
-        The same with scales fixed over resamples. Each additional damaged object counts as dropped.
+        The same reduction with the same scales of the forces in all resamples. Each additional
+        damaged object counts as dropped.
     success_gain
-        Gain in success of tuned policies from stiffness, over the same full closings.
+        Gain in success from stiffness with tuned policies, over the same full closings.
     fewer
-        As ``fewer_drops_than_blind``, for every policy without a reflex.
+        Like ``fewer_drops_than_blind``, for every policy without a reflex.
     target
         Target of the reduction.
     controls
-        Remaining gain if weights, limits, or both belong to other objects.
+        Gain that remains if weights, limits, or both are those of other objects.
     slip_reflex
         Drops with a slip reflex, by lift and detection latency.
     sensitivity
@@ -275,7 +277,7 @@ class Household(Record, frozen=True, kw_only=True):
 
 
 class Payload(Record, frozen=True, kw_only=True):
-    """Payload task: hold a declared payload as gently as possible."""
+    """Results of the payload task: hold objects up to a declared mass as gently as possible."""
 
     data: GraspData
     models: ModelErrors

@@ -41,11 +41,11 @@ def run_grasp_study(settings: GraspStudySettings, out: Path, quick: bool, comman
     settings
         Size and seed.
     out
-        Folder of the study; recordings and models in it are made again.
+        Folder of the study. Recordings and models in it are made again.
     quick
-        True if the settings are the quick ones. The report states it.
+        True for the quick settings. The report states this.
     command
-        Command line. The report states it.
+        Command line, for the report.
 
     Returns
     -------
@@ -55,8 +55,8 @@ def run_grasp_study(settings: GraspStudySettings, out: Path, quick: bool, comman
     Raises
     ------
     InputError
-        ``out`` cannot be written to, is another running study's, or holds the results of
-        another one, or recordings or models that no study made.
+        ``out`` cannot be written, or belongs to another running study. Or it holds results of
+        another study, or recordings or models that no study made.
     """
     options = _options(settings)
     with sole_use(out, options), without_worker_warnings():

@@ -1,4 +1,4 @@
-"""Results of the grasp study in words, with titles, shares and intervals for readers."""
+"""Sentences about the results of the grasp study, and titles, shares and intervals as text."""
 
 from __future__ import annotations
 

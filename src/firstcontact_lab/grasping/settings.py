@@ -1,4 +1,4 @@
-"""Size and content of a grasp study."""
+"""Settings of a grasp study: its size and content."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ KINDS = {kind.name: kind for kind in (*BLOCKS, *EVERYDAY_OBJECTS, *BRITTLE)}
 
 @dataclass(frozen=True, slots=True)
 class HouseholdSettings:
-    """Size of the household's part.
+    """Settings of the household part.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ class HouseholdSettings:
     tuning_specimens, judged_specimens
         Numbers of the specimens of every object.
     blocks
-        Number of pinches of each block, on which a hand's model is conditioned.
+        Number of pinches of each block. The model of a hand is conditioned on them.
     speeds, boosts
         Approach speeds, m/s, and force factors of the reflex.
     forces
@@ -91,9 +91,9 @@ class GraspStudySettings:
     Parameters
     ----------
     household
-        Settings of the household part. All others belong to the payload task.
+        Settings of the household part. All other fields belong to the payload task.
     sessions
-        Number of sessions. Each has one pinch of every object, with a new specimen.
+        Number of sessions. Each session has one pinch of every object, with a new specimen.
     latencies
         Latencies of the brake, s.
     training
@@ -107,7 +107,7 @@ class GraspStudySettings:
     kinds
         Names of the objects.
     model, detector
-        Names of the estimator and of the contact detector; None for the usual one.
+        Names of the estimator and of the contact detector; None for the default.
     seed
         Random seed.
     workers

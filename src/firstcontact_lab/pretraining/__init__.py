@@ -1,1 +1,1 @@
-"""Pre-training of the network for any rig: random rigs, their contexts, and training."""
+"""Pre-training of the network on random rigs: contacts, contexts, and training."""

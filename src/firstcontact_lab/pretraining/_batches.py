@@ -40,11 +40,12 @@ class Batch:
     x, general
         Inputs, shape (n, INPUTS), and general features, shape (n, GENERAL).
     row
-        Row of the tokens among all tokens of the set, see :func:`token_rows`, shape (n,).
+        Index of each contact's context among the token rows of the whole set (:func:`token_rows`),
+        shape (n,).
     is_known
         Mask of contacts with a known rig, shape (n,).
     shore_a
-        Shape (n,).
+        Shore A of the object, shape (n,).
     """
 
     x: NDArray[np.float32]
@@ -61,7 +62,7 @@ def draw_batch(
     samples: int | None = None,
     context: int | None = None,
 ) -> Batch:
-    """Draw contacts with random placement errors, lengths and contexts.
+    """Draw contacts with random errors of placement, lengths and contexts.
 
     Parameters
     ----------
@@ -72,9 +73,9 @@ def draw_batch(
     rng
         Random generator.
     samples
-        Number of valid samples after each contact; None draws it.
+        Number of valid samples after each contact; None draws it at random.
     context
-        Index of the context, without hints; None draws the context and the hints.
+        Index of the context to use, without hints. None draws the context and the hints at random.
     """
     n = len(indices)
     shortest, longest = lengths(_RATE)
@@ -106,7 +107,7 @@ def draw_batch(
 
 
 def cut(signals: NDArray[np.float32], late: NDArray[np.intp]) -> NDArray[np.float32]:
-    """Return signals from a number of samples after the contacts, without their baselines."""
+    """Return the signals from ``late`` samples after the contacts on, without their baselines."""
     start = _BEFORE + MARGIN + late
     rows = np.arange(len(signals))[:, None]
     end = start - samples_in(BASELINE_GUARD, _RATE)
@@ -117,7 +118,7 @@ def cut(signals: NDArray[np.float32], late: NDArray[np.intp]) -> NDArray[np.floa
 
 
 def token_rows(examples: Examples) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return the tokens of each rig, context and stage, one row each, and a mask of their levels.
+    """Return one row of tokens per rig, context and stage, and a mask of their levels.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Contacts of one random rig: block pinches as context, and objects to predict."""
+"""Examples of one random rig: block pinches as contexts, and contacts to predict."""
 
 from __future__ import annotations
 
@@ -66,19 +66,19 @@ class Examples:
     Parameters
     ----------
     signals
-        Signals in 1/32 counts, shape (n, samples), with ``MARGIN`` samples more at either end than
-        :class:`firstcontact.models._touches.Touches`.
+        Signals in 1/32 counts, shape (n, samples). At either end they are ``MARGIN`` samples longer
+        than in :class:`firstcontact.models._touches.Touches`.
     shore_a
-        Shape (n,).
+        Shore A of the object, shape (n,).
     radii, speeds
-        Radius of the object, m, and ln(closing speed / the rig's usual one), shape (n,).
+        Radius of the object, m, and ln(closing speed / usual speed of the rig), shape (n,).
     object_ids
         Number of the object, -1 for blocks, shape (n,).
     heard
         Result of :func:`firstcontact.models._network_inputs.facts` without hints, for each context,
         shape (n, CONTEXTS, BESIDE).
     rigs
-        Position of the rig in the following arrays, shape (n,).
+        Index of the rig in the following arrays, shape (n,).
     tokens
         Tokens, shape (rigs, CONTEXTS, stages, LEVELS, TOKEN); zeros beyond the rig's levels.
     levels
@@ -106,7 +106,7 @@ class Examples:
 
 
 def joined(parts: Sequence[Examples]) -> Examples:
-    """Return several sets joined to one."""
+    """Return several sets joined into one."""
     offsets = np.cumsum([0, *(len(part.tokens) for part in parts)])
     arrays = {f.name: [getattr(part, f.name) for part in parts] for f in fields(Examples)}
     arrays["rigs"] = [rigs + offset for rigs, offset in zip(arrays["rigs"], offsets, strict=False)]
@@ -119,15 +119,15 @@ def volts(signals: NDArray[np.int16]) -> NDArray[np.float32]:
 
 
 def placing(rng: Rng, n: int) -> NDArray[np.intp]:
-    """Return the delay of each placed contact, samples, shape (n,)."""
+    """Return random delays of the placement of contacts, in samples, shape (n,)."""
     drawn = np.round(rng.normal(*PLACED, n)).astype(np.intp)
     return np.clip(drawn, -MARGIN, MARGIN)
 
 
 def rig_examples(number: int, seed: int, family: Family | None = None, again: int = 0) -> Examples:
-    """Return the examples of one rig, which depend on these arguments alone.
+    """Return the examples of one rig. They depend only on these arguments.
 
-    ``again`` sets the number of pinches of each object in one session.
+    ``again`` is the number of pinches of each object in one session.
     """
     rng = np.random.default_rng([seed, number])
     rig = draw_rig(rng)
@@ -191,7 +191,7 @@ def _context(
 
 
 def _touches(signals: NDArray[np.int16], rng: Rng) -> Touches:
-    """Return contacts as a detector would cut them, up to a second contact."""
+    """Return contacts placed as a detector would place them, cut at a random second contact."""
     cut, valid = [], []
     shortest, longest = lengths(_RATE)
     for signal, late in zip(volts(signals), placing(rng, len(signals)), strict=True):

@@ -1,6 +1,6 @@
-"""Calibration of a trained network: widths of its intervals and limits of its range.
+"""Calibration of a trained network: widths of intervals, and limits for out-of-range contacts.
 
-Both come from rigs outside its training.
+Both come from rigs that were not used for training.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ LEVEL = 0.9
 def answers(
     network: Network, examples: Examples, samples: int, seed: int = 0
 ) -> tuple[Values, Values]:
-    """Return predictions and spreads at a number of samples with full context, shape (n,)."""
+    """Return predictions and spreads after a number of samples with full context, shape (n,)."""
     rng = np.random.default_rng([seed, samples])
     everything = np.arange(len(examples))
     batch = draw_batch(examples, everything, rng, samples, context=0)
@@ -55,7 +55,7 @@ def finished(network: Network, examples: Examples, seed: int) -> InContextModel:
     Parameters
     ----------
     network
-        Trained.
+        Trained network.
     examples
         Examples of rigs outside its training.
     seed
@@ -67,9 +67,10 @@ def finished(network: Network, examples: Examples, seed: int) -> InContextModel:
 
 
 def _factor(network: Network, examples: Examples, samples: int, seed: int) -> float:
-    """Return the half width, in predicted spreads, that covers a share ``LEVEL`` of objects.
+    """Return the half width, as a multiple of the spread, that covers a share ``LEVEL`` of objects.
 
-    Split conformal prediction (Papadopoulos et al. 2008) with the error over the spread as score.
+    This is split conformal prediction with error divided by spread as the score (Papadopoulos et
+    al. 2008).
     """
     values, spreads = answers(network, examples, samples, seed)
     is_object = examples.object_ids >= 0

@@ -1,4 +1,4 @@
-"""Shared error of several pinches of one object, and the interval of their mean."""
+"""Error that several pinches of one object share, and the interval of their mean."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PINCHES = 5
 def object_estimates(
     model: InContextModel, examples: Examples, samples: int, seed: int
 ) -> tuple[Values, Values, Values]:
-    """Return predictions, half widths (objects, PINCHES), and Shore A of objects (objects,)."""
+    """Return predictions and half widths (objects, PINCHES), and the Shore A of each object."""
     values, spreads = answers(model.network, examples, samples, seed)
     half = model.half_widths(spreads, samples)
     is_object = examples.object_ids >= 0
@@ -31,8 +31,8 @@ def object_estimates(
 def shared_part(values: Values, half_widths: Values, truth: Values) -> float:
     """Return the share of a pinch's error that pinches of one object have in common.
 
-    Errors are divided by the half widths of their intervals. The mean product of two errors of one
-    object over the mean square of one error is the square of this share.
+    Errors are divided by the half widths of their intervals. The square of this share is the mean
+    product of two errors of one object, divided by the mean square of one error.
     """
     z = (values - truth[:, None]) / half_widths
     n = z.shape[1]
@@ -41,7 +41,7 @@ def shared_part(values: Values, half_widths: Values, truth: Values) -> float:
 
 
 def coverage(values: Values, half_widths: Values, truth: Values, pinches: int) -> float:
-    """Return the share of objects with a Shore A in the interval of their first pinches."""
+    """Return the share of objects whose Shore A is inside the pooled interval of some pinches."""
     combined = [combine(v[:pinches], h[:pinches]) for v, h in zip(values, half_widths, strict=True)]
     covered = [
         estimates.low <= y <= estimates.high for estimates, y in zip(combined, truth, strict=True)
@@ -56,7 +56,9 @@ def same_object(
     samples: Mapping[str, int],
     seed: int,
 ) -> dict[str, Any]:
-    """Return the shared error on calibration rigs, and combined coverage on test rigs.
+    """Return the share of the error that pinches of one object share, and the pooled coverage.
+
+    The share is measured on calibration rigs, the coverage of the pooled interval on test rigs.
 
     Parameters
     ----------
@@ -65,7 +67,7 @@ def same_object(
     calibration, test
         Examples of different rigs, with ``PINCHES`` pinches of each object.
     samples
-        Number of samples after the contact, by the name of the time.
+        Number of samples after the contact for each named time, such as ``5``.
     seed
         Random seed.
     """

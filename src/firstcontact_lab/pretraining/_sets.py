@@ -1,4 +1,4 @@
-"""Files with sets of examples, made in parts that can be reused after a stop."""
+"""Files with sets of examples. They are made in parts, which can be reused after a stop."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def example_set(
     again
         Number of pinches of each object in one session; 0 for the training data.
     progress
-        Called with the number of rigs just finished.
+        Function that is called with the number of rigs just finished.
     """
     folder.mkdir(parents=True, exist_ok=True)
     parts = [(at, min(PART, first + rigs - at)) for at in range(first, first + rigs, PART)]

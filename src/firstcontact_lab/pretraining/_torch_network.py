@@ -61,7 +61,7 @@ class TorchNetwork(nn.Module):
         Parameters
         ----------
         x, tokens, general
-            Scaled inputs (n, INPUTS), tokens (n, levels, TOKEN), general (n, GENERAL).
+            Scaled inputs (n, INPUTS), tokens (n, levels, TOKEN), and general features (n, GENERAL).
         present
             Mask of the existing levels, 1 or 0, shape (n, levels).
 

@@ -1,4 +1,4 @@
-"""Training of the in-context network, epoch by epoch, which can be resumed."""
+"""Training of the network, epoch by epoch. A stopped training can be resumed."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class Training:
             self._go_on()
 
     def run(self, progress: Callable[[int, float], object] = lambda epoch, loss: None) -> Network:
-        """Run the remaining epochs. ``progress`` gets each epoch's number and mean loss."""
+        """Run the remaining epochs. Call ``progress`` with each epoch's number and mean loss."""
         for epoch in range(self._done, self._epochs):
             losses = []
             lots = list(self._order(epoch))

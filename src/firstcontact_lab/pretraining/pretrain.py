@@ -38,7 +38,7 @@ class Size:
     rigs
         Number of training rigs.
     calibration, judgement, held_out
-        Number of rigs for the intervals, for scores on the training distribution, and of each
+        Number of rigs for the intervals, for scores on the training distribution, and for each
         held-out family.
     epochs
         Number of passes over the examples.
@@ -51,7 +51,7 @@ class Size:
     epochs: int = 45
 
     def resized(self, rigs: int, epochs: int) -> Size:
-        """Return a size with another number of rigs; fewer rigs scale the other numbers down."""
+        """Return a size with another number of rigs. With fewer, all numbers are scaled down."""
         share = min(1.0, rigs / self.rigs)
         return Size(
             rigs,
@@ -83,7 +83,7 @@ def pretrain(
     runner
         Runner that makes the sets.
     say
-        Function that is called with lines on the progress.
+        Function that is called with lines about the progress.
     """
 
     def made(first: int, rigs: int, family: str = "", again: int = 0) -> Examples:
@@ -112,7 +112,7 @@ def pretrain(
 
 
 def judged(model: InContextModel, examples: Examples, seed: int) -> Mapping[str, Any]:
-    """Return error, coverage and mean width on objects, with each rig's full context."""
+    """Return error, coverage and mean width on objects, with the full context of each rig."""
     is_object = examples.object_ids >= 0
     out: dict[str, Any] = {}
     for time, samples in SAMPLES.items():

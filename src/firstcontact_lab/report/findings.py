@@ -15,13 +15,13 @@ class Figure:
     Parameters
     ----------
     key
-        Name; a later figure of the same name replaces it.
+        Name of the figure. A later figure with the same name replaces it.
     title
         Subject of the figure.
     caption
-        How to read it.
+        Explanation of how to read the figure.
     image
-        Data URI.
+        Image as a data URI.
     wide
         True for a figure of double width.
     """
@@ -40,7 +40,7 @@ class PartResult:
     Parameters
     ----------
     entries
-        Values for ``results.json``: ``FIELD(value)``.
+        Entries for ``results.json``, each made by calling its field: ``FIELD(value)``.
     figures
         Figures for the report.
     left_out
@@ -53,7 +53,7 @@ class PartResult:
 
     @property
     def results(self) -> SubjectResults:
-        """Results that hold these entries only."""
+        """Results with these entries only."""
         return NOTHING.replace(self.entries) if self.entries else NOTHING
 
 
@@ -66,7 +66,7 @@ class Findings:
     name
         Name of the subject.
     results
-        Its part of ``results.json``.
+        Results of the subject in ``results.json``.
     figures
         Figures by part and key, the newest last.
     left_out

@@ -23,7 +23,7 @@ _REMEDY = "choose another --out, or move it away"
 
 @contextmanager
 def sole_use(out: Path, options: Mapping[str, Any]) -> Iterator[None]:
-    """Make and lock the folder of a study. The lock of a dead process does not count.
+    """Make and lock the folder of a study. A lock of an ended process is ignored.
 
     Parameters
     ----------
@@ -36,8 +36,8 @@ def sole_use(out: Path, options: Mapping[str, Any]) -> Iterator[None]:
     Raises
     ------
     InputError
-        The folder cannot be made, another study is running in it, or it holds results of another or
-        an unknown study.
+        The folder cannot be made, another study is running in it, or it holds results of another
+        study or of no known study.
     """
     made = not out.exists()
     try:
@@ -74,7 +74,7 @@ def without_worker_warnings() -> Iterator[None]:
 
 
 def _claim(out: Path, options: Mapping[str, Any]) -> None:
-    """Refuse to overwrite results of other settings."""
+    """Refuse to overwrite results that were made with other settings."""
     results = out / RESULTS
     if not results.exists():
         if (out / REPORT).exists():

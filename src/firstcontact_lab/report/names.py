@@ -70,7 +70,7 @@ def _look(registry: Registry[Any], name: str) -> Look:
 
 
 def estimators(scored: Iterable[str], baselines: bool = False) -> list[str]:
-    """Return the names of scored estimators in the order of reports, baselines only if wanted.
+    """Return the names of scored estimators in the order of reports, with baselines if wanted.
 
     Estimators of other packages come last, installed or not.
     """
@@ -84,7 +84,7 @@ def estimators(scored: Iterable[str], baselines: bool = False) -> list[str]:
 
 
 def is_baseline(name: str) -> bool:
-    """Return True if an estimator is a baseline: it ignores the shape of the signal."""
+    """Return True if an estimator is a baseline, which ignores the shape of the signal."""
     return name in ESTIMATORS and ESTIMATORS[name].baseline
 
 
@@ -94,5 +94,5 @@ def detectors(scored: Container[str]) -> list[str]:
 
 
 def learned(detector_name: str | None) -> bool:
-    """Return True if the detector of the windows learns from pinches."""
+    """Return True if this detector, at whose contacts the windows start, learns from pinches."""
     return detector_name in DETECTORS and DETECTORS[str(detector_name)].learns

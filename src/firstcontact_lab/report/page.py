@@ -35,15 +35,15 @@ class Section:
     Parameters
     ----------
     anchor, title, text
-        Link, heading and introduction.
+        Name for links, heading, and introduction.
     columns
         Tables and figures of each subject that has content.
     sentences
-        Results in words.
+        Sentences about the results.
     figures, table
-        Figure and table of all subjects.
+        Figure and table with all subjects.
     details
-        Further tables and figures of each subject, folded.
+        Further tables and figures of each subject. They are folded.
     """
 
     anchor: str
@@ -57,7 +57,7 @@ class Section:
 
     @property
     def wide(self) -> bool:
-        """True if a table has more columns than half a page has room for."""
+        """True if a table has more columns than fit on half of the page's width."""
         tables = (table for column in (*self.columns, *self.details) for table in column.tables)
         return any(len(table.head) > _HALF for table in tables)
 
@@ -71,7 +71,7 @@ class Page:
     title, heading, intro
         Title of the window, heading, and first sentences.
     badges
-        Source of the data first, then facts about the run.
+        Badges: the source of the data first, then facts about the run.
     command, versions
         Command line, and version of each package.
     sections
@@ -83,7 +83,7 @@ class Page:
     notice
         Progress of an unfinished study: state and details.
     claims
-        Published claims and headlines, one line each.
+        Table of published claims and main results, one line each.
     terms
         Definitions of words that the sections use.
     compared, compared_text
@@ -115,7 +115,7 @@ class Page:
     several: bool = False
 
     def html(self) -> str:
-        r"""Return the page in HTML. Control characters come out as ``\u001b``."""
+        r"""Return the page in HTML. Control characters are shown as text such as ``\u001b``."""
         # Names of files, recordings and plug-ins need be neither UTF-8 nor free of escapes.
         return sanitize(_template().render(page=self))
 

@@ -21,7 +21,7 @@ FIELDS: dict[str, Field[Any]] = {}
 
 
 class Field(Generic[K]):
-    """Key of ``results.json`` with the type of its value.
+    """Field: a key of ``results.json`` and the type of its value.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ class Field(Generic[K]):
     kind
         Type of the value: a :class:`firstcontact.core.Record`, or a mapping of records.
     default
-        Value before a part has measured it.
+        Value as long as no part has measured it.
     """
 
     def __init__(self, name: str, kind: Any, default: K) -> None:
@@ -59,7 +59,7 @@ class SubjectResults(Record, frozen=True, kw_only=True):
         return value
 
     def replace(self, entries: Iterable[Entry]) -> SubjectResults:
-        """Return results with these entries; mappings by name are joined."""
+        """Return the results with these entries added. Mappings by name are joined."""
         values = {name: getattr(self, name) for name in self.__struct_fields__}
         for name, value in entries:
             existing = values.get(name)
@@ -94,7 +94,7 @@ class _Options(msgspec.Struct):
 
 
 def write_results(path: Path, results: object) -> None:
-    """Write results as a whole file, without the fields that are None."""
+    """Write results to a file atomically, without fields that are None."""
     write_json(path, to_tree(results))
 
 
@@ -116,7 +116,7 @@ def read_options(path: Path, remedy: str) -> dict[str, Any]:
     Raises
     ------
     InputError
-        The file does not state them.
+        The file does not contain these settings.
     """
     return read_record(
         read_regular(path, LONGEST), _Options, str(path), remedy, LONGEST

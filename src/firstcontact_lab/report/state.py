@@ -1,4 +1,4 @@
-"""Progress and findings of a study, as ``results.json`` and the report show them."""
+"""Progress and findings of a study, for ``results.json`` and the report."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class State:
     quick
         True for a quick study, whose numbers must not be quoted.
     findings
-        Findings of each subject; the first is the top level of ``results.json``.
+        Findings of each subject. The first subject is the top level of ``results.json``.
     steps
         Titles of all steps, in order.
     completed
@@ -61,7 +61,7 @@ class State:
     interrupted
         True if the user interrupted it.
     stopped
-        Step that failed and its error; empty otherwise.
+        Step that failed, with its error; empty otherwise.
     options
         Settings that the results depend on. They protect the folder from other studies.
     """

@@ -69,7 +69,7 @@ def canvas(
 
 
 def uri(figure: Canvas) -> str:
-    """Return the figure as a data URI of an SVG. Rasterized artists get twice screen density."""
+    """Return the figure as an SVG data URI. Rasterised parts have twice the screen's resolution."""
     buffer = io.StringIO()
     figure.savefig(buffer, format="svg", dpi=192, metadata={"Date": None, "Creator": None})
     svg = re.sub(r"^.*?(?=<svg)", "", buffer.getvalue(), flags=re.DOTALL)
@@ -83,7 +83,7 @@ def boxes(
     width: float,
     colour: str,
 ) -> None:
-    """Draw a box of each group of values at its position, or a point if it has one value."""
+    """Draw a box plot of each group of values at its position; a single value is a point."""
     groups = list(zip(positions, values, strict=True))
     several = {place: group for place, group in groups if len(group) > 1}
     line = {"color": colour, "lw": 0.9}
@@ -113,7 +113,7 @@ def vibration_unit(layout: Layout) -> str:
 def vibration_axis(layout: Layout, milli: bool = False) -> tuple[str, float]:
     """Return the label of a vibration axis, and the factor for its values.
 
-    ``milli`` selects mV, for data in V only.
+    ``milli`` selects mV for data in V.
     """
     unit = vibration_unit(layout)
     name = str(layout.vibration[0].sensor).capitalize()

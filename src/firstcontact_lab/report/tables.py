@@ -1,4 +1,4 @@
-"""Tables of reports and pages, and the rows that they are made from."""
+"""Tables of reports and docs, and the row definitions from which they are made."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Cell:
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """Line of a table. Quiet lines are drawn pale."""
+    """Line of a table. Quiet lines are shown pale."""
 
     cells: Sequence[Cell]
     quiet: bool = False
@@ -52,11 +52,11 @@ class Claim:
     value
         The value, in the unit of the row.
     tolerance
-        Difference that still counts as reproduced, where the row has no interval.
+        Difference that still counts as reproduced, if the row has no interval.
     lower
         True if lower values are better.
     note
-        Verdict if a comparison is meaningless: "input of the twin".
+        Text instead of a verdict if a comparison is meaningless: "input of the twin".
     """
 
     value: float
@@ -80,21 +80,21 @@ class Claim:
 
 @dataclass(frozen=True)
 class Row(Generic[R]):
-    """Row definition: a number in reports, docs tables and the README.
+    """Definition of a row: one number for reports, docs tables and the README.
 
     Parameters
     ----------
     label
         Name of the number.
     value
-        Function that takes the number from the results of one subject.
+        Function that returns the number from the results of one subject.
     unit
         Key of ``UNITS``.
     published
         Value that the paper reports.
     remark
-        Explanation in the report's comparison; None keeps the row out of it. A function gets the
-        results of all subjects by title.
+        Explanation in the report's comparison with the paper; None if the row is not in it. It can
+        be a function of the results of all subjects by title.
     headline
         True to show the row in the README and at the top of the report.
     claim
@@ -114,12 +114,12 @@ class Row(Generic[R]):
         return format_cell(self.value(results), self.unit)
 
     def remark_on(self, subjects: Mapping[str, R]) -> str:
-        """Return the explanation of these subjects' values."""
+        """Return the explanation of the values of these subjects."""
         return self.remark(subjects) if callable(self.remark) else self.remark or ""
 
 
 def number(value: float, digits: int, sign: str = "") -> str:
-    """Format a number with a minus sign, and without a sign where it is zero."""
+    """Format a number with a proper minus sign, and without a sign if it is zero."""
     text = f"{value:{sign}.{digits}f}"
     if float(text) == 0.0:
         text = text.lstrip("+-")
@@ -162,7 +162,7 @@ def format_cell(value: Value, unit: str) -> Cell:
 
 
 def optional(find: Callable[[R], S | None], value: Callable[[S], Value]) -> Callable[[R], Value]:
-    """Return a function that takes a value from a record, or None where the record is missing."""
+    """Return a function that gets a value from a record; None if the record is missing."""
 
     def from_results(results: R) -> Value:
         record = find(results)
@@ -182,7 +182,7 @@ def row_table(
 ) -> Table:
     """Return a table with a line for each row and a column for each subject.
 
-    Rows that no subject has a value for are left out. ``notes`` adds the remark to each label.
+    Rows without a value for any subject are left out. ``notes`` adds the remark to each label.
     """
     lines = []
     for row in rows:
@@ -222,14 +222,15 @@ def claims_table(rows: Iterable[Row[R]], subjects: Mapping[str, R]) -> Table:
 
 
 def beside(tables: Mapping[str, Table], heads: Sequence[str] = ()) -> Table:
-    """Return tables of several subjects as one, with the columns of the subjects side by side.
+    """Return the tables of several subjects as one table, with their columns side by side.
 
     Parameters
     ----------
     tables
-        Table of each subject by title. Lines with the same name stand in one line.
+        Tables by the title of their subject (dataset). Lines with the same name are joined into
+        one.
     heads
-        Columns to take; all if empty.
+        Columns to show; all if empty.
     """
     head = [""]
     blocks: list[tuple[int, dict[tuple[str, str], Line]]] = []
@@ -275,7 +276,7 @@ def matrix(
     caption
         Caption of the table.
     rows
-        Numbers of a record. A number that no record has gets no column.
+        Row definitions, one per column. A number that no record has gets no column.
     entries
         Name, record, and whether its line is quiet. Entries without a record are left out.
     """
@@ -303,7 +304,7 @@ def lifted(
     headline: bool = False,
     claim: Claim | None = None,
 ) -> Row[R]:
-    """Return a row of a record as a row of the results that hold the record."""
+    """Return a row of a record, converted to a row of the results that contain the record."""
     value = optional(find, row.value)
     return Row(prefix + row.label, value, row.unit, published, remark, headline, claim)
 

@@ -1,1 +1,1 @@
-"""The study: splits, metrics, figures, report."""
+"""Study of contact detection and stiffness estimates: data, splits, parts and report."""

@@ -1,4 +1,4 @@
-"""Evaluation protocol shared by the study and the benchmark: same rigs for all competitors."""
+"""Evaluation protocol of the study and the benchmark: all competitors get the same rigs."""
 
 from __future__ import annotations
 
@@ -40,9 +40,10 @@ NETWORK = (
 class Generalised(Record, frozen=True, kw_only=True):
     """Scores of competitors on rigs with separate seeds, mostly for single pinches.
 
-    ``floor`` learned from the same objects on the same rig. ``ceiling`` are estimators that know
-    the modulus, or the stiffness of the contact. ``pinches`` of each set, by use. ``too_short``:
-    share of pinches without any estimate before the second contact, which are not scored.
+    ``floor``: the estimator trained on the same objects on the same rig. ``ceiling``: estimators
+    that know the modulus, or the stiffness of the contact. ``pinches``: their number in each set,
+    by use. ``too_short``: share of pinches without any estimate before the second contact; they are
+    not scored.
     """
 
     sets: int
@@ -73,9 +74,10 @@ def compared(
     Parameters
     ----------
     entrants
-        Function that returns the competitors for the set at a position, besides the references.
+        Function that returns the competitors, besides the references, for the set with a given
+        index.
     sets, seeds
-        Sets, and their seeds.
+        Sets of pinches, and their random seeds.
     seed
         Random seed of trainings and intervals.
     runner

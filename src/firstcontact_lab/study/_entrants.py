@@ -1,4 +1,4 @@
-"""Competitors beyond the blocks: estimators, the network, and references."""
+"""Competitors in the scores beyond the blocks: estimators, the network, and references."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Entrant:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Query:
-    """Query to one competitor: pinches to learn from, and pinches to predict, of one set."""
+    """Query to one competitor: positions, in one set, of pinches to learn from and to predict."""
 
     entrant: Entrant
     place: int
@@ -62,7 +62,7 @@ def answer(query: Query, sets: Sequence[RigSet], seed: int) -> Values:
 
 
 def _trained(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int) -> Values:
-    """Predict with a registered estimator that is fitted to these pinches only."""
+    """Fit a registered estimator to the pinches ``learn``, and predict the pinches ``ask``."""
     options = dict(entrant.options)
     name = options.pop("estimator")
     X = rigs.windows.X[ask]
@@ -71,7 +71,10 @@ def _trained(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int
 
 
 def _in_context(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int) -> Values:
-    """Predict by an any-time estimator conditioned on these pinches, and on radii if asked for."""
+    """Condition an any-time estimator on the pinches ``learn``, and predict the pinches ``ask``.
+
+    The option ``radii`` adds the radii of the predicted objects as inputs.
+    """
     query = rigs.touches.take(ask)
     if entrant.options.get("radii"):
         query = replace(query, radii=rigs.radii[ask])
@@ -79,7 +82,7 @@ def _in_context(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: 
 
 
 def _anybody(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int) -> Values:
-    """Predict with a user's regressor: one model per length; the longest complete window counts."""
+    """Predict with a user's regressor: one model per length, the longest complete window."""
     return fit_on_set(entrant, rigs, learn, seed).predict(rigs.touches.take(ask)).value
 
 
@@ -94,7 +97,7 @@ def fit_on_set(entrant: Entrant, rigs: RigSet, learn: Index, seed: int) -> Conta
 def fit_predictor(
     entrant: Entrant, touches: Touches, shore_a: Values, groups: NDArray[np.str_], seed: int
 ) -> ContactPredictor:
-    """Condition an any-time estimator on contacts, or train one model a window length.
+    """Condition an any-time estimator on contacts, or train one model for each window length.
 
     Parameters
     ----------
@@ -117,12 +120,12 @@ def fit_predictor(
 
 
 def _modulus(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int) -> Values:
-    """Return Gent's Shore A for the modulus at that pinch."""
+    """Return the Shore A for the true modulus of each pinch, by Gent's formula."""
     return np.array([gent_shore_a(modulus) for modulus in rigs.moduli[ask]])
 
 
 def _stiffness(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int) -> Values:
-    """Predict with a parabola in the logarithm of the contact's stiffness."""
+    """Predict with a parabola in the logarithm of the contact's true stiffness."""
     logarithms = np.log(rigs.stiffnesses)
     shore_a = rigs.windows.y[learn]
     degree = min(2, len(np.unique(shore_a)) - 1)

@@ -1,4 +1,4 @@
-"""Scores of an estimator's predictions over rigs, with intervals over rigs."""
+"""Scores of an estimator's predictions over all rigs, with bootstrap intervals over rigs."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ TOGETHER = 3
 class OffBlocks(Record, frozen=True, kw_only=True):
     """Scores of an estimator beyond its training blocks, in Shore A over ``sets`` rigs.
 
-    ``accuracy``: share of block pinches whose prediction is nearest to their own level.
-    ``options``: unusual settings of the estimator.
+    ``accuracy``: share of block pinches whose prediction is nearest to their own level of Shore A.
+    ``options``: settings of the estimator that differ from the defaults.
     """
 
     sets: int
@@ -98,7 +98,7 @@ def _ends(parts: Sequence[Answered]) -> tuple[float, float]:
 
 
 def _together(answered: Answered, seed: int) -> Values:
-    """Return errors of means over three pinches of one object, drawn without replacement."""
+    """Return the errors of the mean prediction over three pinches of one object, drawn at random."""
     rng = np.random.default_rng([seed, answered.place])
     errors = []
     for specimen in np.unique(answered.queries.specimens):
@@ -109,7 +109,7 @@ def _together(answered: Answered, seed: int) -> Values:
 
 
 def _nearest(answered: Answered) -> Values:
-    """Return 1 where the prediction is nearest to its own block's level, else 0, shape (n,)."""
+    """Return 1 if a prediction is nearest to the level of its own block, else 0, shape (n,)."""
     levels = np.unique(answered.queries.y)
     if not len(levels):
         return np.empty(0)
@@ -119,7 +119,7 @@ def _nearest(answered: Answered) -> Values:
 
 
 def _rmse(groups: int) -> Callable[[Values], Values]:
-    """Return the mean over groups of the root mean square, from counts, sums and squares."""
+    """Return the mean of the groups' root mean squares, from counts, sums and sums of squares."""
 
     def statistic(sums: Values) -> Values:
         by_group = sums.reshape(*sums.shape[:-1], groups, 3)

@@ -1,4 +1,4 @@
-"""Order of the parts of a study, and the files that are written after each."""
+"""Order of the steps of a study, and the files that are written after each step."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def plan(
     settings
         Size of the study.
     runner
-        Runs trainings.
+        Runner of trainings.
     set_name
         Name of recordings in the results.
     """
@@ -98,15 +98,15 @@ def run(
     Parameters
     ----------
     steps
-        From :func:`plan`.
+        Result of :func:`plan`.
     state
         State that collects the findings.
     out
         Folder of the two files.
     tick
-        Called with the title of each step before it begins.
+        Function that is called with the title of each step before the step begins.
     page
-        Returns the report as HTML.
+        Function that returns the report as HTML.
 
     Raises
     ------
@@ -114,7 +114,7 @@ def run(
         The data of a subject cannot be used. Errors of other parts are listed in the report, and
         the study continues.
     Exception
-        Any other error of a part. The report then states where the study stopped.
+        Any other error of a part. The report then names the step at which the study stopped.
     """
     by_name: dict[str, Findings] = {f.name: f for f in state.findings}
     title = ""
@@ -152,6 +152,6 @@ def _measure(step: Job) -> PartResult:
 
 
 def write(state: State, out: Path, page: Callable[[State], str] = render) -> None:
-    """Write both files of a study so far."""
+    """Write the report and the results of a study so far."""
     write_results(out / "results.json", state.results())
     write_text(out / "report.html", page(state))

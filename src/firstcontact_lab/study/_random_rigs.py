@@ -73,7 +73,7 @@ def _several_object(target: RandomObject, rng: Rng) -> RandomObject:
 
 
 def _gearbox(rng: Rng) -> Change:
-    """Return a change that adds swelling lines, pink noise and a start-up transient."""
+    """Return a change of a rig: lines of varying strength, pink noise, and a start-up jolt."""
     line, swell = float(rng.uniform(250, 900)), float(rng.uniform(15, 60))
     loud, decay = float(rng.uniform(0.005, 0.03)), float(rng.uniform(0.005, 0.02))
 
@@ -95,7 +95,7 @@ def _gearbox(rng: Rng) -> Change:
 
 
 def _compressive(rng: Rng) -> Change:
-    """Return a change to a sensor whose output grows less than its input."""
+    """Return a change of a rig to a compressive sensor, whose output grows less than its input."""
     power, unit = float(rng.uniform(0.65, 0.85)), float(rng.uniform(0.1, 0.5))
 
     def change(signal: Values, rng: Rng) -> Values:
@@ -131,9 +131,9 @@ class JudgedRig:
     touches
         The contacts.
     shore_a
-        Labels with their error, shape (n,).
+        Labels, which include a random error, shape (n,).
     uses, sessions, objects
-        Use, session and object of each, shape (n,).
+        Use, session and object of each contact, shape (n,).
     radii
         Radius of the object, infinite for a flat one, m, shape (n,).
     speeds
@@ -150,7 +150,7 @@ class JudgedRig:
 
 
 def judged_rig(name: str, number: int, seed: int, *, free_speed: bool = False) -> JudgedRig:
-    """Draw one rig of a family and its pinches; they depend on these arguments alone.
+    """Draw one rig of a family and its pinches. They depend only on these arguments.
 
     With ``free_speed`` the closing speed of each pinch is drawn from ``FREE_SPEED`` times the usual
     one.
@@ -212,7 +212,7 @@ def judged_rig(name: str, number: int, seed: int, *, free_speed: bool = False) -
 
 
 def _at_free_speed(rig: RandomRig, rng: Rng) -> RandomRig:
-    """Return the rig at another closing speed; its motor turns in proportion."""
+    """Return the rig at another closing speed. The speed of its motor changes in proportion."""
     factor = math.exp(rng.uniform(*np.log(FREE_SPEED)))
     finger = rig.finger._replace(speed=rig.finger.speed * factor)
     return replace(rig, finger=finger, noise=rig.noise.scaled(factor, 1.0))
@@ -225,7 +225,7 @@ def _label(shore_a: float, rng: Rng) -> float:
 def _pinch(
     rig: RandomRig, day: Day, target: RandomObject, change: Change | None, rng: Rng
 ) -> tuple[NDArray[np.float32], int, float]:
-    """Return the signal of a contact as a detector cuts it, its valid samples, and its speed."""
+    """Return the signal around a detected contact, the number of valid samples, and the speed."""
     more = MARGIN / _RATE
     counts, speed = touch(rig, day, target, rng, BEFORE + more, LONGEST + more)
     signal = counts.astype(np.float64) * (ADC_VOLTS / (ADC_COUNTS * SUBCOUNTS))

@@ -1,4 +1,4 @@
-"""Sets of twin pinches with separate seeds: home and other hand, blocks and objects.
+"""Sets of twin pinches with separate seeds: two hands, with blocks and objects.
 
 Only the time around the contacts is simulated.
 """
@@ -71,15 +71,15 @@ class RigSet:
     Parameters
     ----------
     windows
-        Windows for estimators of a fixed window.
+        Windows, for estimators with a window of fixed length.
     touches
-        The same contacts for estimators at any time.
+        The same contacts, for estimators that predict at any time.
     uses
         Use of each pinch, see :class:`Use`, shape (n,).
     radii
         Radius of the object, m, infinite for a flat one, shape (n,).
     moduli, stiffnesses
-        Young's modulus at that pinch (Pa) and stiffness of the contact (N/m^1.5), shape (n,).
+        Young's modulus in each pinch (Pa) and stiffness of the contact (N/m^1.5), shape (n,).
     too_short
         Share of pinches whose second contact came before any estimate.
     """
@@ -98,19 +98,19 @@ class RigSet:
 
 
 def rig_set(seed: int, condition: Condition, sizes: Sizes, late: Sequence[int]) -> RigSet:
-    """Return one set.
+    """Return one set of pinches.
 
     Parameters
     ----------
     seed
         Random seed of hands, specimens, sessions and pinches.
     condition
-        Condition, which sets their variation.
+        Condition of the twin. It determines the variation between pinches.
     sizes
         Numbers of pinches.
     late
-        Delays of a detector's contacts on whole pinches of the condition, samples. Each contact
-        gets one of these delays.
+        Delays with which a detector places contacts in whole pinches of the condition, samples.
+        Each contact gets one of these delays.
     """
     drawn = list(_planned(seed, condition, sizes))
     placed = generator(seed, condition.name, "placed")
@@ -176,5 +176,5 @@ def _planned(seed: int, condition: Condition, sizes: Sizes) -> Iterator[_Drawn]:
 
 
 def _moved(pinch: Pinch, late: int) -> Contact | None:
-    """Return the first contact, placed a number of samples late."""
+    """Return the first contact of a pinch, placed ``late`` samples too late."""
     return None if pinch.first is None else replace(pinch.first, sample=pinch.first.sample + late)

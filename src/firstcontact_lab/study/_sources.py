@@ -46,7 +46,7 @@ def simulated(condition: str, settings: StudySettings, out: Path, runner: Runner
 
 
 def recorded(path: Path, out: Path) -> Dataset:
-    """Load recordings or importable data at the models' rate.
+    """Load recordings or importable data, resampled to the models' rate.
 
     Parameters
     ----------
@@ -59,8 +59,8 @@ def recorded(path: Path, out: Path) -> Dataset:
     Raises
     ------
     InputError
-        There are no usable data, or the folder contains recordings of an earlier study. To study
-        these again, name their own folder.
+        There are no usable data, or the folder also contains recordings that an earlier study made.
+        To study those, name their folder itself.
     """
     recordings = _recordings(path)
     dataset = load_dataset(recordings) if recordings else _imported(path, out)
@@ -98,7 +98,7 @@ def _recordings(path: Path) -> list[Path]:
 
 
 def _search(path: Path) -> tuple[list[Path], list[Path]]:
-    """Find recordings at or below a path, and folders below it that a study made."""
+    """Find recordings at or below a path, and the folders below it that were made by a study."""
     if path.is_file():
         return [path] if path.suffix == ".mcap" else [], []
     made = sorted(mark.parent for mark in path.rglob(MARK) if mark.parent != path)

@@ -1,7 +1,7 @@
-"""Closings of rigs with another structure than the twin: motor, noise floor, start-up and contact.
+"""Closings of rigs whose structure differs from the twin's: motor, noise, start-up and contact.
 
 Only the mechanics of the contact come from the twin, with a silent motor and parameters outside the
-training range. All other signals are made here, and nothing is trained on them.
+training range. All other signals are made here. No model is trained on them.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def _unit(x: Values) -> Values:
 
 
 def _slow(rng: Rng, n: int, seconds: float) -> Values:
-    """Return a random walk around 0 with unit spread that forgets within some seconds."""
+    """Return a random walk around 0 with unit spread and a correlation time of ``seconds``."""
     knots = max(2, math.ceil(n / FINGERTIP_RATE / seconds) + 2)
     at = np.linspace(0, knots - 1, n)
     out: Values = np.interp(at, np.arange(knots), rng.standard_normal(knots))
@@ -82,13 +82,13 @@ def _slow(rng: Rng, n: int, seconds: float) -> Values:
 
 
 def _phase(rng: Rng, rate: Values | float, n: int, jitter: float) -> Values:
-    """Return the turns of a shaft at a rate in Hz that varies by a share."""
+    """Return the turns of a shaft. Its rate, Hz, varies by the share ``jitter``."""
     speed = rate * (1.0 + jitter * _slow(rng, n, 0.05))
     return rng.random() + np.cumsum(np.broadcast_to(speed, n)) / FINGERTIP_RATE
 
 
 def _pulses(turns: Values, heights: Values) -> Values:
-    """Return a pulse wherever the turns pass a whole number."""
+    """Return a signal with a pulse whenever the turns pass a whole number."""
     out = np.zeros(len(turns))
     hits = np.flatnonzero(np.diff(np.floor(turns)) > 0) + 1
     out[hits] = np.resize(heights, len(hits))
@@ -112,7 +112,7 @@ def _brushes(rng: Rng, n: int, pace: Values, size: Mapping[str, float]) -> Value
 
 
 def _gearbox(rng: Rng, n: int, pace: Values, size: Mapping[str, float]) -> Values:
-    """Return gear noise: mesh lines with side bands, and a bad tooth that knocks once a turn."""
+    """Return gear noise: mesh lines with side bands, and a bad tooth that knocks once per turn."""
     shaft = _phase(rng, size["rate"] / 9.0 * pace, n, 0.01)
     mesh = (1.0 + 0.5 * np.sin(2 * np.pi * shaft)) * np.sin(2 * np.pi * 17 * shaft)
     mesh += 0.5 * np.sin(2 * np.pi * 34 * shaft + 1.0)
@@ -123,7 +123,7 @@ def _gearbox(rng: Rng, n: int, pace: Values, size: Mapping[str, float]) -> Value
 
 
 def _stick_slip(rng: Rng, n: int, pace: Values, size: Mapping[str, float]) -> Values:
-    """Return the noise of a dry guide: pink rubbing in bursts."""
+    """Return the noise of a dry sliding guide: bursts of pink noise."""
     return _unit(_pink(rng, n) * np.exp(0.5 * _slow(rng, n, 0.02)))
 
 
@@ -162,7 +162,7 @@ MOTORS: Mapping[str, Motor] = {
 
 
 def _disturbances(rng: Rng, n: int, size: Mapping[str, float]) -> tuple[Values, Values]:
-    """Return clicks of a gear, in RMS of its motor, and the loudness with its swells."""
+    """Return clicks of a gear, as multiples of the motor's RMS, and the slowly varying loudness."""
     clicks, swells = np.zeros(n), np.ones(n)
     for start in rng.integers(0, n, rng.poisson(size["clicks"] * n / FINGERTIP_RATE)):
         length = int(rng.integers(1, 16))
@@ -184,7 +184,7 @@ def _hum(rng: Rng, n: int) -> Values:
 
 
 def _bursts(rng: Rng, n: int) -> Values:
-    """Return white noise with single bursts of 0.2 to 3 ms, one in two seconds."""
+    """Return white noise with single bursts of 0.2 to 3 ms, on average one in two seconds."""
     out = _white(rng, n)
     for start in rng.integers(0, n, rng.poisson(0.5 * n / FINGERTIP_RATE)):
         length = int(rng.integers(1, 16))
@@ -193,7 +193,7 @@ def _bursts(rng: Rng, n: int) -> Values:
 
 
 def _popcorn(rng: Rng, n: int) -> Values:
-    """Return popcorn noise: pink, with a level that jumps."""
+    """Return popcorn noise: pink noise with a mean that jumps."""
     jumps = np.cumsum(rng.random(n) < 8.0 / FINGERTIP_RATE) % 2
     return _pink(rng, n) + 1.5 * jumps
 
@@ -219,14 +219,14 @@ class StructuredRig:
     rig
         Mechanics of a finger.
     size
-        Numbers of the motor: rates and resonances in Hz, and the height of a knock.
+        Numbers that describe the motor: rates and resonances in Hz, and the height of a knock.
     loud, quiet
         RMS of motor and noise floor, V.
     thump, overshoot, settle
-        Start of the motor: peak of the jolt in RMS of the motor, loudness over the steady one, and
-        the time in which both fade, s.
+        Start of the motor: peak of the jolt as a multiple of the motor's RMS, loudness relative to
+        the steady loudness, and the time in which both fade, s.
     coarse
-        Number of converter steps merged into one.
+        Number of steps of the converter that are merged into one.
     holder
         Frequency in Hz and damping of another resonance of the sensor.
     """
@@ -245,7 +245,7 @@ class StructuredRig:
     holder: tuple[float, float]
 
     def closing(self, key: str, target: RandomObject | None, label: Label, free: float) -> Pinch:
-        """Return a closing from rest on an object, or without an object (None)."""
+        """Return a closing that begins at rest, on an object, or on none if ``target`` is None."""
         rng = generator(self.seed, "closing", key)
         begin = round(REST * FINGERTIP_RATE)
         first = begin + round(free * FINGERTIP_RATE)
@@ -283,7 +283,7 @@ class StructuredRig:
     def _contact(
         self, rng: Rng, key: str, target: RandomObject | None, speed: float, first: int
     ) -> tuple[tuple[Contact, ...], Values]:
-        """Return the contacts and their signals in both piezos, from ``LEAD`` before them."""
+        """Return the contacts and both piezos' signals, which begin ``LEAD`` before a contact."""
         if target is None:
             return (), np.zeros((0, 2))
         draw = draw_pinch(self.seed, EVERYDAY, "any", BLOCKS[0], key)
@@ -315,7 +315,7 @@ class StructuredRig:
         ), touch
 
     def _sampled(self, volts: Values) -> NDArray[np.int16]:
-        """Return the samples as the device sends them, from a coarse converter."""
+        """Return the samples as a device with a coarse converter sends them."""
         layout = fingertip_layout()
         step = 32 * layout.channels[0].scale
         counts = np.floor((volts + PIEZO_OFFSET_VOLTS) / (step * self.coarse)) * self.coarse
@@ -367,7 +367,7 @@ def draw_structured(seed: int, motor: str) -> StructuredRig:
 
 
 def _hard_peak(seed: int, rig: RandomRig) -> float:
-    """Return the largest voltage of a hard block's contact."""
+    """Return the largest voltage at the contact with a hard block."""
     size = {"ring": 400.0, "jolt": 20.0, "clicks": 0.0, "swells": 0.0}
     plain = StructuredRig(
         seed, "belt", "pink", rig, size, 0.0, 0.0, 0.0, 0.0, 0.1, 1, (500.0, 0.2)
@@ -392,7 +392,7 @@ def draw_blocks(rig: StructuredRig, levels: tuple[float, ...], each: int, sessio
 
 
 def draw_objects(rig: StructuredRig, count: int) -> Dataset:
-    """Return closings on random objects, which are more lossy than the training objects."""
+    """Return closings on random objects, with more loss than the training objects."""
     pinches = []
     for number in range(count):
         rng = generator(rig.seed, "object", number)

@@ -1,4 +1,4 @@
-"""Subject of a study, with results of earlier parts for later parts."""
+"""Subject of a study (a dataset), with results of earlier parts that later parts use."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ Cut = tuple[Windows, NDArray[np.bool_]]
 
 @dataclass(slots=True, eq=False)
 class Subject:
-    """One dataset under study.
+    """Dataset under study, with the results of earlier parts.
 
     Parameters
     ----------
     name
         Condition of the twin, or "recordings".
     dataset
-        Its pinches, at the models' rate.
+        Pinches, at the models' rate.
     detections
         Out-of-fold detected first contact of each pinch; empty before detection has run.
     predictions
@@ -34,7 +34,7 @@ class Subject:
     set_name
         Name of the recordings in results.
     adapted
-        Any-time model that was conditioned on the training pinches; None before.
+        Any-time model that is conditioned on the training pinches; None before it was made.
     """
 
     name: str
@@ -52,20 +52,20 @@ class Subject:
 
     @property
     def has_known_contacts(self) -> bool:
-        """True if the strips or labels give the first contact of any pinch.
+        """True if the first contact of some pinch is known from strips or labels.
 
-        Otherwise detections cannot be verified.
+        Otherwise detections cannot be scored.
         """
         return any(contact is not None for contact in self.truth)
 
     @property
     def starts(self) -> Contacts:
-        """Starts of windows: detected contacts if detection has run, else the true ones."""
+        """Starts of windows: detected contacts if detection has run, else the known contacts."""
         return self.detections or self.truth
 
     @property
     def levels(self) -> Values:
-        """Distinct Shore A of the pinches to learn from."""
+        """Distinct values of Shore A of the training pinches."""
         shore = self.dataset.shore_a[~self.dataset.test]
         return np.unique(shore[np.isfinite(shore)])
 
@@ -91,7 +91,7 @@ class Subject:
     ) -> Cut:
         """Return :func:`contact_windows`, from the starts of the subject by default.
 
-        Several parts use the same windows, so they are kept.
+        The windows are cached, because several parts use the same ones.
         """
         starts = self.starts if contacts is None else contacts
         key = duration, conditioned, tuple(starts)

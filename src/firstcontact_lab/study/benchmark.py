@@ -1,4 +1,4 @@
-"""Benchmark of any regressor against ours, with the same rigs, splits, times and intervals."""
+"""Benchmark of any regressor against ours: same rigs, splits, times and intervals for all."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ LATE = (0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 4)
 
 
 class Benchmarked(Record, frozen=True, kw_only=True):
-    """Scores in one condition: beyond the blocks, and of unseen objects by time."""
+    """Scores in one condition: beyond the blocks, and on unseen objects by time."""
 
     generalise: Generalised
     anytime: dict[str, AnytimeScores]
@@ -42,7 +42,7 @@ class Benchmarked(Record, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, slots=True)
 class Size:
-    """Seeds of the sets, and their numbers of pinches."""
+    """Size of a benchmark: seeds of the sets, and their numbers of pinches."""
 
     seeds: tuple[int, ...] = StudySettings().rig_seeds
     sizes: Sizes = field(default_factory=Sizes)
@@ -53,7 +53,7 @@ QUICK = Size((StudySettings().rig_seeds[0],), BRIEF)
 
 
 def contender(name: str) -> Entrant:
-    """Return the competitor of a name: a registered estimator, or ``PACKAGE:NAME``.
+    """Return the competitor with a name: a registered estimator, or ``PACKAGE:NAME``.
 
     Raises
     ------
@@ -67,7 +67,7 @@ def contender(name: str) -> Entrant:
 
 
 def competitors(name: str) -> list[Entrant]:
-    """Return the contender, the default estimators and the in-context network in both forms."""
+    """Return the contender, the default estimators, and the network without and with hints."""
     query, usual = contender(name), contender(ESTIMATORS.default)
     return [query, *([] if query == usual else [usual]), *NETWORK]
 
@@ -89,13 +89,13 @@ def benchmark(
     conditions
         Conditions of the twin.
     size
-        Sets to use.
+        Sets to use, and their sizes.
     seed
         Random seed of trainings and bootstrap intervals.
     runner
         Runner for sets and trainings.
     say
-        Function that is called with lines on the progress.
+        Function that is called with lines about the progress.
 
     Raises
     ------

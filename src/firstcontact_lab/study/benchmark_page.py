@@ -73,7 +73,7 @@ def scores_by_time_figure(
 
 
 def tables(results: Benchmarked) -> list[Table]:
-    """Return the tables beyond the blocks, then of unseen objects by time after the contact."""
+    """Return the tables of scores beyond the blocks, then of unseen objects by time."""
     off = NOTHING.replace([GENERALISE(results.generalise)])
     made = (
         objects_off_blocks(off),
@@ -109,7 +109,7 @@ def recorded_parts(results: RecordedData) -> list[tuple[str, Table, Figure]]:
 
 
 def _intervals(scored: RecordedScores) -> str:
-    """Return a sentence on what the intervals resample."""
+    """Return a sentence that says over what the intervals are taken."""
     if scored.clusters < 2:
         return f"There is no bootstrap interval: all pinches are of one {scored.cluster}."
     return f"In brackets: 95 % bootstrap interval over {scored.clusters} {scored.cluster}s."
@@ -129,7 +129,7 @@ _TWIN_OBJECTS = (
 
 
 def about(results: BenchmarkResults) -> list[str]:
-    """Return sentences on the data."""
+    """Return sentences about the data."""
     outcome = results.recordings
     if outcome is None:
         return ["Twin results: contacts of simulated rigs, with hands and specimens of their own "

@@ -1,4 +1,4 @@
-"""Contacts of pinches by detectors that did not learn from them."""
+"""Out-of-fold contacts: by detectors that did not learn from the pinches."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ FOLDS = 3
 def detection_splits(dataset: Dataset, seed: int) -> list[Split]:
     """Return folds over all pinches, with training pinches of role ``train`` only.
 
-    Whole sessions are held out if known. Otherwise folds are random and declare shared sessions and
-    specimens. None for a single pinch.
+    Whole sessions are held out if known. Otherwise folds are random, and declare that sessions and
+    specimens are on both sides. Return no fold for a single pinch.
     """
     if len(dataset) < 2:
         return []
@@ -38,7 +38,7 @@ def judge(
 ) -> list[PinchDecisions] | str:
     """Fit a detector if it needs training, and apply it to the test side of a split.
 
-    Return a sentence if it cannot learn from these pinches.
+    Return a sentence with the reason if it cannot learn from these pinches.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def judge_detectors(
 
 
 def _vibration_only(dataset: Dataset) -> Dataset:
-    """Return the vibration channels only, for the workers."""
+    """Return the dataset with only the vibration channels, which is enough for the workers."""
     columns = list(dataset.layout.columns(ChannelKind.VIBRATION))
     channels = tuple(replace(c, axes=1, axis=0) for c in dataset.layout.vibration)
     layout = replace(dataset.layout, channels=channels)
@@ -108,7 +108,7 @@ def trigger_delays(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the times from the known contact to the placed one and to the decision, s.
 
-    They are NaN where the contact is unknown or missed.
+    They are NaN if the contact is unknown or was missed.
     """
     rate = dataset.layout.rate
     out = np.full((2, len(dataset)), np.nan)

@@ -1,4 +1,4 @@
-"""Detection and estimation of the twin's pinches under other noises."""
+"""Detection and estimation on the twin's pinches with other noise."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ SAID = "noise of "
 
 
 class NoiseScores(Record, frozen=True, kw_only=True):
-    """Scores on the twin's pinches with another noise, by models trained with the modelled one.
+    """Scores on the twin's pinches with other noise. Models were trained with the modelled noise.
 
     Parameters
     ----------
@@ -40,9 +40,11 @@ class NoiseScores(Record, frozen=True, kw_only=True):
     detectors
         Scores by detector.
     estimator, estimated
-        Estimator of 15 ms windows at the default detector's contacts, and number of its pinches.
+        Estimator with 15 ms windows at the default detector's contacts, and number of predicted
+        pinches.
     rmse, rmse_unseen
-        RMSE on training objects (of other rigs) and on unseen objects, Shore A; None without any.
+        RMSE on the training objects (on other rigs) and on unseen objects, Shore A; None without
+        such objects.
     """
 
     noise: str
@@ -63,7 +65,7 @@ class NoiseScorer:
     seed
         Random seed of folds and trainings.
     say
-        Function that is called with lines on the progress.
+        Function that is called with lines about the progress.
     """
 
     def __init__(
@@ -86,7 +88,7 @@ class NoiseScorer:
         return self._detectors[DETECTORS.default]
 
     def score(self, name: str, dataset: Dataset) -> NoiseScores:
-        """Score pinches outside the training.
+        """Score pinches that were not used for training.
 
         Parameters
         ----------
@@ -134,7 +136,7 @@ _ERRORS: Sequence[Row[NoiseScores]] = (
 
 
 def noise_tables(subjects: Subjects) -> list[Table]:
-    """Return detection and errors of the twin's pinches over each noise."""
+    """Return tables of detection and errors on the twin's pinches with each noise."""
     noises = {name.replace("_", " "): r[NOISE] for name, r in subjects.items() if r[NOISE]}
     caption = (
         "Twin results: the same simulated pinches over the modelled electronics and over a real "

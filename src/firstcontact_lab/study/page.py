@@ -57,7 +57,7 @@ def comparison(subjects: Subjects) -> Table:
 
 
 def claims(subjects: Subjects) -> Table:
-    """Return the claims of the paper with verdicts, then the headlines beyond it."""
+    """Return the claims of the paper with verdicts, then our further main results."""
     chosen = sorted(rows(subjects), key=lambda row: row.claim is None)
     return claims_table(chosen, subjects)
 
@@ -72,7 +72,7 @@ def sections(all_findings: Sequence[Findings], parts: Mapping[str, Part] = PARTS
 def _section(
     name: str, part: Part, subjects: Subjects, all_findings: Sequence[Findings]
 ) -> Section | None:
-    """Return a section: figure and table of all subjects, further ones folded."""
+    """Return a section: figure and table of all subjects, and further ones folded."""
     tables: dict[str, list[Table]] = {}
     figures: dict[str, list[Figure]] = {}
     for findings in all_findings:
@@ -105,12 +105,12 @@ def _section(
 
 
 def _titled(title: str, figure: Figure) -> Figure:
-    """Return a figure with its subject in the title."""
+    """Return a figure with the name of its subject in the title."""
     return replace(figure, title=f"{figure.title}, {title}")
 
 
 def subject_title(findings: Findings) -> str:
-    """Return the title of a subject, which names the twin."""
+    """Return the title of a subject. For simulated pinches it names the twin."""
     return f"{findings.title} (twin)" if is_twin(findings.results) else findings.title
 
 
@@ -176,7 +176,7 @@ def elapsed(state: State) -> str:
 
 
 def notice(state: State) -> tuple[str, str] | None:
-    """Return the progress of an unfinished study, None if it is finished."""
+    """Return the progress of an unfinished study; None if it is finished."""
     if not state.pending:
         return None
     pending = "; ".join(state.pending)
@@ -208,7 +208,7 @@ def _how(state: State, subjects: Subjects, twin: bool) -> list[tuple[str, list[s
 
 
 def shared(subjects: Subjects) -> str:
-    """Return sentences about data that both sides of a split share."""
+    """Return sentences about groups that are on both sides of a split."""
     sentences = []
     folds = [results[CONTACT].about.folds for results in subjects.values()]
     if any(subject_results and subject_results.n > 1 for subject_results in folds):
@@ -231,7 +231,7 @@ def _leaves_out(results: SubjectResults) -> bool:
 
 
 def _briefly(subjects: Subjects) -> str:
-    """Return how estimators were trained in a quick study."""
+    """Return a sentence on how estimators were trained in a quick study."""
     used = {name for results in subjects.values() for name in (*results[BLOCKS], *results[OBJECTS])}
     options = [
         f"{entry.title} ({', '.join(f'{key} {value}' for key, value in entry.quick.items())})"

@@ -35,7 +35,7 @@ class Step:
     vital
         True if the study ends when the step fails.
     cost
-        Relative time of the step, for the time left.
+        Relative time of the step, to estimate the remaining time.
     """
 
     title: str
@@ -46,7 +46,7 @@ class Step:
 
 
 def with_ranks(measure: Measure) -> Measure:
-    """Return a measurement that is empty where no pinch has a hardness rank."""
+    """Return a measurement that is empty if no pinch has a hardness rank."""
 
     def measure_ranks(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
         if not np.isfinite(subject.dataset.hardness_rank).any():
@@ -89,14 +89,14 @@ class Part:
         Introduction to the section, from the results so far.
     tables
         Functions that make tables of one subject; None if it has no such results. The report shows
-        the first with the subjects side by side, and folds the others.
+        the first table with the subjects side by side, and folds the others.
     rows
         Numbers for the comparison with the paper, the docs tables and the README.
     columns
         Columns of the first table that the report shows; all if empty.
     figure
-        Draws the figure of all subjects. Without it the report shows the first figure of each
-        subject. Other figures are folded.
+        Function that draws one figure of all subjects. If None, the report shows the first figure
+        of each subject. Other figures are folded.
     needs
         Parts whose results the measurements use. They run first.
     by_default
@@ -122,5 +122,5 @@ def per_subject(subjects: Subjects, describe: Callable[[SubjectResults], str | N
 
 
 def distinct(values: Iterable[str]) -> list[str]:
-    """Return the different values in their order."""
+    """Return the distinct values in order of first occurrence."""
     return list(dict.fromkeys(values))

@@ -41,8 +41,8 @@ Names = NDArray[np.str_]
 class RecordedScores(Record, frozen=True, kw_only=True):
     """Scores of one group of recorded pinches, by competitor.
 
-    ``learned``: pinches to learn from, on average over ``folds``. ``cluster`` is "session" or
-    "specimen": bootstrap intervals resample whole ones of the ``clusters`` that were scored.
+    ``learned``: number of training pinches, mean over ``folds``. ``cluster`` is "session" or
+    "specimen": bootstrap intervals resample whole clusters, of which ``clusters`` were scored.
     """
 
     learned: float
@@ -57,7 +57,7 @@ class RecordedData(Record, frozen=True, kw_only=True):
 
     ``held_out``: pinches of role "train", in folds that hold out whole sessions or specimens.
     ``objects``: pinches of role "test", by models that learned from all of role "train";
-    ``left_out`` says why there are none. ``unused``: pinches without contact or Shore A;
+    ``left_out``: reason if there are none. ``unused``: pinches without contact or Shore A;
     ``too_short``: pinches whose second contact came before any estimate.
     """
 
@@ -80,7 +80,7 @@ def benchmark_recordings(
     runner: Runner,
     say: Callable[[str], object] = lambda line: None,
 ) -> RecordedData:
-    """Score a regressor, the default estimator and the in-context network on the same folds.
+    """Score a regressor, the default estimator and the network on the same folds.
 
     Contacts come from a detector that was trained on other sessions.
 
@@ -93,15 +93,15 @@ def benchmark_recordings(
     seed
         Random seed of folds, trainings and bootstrap intervals.
     runner
-        Runs the trainings.
+        Runner of the trainings.
     say
-        Receives warnings and progress, a line at a time.
+        Function that is called with warnings and progress, one line at a time.
 
     Raises
     ------
     InputError
-        If no such regressor exists or its predictions are invalid, or if the recordings have too
-        few pinches, Shore A levels or named sessions.
+        The regressor does not exist, or its predictions are invalid. Or the recordings have too few
+        pinches, Shore A levels or named sessions.
     """
     entrants = [e for e in competitors(name) if e is not NETWORK[-1]]
     dataset = _load(path, say)
@@ -169,7 +169,7 @@ def _load(path: Path, say: Callable[[str], object]) -> Dataset:
 
 
 def _contacts(dataset: Dataset, seed: int, runner: Runner) -> tuple[Sequence[Contact | None], str]:
-    """Return contacts as found live; detectors learn from pinches of role "train" only."""
+    """Return detected contacts. Detectors learn only from other pinches of role "train"."""
     contacts: list[Contact | None] = [None] * len(dataset)
     learn = dataset.take(~dataset.test)
     detector = fit_detector(learn)
@@ -188,7 +188,7 @@ def _contacts(dataset: Dataset, seed: int, runner: Runner) -> tuple[Sequence[Con
 def _groups(
     dataset: Dataset, labelled: LabelledTouches, learn: NDArray[np.intp], path: Path
 ) -> tuple[str, Names]:
-    """Return what folds keep whole and its names: sessions, or specimens where there is one."""
+    """Return the groups that folds keep whole and their kind: sessions, or else specimens."""
     if labelled.take(learn).named_sessions is not None:
         return "session", labelled.sessions
     specimens = [dataset.pinches[place].label.specimen for place in labelled.rows[learn]]

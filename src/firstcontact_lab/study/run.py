@@ -33,11 +33,11 @@ def run_study(
     out
         Folder of the study.
     recordings
-        Recordings to study; None simulates both conditions of the twin.
+        Recordings to study; None to simulate both conditions of the twin.
     quick
-        True if the settings are the quick ones. The report states it.
+        True for the quick settings. The report states this.
     command
-        Command line. The report states it.
+        Command line, for the report.
 
     Returns
     -------
@@ -47,8 +47,8 @@ def run_study(
     Raises
     ------
     InputError
-        The data cannot be used, or ``out`` cannot be written to, belongs to a study
-        that is still running, or holds the results of a different study.
+        The data cannot be used. Or ``out`` cannot be written, belongs to a study that is still
+        running, or holds the results of another study.
     KeyboardInterrupt
         On Ctrl-C, after all processes have ended and the partial report is written.
     """

@@ -24,7 +24,7 @@ from firstcontact.signal import samples_in
 
 
 class AnytimeScores(Record, frozen=True, kw_only=True):
-    """Scores over ``n`` pinches by the time after the contact, ms. Later signal is not used.
+    """Scores over ``n`` pinches by time after the contact, ms. Later signal is not used.
 
     ``coverage`` and ``width`` (Shore A) belong to the model's intervals. ``out_of_range`` is the
     share of contacts out of range. ``intervals`` are by score, then by time.
@@ -70,7 +70,7 @@ _STATISTICS: Mapping[str, Callable[[Values], Values]] = {
 def predictions_by_time(
     model: ContactPredictor, touches: Touches, times: Sequence[int] = TIMES
 ) -> dict[int, Predictions]:
-    """Return predictions by time after the contact, ms, or at the second contact if earlier."""
+    """Return predictions at each time after the contact, ms, or at an earlier second contact."""
     return {ms: model.predict(touches.until(samples_in(1e-3 * ms, touches.rate))) for ms in times}
 
 
@@ -86,7 +86,7 @@ def anytime_scores(
     truth
         Shore A, shape (n,).
     clusters
-        Cluster of each contact, resampled as a whole, shape (n,).
+        Cluster of each contact, shape (n,). The bootstrap resamples whole clusters.
     seed
         Random seed of the resampling.
 
@@ -127,7 +127,7 @@ def anytime_scores(
 
 
 def join_by_time(parts: Sequence[Mapping[int, Predictions]]) -> dict[int, Predictions]:
-    """Return predictions for contacts one after the other, by time."""
+    """Join predictions for several parts of contacts, by time."""
     joined = {}
     for ms in parts[0]:
         columns = zip(*(part[ms].columns for part in parts), strict=True)
@@ -137,7 +137,7 @@ def join_by_time(parts: Sequence[Mapping[int, Predictions]]) -> dict[int, Predic
 
 
 def over_objects(each: Mapping[str, SpecimenErrors]) -> MeanErrors:
-    """Return errors of the objects' mean predictions, with equal weights."""
+    """Return the errors of the objects' mean predictions. All objects have the same weight."""
     error = np.array([o.mean - o.true for o in each.values()])
     return MeanErrors(
         rmse=float(np.sqrt((error**2).mean())),

@@ -1,4 +1,4 @@
-"""Folder of a recorded set: recordings, noise, and results of a study."""
+"""Sets of real recordings in folders: recordings, noise, and results of a study."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class RealSet:
     dataset
         Pinches at their recorded rate.
     noise
-        Unbroken samples without contacts.
+        Unbroken stretches of samples without contacts.
     front_ends
         Description of the front end of each session; "*" stands for all.
     study
@@ -45,17 +45,17 @@ class RealSet:
 
     @property
     def layout(self) -> Layout:
-        """Layout of its pinches."""
+        """Layout of the set's pinches."""
         return self.dataset.layout
 
 
 def find_sets(folder: Path) -> list[RealSet]:
-    """Return the sets in a folder: its subfolders with recordings.
+    """Return the sets in a folder, which are its subfolders with recordings.
 
     Raises
     ------
     InputError
-        There are no sets, or a file of one cannot be used.
+        There are no sets, or a file of a set cannot be used.
     """
     if not folder.is_dir():
         raise InputError(f"{folder} is not a folder: give the one with a folder for each set")

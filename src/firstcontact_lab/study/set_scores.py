@@ -32,17 +32,17 @@ Firsts = list[Contact | None]
 
 
 class Placement(Record, frozen=True, kw_only=True):
-    """Places of the first triggers of a detector on recordings at their own rate.
+    """Placement of a detector's first triggers on recordings at their own rate.
 
     Parameters
     ----------
     n
-        Labelled contacts.
+        Number of labelled contacts.
     placed_2_ms
-        Share whose first trigger places the contact within 2 ms of its label, or up to the label's
-        largest lateness earlier.
+        Share of contacts whose first trigger is placed within 2 ms of the label, or earlier by at
+        most the label's largest lateness.
     early_triggers
-        Contacts whose first trigger is placed more than 2 ms too early.
+        Number of contacts whose first trigger is placed more than 2 ms too early.
     delay_ms
         Time from the label to the decision, over contacts placed within 2 ms.
     """
@@ -59,10 +59,11 @@ class DetectorScores(Placement, frozen=True, kw_only=True):
     Parameters
     ----------
     late, missed
-        Contacts whose first trigger is placed more than 2 ms too late, and those without one.
+        Number of contacts whose first trigger is placed more than 2 ms too late, and number without
+        a trigger.
     noise_false_alarms_per_minute
-        False alarms in recordings of the set's noise, in the worst of the trainings; None without
-        noise.
+        False alarms per minute in recordings of the set's noise, for the worst of the trained
+        detectors; None without noise.
     """
 
     late: int
@@ -108,18 +109,18 @@ class SetResults(Record, frozen=True, kw_only=True):
     noise_seconds
         Length of the recorded noise.
     detectors
-        Scores by detector and training data: the ``twin``, or the set's ``others``, which leave out
-        the tested specimen.
+        Scores by detector and training data: the ``twin``, or ``others`` (all specimens of the set
+        except the tested one).
     files
         Scores by recording, with the same detector and training.
     finder
         Scores of the onset finder, which looks ahead.
     order_rho, order_p
-        Rank correlation of hardness with an unfitted score.
+        Rank correlation of hardness with an untrained score, and its p-value.
     class_held_out
         Balanced accuracy of the hardness class with the material held out, by length in ms.
     chance
-        Balanced accuracy of any constant prediction: all score the same.
+        Balanced accuracy of any constant prediction; it is the same for all.
     """
 
     n: int
@@ -156,7 +157,7 @@ def score_set(
     twin
         Simulated training pinches. They are resampled to the set's rate.
     say
-        Function that is called with lines on the progress.
+        Function that is called with lines about the progress.
     """
     heard = cut_closings(recorded_set.dataset)
     has_contact = np.array([p.first is not None for p in heard.pinches])
@@ -201,7 +202,7 @@ def score_set(
 def _judged(
     name: str, training: str, labelled: Dataset, twin: Dataset, early: float
 ) -> tuple[Firsts, list[Detector]]:
-    """Return each pinch's first trigger by a detector that is not trained on its specimen.
+    """Return the first trigger of each pinch, by a detector that is not trained on its specimen.
 
     The detectors are returned too.
     """
@@ -261,7 +262,7 @@ def _good(places: NDArray[np.float64], early: float) -> NDArray[np.bool_]:
 
 
 def _alarms(detector: Detector, noise: Sequence[Block], recorded_set: RealSet) -> int:
-    """Count the runs of firing windows in unbroken noise."""
+    """Count the false alarms (runs of firing windows) in unbroken noise."""
     alarms = 0
     for number, block in enumerate(noise):
         detector.start(recorded_set.layout)
@@ -308,7 +309,7 @@ def _finder(recorded_set: RealSet, labelled: Dataset, firsts: Firsts) -> FinderS
 def _about(
     recorded_set: RealSet, detectors: dict[str, dict[str, DetectorScores]], labelled: Dataset | None
 ) -> SetResults:
-    """Return the results of a set, with results from a study of the same set."""
+    """Return the results of a set, with those from a study of the same set if there is one."""
     order = recorded_set.study[HARDNESS] if recorded_set.study else None
     real = (
         next(iter((recorded_set.study[REAL] or {}).values()), None) if recorded_set.study else None

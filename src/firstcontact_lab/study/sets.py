@@ -1,4 +1,4 @@
-"""Report of the detectors on several real sets."""
+"""Report on the detectors on several sets of real recordings."""
 
 from __future__ import annotations
 
@@ -122,7 +122,7 @@ def set_rows(subjects: Subjects) -> list[Row[SubjectResults]]:
 
 
 def overview(subjects: Subjects) -> Table:
-    """Return the sets side by side."""
+    """Return a table with the sets side by side."""
     title = DETECTORS[DETECTORS.default].title
     sets = {name: results for name, results in subjects.items() if results[SET]}
     caption = (
@@ -135,7 +135,7 @@ def overview(subjects: Subjects) -> Table:
 
 
 def _trainings_table(results: SubjectResults) -> Table | None:
-    """Return the scores of every detector and training."""
+    """Return a table of the scores of every detector with each training data."""
     set_results = results[SET]
     entries = [
         (
@@ -157,7 +157,7 @@ _FINDER_ROWS: Sequence[Row[FinderScores]] = (
 
 
 def _finder_table(results: SubjectResults) -> Table | None:
-    """Return the distances of the onset finder, which may look ahead."""
+    """Return a table of the distances of the onset finder, which may look ahead."""
     set_results = results[SET]
     caption = (
         "The onset finder that labelling starts from, which looks ahead: share of the labels with "
@@ -177,7 +177,7 @@ _FILE_ROWS: Sequence[Row[Recorded]] = (
 
 
 def _file_table(results: SubjectResults) -> Table | None:
-    """Return the scores of each recording by the default detector."""
+    """Return a table of the default detector's scores on each recording."""
     set_results = results[SET]
     if not set_results or not set_results.files:
         return None
@@ -211,7 +211,7 @@ def run_sets(
     command: str,
     say: Callable[[str], object],
 ) -> dict[str, SubjectResults]:
-    """Score every set and the twin over every noise; write the report and ``results.json``.
+    """Score every set, and the twin with every noise. Write the report and ``results.json``.
 
     Parameters
     ----------
@@ -222,11 +222,11 @@ def run_sets(
     twin
         Simulated pinches for training.
     noises
-        Name and pinches of the twin over other noises.
+        Pinches of the twin with other noise, by the name of the noise.
     command
         Command line, for the report.
     say
-        Called with the progress.
+        Function that is called with lines about the progress.
 
     Returns
     -------

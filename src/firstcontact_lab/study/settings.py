@@ -1,4 +1,4 @@
-"""Size and seed of a study."""
+"""Settings of a study: size and seed."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from firstcontact.models import ESTIMATORS
 
 @dataclass(frozen=True, slots=True)
 class StudySettings:
-    """Size and seed of a study.
+    """Settings of a study: size and seed.
 
     Parameters
     ----------
     block_pinches, object_pinches
-        Twin pinches for each of the 5 blocks and of the 8 objects.
+        Number of twin pinches for each of the 5 blocks, and for each of the 8 objects.
     durations
         Window lengths to compare, s.
     folds
@@ -29,14 +29,15 @@ class StudySettings:
     detector
         Name of the contact detector that places the windows.
     early
-        Longest time by which a contact may precede its label, s. Labels from a trigger are late.
+        Longest time by which a contact may come before its label, s. Labels that come from a
+        trigger are late.
     rig_seeds
         Seeds of the twin's rigs for scores beyond the blocks.
     board
-        ``embedded.json`` with the cost of models on the microcontroller, to compare with the time
-        here; "" for no such table.
+        Path of an ``embedded.json`` with the cost of models on the microcontroller, to compare with
+        the time on this machine; "" for no such table.
     parts
-        Names of the parts to run, besides those that they need; the default parts if empty.
+        Names of the parts to run; the parts that these need run too. If empty, the default parts.
     seed
         Random seed of all other draws.
     workers
@@ -71,5 +72,5 @@ class StudySettings:
         )
 
     def options(self, estimator: str) -> Mapping[str, Any]:
-        """Return the estimator's options for this study."""
+        """Return the options of an estimator for this study."""
         return ESTIMATORS[estimator].quick if self.brief else {}

@@ -17,7 +17,7 @@ RANDOM_TEST = 0.1
 
 
 def random_90_10(classes: NDArray[Any], seed: int) -> list[Split]:
-    """Split at random with stratification, as in the paper.
+    """Return the paper's split: 90 % of the pinches for training, drawn at random by class.
 
     Sessions and specimens are on both sides.
     """
@@ -32,7 +32,7 @@ def random_90_10(classes: NDArray[Any], seed: int) -> list[Split]:
 
 
 def random_folds(classes: NDArray[Any], seed: int, folds: int = FOLDS) -> list[Split]:
-    """Return random stratified folds. Their scores are optimistic, and shown for comparison only.
+    """Return random stratified folds. Scores on them are optimistic, for comparison only.
 
     Raises
     ------
@@ -59,12 +59,12 @@ def unseen_objects(test: NDArray[np.bool_], shares: Sequence[Group] = ()) -> Spl
 
 
 def learns_one_value(splits: Sequence[Split], values: NDArray[Any]) -> bool:
-    """Return True if some training side has fewer than two values."""
+    """Return True if the training side of some split has fewer than two distinct values."""
     return any(len(np.unique(values[split.train])) < 2 for split in splits)
 
 
 def never_learned(splits: Sequence[Split], classes: NDArray[Any]) -> NDArray[Any]:
-    """Return classes that a split tests without training them, ascending.
+    """Return the classes that are tested in a split but not in its training data, ascending.
 
     No model can predict them, so an accuracy over such a split is meaningless.
     """

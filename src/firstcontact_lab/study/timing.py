@@ -79,7 +79,7 @@ def load() -> float:
 class InferenceTime(Record, frozen=True, kw_only=True):
     """Single-window inference time on one thread, µs, without preempted calls.
 
-    ``reference`` is the training library, ``speedup`` the ratio of the medians; ``load`` and
+    ``reference``: time of the training library. ``speedup``: ratio of the medians. ``load`` and
     ``cores`` describe the machine at the start.
     """
 
@@ -106,7 +106,7 @@ def time_inference(
     Parameters
     ----------
     model
-        Trained.
+        Trained model.
     X
         Windows (n, samples, channels) to predict in turn.
     reference
@@ -135,7 +135,7 @@ def time_inference(
 
 
 def time_calls(call: Call, inputs: Sequence[Any] | NDArray[Any], calls: int) -> InferenceTime:
-    """Measure single calls on one thread over the inputs in turn, without comparison."""
+    """Measure single calls on one thread over the inputs in turn, without a reference."""
     import threadpoolctl
 
     busy = load()

@@ -1,7 +1,7 @@
 """Ladder of window models: one for each of several lengths after a contact.
 
 Each length has one model with a conformal interval from held-out sessions. So registered estimators
-and users' regressors are comparable with the any-time network.
+and users' regressors can be compared with the any-time network.
 """
 
 from __future__ import annotations
@@ -45,12 +45,12 @@ Learn = Callable[[Windows, Values, NDArray[np.str_] | None, float, int], Ask]
 
 
 def registered(estimator: object, options: Mapping[str, Any] | None = None) -> Learn:
-    """Return a learner for an estimator.
+    """Return a learner (a function that trains a model) for an estimator.
 
     Parameters
     ----------
     estimator
-        Name in the registry, ``PACKAGE:NAME``, or a regressor in scikit-learn's form.
+        Name in the registry, ``PACKAGE:NAME``, or a regressor with scikit-learn's interface.
     options
         Further fields of the estimator.
     """
@@ -93,14 +93,14 @@ class WindowLadder:
 
     @property
     def lengths(self) -> tuple[int, ...]:
-        """Window lengths in samples."""
+        """Lengths of the windows in samples, ascending."""
         return tuple(model.samples for model in self._models)
 
     def predict(self, touches: Touches) -> Predictions:
         """Return predictions from the valid part of each contact.
 
-        A window that is constant, or shorter than all training windows, gets the mean of the
-        training contacts with the whole scale as its interval, and is out of range.
+        If a window is constant, or shorter than all training windows, the prediction is the mean of
+        the training contacts, its interval is the whole scale, and it is marked out of range.
 
         Raises
         ------
@@ -152,8 +152,8 @@ def fit_window_ladder(
     touches, shore_a
         Training contacts, shape (n,).
     groups
-        Session or specimen of each contact, shape (n,), held out whole for the intervals. None
-        holds out single pinches, which is optimistic.
+        Session or specimen of each contact, shape (n,). Whole groups are held out for the
+        intervals. With None, single pinches are held out, which is optimistic.
     seed
         Random seed of trainings and folds.
     level
@@ -223,8 +223,8 @@ def windows(touches: Touches, samples: int, conditioned: bool = False) -> Window
     samples
         Number of samples in each window.
     conditioned
-        True to apply the published Savitzky–Golay filter. The last sample replaces samples after
-        the window.
+        True to apply the published Savitzky–Golay filter. Samples after the window are replaced by
+        its last sample.
     """
     end = touches.lead + samples
     if not conditioned:

@@ -1,1 +1,1 @@
-"""Verbs of the lab, which join the command line by entry points."""
+"""Verbs of the lab. Entry points add them to the command line."""

@@ -1,4 +1,4 @@
-"""``firstcontact benchmark``: a user's regressor against ours, on simulated rigs or recordings."""
+"""``firstcontact benchmark``: compare a regressor with ours, on simulated rigs or recordings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``firstcontact grasp-study``: value of stiffness for a hand, on the twin."""
+"""``firstcontact grasp-study``: benefit of knowing the stiffness, for the simulated hand."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from firstcontact.models import ESTIMATORS
 
 @dataclass(frozen=True)
 class GraspStudy:
-    """Pick up household objects with the twin's hands and every policy; write a report."""
+    """Simulate how hands pick up household objects with every policy, and write a report."""
 
     out: Path = Path("firstcontact-grasp-study")
     """Folder for report, results, film and models of this study only."""

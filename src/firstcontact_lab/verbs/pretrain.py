@@ -29,7 +29,7 @@ class Pretrain:
     """Number of processes that simulate; 0 takes all cores."""
 
     def run(self) -> None:
-        """Simulate, train, calibrate and judge."""
+        """Simulate rigs, train the network, calibrate its intervals, and score it."""
         from firstcontact.core import InputError, parallel, worker_count
 
         if self.rigs < 10 or self.epochs < 1 or self.seed < 0:

@@ -1,4 +1,4 @@
-"""``firstcontact sets``: the detectors on several real sets, on one page."""
+"""``firstcontact sets``: score the detectors on several sets of real recordings."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Sets:
 
 
 def _check_alike(twin: Dataset, noises: Sequence[tuple[str, Dataset]]) -> None:
-    """Check before computing that the sets have names, contacts and one layout."""
+    """Check, before computing, that the sets have names and contacts, and all the same layout."""
     names = [name for name, _ in noises]
     for name, dataset in noises:
         if names.count(name) > 1:

@@ -1,4 +1,4 @@
-"""Samples around the last first contact."""
+"""Close-up of the samples around the first contact of the latest closing."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def finger_place(finger: Finger | None) -> int:
 
 
 class Closeup:
-    """Close-up of the samples around the last first contact.
+    """Close-up of the samples around the first contact of the latest closing.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class Closeup:
             )
 
     def clear(self) -> None:
-        """Show no contact until the next one begins."""
+        """Show no contact until the next closing's first contact."""
         self._contact = None
 
     def _fill(self, block: Block) -> bool:
@@ -87,7 +87,7 @@ class Closeup:
         return True
 
     def tree(self) -> dict[str, Any] | None:
-        """Return times in ms from the contact and values for the page; None for missing samples."""
+        """Return times, ms from the contact, and values for the page. Missing samples are None."""
         if self._contact is None:
             return None
         ms = (np.arange(self._n) - self._before) / self._layout.rate * 1e3

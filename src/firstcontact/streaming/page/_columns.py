@@ -1,4 +1,4 @@
-"""Traces thinned to minimum and maximum of every few samples, so that no peak is lost."""
+"""Traces reduced to the minimum and maximum of every few samples, so that no peak is lost."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Columns:
 
     @property
     def end(self) -> int:
-        """One past the last complete column. The newest column is still growing."""
+        """Number of the first incomplete column, to which samples are still added."""
         return max(self._top, 0)
 
     @property
@@ -87,14 +87,14 @@ class Columns:
         self._top = max(self._top, top)
 
     def place(self, sample: int, epoch: int) -> float | None:
-        """Return the position of a sample in columns; None for an old epoch."""
+        """Return the position of a sample, in columns; None for an old epoch."""
         if epoch not in self._epochs:
             return None
         origin, base = self._epochs[epoch]
         return base + (sample - origin) / self.samples
 
     def since(self, column: int) -> tuple[int, NDArray[np.float32]]:
-        """Return the complete columns from this one on that are still stored.
+        """Return all stored complete columns from this number on.
 
         Returns
         -------

@@ -41,9 +41,9 @@ class Allowance:
     Parameters
     ----------
     burst
-        Largest number of requests at once after a pause.
+        Number of requests that are allowed at once after a pause.
     refill
-        Long-term limit of requests per second, Hz.
+        Long-term limit on the rate of requests, Hz.
     clock
         Clock, s.
     """
@@ -58,7 +58,7 @@ class Allowance:
         self._seen = clock()
 
     def take(self) -> float:
-        """Take one request and return 0.0, or return the time until one is allowed, s."""
+        """Allow one request and return 0.0, or return the time until one is allowed, s."""
         now = self._clock()
         self._left = min(self._most, self._left + (now - self._seen) * self._refill)
         self._seen = now
@@ -84,7 +84,7 @@ class Commands:
     async def obey(
         self, message: str | bytes, allowance: Allowance, by: str
     ) -> tuple[dict[str, Any], float]:
-        """Carry out a message. It always returns a reply and raises nothing.
+        """Carry out a message. Always return a reply, and raise nothing.
 
         Parameters
         ----------
@@ -98,7 +98,7 @@ class Commands:
         Returns
         -------
         answer : dict
-            ``ok``, the request as ``do``, and ``text`` for the person.
+            Reply with ``ok`` (True if done), ``do`` (the request), and ``text`` for the person.
         wait : float
             Time for which to ignore this viewer, s: 0 unless it sent too many requests.
         """

@@ -22,11 +22,11 @@ class Row(msgspec.Struct, frozen=True):
     Parameters
     ----------
     pinch
-        Finished pinch, with the estimate in force and the final one.
+        Finished pinch, with the last estimate in time and the final one.
     name
         Name of the object, "" if unknown.
     lost
-        Loss of the object that the twin reported, None without one.
+        Loss of the object, as the twin reported it; None without one.
     hand
         Predictions of a device for the same pinch, in words.
     """
@@ -38,7 +38,7 @@ class Row(msgspec.Struct, frozen=True):
 
 
 def brief(pinch: PinchDone) -> PinchDone:
-    """Return the pinch with the estimate in force and the final one alone."""
+    """Return the pinch with only two estimates: the last one in time, and the final one."""
     estimates = tuple(e for e in (pinch.in_force, pinch.final) if e is not None)
     if len(estimates) == 2 and estimates[0] is estimates[1]:
         estimates = estimates[:1]
@@ -54,7 +54,7 @@ class PinchRows:
         self._losses: deque[Marker] = deque(maxlen=ROWS)
 
     def add_marker(self, marker: Marker) -> None:
-        """Process a marker: it names its pinch or the next one, or reports a lost object."""
+        """Process a marker. It names the current or the next pinch, or reports a lost object."""
         if lost_object(marker.text):
             self._losses.append(marker)
         if concerns_hand(marker.text):

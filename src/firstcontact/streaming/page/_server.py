@@ -57,7 +57,8 @@ class _Viewer:
     async def watch(self) -> None:
         """Raise TimeoutError once a viewer that has closed the hand is silent.
 
-        The library's keepalive does not detect a hanging page, because the browser replies.
+        The library's keepalive does not detect a page that hangs, because the browser itself
+        replies.
         """
         while not self.closes or time.monotonic() - self.heard < SILENCE:
             await asyncio.sleep(TICK)
@@ -150,7 +151,7 @@ class PageServer:
             await asyncio.sleep(wait)
 
     async def _tell(self, connection: ServerConnection) -> None:
-        """Send new parts to a viewer, as fast as it reads."""
+        """Send changed parts of the state to a viewer, as fast as it reads them."""
         await self._send(connection, f'{{"hello":{self._state.hello}}}')
         seen: dict[str, int] = {}
         column, skipped = -1, 0

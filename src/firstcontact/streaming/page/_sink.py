@@ -24,7 +24,7 @@ _NONE: Mapping[str, float] = MappingProxyType({})
 class PageSink:
     """Sink that serves the live page from :meth:`open` to :meth:`close`.
 
-    The constructor takes the port, so a busy port is reported before anything starts.
+    The constructor opens the port, so a busy port is reported before anything starts.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ class PageSink:
 
     @property
     def url(self) -> str:
-        """Address to open in a browser, with the quoted token if there is one."""
+        """Address to open in a browser. It contains the token, if there is one."""
         return self._guard.url
 
     def open(self, descriptor: Descriptor) -> None:

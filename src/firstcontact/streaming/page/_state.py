@@ -1,4 +1,4 @@
-"""State of the page: parts that change one by one, for viewers that come and go."""
+"""State of the page in parts that change separately, for viewers that come and go."""
 
 from __future__ import annotations
 
@@ -52,13 +52,13 @@ class Now(msgspec.Struct, frozen=True):
     second
         Time from the first to the second contact, s; None so far.
     estimates
-        Estimates that count so far.
+        Valid estimates so far.
     missing
         Reason why there is no estimate.
     pinch
         Finished pinch with its verdict; None while the closing lasts.
     object
-        Combined estimate of the object after this pinch.
+        Pooled estimate of the object after this pinch.
     """
 
     contact: ContactEvent | None = None
@@ -91,7 +91,7 @@ class State:
     landmarks
         Shore A of known objects, by name.
     controls
-        Requests of viewers; None where they may only look.
+        Controls for viewers; None if they may only look.
     """
 
     def __init__(
@@ -141,7 +141,7 @@ class State:
                 self._settle()
 
     def _settle(self) -> None:
-        """Process waiting updates: samples up to each event together, then the event."""
+        """Process waiting updates: all samples up to each event, then the event."""
         pending, self._pending = self._pending, []
         arrivals: list[Arrival] = []
         for update in pending:
@@ -281,7 +281,7 @@ class State:
         return new
 
     def _json(self, name: str, part: _Part) -> str:
-        """Return a part as JSON, made once for all viewers; "" if it has none."""
+        """Return a part as JSON, computed once for all viewers; "" if the part is empty."""
         if part.text is None:
             try:
                 part.text = msgspec.json.encode(part.tree).decode()
@@ -307,7 +307,7 @@ def _recording(status: RecorderStatus) -> dict[str, Any]:
 
 
 def _with(estimates: Sequence[Estimate], estimate: Estimate) -> tuple[Estimate, ...]:
-    """Return the estimates with a new one, which replaces itself and all later ones."""
+    """Return the estimates with a new one, which replaces all from the same time on."""
     if estimate.final:
         estimates = [e for e in estimates if e.elapsed < estimate.elapsed]
     return (*estimates, estimate)

@@ -1,4 +1,4 @@
-"""Access to the page: this machine, or viewers with the token."""
+"""Access control of the page: viewers on this machine, or with the token."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Guard:
     port
         Port of the page.
     token
-        Secret for viewers. None serves loopback names only.
+        Secret for viewers. With None, only requests to loopback names are served.
     """
 
     host: str
@@ -58,12 +58,12 @@ class Guard:
 
     @property
     def quoted(self) -> str:
-        """Token in a form for URLs and cookies."""
+        """Token, quoted for URLs and cookies."""
         return quote(self.token or "", safe="", errors="surrogateescape")
 
     @property
     def url(self) -> str:
-        """Address to open in a browser, with the quoted token if there is one."""
+        """Address to open in a browser. It contains the token, if there is one."""
         host = f"[{self.host}]" if ":" in self.host else self.host
         if self.host in {"0.0.0.0", "::"}:  # noqa: S104  # what a viewer elsewhere can open
             host = socket.gethostname()

@@ -45,7 +45,7 @@ TYPES = {
 def load(package: str, folder: str) -> Files:
     """Return content type and bytes of each file in a package folder, by URL path.
 
-    Files outside this table are not served.
+    Files that are not in the result are not served.
     """
     table = {}
     for item in files(package).joinpath(folder).iterdir():
@@ -57,7 +57,7 @@ def load(package: str, folder: str) -> Files:
 
 
 def answer(request: Request, guard: Guard, served: Files) -> Response | None:
-    """Return the response to a request; None lets it open the socket."""
+    """Return the response to a request; None lets the request open the socket."""
     path = request.path.partition("?")[0]
     websocket = path == SOCKET
     try:
@@ -112,7 +112,7 @@ def serve_page(
     listening
         Socket from :func:`listen`.
     answers
-        Function that answers a request; None lets it open the socket.
+        Function that answers a request, or returns None to let it open the socket.
     longest
         Longest message of a viewer, bytes.
     more

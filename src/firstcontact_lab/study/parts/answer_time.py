@@ -32,10 +32,10 @@ from firstcontact_lab.study.settings import StudySettings
 
 
 class Answers(Record, frozen=True, kw_only=True):
-    """Times from the contact to a complete window, ms, in ``n`` of ``of`` pinches.
+    """Times from the contact to a complete window, ms. ``n`` of ``of`` pinches have one.
 
-    ``before_second``: share with a complete window before the second contact, of ``with_second``
-    pinches.
+    ``before_second``: share of the ``with_second`` pinches whose window is complete before the
+    second contact.
     """
 
     n: int
@@ -47,7 +47,7 @@ class Answers(Record, frozen=True, kw_only=True):
 
 
 class AnswerTimes(Answers, frozen=True, kw_only=True):
-    """Times of the default window, and of each window length by its name, ms."""
+    """Times for the default window, and for each window length by its name, ms."""
 
     window_length_ms: dict[str, Answers]
 
@@ -55,10 +55,10 @@ class AnswerTimes(Answers, frozen=True, kw_only=True):
 def answer_time(subject: Subject, settings: StudySettings) -> PartResult:
     """Measure the time from the known contact to a complete window, by window length.
 
-    The time ends when the window with its filter look-ahead is complete and the contact is decided.
-    The resampler's look-ahead is added. Computing and transport are not included, so
-    ``before_second`` is not the "in time" of live output. A pinch counts if its first trigger is on
-    the right finger, not early, and followed by a complete window.
+    The time ends when the contact is detected and the window, with the look-ahead of its filter, is
+    complete. The resampler's look-ahead is added. Computing and transport are not included, so
+    ``before_second`` differs from "in time" of live output. A pinch counts if its first trigger is
+    on the right finger, is not early, and is followed by a complete window.
     """
     answer_sample = [i for i, p in enumerate(subject.dataset.pinches) if p.first is not None]
     if answer_sample and not subject.detections:
@@ -89,7 +89,7 @@ def waits(
     answer_sample: Callable[[Pinch, Contact], int],
     early: float,
 ) -> Iterator[tuple[Pinch, float | None]]:
-    """Yield each pinch with a known first contact and the time to its estimate, s.
+    """Yield each pinch with a known first contact, and the time from that to its estimate, s.
 
     The resampler's look-ahead is added. The time is None if the contact is early or on the other
     finger.
@@ -97,7 +97,7 @@ def waits(
     Parameters
     ----------
     dataset, contacts
-        Pinches, and the detected contacts; None without one.
+        Pinches, and the detected contact of each; None without one.
     answer_sample
         Function that returns the sample after which a contact's estimate is known.
     early

@@ -57,7 +57,7 @@ from firstcontact_lab.study.splits import learns_one_value
 
 
 class FixedWindow(Record, frozen=True, kw_only=True):
-    """Error of the default estimator on the same pinches, where they have a whole window."""
+    """Error of the default window estimator on those of the same pinches with a whole window."""
 
     estimator: str
     n: int
@@ -104,10 +104,10 @@ _TITLE = "Estimates at any time"
 
 
 def anytime(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Condition the network on training pinches, and predict unseen objects and other sessions.
+    """Condition estimators on training pinches, and predict unseen objects and other sessions.
 
-    Nothing is trained. Samples from the second contact on are ignored. Pinches whose second contact
-    comes before any estimate are counted but not scored.
+    No weights are trained. Samples from the second contact on are ignored. Pinches whose second
+    contact comes before any estimate are counted but not scored.
     """
     model = pretrained()
     rate = subject.dataset.layout.rate
@@ -172,7 +172,7 @@ def conditioning_contacts(labelled: LabelledTouches, subject: Subject) -> Labell
 
 
 def conditioned_model(estimator: str, home: LabelledTouches, seed: int) -> Adapted:
-    """Condition an any-time estimator on the rig by these contacts."""
+    """Condition an any-time estimator on these contacts of the rig."""
     return rig_estimators()[estimator](Task.REGRESSION, home.touches.rate).fit_contacts(home, seed)
 
 
@@ -187,13 +187,13 @@ def _folds(home: LabelledTouches, settings: StudySettings) -> list[Split]:
 def _predict(
     split: Split, home: LabelledTouches, objects: LabelledTouches, seed: int
 ) -> tuple[Adapted | None, dict[str, Mapping[int, Predictions]]]:
-    """Condition all estimators on one side of a split; predict the other, or objects without one.
+    """Condition all estimators on one side of a split. Predict the other side, or ``objects``.
 
     Returns
     -------
     tuple
-        Default estimator's model, None for one that learned from a part of the contacts; and the
-        predictions of each estimator by time.
+        Model of the default estimator (None if it learned from a part of the contacts only), and
+        the predictions of each estimator by time.
     """
     learned = home.take(split.train)
     queries = home.take(split.test) if len(split.test) else objects
@@ -225,7 +225,7 @@ def _block_scores(
 
 
 def _fixed(subject: Subject, queries: LabelledTouches, seed: int) -> FixedWindow | None:
-    """Return the error of the default estimator on the same pinches with a whole window."""
+    """Return the error of the default window estimator on those pinches with a whole window."""
     name = ESTIMATORS.default
     if (name, UNSEEN) not in subject.predictions:
         return None
@@ -245,7 +245,7 @@ def _fixed(subject: Subject, queries: LabelledTouches, seed: int) -> FixedWindow
 def _before_second(subject: Subject, early: float) -> tuple[float | None, int | None]:
     """Return the share of pinches with an estimate before the second contact.
 
-    The first estimate needs the decided contact and the samples of the shortest length.
+    The first estimate needs a detected contact, and as many samples as the shortest prediction.
     """
     dataset = subject.dataset
     if not subject.detections:

@@ -49,7 +49,7 @@ class WindowCounts(Record, frozen=True, kw_only=True):
 
 
 class SplitScores(Record, frozen=True, kw_only=True):
-    """Regression and classification scores in one split, if computed.
+    """Scores of regression and of classification in one split, each if computed.
 
     ``per_level`` has the errors of each Shore A level.
     """
@@ -85,7 +85,7 @@ class BlockScores(Record, frozen=True, kw_only=True):
 
 
 class BlockConditions(Record, frozen=True, kw_only=True):
-    """Conditions of all estimators on blocks."""
+    """Conditions under which all estimators are scored on blocks."""
 
     windows: WindowCounts | None = None
 
@@ -162,7 +162,7 @@ def _learnable(subject: Subject, data: LabelledWindows) -> LabelledWindows:
 
 
 def _splits(data: LabelledWindows, settings: StudySettings) -> tuple[Splits, list[str]]:
-    """Return the splits or questions that these windows permit, and reasons for the others."""
+    """Return the questions (task and splits) that are possible, and reasons for the others."""
     counts = np.unique(data.y, return_counts=True)[1]
     out: Splits = {}
     left_out = []
@@ -296,7 +296,7 @@ def confusion_figure(model: str, split: str, scores: SplitScores, unit: str = "S
 
 
 def leave_one_out_figure(drawn: Mapping[str, tuple[LabelledWindows, Values]]) -> Figure:
-    """Draw predictions with the pinch's own Shore level left out of training."""
+    """Draw predictions by models trained without the level of Shore A of the predicted pinch."""
     with canvas() as (figure, axes):
         ax = axes[0, 0]
         levels = np.unique(next(iter(drawn.values()))[0].y)
@@ -356,7 +356,7 @@ _CAPTIONS = {
 
 
 def accuracy_figure(subjects: Subjects) -> Figure | None:
-    """Draw the accuracy by session of all estimators, with chance as a line."""
+    """Draw the accuracy of all estimators with sessions held out, and chance as a line."""
     panels = []
     for title, results in subjects.items():
         dots, classes = [], 0
@@ -380,13 +380,13 @@ def accuracy_figure(subjects: Subjects) -> Figure | None:
 
 
 def able(slow: bool) -> list[str]:
-    """Return the installed estimators that are slow, or the others."""
+    """Return the installed estimators that train slowly, or the others."""
     entries = window_estimators().items()
     return [n for n, kind in entries if kind.slow == slow and not missing_modules(kind.modules)]
 
 
 def block_table(results: SubjectResults, split: str, variants: bool = True) -> Table | None:
-    """Return the scores of all estimators in one split, with or without their variants."""
+    """Return a table of the scores of all estimators in one split, with or without variants."""
     entries = []
     for name in names.estimators(results[BLOCKS], True):
         scores, title = results[BLOCKS][name], names.estimator(name).title
@@ -437,7 +437,7 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
 
 
 def _interval_remark(name: str, subjects: Subjects, value: float) -> str:
-    """Return where the published value lies in the interval of each subject."""
+    """Return a remark: where the published value lies relative to the interval of each subject."""
 
     def place(results: SubjectResults) -> str | None:
         scores = results[BLOCKS].get(name, BlockScores()).random_90_10

@@ -1,4 +1,4 @@
-"""Gain of a measured closing speed on rigs of other structure."""
+"""Gain from a measured closing speed, on rigs whose structure differs from the training rigs."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class SpeedScores(Record, frozen=True, kw_only=True):
     """Scores of a model with one kind of measurement: RMSE in Shore A and coverage by ``KEYS``.
 
     ``intervals``: 95 % bootstrap intervals over rigs. ``gains``: intervals of the difference from
-    the same model without a measurement, below 0 where the measurement helps.
+    the same model without a measurement; it is below 0 if the measurement helps.
     """
 
     scores: dict[str, float]
@@ -81,7 +81,8 @@ class SpeedScores(Record, frozen=True, kw_only=True):
 class ClosingSpeeds(Record, frozen=True, kw_only=True):
     """Scores on ``rigs`` rigs of each of ``families``, drawn from ``seed``.
 
-    By kind of rig, model and measurement: keys of ``SPEEDS``, ``MODELS`` and ``MEASUREMENTS``.
+    The scores are by kind of rig, model and measurement: keys of ``SPEEDS``, ``MODELS`` and
+    ``MEASUREMENTS``.
     """
 
     seed: int
@@ -91,7 +92,7 @@ class ClosingSpeeds(Record, frozen=True, kw_only=True):
 
 
 def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Score both models with each measurement. The rigs do not depend on the subject."""
+    """Score both models with each measurement. Rigs are random: the subject's data are not used."""
     if subject.name != PAPER_RIG.name:
         return PartResult()
     names = ["linear_pad", "several"] if settings.brief else list(STRUCTURES)
@@ -189,12 +190,12 @@ _COLUMNS = [
 
 
 def usual_table(results: SubjectResults) -> Table | None:
-    """Return the errors where all pinches of a rig have about the same speed."""
+    """Return a table of errors on rigs whose pinches all have about the same speed."""
     return _table(results[CLOSING_SPEEDS], "usual")
 
 
 def free_table(results: SubjectResults) -> Table | None:
-    """Return the errors where the speed differs from pinch to pinch."""
+    """Return a table of errors on rigs whose speed differs from pinch to pinch."""
     return _table(results[CLOSING_SPEEDS], "free")
 
 

@@ -32,7 +32,7 @@ from firstcontact_lab.study.settings import StudySettings
 
 @dataclass(frozen=True, slots=True)
 class Accepted:
-    """Accepted distances of placements and decisions, ms.
+    """Accepted errors of detections, ms: of the place of the contact, and of the decision.
 
     Parameters
     ----------
@@ -47,18 +47,18 @@ class Accepted:
 
     @classmethod
     def from_results(cls, subjects: Subjects) -> Accepted:
-        """Return the distances of a study, which all subjects share."""
+        """Return the distances of a study. They are the same for all subjects."""
         early = (results[CONTACT].about.early_ms or 0.0 for results in subjects.values())
         return cls(max(early, default=0.0))
 
     @property
     def place(self) -> str:
-        """Origin of the times, in words."""
+        """Text: from what the times are measured."""
         return "label" if self.early else "known contact"
 
     @property
     def placed(self) -> str:
-        """Accepted placements in words, such as "within ±3 ms"."""
+        """Text about accepted placements, such as "within ±3 ms"."""
         if not self.early:
             return f"within ±{self.tolerance:g} ms"
         return f"−{self.early + self.tolerance:g} to +{self.tolerance:g} ms from its label"
@@ -75,7 +75,7 @@ class Accepted:
 
     @property
     def decided(self) -> str:
-        """Accepted decisions in words, such as "within 3 ms"."""
+        """Text about accepted decisions, such as "within 3 ms"."""
         if not self.early:
             return f"within {self.tolerance:g} ms"
         return f"−{self.early:g} to +{self.tolerance:g} ms from its label"
@@ -90,7 +90,7 @@ class Accepted:
 
 
 class DetectionFolds(Record, frozen=True, kw_only=True):
-    """Number of folds, the held-out groups, and groups on both sides."""
+    """Folds of the detection scores: number, held-out groups, and groups on both sides."""
 
     n: int
     held_out: str
@@ -98,7 +98,7 @@ class DetectionFolds(Record, frozen=True, kw_only=True):
 
 
 class MissingContacts(Record, frozen=True, kw_only=True):
-    """Number of pinches without a detected contact, and of all pinches."""
+    """Number of pinches without a detected contact, and number of all pinches."""
 
     by: str
     pinches: int
@@ -106,10 +106,11 @@ class MissingContacts(Record, frozen=True, kw_only=True):
 
 
 class ContactConditions(Record, frozen=True, kw_only=True):
-    """Conditions of the detection scores: how windows and closings start ("known" for labels).
+    """Conditions of the detection scores: how starts of windows and closings were found.
 
-    ``folds`` and ``early_ms`` (largest lateness of a label) belong to the scores. ``not_found``
-    belongs to the detector that places windows.
+    Windows start at contacts of a named detector, or at "known" ones. ``folds`` and ``early_ms``
+    (largest lateness of a label) belong to the scores. ``not_found`` belongs to the detector at
+    whose contacts windows start.
     """
 
     windows_start_at: str | None = None
@@ -131,8 +132,8 @@ def contacts(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
     """Detect all first contacts out of fold, and score every detector against the truth.
 
     The function sets ``subject.detections`` from the detector in the settings. Detectors get each
-    pinch from the start of its closing. If that detector cannot be trained, windows start at
-    labelled contacts, or at those of an untrained detector if it finds more.
+    pinch from the start of its closing. If the detector in the settings cannot be trained, windows
+    start at labelled contacts, or at contacts of an untrained detector if there are more of these.
     """
     starts = closing_starts(subject.dataset)
     dataset = cut_closings(subject.dataset, starts)
@@ -217,7 +218,7 @@ NEAR = 0.02
 
 
 class Target(NamedTuple):
-    """Target of a detector: least shares of windows and pinches, and longest median delay, ms."""
+    """Target of a detector: smallest shares of windows and pinches, largest median delay, ms."""
 
     windows: float
     pinches: float
@@ -229,13 +230,13 @@ TARGET = {"svm": Target(windows=0.999, pinches=0.995, delay=3.0)}
 
 
 def window_starts(subjects: Subjects) -> list[str]:
-    """Return the different starting points of windows: names of detectors, or "known"."""
+    """Return where windows start, over all subjects: names of detectors, or "known"."""
     starts = (results[CONTACT].about.windows_start_at for results in subjects.values())
     return distinct(start for start in starts if start is not None)
 
 
 def is_learned(results: SubjectResults) -> bool:
-    """Return True if a trained detector places the windows."""
+    """Return True if windows start at contacts of a trained detector."""
     return names.learned(results[CONTACT].about.windows_start_at)
 
 
@@ -265,7 +266,7 @@ def _text(subjects: Subjects) -> str:
 
 
 def detector_rows(accepted: Accepted) -> list[Row[DetectionScores]]:
-    """Return the rows of one detector; remarks explain how each number was counted."""
+    """Return the rows of one detector. Their remarks explain how each number was counted."""
     suffix = " after its label" if accepted.early else ""
     return [
         Row("windows right", lambda s: s.window_accuracy, "share", remark="of all 20 ms windows"),
@@ -321,7 +322,7 @@ _DETAILS: Sequence[Row[DetectionScores]] = (
 
 
 def contact_table(results: SubjectResults, notes: bool = True) -> Table | None:
-    """Return the scores of all detectors, per window and per pinch, with notes or short."""
+    """Return a table of the scores of all detectors, per window and per pinch."""
     detectors = {
         names.detector(name).title: results[CONTACT][name]
         for name in names.detectors(results[CONTACT])
@@ -399,7 +400,7 @@ def _silence(name: str, subjects: Subjects) -> str:
 
 
 def _missed(scores: DetectionScores, target: Target) -> list[str]:
-    """Return the parts of a target that are not reached."""
+    """Return descriptions of the parts of a target that are not reached."""
     windows, delay = scores.window_accuracy, scores.median_delay
     reached = {
         "windows": windows is not None and windows >= target.windows,
@@ -410,7 +411,7 @@ def _missed(scores: DetectionScores, target: Target) -> list[str]:
 
 
 def _target_remark(name: str, subjects: Subjects, accepted: Accepted) -> str:
-    """Return whether each subject reaches the target of a detector, in a sentence."""
+    """Return a sentence on whether each subject reaches the target of a detector."""
     target = TARGET.get(name)
     if accepted.early or target is None:
         return ""  # the count is less strict than the target

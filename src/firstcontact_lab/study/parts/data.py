@@ -30,9 +30,9 @@ from firstcontact_lab.study.part import Part, Step, Subjects
 
 
 class DataSummary(Record, frozen=True, kw_only=True):
-    """Counts of a dataset, its origin, and assumptions of its import.
+    """Summary of a dataset: counts, origin, and assumptions of its import.
 
-    ``model_rate_hz`` is set if the models' rate differs from the recordings'.
+    ``model_rate_hz`` is present if the models' rate differs from the recordings'.
     """
 
     source: str
@@ -114,7 +114,7 @@ COLOURS = {Finger.INDEX: BLUE, Finger.THUMB: ORANGE, None: BLUE}
 
 
 def timing_figure(pinch: Pinch, before_s: float = 0.030, after_s: float = 0.110) -> Figure:
-    """Draw vibration and available force of both fingers around the contacts of a pinch.
+    """Draw the vibration of both fingers, and their force if recorded, around the contacts.
 
     ``before_s`` and ``after_s`` are seconds around the first contact. The pinch must contain them.
     """
@@ -243,7 +243,7 @@ def is_twin(results: SubjectResults) -> bool:
 
 
 def kind(subjects: Subjects) -> str:
-    """Return the kind of data for the badge of the report."""
+    """Return the kind of data, for a badge of the report."""
     data = next((results[DATA] for results in subjects.values()), None)
     if data is None:
         return "Just begun"
@@ -256,7 +256,7 @@ def _text(subjects: Subjects) -> str:
 
 
 def data_table(results: SubjectResults) -> Table | None:
-    """Return the source, size and rate of the data."""
+    """Return a table of source, size and rate of the data."""
     data = results[DATA]
     if not data:
         return None

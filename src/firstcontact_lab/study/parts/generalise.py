@@ -1,4 +1,4 @@
-"""Estimators beyond the blocks: unseen objects, other hands, a level left out."""
+"""Scores of estimators beyond the blocks: unseen objects, other hands, a level left out."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ SLOW_SETS = 1
 def generalise(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
     """Score every competitor on twin sets that were not used for tuning.
 
-    Contacts get the delays of this subject's correctly detected contacts. Pinches whose second
+    Contacts get delays drawn from this subject's correctly detected contacts. Pinches whose second
     contact comes before any estimate are not scored.
     """
     if subject.name not in CONDITIONS:
@@ -63,7 +63,7 @@ def _entrants(settings: StudySettings, place: int) -> list[Entrant]:
 
 
 def _late(subject: Subject, early: float) -> list[int]:
-    """Return the delay of this subject's correctly placed contacts, samples."""
+    """Return the delays of this subject's correctly placed contacts, samples."""
     pairs = zip(subject.dataset.pinches, subject.starts, strict=True)
     late = [
         contact.sample - pinch.first.sample
@@ -138,12 +138,12 @@ _OTHERS = {
 
 
 def objects_off_blocks(results: SubjectResults) -> Table | None:
-    """Return the errors on unseen objects of every estimator, the floor and the ceilings."""
+    """Return a table of errors on unseen objects: estimators, floor and ceilings."""
     return _table(results[GENERALISE], _OBJECTS, "Unseen objects: RMSE and bias")
 
 
 def others_off_blocks(results: SubjectResults) -> Table | None:
-    """Return the errors with another hand, a level left out, and blocks of other sessions."""
+    """Return a table of errors: another hand, a level left out, blocks of other sessions."""
     return _table(results[GENERALISE], _OTHERS, "Other hands, levels and sessions: RMSE")
 
 
@@ -177,7 +177,7 @@ def _table(
 
 
 def _about(scores: OffBlocks, sets: int) -> str:
-    """Return how an estimator was fitted, where that is unusual."""
+    """Return a remark on how an estimator was fitted, if that is unusual."""
     options = [f"{key} {value}" for key, value in (scores.options or {}).items()]
     return ", ".join([*options, f"{scores.sets} of {sets} rigs"] if scores.sets < sets else options)
 

@@ -1,4 +1,4 @@
-"""Order of hardness of materials without a Shore A."""
+"""Order of hardness, for materials whose Shore A is unknown."""
 
 from __future__ import annotations
 
@@ -78,8 +78,8 @@ class MaterialLeftOut(Record, frozen=True, kw_only=True):
 class HardnessOrder(Record, frozen=True, kw_only=True):
     """Rank correlations over materials, and class scores, if the pinches permit them.
 
-    ``n_pinches`` of ``pinches`` with a rank have a window; ``score`` describes the score that
-    orders materials without training.
+    ``n_pinches`` of the ``pinches`` with a rank have a window. ``score`` describes the untrained
+    score that orders the materials.
     """
 
     n_pinches: int
@@ -98,7 +98,7 @@ class HardnessOrder(Record, frozen=True, kw_only=True):
         return regression.rho if regression else None
 
     def classes_left_out(self) -> dict[str, ClassificationScores]:
-        """Return class scores by estimator; empty where these pinches do not permit them."""
+        """Class scores by estimator; empty if these pinches do not permit them."""
         left_out = self.leave_one_material_out
         return (left_out.classification if left_out else None) or {}
 
@@ -121,12 +121,12 @@ def spectral_centroid(X: np.ndarray[Any, np.dtype[np.float32]], rate: float) -> 
     X
         Windows, shape (n, samples, 1), V.
     rate
-        Hz.
+        Sampling rate, Hz.
 
     Returns
     -------
     ndarray
-        Hz, shape (n,).
+        Centroids, Hz, shape (n,).
     """
     waves = X[:, :, 0].astype(np.float64)
     # The contact is at the window's start: only its end is weighed down.
@@ -205,7 +205,7 @@ def hardness(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
 def _questions(
     data: LabelledWindows, settings: StudySettings
 ) -> tuple[dict[tuple[str, str], Question], list[str]]:
-    """Return the splits or questions that these windows permit, and reasons for the others."""
+    """Return the questions (task and splits) that are possible, and reasons for the others."""
     out: dict[tuple[str, str], Question] = {}
     left_out = []
     reference = ESTIMATORS.default
@@ -373,7 +373,7 @@ def _text(subjects: Subjects) -> str:
 
 
 def order_table(results: SubjectResults) -> Table | None:
-    """Return the rank correlations over materials."""
+    """Return a table of the rank correlations over materials."""
     order = results[HARDNESS]
     if not order:
         return None
@@ -388,7 +388,7 @@ def order_table(results: SubjectResults) -> Table | None:
 
 
 def class_table(results: SubjectResults) -> Table | None:
-    """Return the accuracy of the hardness class."""
+    """Return a table of the accuracy of the hardness class."""
     order = results[HARDNESS]
     if not order:
         return None

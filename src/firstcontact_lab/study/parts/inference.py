@@ -1,4 +1,4 @@
-"""Time of one estimate, here and on the microcontroller."""
+"""Time of one estimate, on this machine and on the microcontroller."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ from firstcontact_lab.study.timing import InferenceTime, time_calls, time_infere
 
 
 class InferenceTimes(InferenceTime, frozen=True, kw_only=True):
-    """Times of an estimator's regression and ``classification``."""
+    """Inference times of an estimator: of the regression and of the ``classification``."""
 
     classification: InferenceTime | None = None
 
@@ -81,8 +81,8 @@ class BoardTime(Record, frozen=True, kw_only=True):
     """Cost of a prediction by one form of a model on the board.
 
     ``estimator`` and ``task`` identify the model. ``samples`` is its number of samples from the
-    contact on, at ``rate_hz``. ``instructions`` of its most expensive prediction are counted by the
-    emulator.
+    contact on, at ``rate_hz``. ``instructions`` are those of its most expensive prediction, counted
+    by the emulator.
     """
 
     estimator: Name
@@ -98,7 +98,7 @@ class BoardTime(Record, frozen=True, kw_only=True):
 
     @property
     def microseconds(self) -> float:
-        """Time on the board at the assumed clock and cycles, us."""
+        """Time on the board with the assumed clock rate and cycles per instruction, us."""
         return microseconds(self.instructions)
 
 
@@ -121,7 +121,7 @@ def read_board(path: Path) -> dict[str, BoardTime]:
     Raises
     ------
     InputError
-        The file cannot be read, is no such file, or has no costs.
+        The file cannot be read, is of another kind, or has no costs.
     """
     remedy = "give the embedded.json of `make embedded` of this version"
     rows = read_record(read_regular(path, LONGEST), _Board, str(path), remedy).models
@@ -148,11 +148,11 @@ SLOW_WINDOWS = 300
 
 
 def inference(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Measure p50 and p99 of single-window inference, and of the training library.
+    """Measure p50 and p99 of single-window inference, with our code and the training library.
 
     Models learn from all blocks, as in use, because the time of a support vector machine depends on
-    its number of support vectors. Slow estimators learn from a part: their time does not depend on
-    the data.
+    its number of support vectors. Estimators that train slowly learn from a part, because their
+    inference time does not depend on the data.
     """
     data = subject.windows(DURATION)
     blocks = data.take(~data.test)
@@ -212,7 +212,7 @@ def _anytime(subject: Subject, settings: StudySettings) -> InferenceTime | None:
 
 
 def _train(job: tuple[str, Task], blocks: LabelledWindows, seed: int) -> WindowModel:
-    """Return a model that is trained briefly: on all blocks, or a part if the estimator is slow."""
+    """Return a briefly trained model: on all blocks, or on a part if training is slow."""
     model, task = job
     entry = ESTIMATORS.find(model)
     options = dict(entry.quick)
@@ -250,7 +250,7 @@ _TIMES = (
 
 
 def inference_table(results: SubjectResults) -> Table | None:
-    """Return the times of one window, and of the training library."""
+    """Return a table of the times for one window, with our code and the training library."""
     times = results[INFERENCE]
     if not times:
         return None
@@ -289,7 +289,7 @@ _CAPTION = (
 
 
 def board_table(results: SubjectResults) -> Table | None:
-    """Return samples, instructions and time of each form on the board and on this machine."""
+    """Return a table of samples, instructions and times of each form on the board and here."""
     board = results[BOARD]
     if not board:
         return None
@@ -320,7 +320,7 @@ def _form_title(time: BoardTime) -> str:
 
 
 def _ends(board: Mapping[str, BoardTime]) -> list[str]:
-    """Return the cheapest and the most expensive form of each model, as ``board`` orders them."""
+    """Return the cheapest and the most expensive form of each model, in the order of ``board``."""
     models: dict[tuple[str, str], list[str]] = {}
     for form, time in board.items():
         models.setdefault((time.estimator, time.task), []).append(form)
@@ -333,7 +333,7 @@ def _ends(board: Mapping[str, BoardTime]) -> list[str]:
 
 
 def _local_p99(results: SubjectResults, time: BoardTime) -> float | None:
-    """Return the time of the model of a form on this machine, us."""
+    """Return the p99 time, on this machine, of the model from which a form was made, us."""
     network = results[ANYTIME_TIME]
     if time.estimator in NETWORK_TITLES:
         return None if network is None else network.p99
@@ -391,7 +391,7 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
 
 
 def _busy(times: Sequence[InferenceTimes]) -> str:
-    """Return the reason why the machine was too busy for timing, "" if it was not."""
+    """Return the reason why the machine was too busy for timing; "" if it was not."""
     preempted, calls = sum(t.preempted for t in times), sum(t.calls for t in times)
     if preempted > MOST_PREEMPTED * calls:
         return (

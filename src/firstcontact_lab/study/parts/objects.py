@@ -1,4 +1,4 @@
-"""Regression on objects that no model learned from."""
+"""Regression on objects that were not in the training data."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ from firstcontact_lab.study.splits import learns_one_value, unseen_objects
 
 
 class ObjectScores(RegressionScores, frozen=True, kw_only=True):
-    """Scores of an estimator on unseen objects: per pinch, per specimen, and of means."""
+    """Scores of an estimator on unseen objects: per pinch, per specimen, and of their means."""
 
     per_object: dict[str, SpecimenErrors]
     over_objects: MeanErrors
@@ -173,7 +173,7 @@ def why_not_unseen(subject: Subject) -> str:
 
 
 def _specimens(dataset: Dataset) -> set[tuple[str, str]]:
-    """Return object (or level without a name) and specimen of each pinch.
+    """Return the object (or the level of Shore A if unnamed) and the specimen of each pinch.
 
     The level of a named object is not used, because repeated measurements of one object may differ.
     """
@@ -235,7 +235,7 @@ def _text(subjects: Subjects) -> str:
 
 
 def object_table(results: SubjectResults, variants: bool = True) -> Table | None:
-    """Return the scores of all estimators on unseen objects, with or without their variants."""
+    """Return a table of the scores of all estimators on unseen objects."""
     entries: list[tuple[Cell, ObjectScores | None, bool]] = []
     for name in names.estimators(results[OBJECTS], True):
         scores, title = results[OBJECTS][name], names.estimator(name).title
@@ -247,7 +247,7 @@ def object_table(results: SubjectResults, variants: bool = True) -> Table | None
 
 
 def per_object_table(results: SubjectResults) -> Table | None:
-    """Return mean, spread and bias for each object and estimator without the floors."""
+    """Return a table of mean, spread and bias for each object and estimator, without baselines."""
     each = {n: results[OBJECTS][n].per_object for n in names.estimators(results[OBJECTS])}
     if not each:
         return None

@@ -1,4 +1,7 @@
-"""Network, own pinches and their average on rigs of other structure."""
+"""Scores of the network, of a regression on the rig's pinches, and of their average.
+
+They are measured on random rigs whose structure differs from the training rigs.
+"""
 
 from __future__ import annotations
 
@@ -82,7 +85,7 @@ class RandomRigScores(Record, frozen=True, kw_only=True):
     """Scores of one method: RMSE in Shore A, coverage and width by ``KEYS``.
 
     ``intervals``: 95 % bootstrap intervals over rigs. ``gains``: intervals of the difference from
-    the network, below 0 where the method is better.
+    the network; it is below 0 if the method is better.
     """
 
     scores: dict[str, float]
@@ -91,7 +94,7 @@ class RandomRigScores(Record, frozen=True, kw_only=True):
 
 
 class RandomRigs(Record, frozen=True, kw_only=True):
-    """Methods on ``rigs`` rigs of each of ``families``, drawn from ``seed``."""
+    """Scores of the methods on ``rigs`` rigs of each of ``families``, drawn from ``seed``."""
 
     seed: int
     rigs: int
@@ -100,7 +103,7 @@ class RandomRigs(Record, frozen=True, kw_only=True):
 
 
 def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Score all methods on the same contacts. The rigs do not depend on the subject."""
+    """Score all methods on the same contacts. Rigs are random: the subject's data are not used."""
     if subject.name != PAPER_RIG.name:
         return PartResult()
     names = ["linear_pad", "several"] if settings.brief else list(STRUCTURES)
@@ -253,12 +256,12 @@ _WITH_INTERVALS = (
 
 
 def errors_table(results: SubjectResults) -> Table | None:
-    """Return the errors of one pinch by time and use."""
+    """Return a table of the errors of single pinches, by time and use."""
     return _table(results[RANDOM_RIGS], _COLUMNS, "RMSE of one pinch")
 
 
 def intervals_table(results: SubjectResults) -> Table | None:
-    """Return the errors of three pinches, and coverage and width of the intervals at 5 ms."""
+    """Return a table: errors of three pinches, and coverage and width of intervals at 5 ms."""
     return _table(results[RANDOM_RIGS], _MORE, "Three pinches pooled and 90 % intervals, 5 ms")
 
 

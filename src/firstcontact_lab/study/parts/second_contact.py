@@ -1,4 +1,4 @@
-"""Error with and without the second contact in the window."""
+"""Error of windows that contain the second contact, and of windows that do not."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from firstcontact_lab.study.settings import StudySettings
 
 
 class SecondContact(Record, frozen=True, kw_only=True):
-    """Errors by the position of the second contact: "with", "without" or "misplaced"."""
+    """Errors for windows "with" and "without" the second contact, and for "misplaced" windows."""
 
     blocks: dict[str, RegressionScores] | None = None
     objects: dict[str, RegressionScores] | None = None
@@ -39,7 +39,7 @@ class SecondContact(Record, frozen=True, kw_only=True):
 def by_side(
     scores_by_side: Mapping[str, SecondContact],
 ) -> list[tuple[str, str, str, RegressionScores]]:
-    """Yield estimator, side, position and errors: first of the blocks, then of the objects."""
+    """Yield estimator, side, group and errors: first for the blocks, then for the objects."""
     sides = [("blocks", model, side_scores.blocks) for model, side_scores in scores_by_side.items()]
     sides += [("objects", model, scores.objects) for model, scores in scores_by_side.items()]
     return [
@@ -50,10 +50,10 @@ def by_side(
 
 
 def second_contact(subject: Subject, settings: StudySettings) -> PartResult:
-    """Score the existing predictions by the position of the second contact.
+    """Score existing predictions by whether the window contains the second contact.
 
-    Windows that do not begin at the first contact (a false, late or other finger's trigger) are
-    scored separately.
+    Windows that do not begin at the first contact (after a trigger that is false, late or of the
+    other finger) are scored separately.
     """
     room = samples_to_spare(subject)
     astray = misplaced(subject, settings.early)
@@ -102,9 +102,9 @@ def misplaced(subject: Subject, early: float) -> NDArray[np.bool_]:
 def samples_to_spare(subject: Subject) -> Values:
     """Return the samples from the end of each window to the second contact, shape (pinches,).
 
-    A negative number means that the second contact is in the window or before it. NaN if it is
-    unknown or there is no window. A window begins at the detected contact, which can differ
-    slightly from the true one.
+    A negative number means that the second contact is in the window or before it. The value is NaN
+    if the second contact is unknown or there is no window. A window begins at the detected contact,
+    which can differ slightly from the true one.
     """
     out = np.full(len(subject.dataset), np.nan)
     for i, (pinch, start) in enumerate(zip(subject.dataset.pinches, subject.starts, strict=True)):
@@ -135,7 +135,7 @@ _SCORES: Sequence[Row[RegressionScores]] = (
 
 
 def second_figure(subjects: Subjects) -> Figure | None:
-    """Draw the RMSE with and without the second contact; groups of one pinch get no dot."""
+    """Draw the RMSE with and without the second contact. Groups of one pinch get no dot."""
     panels = []
     for title, results in subjects.items():
         dots = []
@@ -159,7 +159,7 @@ def second_figure(subjects: Subjects) -> Figure | None:
 
 
 def second_table(results: SubjectResults, variants: bool = True) -> Table | None:
-    """Return errors with and without the second contact, of all estimators or the published."""
+    """Return a table of errors with and without the second contact, also of variants if wanted."""
     divided = results[SECOND_CONTACT]
     entries = [
         (

@@ -1,4 +1,4 @@
-"""Hardness class from the first milliseconds of materials left out."""
+"""Hardness class from the first milliseconds, for materials that are left out of training."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ SHOWN_MS = ("3", "15")
 
 
 class Reading(Record, frozen=True, kw_only=True):
-    """Scores of one estimator with one kind of windows.
+    """Reading: scores of one estimator with one kind of windows.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ class Reading(Record, frozen=True, kw_only=True):
     known_contacts
         True if windows start at labelled contacts; False for detected ones.
     n
-        Pinches with a window of 15 ms.
+        Number of pinches with a window of 15 ms.
     material_held_out
         Balanced accuracy by length in ms: mean over materials, then over classes.
     """
@@ -72,9 +72,10 @@ class Reading(Record, frozen=True, kw_only=True):
 
 
 class RealMaterial(Record, frozen=True, kw_only=True):
-    """Scores of one left-out material: accuracy by length in ms, and mean centroids, Hz.
+    """Scores of one left-out material: accuracy by window length in ms, and mean centroids, Hz.
 
-    ``sessions``: accuracy in each of several sessions, by length. All were left out together.
+    ``sessions``: accuracy in each of several sessions, by window length. All sessions of a material
+    were left out together.
     """
 
     rank: float
@@ -91,7 +92,7 @@ class RealSet(Record, frozen=True, kw_only=True):
     Parameters
     ----------
     n
-        Pinches with a window.
+        Number of pinches with a window.
     materials
         Number of materials.
     material_held_out
@@ -101,11 +102,12 @@ class RealSet(Record, frozen=True, kw_only=True):
     score
         Description of the unfitted score that orders materials.
     rho, p
-        Spearman over materials of that score on the signal as the device sent it.
+        Spearman's rho of that score over materials, and its p-value, on the signal as the device
+        sent it.
     most_rho
-        Rho of a perfect order, given ties between materials of one rank.
+        Largest possible rho, because materials of one rank are ties.
     conditioned_order
-        Order by the same score after the published conditioning.
+        Order by the same score after the published smoothing and filter.
     readings
         Scores of all kinds of windows. The first one gives ``material_held_out``.
     by_material
@@ -143,7 +145,7 @@ class _Variant:
 
 
 def short_windows(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Score classes of left-out materials from short windows, and their order by a fixed score."""
+    """Score the hardness classes of left-out materials from short windows, and their order."""
     if not subject.has_known_contacts:
         return PartResult(
             left_out=["Short windows of materials left out: no pinch has a known first contact."]
@@ -193,7 +195,7 @@ def short_windows(subject: Subject, settings: StudySettings, runner: Runner) -> 
 
 
 def _ways(subject: Subject) -> list[_Variant]:
-    """Return the kind of windows that the numbers describe, then its alternatives."""
+    """Return the readings: first the kind of windows for the main numbers, then alternatives."""
     moves = [
         n for n, e in window_estimators().items() if e.moves and Task.CLASSIFICATION in e.tasks
     ]
@@ -213,7 +215,7 @@ def _ways(subject: Subject) -> list[_Variant]:
 def _windows(subject: Subject, reading: _Variant, duration: float) -> LabelledWindows:
     """Return windows of known materials.
 
-    Each material is one session, so folds hold it out whole.
+    Each material counts as one session, so folds hold out whole materials.
     """
     dataset = subject.dataset
     rank = np.where(dataset.objects != "", dataset.hardness_rank, np.nan)
@@ -223,7 +225,7 @@ def _windows(subject: Subject, reading: _Variant, duration: float) -> LabelledWi
 
 
 def _lacking(data: LabelledWindows) -> str:
-    """Return the reason why these windows do not permit the part, else ""."""
+    """Return the reason why these windows do not suffice for the part, else ""."""
     materials, ranks = np.unique(data.objects), np.unique(data.y)
     if len(ranks) < 2 or len(materials) < 4:
         return "fewer than two hardness ranks or four materials have a window"
@@ -244,7 +246,7 @@ def _by_material(data: LabelledWindows, predicted: Values) -> dict[str, float]:
 def _by_session(
     subject: Subject, data: LabelledWindows, predicted: Values
 ) -> dict[tuple[str, str], float]:
-    """Return the share classed right by material and session, for materials with several."""
+    """Return the share of right classes by material and session, if it has several sessions."""
     sessions, right = subject.dataset.sessions[data.rows], predicted == data.y
     out = {}
     for material in np.unique(data.objects):
@@ -320,7 +322,7 @@ def _centroids(data: LabelledWindows) -> dict[str, float]:
 
 
 def _most(order: Values) -> float:
-    """Return Spearman's rho of a score without ties in the same order."""
+    """Return Spearman's rho of a score that orders the materials perfectly but has no ties."""
     from scipy.stats import spearmanr
 
     return float(spearmanr(np.sort(order), np.arange(len(order))).statistic)
@@ -389,7 +391,7 @@ def by_material_figure(real: RealSet) -> Figure:
 
 
 def order_figure(real: RealSet) -> Figure:
-    """Draw the mean centroid of each material, as sent and after the published conditioning."""
+    """Draw the mean centroid of each material: as sent, and after the published filters."""
     order = _sorted(real)[::-1]
     ranks = sorted({material.rank for _, material in order})
     colours = dict(zip(ranks, shades(len(ranks)), strict=True))
@@ -474,7 +476,7 @@ def real_set(results: SubjectResults) -> RealSet | None:
 
 
 def short_table(results: SubjectResults) -> Table | None:
-    """Return the balanced accuracy of each reading by window length, and the hardness order."""
+    """Return a table of the balanced accuracy of each reading by window length, and the order."""
     real = real_set(results)
     if real is None:
         return None
@@ -492,7 +494,7 @@ def short_table(results: SubjectResults) -> Table | None:
 
 
 def materials_table(results: SubjectResults) -> Table | None:
-    """Return accuracy and centroid of each material, softest first."""
+    """Return a table of accuracy and centroid of each material, the softest first."""
     real = real_set(results)
     if real is None:
         return None
@@ -522,7 +524,7 @@ def materials_table(results: SubjectResults) -> Table | None:
 
 
 def _order(real: RealSet) -> str:
-    """Return the order of hardness as a sentence."""
+    """Return a sentence about the order of hardness."""
     smooth = real.conditioned_order
     if real.rho is None or real.p is None or smooth.rho is None:
         return ""

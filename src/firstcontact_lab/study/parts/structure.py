@@ -1,4 +1,4 @@
-"""Contacts, and the estimates from them, on rigs of another structure than the twin's."""
+"""Contacts, and estimates from them, on rigs whose structure differs from the twin's."""
 
 from __future__ import annotations
 
@@ -59,24 +59,24 @@ OUTCOMES = ("success", "false_alarms", "late", "misses", "wrong_finger")
 
 
 class StructureScores(Record, frozen=True, kw_only=True):
-    """Scores of a detector on rigs of another structure. Shares are of pinches of unseen objects.
+    """Scores of a detector on rigs of other structure. Shares are of pinches of unseen objects.
 
     Parameters
     ----------
     placed, early, late, missed
-        Shares whose first contact is placed within 3 ms, before or after that, or not at all. A
-        contact of the wrong finger counts as missed.
+        Shares of pinches whose first contact is placed within 3 ms, earlier, later, or not at all.
+        A contact of the wrong finger counts as missed.
     false_alarms_per_minute
         Detected contacts per minute of motor time in empty closings of 0.25 s.
     rmse, coverage
-        RMSE in Shore A at 5 ms of the network that is conditioned on the rig, from these contacts,
-        and the share of truths in its intervals.
+        RMSE in Shore A at 5 ms of the network, conditioned on the rig, at these contacts; and the
+        share of truths inside its intervals.
     combined, combined_coverage
-        The same of the estimator ``combined``.
+        The same scores of the estimator ``combined``.
     gain
         Difference of both RMSE, below 0 if ``combined`` is better.
     predicted
-        Share of pinches with such estimates.
+        Share of pinches that have these estimates.
     intervals
         95 % bootstrap intervals over rigs.
     """
@@ -100,9 +100,10 @@ class StructureScores(Record, frozen=True, kw_only=True):
 
 
 class Structures(Record, frozen=True, kw_only=True):
-    """Detectors by name, and the RMSE of the model that knows no rig by time (ms).
+    """Scores of detectors by name, and RMSE of the unconditioned model by time, ms.
 
-    ``rigs`` rigs of ``seeds`` for each motor, and ``pinches`` of unseen objects on each.
+    There are ``rigs`` rigs from ``seeds`` for each motor, and ``pinches`` pinches of unseen objects
+    on each rig.
     """
 
     rigs: int
@@ -275,7 +276,7 @@ _NAMES = {"shipped": "Shipped detector", "own": "Detector from its own blocks"}
 
 
 def structure_table(results: SubjectResults) -> Table | None:
-    """Return the scores of each detector, with and without withdrawals."""
+    """Return a table of the scores of each detector, with and without withdrawals."""
     structures = results[STRUCTURE]
     if structures is None:
         return None
@@ -292,7 +293,7 @@ def structure_table(results: SubjectResults) -> Table | None:
 
 
 def unknown_table(results: SubjectResults) -> Table | None:
-    """Return the error of the model that knows no rig by the time after the contact."""
+    """Return a table of the error of the unconditioned model by the time after the contact."""
     structures = results[STRUCTURE]
     if structures is None:
         return None

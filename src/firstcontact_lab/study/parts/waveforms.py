@@ -1,4 +1,4 @@
-"""Vibration after the contact by stiffness."""
+"""Vibration after the contact, by stiffness of the object."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from firstcontact_lab.study.part import (
 
 
 class PeakVoltage(Record, frozen=True, kw_only=True):
-    """Peaks of the windows of one Shore A level, V."""
+    """Peak voltages in the windows of one level of Shore A, V."""
 
     mean: float
     sd: float | None = None
@@ -50,7 +50,7 @@ def _peaks(values: NDArray[np.float64]) -> PeakVoltage:
 
 
 def response_figure(blocks: LabelledWindows, unit: str) -> Figure:
-    """Draw the median waveform of each level with its middle half, from the contact on."""
+    """Draw the median waveform of each level from the contact on, with its interquartile range."""
     levels = np.unique(blocks.y)
     time = 1e3 * np.arange(blocks.X.shape[1]) / blocks.rate
     with canvas() as (figure, axes):

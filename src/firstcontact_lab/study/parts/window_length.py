@@ -46,7 +46,7 @@ class WindowSearch(Record, frozen=True, kw_only=True):
 def window_length(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
     """Measure the error of the default estimator by window length, on blocks and objects.
 
-    Training is quick and the same for all lengths, because every length and fold needs one.
+    Training is brief, and the same for all lengths, because each length and fold needs a training.
     """
     questions, places = [], []
     model = ESTIMATORS.default
@@ -99,7 +99,7 @@ def window_length(subject: Subject, settings: StudySettings, runner: Runner) -> 
 def lengths_figure(
     model: str, scores_by_length: Mapping[str, Mapping[str, WindowErrors]]
 ) -> Figure:
-    """Draw the RMSE of a model with intervals against window length (ms), blocks and objects."""
+    """Draw the RMSE of a model against the window length, ms, for blocks and for objects."""
     title = names.estimator(model).title
     with canvas() as (figure, axes):
         ax = axes[0, 0]
@@ -160,7 +160,7 @@ def _errors(side: str) -> list[Row[WindowErrors]]:
 
 
 def length_table(results: SubjectResults) -> Table | None:
-    """Return RMSE, MAE and MSE by window length."""
+    """Return a table of RMSE, MAE and MSE by window length."""
     lengths = results[WINDOW_LENGTH]
     if not lengths:
         return None

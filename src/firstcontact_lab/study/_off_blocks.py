@@ -98,7 +98,7 @@ def _ends(parts: Sequence[Answered]) -> tuple[float, float]:
 
 
 def _together(answered: Answered, seed: int) -> Values:
-    """Return the errors of the mean prediction over three pinches of one object, drawn at random."""
+    """Return errors of the mean prediction over three pinches of one object, drawn randomly."""
     rng = np.random.default_rng([seed, answered.place])
     errors = []
     for specimen in np.unique(answered.queries.specimens):

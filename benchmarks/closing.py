@@ -1,10 +1,10 @@
-"""Processor time of one commanded closing of the twin's hand, as a ratio.
+"""Processor time of one commanded closing of the twin's hand, for several variants.
 
 Each closing gets the same three commands. The reference builds a new plant for each closing, uses
-the fine step to the end, and reads all samples in blocks of five until the last command. The other
-variants copy a prepared plant at its first sample or at the first contact. They use a coarser step
-once the plant is calm. All variants run in turn in this process, without detector and policy, after
-compilation. Run it on an idle machine: ``OMP_NUM_THREADS=1 python benchmarks/closing.py``.
+the fine time step to the end, and reads all samples in blocks of five until the last command. The
+other variants copy a prepared plant at its first sample or at the first contact. They use a coarser
+step once the plant is calm. All variants run in turn in this process, without detector and policy,
+after compilation. Run it on an idle machine: ``OMP_NUM_THREADS=1 python benchmarks/closing.py``.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ STEP = 100
 
 
 def plant(number: int, latency: float, lift: Lift, calm_steps: int | None) -> GraspPlant:
-    """Return the closing with this number, on an object of the household."""
+    """Return the plant for the closing with this number, on a household object."""
     household_object = HOUSEHOLD[number % len(HOUSEHOLD)]
     specimen = draw_household_specimen(0, PAPER_RIG, household_object, 0)
     draw = draw_pinch(0, PAPER_RIG, "benchmark", specimen, number)
@@ -48,7 +48,7 @@ def plant(number: int, latency: float, lift: Lift, calm_steps: int | None) -> Gr
 
 
 def approach(hand: GraspPlant) -> GraspPlant:
-    """Close gently until a finger touches."""
+    """Command a gentle closing until a finger touches."""
     hand.command(Command(hand.nominal.speed, 1.0))
     while not hand.contacts:
         hand.move(BLOCK)
@@ -86,7 +86,7 @@ def forked(hand: GraspPlant, reads: bool) -> GraspOutcome:
 
 
 def spent(work: Callable[[], GraspOutcome]) -> tuple[float, GraspOutcome]:
-    """Return the processor time, ms, and the outcome."""
+    """Call a function. Return its processor time, ms, and its result."""
     begin = time.process_time()
     outcome = work()
     return 1e3 * (time.process_time() - begin), outcome

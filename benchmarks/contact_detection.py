@@ -35,14 +35,14 @@ def closing(seed: int, samples: int = 1480) -> Pinch:
 
 
 def streamed(detector: Detector, data: np.ndarray) -> None:
-    """Feed the detector in blocks of one step."""
+    """Return the contacts from the detector, fed with blocks of one step."""
     detector.start(LAYOUT)
     for start in range(0, len(data), STEP):
         detector.update(Block(data[start : start + STEP], start))
 
 
 def seconds(work: Callable[[], object], repeats: int = 3) -> float:
-    """Return the shortest time of several runs, s."""
+    """Return the shortest time of several runs of a function, s."""
     times = []
     for _ in range(repeats):
         begin = time.perf_counter()

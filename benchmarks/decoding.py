@@ -54,7 +54,7 @@ def stream(seconds: float) -> tuple[bytes, bytes, np.ndarray]:
 
 
 def ours(greeting: bytes, pieces: list[bytes]) -> tuple[float, list[Block]]:
-    """Return the time of decoder and assembler, s, and their blocks."""
+    """Return the time of our decoder and assembler, s, and the blocks that they give."""
     decoder, assembler = Decoder(), Assembler()
     assembler.take(decoder.feed(greeting))
     blocks: list[Block] = []
@@ -67,7 +67,7 @@ def ours(greeting: bytes, pieces: list[bytes]) -> tuple[float, list[Block]]:
 
 
 def plain(pieces: list[bytes]) -> tuple[float, list[tuple[int, ...]]]:
-    """Return the time of the plain decoder, s, and its rows."""
+    """Return the time of the plain decoder, s, and the rows of samples that it gives."""
     row = struct.Struct(f"<{CHANNELS}h")
     rows: list[tuple[int, ...]] = []
     body = bytearray()

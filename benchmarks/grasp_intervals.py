@@ -1,11 +1,11 @@
 """Coverage of the grasp study's intervals: `python benchmarks/grasp_intervals.py`.
 
-The truth is known in a synthetic world. Kinds of objects are drawn around those of the household,
-within its groups. Two fixed rules grip them, one with a stiffness reading and one without. Each
+The truth is known in a synthetic world. Kinds of objects are drawn around the household objects,
+within their groups. Two fixed rules grip them, one with a stiffness reading and one without. Each
 repetition draws as many kinds, hands and specimens as the study has. It computes the interval of
-"fewer drops where both damage 10 %" in two ways. The first chooses the boldness again in each
-resample, as the study does. The second keeps the boldness of all picks and counts additional damage
-as drops. The study's numbers are not used.
+"fewer drops where both damage 10 %" in two ways. The first chooses the boldness (a factor on all
+forces) again in each resample, as the study does. The second keeps the boldness that fits all
+picks, and counts additional damage as drops. The study's numbers are not used.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def drawn(
     """Draw kinds and pinches.
 
     Return the outcomes of both rules, and kind, hand and group of each pinch. Each group has
-    ``each`` times its number of kinds.
+    ``each`` times as many kinds as in the study.
     """
     place = np.concatenate(
         [
@@ -86,7 +86,7 @@ def rescaled(ours: Outcomes, theirs: Outcomes, weights: Values | None) -> Values
 
 
 def fixed(ours: Outcomes, theirs: Outcomes, weights: Values) -> Values:
-    """Return the difference in drops at the boldness of all picks.
+    """Return the difference in drops at the boldness that fits all picks.
 
     Additional damage counts as drops.
     """

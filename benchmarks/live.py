@@ -2,14 +2,14 @@
 
 The twin's running hand (60 s with some 30 closings) is replayed through the pipeline in blocks of
 0.1 s and of 5 samples, as a device sends them, with the network and with a window model. For
-comparison the naive form detects and cuts the whole closing so far again for each estimate, and
-calls scikit-learn's ``predict``.
+comparison, the naive form processes the whole closing so far again for each estimate, and calls
+scikit-learn's ``predict``.
 
-``firstcontact live --device twin`` then runs in real time over a pseudo terminal, several
-times each without a page, and with a page and a client of it. The headline is the share of
-closings with an estimate in force: available before the second contact, by the clock, with all
-delays. ``--out`` writes these figures as JSON. Run it with one thread:
-``OMP_NUM_THREADS=1 python benchmarks/live.py``.
+``firstcontact live --device twin`` then runs in real time over a pseudo terminal, several times
+each without a page, and with a page and a client of it. The main result is the share of closings
+with an estimate in force: one that was available before the second contact, with all delays.
+``--out`` writes these figures as JSON. Run it with one thread: ``OMP_NUM_THREADS=1 python
+benchmarks/live.py``.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ def replayed(pipeline: Pipeline, blocks: list[Block]) -> tuple[float, list[Pinch
 
 
 def one_answer(model: InContextModel, seed: int, times: int = 5000) -> str:
-    """Return the time of one prediction of an any-time model, by wall clock and processor."""
+    """Return the wall-clock time and the processor time of one prediction of an any-time model."""
     rng = np.random.default_rng(seed)
     samples = samples_in(LONGEST, LAYOUT.rate)
     ring = np.exp(-np.arange(samples) / 25) * np.sin(np.arange(samples) / 8)
@@ -126,7 +126,7 @@ def naive_seconds(
 
 @contextmanager
 def viewer(address: str) -> Iterator[None]:
-    """Open the page's socket and read all its messages."""
+    """Open the socket of the page and read all messages."""
     from websockets.sync.client import connect
 
     with connect(address.replace("http", "ws") + "socket", compression=None) as line:
@@ -137,25 +137,25 @@ def viewer(address: str) -> Iterator[None]:
 
 @dataclass(frozen=True)
 class RealTime:
-    """Figures of one run in real time, with its machine.
+    """Results of one run in real time, and the machine that it ran on.
 
     Parameters
     ----------
     machine, cores, load
         Processor, number of its cores, and load of the last minute at the end of the run.
     viewer
-        True with the page and a client of it on the same machine.
+        True if the page was served to a client on the same machine.
     closings, with_second
         Number of closings, and of those with a second contact.
     in_force, in_force_share
-        Closings with an estimate in force when the second finger touched.
+        Number and share of closings with an estimate available when the second finger touched.
     missed_offsets_ms
-        Times from the first to the second contact in closings without an estimate in force.
+        Times from the first to the second contact in closings without an available estimate, ms.
     first_pinch_ms, compute_ms
-        Time from the last needed sample to the estimate: the first one of the session, and median,
-        99th percentile and maximum of all.
+        Time from the last needed sample to the estimate, ms: for the first pinch of the session,
+        and median, 99th percentile and maximum over all pinches.
     core_share
-        Processor time of the command, share of one core, without the twin's process.
+        Processor time of the command, without the twin's process, as a share of one core.
     """
 
     machine: str
@@ -173,7 +173,7 @@ class RealTime:
 
     @property
     def words(self) -> str:
-        """Figures on one line."""
+        """Text with the results on one line."""
         p50, p99, longest = self.compute_ms
         return (
             f"estimate in force in {self.in_force} of {self.closings} closings "

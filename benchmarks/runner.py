@@ -33,7 +33,7 @@ from firstcontact.twin import simulate
 
 @contextmanager
 def local(workers: int) -> Iterator[None]:
-    """Use no cluster: local processes for the regressions and threads for the pinches."""
+    """Work without a cluster: local processes for the regressions, threads for the pinches."""
     yield
 
 

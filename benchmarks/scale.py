@@ -48,7 +48,7 @@ class Step:
     pinches
         Number of pinches of blocks.
     name
-        Step.
+        Name of the step.
     wall, cpu
         Wall time and processor time of the process and its children, s.
     peak

@@ -1,7 +1,8 @@
 """Detection rate and false alarms of a slip detector on the twin: `python benchmarks/slip.py`.
 
-The threshold is set on quiet holds of one hand (``SET_ON``), by its false alarms only. All results
-are for other hands. Slips are modelled (docs/explanation/slip.md), so these are twin results.
+The threshold is set by the number of false alarms alone, on quiet holds of one hand (``SET_ON``).
+All results are for other hands. Slips are modelled (docs/explanation/slip.md), so these are twin
+results.
 """
 
 from __future__ import annotations
@@ -85,7 +86,7 @@ def hold(seed: int, place: int, ratio: float, lift: Lift, coupling: float) -> Ho
 
 
 def listen(pinch: Hold, threshold: float, begin: int) -> tuple[list[int], list[float]]:
-    """Return the alarms and the loudness of each piece."""
+    """Return the alarms of the slip detector, and the loudness of each piece."""
     detector = PowerSlipDetector(threshold)
     detector.start(LAYOUT)
     alarms, loud = [], []
@@ -104,7 +105,7 @@ def quiet(seed: int) -> list[Hold]:
 
 
 def alarms_a_minute(holds: list[Hold], threshold: float) -> tuple[int, float]:
-    """Return the number of alarms and the time of the holds, s."""
+    """Return the number of alarms, and the total duration of the holds, s."""
     begins = [h.contact + round(HOLDS * FINGERTIP_RATE) for h in holds]
     count = sum(len(listen(h, threshold, b)[0]) for h, b in zip(holds, begins, strict=True))
     seconds = sum(len(h.data) - b for h, b in zip(holds, begins, strict=True)) / FINGERTIP_RATE

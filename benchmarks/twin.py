@@ -67,7 +67,7 @@ def halving(pinches: int) -> float:
 
 
 def captured(draw: PinchDraw) -> tuple[object, ...]:
-    """Return the arguments that :func:`integrate_pinch` passes to the kernel."""
+    """Return the arguments with which :func:`integrate_pinch` calls the compiled kernel."""
     taken: list[tuple[object, ...]] = []
     kernel = run_module.integrate
     run_module.integrate = lambda *arguments: taken.append(arguments) or len(arguments[-1])

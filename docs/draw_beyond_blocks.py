@@ -51,7 +51,7 @@ def write(name: str, image: str) -> None:
 
 
 def median_signal(seed: int, kind: TwinObject) -> tuple[np.ndarray, np.ndarray]:
-    """Return time (ms) and median signal (V) of an object by one hand, up to second contacts."""
+    """Return time, ms, and median signal, V, of one hand's contacts with an object."""
     pinches = []
     for number in range(PINCHES):
         draw = draw_pinch(seed, EVERYDAY, "picture", kind, f"{kind.name} {number}")
@@ -64,7 +64,7 @@ def median_signal(seed: int, kind: TwinObject) -> tuple[np.ndarray, np.ndarray]:
 
 
 def waveforms() -> str:
-    """Draw flat and round objects by one hand, and one block by several hands."""
+    """Draw signals of one hand on flat and round objects, and of several hands on one block."""
     with canvas(1, 3, (9.6, 3.4)) as (figure, axes):
         objects, hands, levels = axes[0]
         for name, colour, style in THINGS:

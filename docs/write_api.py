@@ -88,7 +88,7 @@ def sections(text: str) -> dict[str, str]:
 
 
 def prose(text: str) -> str:
-    """Turn the markup of docstrings into that of pages, one line a paragraph."""
+    """Convert the markup of docstrings to Markdown, one line per paragraph."""
     text = re.sub(r":\w+:`[~.]?([^`]*)`", r"`\1`", text).replace("``", "`")
     return "\n\n".join(" ".join(part.split()) for part in text.strip().split("\n\n"))
 
@@ -188,7 +188,7 @@ def described(name: str, subject: Any) -> list[str]:
 
 
 def reference(name: str, words: list[str]) -> str:
-    """Return a chapter with all that a user needs of each name of a module."""
+    """Return a chapter with the documentation of each name of a module."""
     module = import_module(name)
     parts = sections(module.__doc__ or "")
     lines = [f"## {name}", "", prose(parts[""]), ""]
@@ -200,7 +200,7 @@ def reference(name: str, words: list[str]) -> str:
 
 
 def room(name: str) -> str:
-    """Return a table of a room."""
+    """Return a table of the public names of a room."""
     full = f"firstcontact.{name}"
     module = import_module(full)
     rows = [f"| `{word}` | {summary(getattr(module, word))} |" for word in PUBLIC[name].split()]

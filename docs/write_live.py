@@ -1,4 +1,4 @@
-"""Write the tables of JSON lines in docs/reference/live-output.md from the structs themselves.
+"""Write the tables of JSON lines in docs/reference/live-output.md from the event structs.
 
 python docs/write_live.py
 """

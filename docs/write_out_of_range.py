@@ -1,11 +1,11 @@
-"""Measure which signals the any-time model calls out of range, and write the table of it.
+"""Measure which signals the network marks as out of range, and write a table of the shares.
 
     python docs/write_out_of_range.py                 the table, from docs/results
     python docs/write_out_of_range.py --measure       both, on simulated rigs and made-up signals
     python docs/write_out_of_range.py --measure --data FOLDER  and on real strikes and impacts
 
-Speech is spoken by ``espeak-ng`` where that is installed. Rows that cannot be measured are
-missing. Nothing of the model was chosen on these rigs and seeds.
+Speech comes from ``espeak-ng`` if it is installed. Rows that cannot be measured are left out. No
+choice about the model was made on these rigs and seeds.
 """
 
 from __future__ import annotations
@@ -91,7 +91,7 @@ MADE_UP = {
 
 
 def made_up(make: Callable[[np.random.Generator], Signal]) -> Touches:
-    """Return signals from a generator, each with noise of 0.2 to 5 % of its peak before it."""
+    """Return signals from a function. Noise of 0.2 to 5 % of the peak precedes each."""
     rng = np.random.default_rng([SEED, 1])
     quiet = np.exp(rng.uniform(np.log(0.002), np.log(0.05), (SIGNALS, 1)))
     signals = quiet * rng.standard_normal((SIGNALS, _BEFORE + _AFTER))
@@ -100,7 +100,7 @@ def made_up(make: Callable[[np.random.Generator], Signal]) -> Touches:
 
 
 def cut_touches(signals: list[Signal]) -> Touches:
-    """Return contacts with all their samples."""
+    """Return signals as contacts, with all samples valid."""
     n = len(signals)
     valid = np.full(n, _AFTER, np.intp)
     array = np.array(signals, np.float32).reshape(n, _BEFORE + _AFTER)
@@ -161,7 +161,7 @@ def speech() -> Iterator[Touches]:
 
 
 def joined(parts: Iterator[Touches]) -> Touches:
-    """Return contacts of several sounds as one set."""
+    """Return the contacts of several sounds as one set."""
     return cut_touches([signal for part in parts for signal in part.signals])
 
 
@@ -172,7 +172,7 @@ def shares(model: InContextModel, touches: Touches) -> NDArray[np.float64]:
 
 
 def simulated(family: str, rigs: int) -> list[tuple[Rig, Touches]]:
-    """Return random rigs from their block pinches, and touches of blocks and objects."""
+    """Return random rigs, summarised from block pinches, and touches of blocks and objects."""
     from firstcontact.twin import FAMILIES
     from firstcontact_lab.pretraining._batches import cut
     from firstcontact_lab.pretraining._examples import MARGIN, placing, rig_examples, volts
@@ -260,7 +260,7 @@ def filled(text: str) -> str:
 
 
 def main() -> None:
-    """Measure if the options say so, and write the table."""
+    """Measure if requested, and write the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--measure", action="store_true", help="measure before the table is made")
     parser.add_argument("--data", type=Path, help="folder of piezo_strikes and impact_hardness")

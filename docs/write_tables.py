@@ -3,8 +3,8 @@
     python docs/write_tables.py                     the tables, from docs/results
     python docs/write_tables.py --study A --generalise B --real C ...   copy them
 
-Tables stand between ``<!-- numbers: NAME -->`` and ``<!-- /numbers -->``. Nothing in them is
-typed by hand, and a test holds them against docs/results.
+Tables stand between ``<!-- numbers: NAME -->`` and ``<!-- /numbers -->``. No number in them is
+typed by hand, and a test compares them with docs/results.
 """
 
 from __future__ import annotations
@@ -137,18 +137,18 @@ def filled(text: str, made: dict[str, str]) -> str:
     Raises
     ------
     KeyError
-        The page asks for a table that does not exist.
+        The page names a table that does not exist.
     """
     return TABLE.sub(lambda m: f"{m['open']}\n{made[m['name']]}\n{m['close']}", text)
 
 
 def pages(root: Path) -> list[Path]:
-    """Return the pages that may have tables."""
+    """Return the pages that may contain tables."""
     return [root / "README.md", *sorted(root.glob("docs/**/*.md"))]
 
 
 def main() -> None:
-    """Copy results if asked to, then write the tables."""
+    """Copy results if requested, then write the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--study", type=Path, help="results.json of `make study`")
     parser.add_argument("--generalise", type=Path, help="results.json of `make generalise`")

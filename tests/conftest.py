@@ -48,7 +48,7 @@ TORCH = ("cnn", "pretrain", "test_anytime_network", "test_protocol")
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Put the tests that load PyTorch first: it takes each process that runs one 2 s or more.
 
-    Processes get contiguous parts of the tests, so one process runs nearly all of these.
+    Each process gets a contiguous part of the tests, so one process runs nearly all of these.
     """
     items.sort(key=lambda item: not loads_torch(item))
 
@@ -60,7 +60,7 @@ def loads_torch(item: pytest.Item) -> bool:
 
 
 def pytest_collection_finish() -> None:
-    """Exempt the collected tests from garbage collection, whose time grows with them."""
+    """Exempt the collected tests from garbage collection, which would take longer for each."""
     gc.collect()
     gc.freeze()
 

@@ -30,11 +30,11 @@ def cluster(folder: Path, workers: int, first_on_path: Path | None = None) -> It
     Parameters
     ----------
     folder
-        For what they write; empty.
+        Empty folder for the files of the scheduler and the workers.
     workers
-        How many.
+        Number of workers.
     first_on_path
-        Packages that the workers find before all others.
+        Folder that comes first on the workers' import path.
     """
     paths = [str(first_on_path or folder), *sys.path]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}

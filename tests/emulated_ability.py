@@ -1,7 +1,7 @@
 """Emulated Ability Hand at the other end of a pseudo terminal.
 
 It uses the functions of the hand's own package. The simulated hand of that package has no port,
-touch sensors or watchdog. They are added here as its documents describe them, with an object
+touch sensors or watchdog. They are added here as the hand's documents describe them, with an object
 between the fingers.
 """
 
@@ -35,11 +35,11 @@ class EmulatedAbility:
     Parameters
     ----------
     port
-        The pseudo terminal's name.
+        Name of the pseudo terminal.
     touch_at
         Flexion at which finger and thumb meet the object, degrees.
     stiffness
-        Of the object, N per degree.
+        Stiffness of the object, N per degree.
     """
 
     def __init__(self, port: Path, touch_at: float = 1e3, stiffness: float = 0.2) -> None:
@@ -87,7 +87,7 @@ class EmulatedAbility:
         return max(self.position[motor] - self._touch_at, 0.0) * self._stiffness
 
     def unplug(self) -> None:
-        """Take the cable out."""
+        """Unplug the cable."""
         self._ending.set()
         self._thread.join()
         self._terminal.unplug()

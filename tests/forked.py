@@ -1,7 +1,7 @@
-"""Programs in separate processes, without the seconds that imports take.
+"""Programs in forked processes, which saves the seconds that imports take.
 
-One server process per test process imports the libraries of the commands once. It is forked for
-each program. The fork has its own process ID, working directory, environment and streams.
+One server process per test process imports the libraries of the commands once. For each program the
+server is forked. The fork has its own process ID, working directory, environment and streams.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class Program(subprocess.Popen[str]):
     *words
         Arguments, after the file or the text.
     strict
-        Turn warnings into errors.
+        True to turn warnings into errors.
     **options
         Streams, ``cwd``, ``env`` and ``start_new_session`` of ``subprocess.Popen``.
     """
@@ -96,7 +96,7 @@ class Program(subprocess.Popen[str]):
 
 
 def _start_server() -> None:
-    """Start the server, unless it runs. Its interpreter finds the modules of these tests."""
+    """Start the server unless it is running. It can import the modules of these tests."""
     path = os.environ.get("PYTHONPATH")
     os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(Path(__file__).parent), path]))
     try:

@@ -1,7 +1,7 @@
-"""Twins without the second that an interpreter, its imports and compiled functions take to load.
+"""Processes of the twin by a fork, which saves the second that a new interpreter takes to load.
 
-`firstcontact.core.Child` starts the process of a twin. Here that process is forked from the one
-that asks for it. Programs that tests start with ``sys.executable`` start theirs as users do.
+`firstcontact.core.Child` starts the process of a twin. Here that process is forked from the test
+process. Programs that tests start with ``sys.executable`` start the twin's process as for users.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def _start(words: list[str], **options: Any) -> subprocess.Popen[bytes]:
 
 
 class _Fork(subprocess.Popen[bytes]):
-    """Process forked from this one, with other streams and in another session."""
+    """Process that is forked from this one, with other streams and in another session."""
 
     def _execute_child(  # type: ignore[no-untyped-def]
         self, args, executable, preexec_fn, close_fds, pass_fds, cwd, env, startupinfo,

@@ -1,4 +1,4 @@
-"""Modules and compiled functions that the fork server has before it forks programs."""
+"""Modules and compiled functions that the fork server loads before it forks programs."""
 
 from forked_children import load
 

@@ -23,8 +23,8 @@ def train_quickly() -> None:
     """Apply the settings to this process, which runs a command or a script of a test.
 
     Tests of single models and detectors train with the shipped values, in `test_stiffness_svm.py`,
-    `test_log_spectrum.py`, `test_combined.py` and `tests/contact`. Of whole commands, the slow test
-    `test_shipped_detector_is_reproducible` does so for the detector, and `make quick` for the rest.
+    `test_log_spectrum.py`, `test_combined.py` and `tests/contact`. Whole commands train with the
+    shipped values in the slow test `test_shipped_detector_is_reproducible` and in `make quick`.
     """
     for name, value in SETTINGS.items():
         module, _, constant = name.rpartition(".")

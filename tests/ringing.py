@@ -17,7 +17,7 @@ LEVELS = (10.0, 20.0, 29.0, 43.0, 60.0)
 def ringing(
     n: int, seed: int = 0, gain: float = 1.0, levels: tuple[float, ...] = LEVELS
 ) -> tuple[Touches, NDArray[np.float64], NDArray[np.str_]]:
-    """Return contacts, their Shore A and their sessions. ``gain`` is that of the sensor."""
+    """Return contacts, their Shore A and their sessions. ``gain`` belongs to the sensor."""
     rng = np.random.default_rng(seed)
     lead, tail = samples_in(BEFORE, RATE), samples_in(LAST, RATE)
     shore_a = np.array([levels[i % len(levels)] for i in range(n)])

@@ -22,7 +22,7 @@ from firstcontact.models import (
 
 
 def save_window(model: WindowModel, folder: Path, **fields: Any) -> Path:
-    """Save a window model alone. `fields` are the fields of its predictor."""
+    """Save a folder with only a window model. `fields` are the fields of its predictor's card."""
     return Model(predictors=(WindowPredictor(model, **fields),)).save(folder)
 
 
@@ -32,7 +32,7 @@ def load_window(folder: Path) -> WindowModel:
 
 
 def save_network(model: InContextModel, folder: Path, **fields: Any) -> Path:
-    """Save a network alone. `fields` are the fields of its predictor."""
+    """Save a folder with only a network. `fields` are the fields of its predictor's card."""
     return Model(predictors=(NetworkPredictor(model, **fields),)).save(folder)
 
 

@@ -18,11 +18,11 @@ def made_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path],
     Parameters
     ----------
     factory
-        Of temporary folders, from pytest.
+        Factory of temporary folders, from pytest.
     name
-        Its name.
+        Name of the file or folder.
     make
-        Function that makes it at the path given.
+        Function that makes the file or folder at a given path.
     """
     root = factory.getbasetemp()
     if "PYTEST_XDIST_WORKER" in os.environ:

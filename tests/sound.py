@@ -40,16 +40,16 @@ def _plugin() -> Path:
 
 
 def playing(folder: Path, samples: NDArray[np.int16], **settings: int) -> dict[str, str]:
-    """Return environment variables with which a program hears these samples from an input "disc".
+    """Return environment variables. With them a program gets these samples from an input "disc".
 
     Parameters
     ----------
     folder
-        For the tape and its settings.
+        Folder for the tape and its settings.
     samples
-        Shape (samples,) or (samples, channels).
+        Samples of the tape, shape (samples,) or (samples, channels).
     settings
-        Of the device, see ``sound_tape.c``.
+        Settings of the device; see ``sound_tape.c``.
     """
     try:
         portaudio()

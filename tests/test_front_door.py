@@ -1,4 +1,4 @@
-"""Public functions: one program that uses all of them, and their refusals."""
+"""Public functions: a program that uses all of them, and refusals."""
 
 from __future__ import annotations
 
@@ -239,7 +239,7 @@ class _Publisher:
 
 
 class _Node:
-    """Stand-in for ``rclpy.node.Node``: its interface, no ROS."""
+    """Stand-in for ``rclpy.node.Node`` with its interface but without ROS."""
 
     def __init__(self, name: str) -> None:
         self.name = name

@@ -12,7 +12,10 @@ from firstcontact.cli.main import main
 
 @pytest.fixture
 def refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., None]:
-    """Import, and assert that one sentence with these words is printed and nothing is written."""
+    """Return a function that runs ``import`` and asserts a refusal.
+
+    The refusal must be one printed sentence with the given words, and nothing may be written.
+    """
 
     def check(path: Path, *words: str, more: tuple[str, ...] = ()) -> None:
         out = tmp_path / "out"
@@ -29,4 +32,4 @@ def refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Callable[...,
 
 @pytest.fixture(scope="module", autouse=True)
 def _quick_training(small_searches: None) -> None:
-    """Train models and detectors of these tests quickly."""
+    """Make trainings in these tests quick."""

@@ -1,4 +1,4 @@
-"""``firstcontact adapt``: a model of your rig from its recordings, or one without a rig."""
+"""``firstcontact adapt``: a model conditioned on a rig's recordings, or on no rig."""
 
 from __future__ import annotations
 
@@ -36,14 +36,14 @@ def blocks(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def rig(blocks: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a model of the rig of the blocks. No test may change it."""
+    """Return a model conditioned on the rig of the block recordings. No test may change it."""
     out = tmp_path_factory.mktemp("rig") / "rig"
     assert run("adapt", blocks, "--out", out, "--seed", "3") == 0
     return out
 
 
 def only(data: Path, out: Path, selected: Any) -> Path:
-    """Write the pinches whose label meets the condition into a folder."""
+    """Write the pinches whose label meets a condition into a folder."""
     pinches = [p for p in load_dataset(data).pinches if selected(p.label)]
     out.mkdir()
     write_dataset(Dataset(tuple(pinches), "synthetic"), out, Header(LAYOUT, "synthetic"))

@@ -27,7 +27,7 @@ RUN = {"study", "inference_us", "part_seconds", "seconds"}
 
 @pytest.fixture(scope="module")
 def one(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
-    """Return a cluster with one worker. No test may stop it."""
+    """Return the address of a cluster with one worker. No test may stop the cluster."""
     with cluster(tmp_path_factory.mktemp("cluster"), 1) as running:
         yield running
 

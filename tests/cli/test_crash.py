@@ -41,7 +41,7 @@ sys.exit(main())
 def run(
     body: str, folder: Path, *arguments: str, **environment: str
 ) -> subprocess.CompletedProcess[str]:
-    """Run the verb ``info`` with another body, in a given folder."""
+    """Run the verb ``info`` with another function as its body, in a given folder."""
     return subprocess.run(
         [sys.executable, "-c", PROGRAM.format(body=body), "info", *arguments],
         cwd=folder,
@@ -140,7 +140,7 @@ class Raising:
     out: ClassVar[Path]
 
     def run(self) -> None:
-        """Raise."""
+        """Raise the error."""
         with replacing(self.out) as temporary:
             temporary.write_text("half")
             raise self.error

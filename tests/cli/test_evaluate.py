@@ -142,7 +142,7 @@ def test_recordings_slower_than_the_training_give_a_warning(
 def test_names_alone_do_not_make_a_training_pinch(
     data: Path, peak: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Another lab names its blocks, sessions and source the same."""
+    """Recordings of another lab have the same names of blocks, sessions and source."""
     rng = np.random.default_rng(77)
     pinches = [
         touch(shore, Label(f"block {shore:g}", shore, None, f"block {shore:g}", "a"), rng)

@@ -66,7 +66,7 @@ def test_a_second_one_is_refused_and_the_first_stays(
 
 
 def test_of_two_at_once_one_is_refused_and_nothing_is_mixed(tmp_path: Path, recordings: Path):
-    """Both exports begin while the file does not exist, and each waits for the other."""
+    """Both exports begin before the file exists, and each waits until the other has begun."""
     script = """
 import sys
 from pathlib import Path
@@ -106,7 +106,7 @@ sys.exit(main(sys.argv[1:]))
 def test_fingers_that_an_array_cannot_hold_are_refused(
     tmp_path: Path, selected: int, capsys: pytest.CaptureFixture[str]
 ):
-    """Either one strip only, or five taxels on the thumb and no strip."""
+    """The layouts have only one strip, or five taxels on the thumb and no strip."""
     layout = type(LAYOUT)(LAYOUT.channels[:selected], LAYOUT.rate)
     pinch = Pinch(np.zeros((100, selected), np.int16), layout, Label("a"))
     write_dataset(Dataset((pinch,)), tmp_path, Header(layout, "synthetic"))

@@ -29,7 +29,7 @@ LABEL = BLOCK.label("1")
 
 
 class Counts:
-    """Minimal source for the terminal's guide."""
+    """Minimal source of samples for the guide of the terminal."""
 
     health = Health(samples=1000, lost_samples=7)
 

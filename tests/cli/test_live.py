@@ -31,7 +31,7 @@ LONG = 240.0
 
 @pytest.fixture(scope="module")
 def environment(user_cache: Path) -> dict[str, str]:
-    """Environment with a separate cache."""
+    """Environment variables with a separate cache."""
     return {**os.environ, "XDG_CACHE_HOME": str(user_cache)}
 
 
@@ -56,7 +56,8 @@ def estimates(text: str) -> list[tuple[float, ...]]:
 def same(one: list[tuple[float, ...]], other: list[tuple[float, ...]]) -> bool:
     """Return True if all estimates agree to a few digits.
 
-    Estimates that are due together are one product of matrices, so their last digits differ.
+    If several estimates are due at once, they are computed by one matrix product, so their last
+    digits can differ.
     """
     return one == [pytest.approx(numbers, rel=0, abs=1e-3) for numbers in other]
 
@@ -98,7 +99,7 @@ def test_a_replay_tells_what_was_told_live(
 def test_a_rig_that_nothing_is_known_of_is_answered_with_wide_intervals(
     environment: dict[str, str], recorded: tuple[Path, list[tuple[float, ...]]], tmp_path: Path
 ) -> None:
-    """Without a model, the package's model predicts. A folder may hold that model alone."""
+    """Without ``--model`` the package's model predicts. A folder may hold that model alone."""
     recording = read_recording(recorded[0])
     real = tmp_path / "real.mcap"
     with RecordingWriter(real, replace(recording.header, source="real")) as writer:

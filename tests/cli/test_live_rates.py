@@ -1,4 +1,4 @@
-"""``firstcontact live`` where samples do not come at the rate of the models."""
+"""``firstcontact live`` with samples at another rate than the models'."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ class Raising:
     error: ClassVar[BaseException]
 
     def run(self) -> None:
-        """Raise."""
+        """Raise the error."""
         raise self.error
 
 

@@ -1,4 +1,4 @@
-"""Options of verbs: values, errors, and names that mean the same everywhere."""
+"""Options of verbs: values, errors, and names with the same meaning in all verbs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``firstcontact record`` with the twin on a pseudo terminal, and all kinds of interruptions."""
+"""``firstcontact record`` with the twin on a pseudo terminal, with and without interruptions."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ STREAMS = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.PIPE)
 
 @contextmanager
 def running(*command: str, **streams: int) -> Iterator[subprocess.Popen[str]]:
-    """Start a command, and end it when the block ends, if it still runs."""
+    """Start a command. At the end of the block, end it if it still runs."""
     with subprocess.Popen(command, text=True, **{**STREAMS, **streams}) as child:
         try:
             yield child
@@ -58,7 +58,7 @@ def running(*command: str, **streams: int) -> Iterator[subprocess.Popen[str]]:
 
 @contextmanager
 def recording(*arguments: str, device: str = "twin") -> Iterator[forked.Program]:
-    """Start a recording, and end it when the block ends, if it still runs."""
+    """Start a recording. At the end of the block, end it if it still runs."""
     with forked.Program("command", "record", "--device", device, *arguments, **STREAMS) as child:
         try:
             yield child
@@ -76,7 +76,7 @@ def read_until(child: subprocess.Popen[str], word: str) -> None:
 
 
 def whole_pinches(path: Path) -> int:
-    """Count the pinches. Each marked pinch must be complete."""
+    """Return the number of pinches. Assert that each marked pinch is complete."""
     recording = read_recording(path)
     assert all(cut(recording, mark) is not None for mark in recording.pinches)
     return len(recording.pinches)

@@ -136,7 +136,7 @@ def test_models_that_training_would_not_remake_are_preserved(
 def test_a_reader_is_told_where_the_old_one_is(
     model: Path, data: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The folder is in the state after a kill between the two renames."""
+    """The folder is as after a kill between the two renames."""
     aside = model.with_name(".m.0123abcd.old")
     original = content(model)
     model.rename(aside)

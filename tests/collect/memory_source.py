@@ -1,4 +1,4 @@
-"""Source of prepared samples, and a simulated hand that closes on command."""
+"""Source of prepared samples, and a generator of a hand's closings."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def samples(seconds: float) -> int:
 
 
 class Hand:
-    """Generator of raw samples for one closing after another.
+    """Generator of raw samples of a hand that closes repeatedly.
 
     ``strips`` are the fingers whose strips work. ``silent`` are the fingers whose piezo does not
     respond to a touch. ``loud`` scales the signal of the touch.
@@ -85,7 +85,7 @@ class Hand:
         self.at = 0
 
     def phase(self, seconds: float, loud: float) -> NDArray[np.float64]:
-        """Append columns: two piezos, V; two loads, 0 to 1; two strips."""
+        """Append some seconds of columns: two piezos, V; two loads, 0 to 1; two strips."""
         out = np.zeros((samples(seconds), 6))
         out[:, :2] = loud * FLOOR * self._rng.standard_normal((len(out), 2))
         self._phases.append(out)
@@ -146,7 +146,7 @@ def arrivals(
     first: int = 0,
     epoch: int = 0,
 ) -> list[Arrival]:
-    """Cut samples into blocks, each with its markers."""
+    """Cut samples into blocks. Attach the markers to their blocks."""
     cut_arrivals = []
     for start in range(0, len(data), length):
         block = Block(data[start : start + length], first + start, epoch)

@@ -1,4 +1,4 @@
-"""Simulated camera with its own clock and a few wrong labels."""
+"""Comparison with a simulated camera that has its own clock and a few wrong labels."""
 
 import numpy as np
 import pytest

@@ -156,7 +156,7 @@ def test_closings_during_an_object_change_do_not_count():
 
 
 class Silent:
-    """Screen of a person who is always ready."""
+    """Screen that shows nothing, for a person who is always ready."""
 
     def __init__(self, asks: bool = False) -> None:
         self.asks, self.objects, self.judgements = asks, [], []

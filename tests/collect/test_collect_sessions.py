@@ -1,4 +1,4 @@
-"""Sessions continue after a killed recorder left a damaged file."""
+"""Sessions can be continued, even if a killed recorder left a damaged file."""
 
 from __future__ import annotations
 

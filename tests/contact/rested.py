@@ -20,7 +20,9 @@ def rested(
     jerk: float = 0.03,
     seed: int = 0,
 ) -> Dataset:
-    """Return the pinches with rest before them, s: noise and hum of the electronics, no motor.
+    """Return the pinches with some seconds of rest before them.
+
+    Rest is noise and hum of the electronics, without the motor.
 
     Within the first 20 ms the motor reaches its full loudness. It starts with a jerk (V).
     """

@@ -1,4 +1,4 @@
-"""Sensors of no finger: no motor runs before a contact, so closings begin at rest."""
+"""Sensors that belong to no finger: no motor runs before a contact, so closings begin at rest."""
 
 from __future__ import annotations
 

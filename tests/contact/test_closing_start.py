@@ -1,4 +1,4 @@
-"""Start of a closing from the live gate or from labels, otherwise from the first sample."""
+"""Start of a closing: from the gate or from labels, otherwise the first sample."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def rig(
     seed: int = 0,
     fades: float = 0.01,
 ) -> Dataset:
-    """Return pinches of a rig unlike the twin.
+    """Return pinches of a rig that differs from the twin.
 
     Rest and motor are white noise with an RMS in mV. The contact rings, with an amplitude in mV.
     """
@@ -111,7 +111,7 @@ def test_closing_starts_at_once_with_a_running_motor() -> None:
 @pytest.mark.parametrize("fades", [0.003, 0.01, 0.03, 0.1, 0.5])
 @pytest.mark.parametrize("rest_s", [0.0, 0.12])
 def test_contact_without_a_motor_is_no_start(fades: float, rest_s: float) -> None:
-    """Impacts on a microphone: quiet, then a loud onset that rings."""
+    """Impacts recorded by a microphone are quiet, then begin loudly and ring."""
     dataset = rig(motor=(1.0,), floor=(1.0,), fades=fades, rest_s=rest_s)
     assert waits(dataset) == [0] * len(dataset)
 
@@ -174,7 +174,7 @@ def test_resampling_keeps_the_start() -> None:
 
 
 def opening(closing: Closing) -> int:
-    """Return the sample at which the gate of the full stream opens for a closing."""
+    """Return the sample at which the gate opens for a closing in the whole stream."""
     return next(s for s in OPENED if closing.motor < s < closing.first)
 
 

@@ -50,7 +50,7 @@ def folder(svm: SvmDetector, tmp_path: Path) -> Path:
 
 
 def test_loaded_detector_finds_the_same_contacts(detector: Detector, tmp_path: Path) -> None:
-    """The fixture covers every registered detector."""
+    """The fixture goes through all registered detectors."""
     loaded = load_detector(save_detector(detector, tmp_path))
     assert loaded.name == detector.name
     contacts = [detect(detector, pinch) for pinch in FRESH]
@@ -208,7 +208,7 @@ def test_decision_that_is_not_finite_is_refused(folder: Path) -> None:
 
 @pytest.mark.slow
 def test_shipped_detector_is_reproducible(tmp_path: Path) -> None:
-    """docs/how-to/adapt-to-your-rig.md shows these commands."""
+    """The commands are the documented ones, of docs/how-to/adapt-to-your-rig.md."""
     pytest.importorskip("numba")
     numbers = ["--pinches-per-block", "60", "--pinches-per-object", "30", "--seed", "7"]
     twin, trained_folder = str(tmp_path / "twin"), str(tmp_path / "detector")

@@ -40,7 +40,7 @@ class Deaf(Loud):
 
 
 class Forgetful(Loud):
-    """Faulty detector that depends on the length of the block."""
+    """Faulty detector whose contacts depend on the sizes of the blocks."""
 
     def judge(self, block):  # type: ignore[no-untyped-def]
         verdicts = super().judge(block)

@@ -1,4 +1,4 @@
-"""The gate opens once per closing for any block sizes, and never on rest, knocks or opening."""
+"""The gate opens once per closing for any block sizes, and never for rest, knocks or opening."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def test_gap_shuts_the_gate_until_the_next_quiet_period() -> None:
 
 @pytest.mark.parametrize("gap", [1, 7, 15, 44])
 def test_closings_after_a_gap_open_at_the_same_samples(gap: int) -> None:
-    """Otherwise all contacts after a gap would differ from those without it."""
+    """If they did not, all contacts after a gap would differ from those without the gap."""
     opens = [e for e in WHOLE if e.turn is Turn.OPENS]
     cut = opens[0].sample + 20
     for size in (5, 1000):

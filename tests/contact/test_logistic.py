@@ -24,7 +24,7 @@ from firstcontact.testing._closings import LAYOUT, closing
 
 
 def test_finds_contacts_within_the_latency(fitted):
-    """The decision comes soon after all agreeing looks contain the contact."""
+    """The decision comes soon after the contact lies in all the windows that must agree."""
     span = (LOOKS - 1) * LogisticDetector.sizes(LAYOUT.rate).step
     ages = []
     for pinch in closings(30, seed=2).pinches:

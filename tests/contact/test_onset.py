@@ -1,4 +1,4 @@
-"""Onset picker: the end of the quiet part."""
+"""Onset picker: it finds the end of the quiet part."""
 
 from __future__ import annotations
 

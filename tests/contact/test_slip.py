@@ -94,7 +94,7 @@ def test_slip_below_one_converter_step_raises_no_alarm() -> None:
 
 
 def test_real_holds_of_another_sensor_raise_few_alarms(biotac: Path) -> None:
-    """The threshold comes from the twin. The ten minutes of holds have no labelled slip."""
+    """The threshold was set on the twin. No slip is labelled in the ten minutes of holds."""
     layout = replace(LAYOUT, rate=2200.0)
     count, samples = 0, 0
     for file in sorted(biotac.rglob("*.mat")):

@@ -1,4 +1,4 @@
-"""Missing optional packages of an entry are named by one check."""
+"""One check names the missing optional packages of an entry."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from firstcontact.core import _foreign as foreign
 
 
 class Odd(BaseException):
-    """Exception that is neither an Exception nor built in."""
+    """Exception that does not derive from Exception, and is not built in."""
 
 
 class MuteError(Exception):
@@ -37,7 +37,7 @@ RAISED = (
 
 @pytest.fixture(autouse=True)
 def _as_a_command() -> Iterator[None]:
-    """Install the signal handlers of the command."""
+    """Install the signal handlers of the command line."""
     with stopping():
         yield
 

@@ -85,13 +85,13 @@ def _pause(still: bool) -> bool:
 
 
 def test_jobs_use_the_configured_joblib_backend() -> None:
-    """Users expect this of code that uses joblib."""
+    """Users expect this from code that uses joblib."""
     with joblib.parallel_config("threading"), parallel(2) as runner:
         assert set(runner.map(_pid, range(4))) == {os.getpid()}
 
 
 def test_idle_or_growing_worker_is_not_replaced() -> None:
-    """A replaced worker causes a warning that interrupts the progress bar."""
+    """Replacing a worker would cause a warning that interrupts the progress bar."""
     with warnings.catch_warnings(record=True) as caught_warnings, parallel(2) as runner:
         warnings.simplefilter("always")
         # Not their replies: on a busy machine one worker may do all jobs.
@@ -180,5 +180,5 @@ def test_workers_end_with_their_parent_during_a_job(
 
 
 def tracks(pid: int) -> bool:
-    """Return True if a process is loky's resource tracker, which ends after the workers."""
+    """Return True if a process is the resource tracker of loky, which ends after the workers."""
     return b"resource_tracker" in command_line(pid)

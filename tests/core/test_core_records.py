@@ -1,4 +1,4 @@
-"""Untrusted JSON is valid, or one sentence states the fault."""
+"""Untrusted JSON is either accepted as valid, or refused with one sentence."""
 
 from __future__ import annotations
 

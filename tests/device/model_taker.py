@@ -26,7 +26,8 @@ class ModelTaker(Responder):
     Parameters
     ----------
     says
-        Function that chooses the answers. It is honest if it returns its second argument.
+        Function that chooses the answers. The device answers honestly if it returns its second
+        argument.
     """
 
     def __init__(self, descriptor: Descriptor, boot: int, room: int, says: Says) -> None:

@@ -1,4 +1,4 @@
-"""Samples with their own number, so that tests detect lost or moved ones."""
+"""Samples that contain their own number, so that tests detect lost or moved samples."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ HOSTILE = np.array(
 
 
 def numbered(first: int, count: int) -> NDArray[np.int16]:
-    """Return samples, shape (count, 16). The first two columns hold the number, 32 bits."""
+    """Return samples, shape (count, 16). The first two columns hold the sample number, 32 bits."""
     data = np.empty((count, CHANNELS), dtype=np.int16)
     data[:, 2:] = HOSTILE
     numbers = (np.arange(first, first + count) & 0xFFFFFFFF).astype("<u4")
@@ -40,7 +40,7 @@ def frames(
 
 
 def check(blocks: Iterable[Block]) -> int:
-    """Assert that sample numbers are unique and correct. Return the sample count."""
+    """Assert that all sample numbers are correct and occur once. Return the number of samples."""
     count = 0
     ends: dict[int, int] = {}
     epoch = 0

@@ -12,14 +12,15 @@ from typing import Self
 
 
 class PrintingBoard:
-    """Board that prints line after line at a rate, by its own clock.
+    """Board that prints lines at a constant rate, by its own clock.
 
     Parameters
     ----------
     link
-        Name of its port: a link to the present terminal.
+        Name of its port: a link to the current pseudo terminal.
     line
-        Function from a sample's number to its line; an empty line is a lost sample.
+        Function that returns the line of a sample by its number; an empty line stands for a lost
+        sample.
     rate
         Lines per second.
     """
@@ -52,7 +53,7 @@ class PrintingBoard:
         self.link.symlink_to(os.ttyname(terminal))
 
     def unplug(self) -> None:
-        """Unplug the board. It keeps counting."""
+        """Unplug the board. It continues to count."""
         ends = self._end, self._other
         self._end = self._other = -1
         self.link.unlink()

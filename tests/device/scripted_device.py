@@ -23,7 +23,7 @@ DEAD = 60.0
 
 @dataclass
 class Script:
-    """Faults of the device. Frames include their final zero."""
+    """Faults that the device makes. Frames include their final zero."""
 
     sends: Callable[[bytes], bytes] = lambda frame: frame
     hears: Callable[[bytes], bytes] = lambda data: data
@@ -54,7 +54,7 @@ class ScriptedDevice:
         self.port = str(path)
 
     def reset(self, boot: int, descriptor: Descriptor = DESCRIPTOR) -> None:
-        """Restart: counts from 0, no samples yet. Samples not sent are lost."""
+        """Restart the device: it counts from 0 and sends nothing yet. Unsent samples are lost."""
         with self._changed:
             self._wire = b"\0" if self._wire else b""
             self._responder = self._make(descriptor, boot, self._room)
@@ -85,7 +85,7 @@ class ScriptedDevice:
 
     @contextmanager
     def sending(self, rate: float = 12_500.0) -> Iterator[None]:
-        """Send samples at a rate until the end of the block, but none while resting."""
+        """Send samples at a rate until the end of the block, except during :meth:`hold`."""
         over = threading.Event()
 
         def go_on() -> None:
@@ -107,13 +107,13 @@ class ScriptedDevice:
             thread.join()
 
     def hold(self, seconds: float) -> None:
-        """Pause. The samples of that time are sent together."""
+        """Pause. The samples of that time are sent together at the end."""
         with self._changed:
             time.sleep(seconds)
 
     @property
     def responder(self) -> Responder:
-        """Responder since the last reset."""
+        """Responder that was made at the last reset."""
         return self._responder
 
     @property

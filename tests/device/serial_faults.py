@@ -1,4 +1,4 @@
-"""Faults of frames on a line, and helpers to read the remaining ones."""
+"""Faults that change frames on a serial line, and helpers to read the frames that arrive."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def samples(arrivals: list[Arrival]) -> int:
 
 
 def read_until(source: SerialSource, condition: Callable[[], object]) -> list[Arrival]:
-    """Read until a condition is true."""
+    """Read arrivals until a condition is true."""
     arrivals: list[Arrival] = []
     while not condition():
         assert not source.ended
@@ -22,7 +22,7 @@ def read_until(source: SerialSource, condition: Callable[[], object]) -> list[Ar
 
 
 def every_other(count: int, sends: Callable[[bytes], bytes]) -> Callable[[bytes], bytes]:
-    """Return a fault for each ``count``-th samples frame except the first."""
+    """Return a fault that changes each ``count``-th samples frame, except the first."""
     count_seen = 0
 
     def change(frame: bytes) -> bytes:

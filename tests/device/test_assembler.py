@@ -1,4 +1,4 @@
-"""Tests of the assembler: exact counts of lost, repeated, late frames and restarts."""
+"""Tests of the assembler: exact counts of lost, repeated and late frames, and of restarts."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def descriptor(boot: int = 1, counter: int = 0) -> bytes:
 
 
 class Line:
-    """Decoder and assembler, with all blocks so far."""
+    """Decoder and assembler of one line, with all blocks so far."""
 
     def __init__(self, *wire: bytes) -> None:
         self.decoder, self.assembler = Decoder(), Assembler()
@@ -51,7 +51,7 @@ class Line:
 
     @property
     def counts(self) -> Counts:
-        """Counts, after a check of all blocks against their numbers."""
+        """Counts of the assembler. Reading them checks the numbers in all blocks."""
         assert check(self.out.blocks) == self.assembler.counts.samples
         return self.assembler.counts
 
@@ -270,7 +270,7 @@ MINUTE = round(60 * DESCRIPTOR.layout.rate)
 def predictions_of_frame(
     payload: bytes, kind: FrameType, next_sample: int = 1060
 ) -> tuple[list[DevicePrediction], Counts]:
-    """Return the predictions of one frame between samples, and the counts."""
+    """Return the predictions that one frame between samples gives, and the counts."""
     line = Line()
     line.feed(*frames(next_sample - 60, 60, 1))
     out = line.feed(encode(kind, 13, payload), *frames(next_sample, 10, 14))
@@ -334,7 +334,7 @@ def test_contact_is_accepted_after_a_long_interruption() -> None:
 
 
 def run(minutes: float) -> tuple[Counts, list[int]]:
-    """Return the counts of a stream of this length, and the memory at each tenth in bytes."""
+    """Return the counts of a stream of this length, and the memory after each tenth, bytes."""
     assembler, decoder = Assembler(), Decoder()
     assembler.take(decoder.feed(descriptor()))
     total = round(minutes * 60 * 4936)

@@ -37,9 +37,10 @@ def until(source: Source, samples: int) -> list[Arrival]:
 
 
 def agree(arrivals: list[Arrival], tape: np.ndarray) -> int:
-    """Assert that blocks equal the tape at their sample numbers. Return how many were compared.
+    """Assert that blocks equal the tape at their sample numbers. Return the number compared.
 
-    A busy machine overflows. After a gap the filter starts again and needs time to settle.
+    On a busy machine samples are lost. After such a gap the filter restarts and needs time to
+    settle.
     """
     played = resample(tape[:, None] / 32768.0, 48_000.0, 4936.0)[:, 0]
     slope = np.abs(np.gradient(played))

@@ -1,4 +1,4 @@
-"""Tests of the device's clock: a simulated hour, late blocks, steps, restarts."""
+"""Tests of the device's clock: a simulated hour, late blocks, jumps and restarts."""
 
 from __future__ import annotations
 

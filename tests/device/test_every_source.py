@@ -1,4 +1,4 @@
-"""Tests of all registered kinds of sources. List a device here for a new kind."""
+"""Tests of all registered kinds of sources. For a new kind, add a device to the list here."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ class Silent(ReplaySource):
 
 
 class Deaf(ReplaySource):
-    """Faulty source of a recording that accepts a marker and loses it."""
+    """Faulty source of a recording that accepts a marker but loses it."""
 
     def mark(self, text: str) -> None:
         return None

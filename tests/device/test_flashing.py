@@ -1,4 +1,4 @@
-"""Tests of the model transfer: complete or refused, for any answers of the device."""
+"""Tests of the model transfer: it is complete or refused, whatever the device answers."""
 
 from __future__ import annotations
 

@@ -116,7 +116,7 @@ def test_unusable_streams_are_refused(name: str, monkeypatch: pytest.MonkeyPatch
 def test_library_errors_about_a_dead_sender_are_input_errors(
     name: str, kind: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """LSL reports it in three ways, depending on the state of the dead sender's socket."""
+    """LSL reports a dead sender in three ways, depending on the state of its socket."""
 
     def refuse(self: object, timeout: float = 0.0) -> object:
         raise getattr(pylsl.util, kind)("connection refused")

@@ -33,7 +33,7 @@ def rest_signal(seconds: float, noise=(0.002, 0.004), offset=(0.01, -0.02), seed
 
 
 class Samples:
-    """Source of given samples, which sends no more afterwards."""
+    """Source that sends given samples, and nothing after them."""
 
     name = "a port"
 

@@ -1,4 +1,4 @@
-"""Tests of lines of numbers: complete lines count, and no input causes an error."""
+"""Tests of lines of numbers: complete lines are read, and no input causes an error."""
 
 from __future__ import annotations
 

@@ -124,7 +124,7 @@ def limited(source: SerialSource, device: ScriptedDevice) -> dict[str, object]:
 
 
 def replaced(source: SerialSource, device: ScriptedDevice) -> dict[str, object]:
-    """End the source because another device is on its port."""
+    """End the source as if another device were on its port."""
     wait_for_samples(source, ENOUGH)
     layout = DESCRIPTOR.layout
     other_descriptor = replace(DESCRIPTOR, layout=Layout(layout.channels, layout.rate + 1.0))

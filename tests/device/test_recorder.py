@@ -28,7 +28,7 @@ HEADER = Header(LAYOUT, "synthetic")
 
 
 def numbered_block(first: int, samples: int, epoch: int = 0) -> Block:
-    """Return a block whose samples hold their numbers: low and high bits."""
+    """Return a block whose samples contain their numbers, as low and high bits."""
     number = np.arange(first, first + samples, dtype=np.int64)
     return Block(np.stack([number & 0x7FFF, number >> 15], axis=1).astype(np.int16), first, epoch)
 
@@ -47,7 +47,7 @@ def check_numbers(recording: Recording) -> None:
 
 
 def await_status(recorder: Recorder, condition) -> None:
-    """Wait until the status fulfils a condition. The test's time limit ends it."""
+    """Wait until the status meets a condition. Only the time limit of the test ends the wait."""
     pause = threading.Event()
     while not condition(recorder.status):
         pause.wait(0.01)
@@ -151,7 +151,7 @@ def tiny_disk(tmp_path: Path) -> Iterator[Path]:
 
 
 def fill(recorder: Recorder, path: Path) -> int:
-    """Record until the disk is full. Return the number of samples."""
+    """Record until the disk is full. Return the number of recorded samples."""
     recorder.start(path, HEADER)
     end = 0
     while not recorder.status.failed:

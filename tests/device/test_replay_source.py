@@ -1,4 +1,4 @@
-"""Tests of replay: all content at its samples, for all block sizes."""
+"""Tests of replay: all content comes at its samples, for all block sizes."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ def numbered(first: int, n: int) -> NDArray[np.int16]:
 
 @dataclass
 class Host:
-    """Host that decodes a device's frames."""
+    """Host that decodes the frames of a device."""
 
     device: Responder
     message_count: int = 0

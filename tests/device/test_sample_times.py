@@ -1,4 +1,4 @@
-"""Tests of sample times: they follow the device and never go back."""
+"""Tests of sample times: they follow the device's clock and never go back."""
 
 from __future__ import annotations
 

@@ -53,7 +53,7 @@ def test_power_loss_restarts_at_sample_0(device: ScriptedDevice) -> None:
 
 @pytest.mark.parametrize("boot", [2, 1])
 def test_reset_starts_an_epoch_on_the_open_port(device: ScriptedDevice, boot: int) -> None:
-    """This includes devices that cannot count their starts."""
+    """This also holds for devices that cannot count their starts."""
     with SerialSource(device.port) as source:
         device.put(700)
         collect(source, lambda n: n == 700)

@@ -1,4 +1,4 @@
-"""Tests of a device whose rate differs from its stated one."""
+"""Tests of a device whose rate differs from its stated rate."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def read(
     descriptor: Descriptor = REAL,
     hold: float = 0.0,
 ) -> None:
-    """Read a device with a true rate, Hz, until there are enough samples."""
+    """Read a device that sends at ``rate`` Hz until there are enough samples."""
     with (
         ScriptedDevice(tmp_path / "port", descriptor=descriptor) as device,
         SerialSource(device.port) as source,

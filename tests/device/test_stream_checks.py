@@ -1,4 +1,4 @@
-"""Tests of the rules for samples: values in range, and the stated rate."""
+"""Tests of the checks of live samples: values in range, and the stated rate."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ STATED = 5000.0
 
 
 def refusal_time(times: np.ndarray, ends: np.ndarray) -> float | None:
-    """Return the time until a stream of arrivals is refused, s; None if it never is."""
+    """Return the time after which a stream of arrivals is refused, s; None if it is accepted."""
     check = RateCheck(STATED)
     for seconds, end in zip(times.tolist(), ends.tolist(), strict=True):
         if check.add(end, seconds):

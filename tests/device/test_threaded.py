@@ -20,7 +20,7 @@ COST = 3
 
 
 class Scripted(ThreadedSource):
-    """Source that delivers given samples as fast as possible, then none."""
+    """Source that delivers given samples as fast as possible, then nothing."""
 
     def __init__(self, values: np.ndarray, epochs: np.ndarray | None = None) -> None:
         super().__init__("scripted")

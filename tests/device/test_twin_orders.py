@@ -55,7 +55,7 @@ def test_only_given_objects_are_grasped() -> None:
 
 
 class ClosingLog:
-    """Record of each closing as the host sees it: its object and its largest force."""
+    """Record of each closing as the host sees it: object and largest force."""
 
     def __init__(self, h: Host) -> None:
         self.h = h
@@ -75,9 +75,9 @@ class ClosingLog:
         return peak_forces
 
     def send_order(self, order: Command | None, within: int) -> tuple[int, int, int]:
-        """Send an order in each closing until one gets it within this many samples of its start.
+        """Send an order in each closing until one gets it within ``within`` samples of its start.
 
-        Return its number among the closings, its start, and the sample of the order.
+        Return the number of that closing, its start, and the sample of the order.
         """
         text = order_text(order)
         answer = f"{TOLD}{text}"
@@ -188,7 +188,7 @@ def test_marks_are_not_orders() -> None:
 
 
 def test_accelerated_twin_stays_close_to_its_reader() -> None:
-    """With a slow reader a requested object would come late."""
+    """Otherwise a requested object would come late if the reader is slow."""
     with TwinSource(seed=4, speed=50) as source:
         count = sum(len(a.block.data) for a in source.read(60.0))
         select.select([], [], [], 1.0)  # nobody reads: 50 s of the twin's time

@@ -1,4 +1,4 @@
-"""Host of the twin on its terminal, which stores and checks all frames."""
+"""Host of the twin on its terminal. It stores and checks all frames."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def expected(samples: int) -> NDArray[np.int16]:
 
 
 class Host:
-    """Host that works on the bytes directly."""
+    """Host that reads and writes the bytes of the terminal directly."""
 
     def __init__(self, port: str) -> None:
         # As a plain file: it must be raw without a host that makes it so.
@@ -101,7 +101,7 @@ class Host:
         return self.samples[0].first_sample
 
     def check(self, stopped: tuple[int, int], right: NDArray[np.int16] | None = None) -> None:
-        """Assert that every frame came, every sample is right and losses are counted."""
+        """Assert that all frames arrived, all samples are right, and losses are counted."""
         assert self.counters == list(range(self.counters[0], self.counters[0] + len(self.counters)))
         right = expected(stopped[0]) if right is None else right
         lost_count = 0

@@ -1,7 +1,7 @@
-"""Every documented command runs: here, or where ``ELSEWHERE`` states.
+"""All documented commands run: here, or in the place that ``ELSEWHERE`` names.
 
-The fences of a page run one after the other, in one folder that holds only ``examples/``. They stop
-at the first failure. A comment on the line before a ``sh`` fence states when it runs:
+The fences of a page run one after the other, in one folder that holds only ``examples/``. A page
+stops at the first failure. A comment on the line before a ``sh`` fence states when it runs:
 
 - none: with the normal tests; the tutorials run one page after the other in one folder;
 - ``<!-- slow -->``: with ``make test-slow``;
@@ -121,7 +121,7 @@ ALL = [fence for page in PAGES for fence in fences(page)]
 
 
 def pages_with(*marks: str) -> list[Path]:
-    """Return the pages that have commands with one of these marks."""
+    """Return the pages with commands that have one of these marks."""
     return [
         page for page in PAGES if any(f.language == "sh" and f.mark in marks for f in fences(page))
     ]
@@ -147,7 +147,7 @@ def run(page: Path, folder: Path, marks: set[str], cache: Path) -> str:
 
 
 def in_parts(script: str) -> list[str]:
-    """Split a script into commands of the package, and parts for the shell."""
+    """Split a script into commands of the package and parts for the shell."""
     parts = [""]
     for line in script.splitlines():
         if of_package(line):

@@ -1,4 +1,4 @@
-"""Every command of the page about the disc runs, with taps of the twin played to PortAudio."""
+"""All commands of the page about the disc run, with the twin's taps played to PortAudio."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The network in C: the same running estimates as in Python, on two machines."""
+"""The network in C gives the same estimates as in Python, natively and on the emulated board."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def test_c_answers_as_python_does(tmp_path: Path) -> None:
 
 
 def test_c_that_knows_no_rig_calls_the_same_contacts_strange(tmp_path: Path) -> None:
-    """Without a known rig the gain is unknown, in C as in Python."""
+    """Without a known rig the gain is unknown, so both must estimate it."""
     model = compacted(pretrained(), plain(touches(60, 1)), 12)
     sample = plain(touches(24, 2))
     noise = np.random.default_rng(3).standard_normal((8, 74)).astype(np.float32)
@@ -113,7 +113,7 @@ def test_c_that_knows_no_rig_calls_the_same_contacts_strange(tmp_path: Path) -> 
 
 
 def with_motor(sample: Touches, seed: int) -> Touches:
-    """Return motor noise whose lines follow its speed, 0.5 to 1.5 times the usual one."""
+    """Return motor noise with lines at 0.5 to 1.5 times their usual frequency."""
     rng = np.random.default_rng(seed)
     t = np.arange(sample.signals.shape[1]) / RATE
     turns = 2 * np.pi * 220 * rng.uniform(0.6, 1.5, len(sample))[:, None] * t

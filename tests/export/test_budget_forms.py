@@ -1,4 +1,4 @@
-"""Intervals of smaller models grow by the differences of their predictions."""
+"""Intervals of smaller models grow by the differences from the full model's predictions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The compiler must not fuse products and sums, under any setting.
+"""The compiler must not fuse products and sums, whatever its settings.
 
 The Arduino IDE and PlatformIO build libraries with GCC's defaults, which would fuse them.
 """
@@ -54,7 +54,7 @@ def test_every_file_of_arithmetic_says_so_first() -> None:
 def test_compiled_without_the_flag_nothing_is_fused(
     request: pytest.FixtureRequest, tmp_path: Path
 ) -> None:
-    """Only explicit fmaf calls remain."""
+    """Only explicit fmaf calls may remain."""
     if not shutil.which(f"{building.ARM}gcc"):
         pytest.skip(f"{request.node.name}: gcc-arm-none-eabi is not installed")
     plain = code(tmp_path / "plain")

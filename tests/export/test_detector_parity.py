@@ -1,4 +1,4 @@
-"""Every detector in C finds the same contacts as in Python, on two machines, with losses."""
+"""Every detector in C finds the same contacts as in Python, also with lost samples."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def python_finds(detector: Detector, pinch: Pinch, volts: NDArray[np.float64]) -
 
 
 def spoilt(volts: NDArray[np.float64]) -> list[NDArray[np.float64]]:
-    """Variants of a signal: unchanged, NaN, dead channel, saturated."""
+    """Yield variants of a signal: unchanged, with NaN, with a dead channel, saturated."""
     lost, dead, ended = volts.copy(), volts.copy(), volts.copy()
     lost[len(lost) // 3, 0] = np.nan
     lost[-40, 1] = np.inf
@@ -84,7 +84,7 @@ def of_rate(rate: float) -> NamedModel:
 @pytest.mark.parametrize("name", DETECTORS)
 @pytest.mark.parametrize("rate", [2500.0, 8000.0])
 def test_so_it_does_at_other_rates(name: str, rate: float, tmp_path: Path) -> None:
-    """Steps are then one sample or three. A detector for any rate takes the rate of the models."""
+    """Here a step is one sample or three. A detector for any rate gets the models' rate."""
     detector = trained(name, rate)
     text = c_library.write(Trained((of_rate(rate),), detector), tmp_path)
     assert text[-1].endswith(f", for {rate:g} Hz")

@@ -72,7 +72,7 @@ def quiet_and_loud(X: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def expected(named: NamedModel, window: NDArray[np.float32]) -> tuple[float, float, float] | None:
-    """Return Python's value and bounds; None for a refusal."""
+    """Return value and bounds from the Python model; None if it refuses the window."""
     try:
         value = named.model.predict_one(window)
     except InputError:

@@ -1,4 +1,4 @@
-"""Steady state in C, sample by sample, against Python: with offset and with a pure tone."""
+"""Steady state in C, sample by sample, compared with Python: with an offset, with a pure tone."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ def test_weights_are_those_of_python(
 
 
 def test_a_pure_tone_leaves_little_and_still_its_sigma(library: ctypes.CDLL) -> None:
-    """A thousandth of the tone remains, where cancellation is largest."""
+    """Only a thousandth of the tone remains, so rounding errors are largest here."""
     tone = np.sin(0.3 * np.arange(197))[:, None] * np.array([1.0, 0.01])
     x = SteadyState.measure(tone).normalise(tone)
     wanted = np.array([prediction(column) for column in x.T])

@@ -17,7 +17,7 @@ sys.path.append(str(Path(__file__).parents[2] / "firmware" / "measure"))
 
 
 def built(factory: pytest.TempPathFactory, name: str, target: str, *settings: str) -> Path:
-    """Build once for all processes of the test run."""
+    """Build a target once for all processes of the test run."""
     return made_once(factory, f"firmware-{name}", lambda folder: make(folder, target, *settings))
 
 
@@ -35,7 +35,7 @@ def program(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def strict_program(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Build the same program with sanitizers, which stop it at undefined behaviour."""
+    """Build the device's program with sanitizers, which stop it at undefined behaviour."""
     sanitizers = "SANITIZE=address,undefined,float-cast-overflow"
     return built(tmp_path_factory, "strict", "native", sanitizers) / "firstcontact-device"
 

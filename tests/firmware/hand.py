@@ -71,7 +71,7 @@ def models(folder: Path) -> None:
 
 
 def host_events(folder: Path, data: np.ndarray) -> list[Event]:
-    """Return the events of the live pipeline for these samples and the same model."""
+    """Return the events of the host's live pipeline for these samples, with the same model."""
     layout = fingertip_layout()
     model = load_model(folder)
     assert model.network is not None
@@ -129,9 +129,9 @@ def of_device(messages: list[DevicePrediction]) -> Predictions:
 
 
 def assert_same(device: Predictions, host: Predictions) -> None:
-    """Check that contacts are equal, and the device's estimates within 0.01 Shore A of the host's.
+    """Assert that contacts are equal, and that estimates differ by at most 0.01 Shore A.
 
-    Of the moments before the contact was decided, the device sends only the last.
+    If several estimates were due before the contact was detected, the device sends only the last.
     """
     assert device.contacts == host.contacts
     assert device.estimates.keys() <= host.estimates.keys()

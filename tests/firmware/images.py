@@ -41,7 +41,7 @@ class Field:
 
 @dataclass(frozen=True)
 class Patch:
-    """Change of an image: its new length, and bytes to replace."""
+    """Change to an image: its new length, and bytes to replace."""
 
     length: int
     bytes: tuple[tuple[int, bytes], ...] = ()

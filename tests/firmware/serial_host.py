@@ -1,4 +1,4 @@
-"""Minimal host at a serial port, for tests of a device."""
+"""Minimal host at a serial port, to test a device."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ class Host:
 
 
 def assert_gaps_are_overflow(frames: list[protocol.SamplesFrame]) -> None:
-    """Check that each gap equals the number of samples that the device counted as dropped."""
+    """Assert that each gap equals the number of samples that the device counted as dropped."""
     end, overflow = 0, 0
     for frame in frames:
         assert frame.first_sample - end == frame.overflow - overflow

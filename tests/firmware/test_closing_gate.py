@@ -1,4 +1,4 @@
-"""Gate of the firmware compared with the host's: same closings, with and without gaps."""
+"""Gate of the firmware compared with the host's: the same closings, with and without gaps."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def volts(kind: ChannelKind) -> np.ndarray:
 
 
 def of_firmware(library: ctypes.CDLL, cut: int, lost: int) -> list[tuple[str, int]]:
-    """Return turns and the first sample of each, with ``lost`` samples missing from ``cut`` on."""
+    """Return the gate's turns and their samples. ``lost`` samples are missing from ``cut`` on."""
     gate = ctypes.create_string_buffer(ROOM)
     floors = (ctypes.c_double * 2)(*(FLOORS.noise(f) or 0.0 for f in Finger))
     piezo, loads = volts(ChannelKind.VIBRATION), volts(ChannelKind.FORCE)

@@ -1,4 +1,4 @@
-"""Filters, scan and pace of the C core compared with the twin's and with closed forms."""
+"""Filters, scan order and timing of the C core, compared with the twin and with closed forms."""
 
 from __future__ import annotations
 

@@ -98,7 +98,7 @@ def test_power_cut_leaves_the_old_model(
 
 @dataclass(frozen=True)
 class ModelFile:
-    """File of the device's program with two slots, each with a head."""
+    """File in which the device's program stores models: two slots, each with a head."""
 
     file: Path
 
@@ -119,7 +119,7 @@ def test_previous_model_is_active_if_the_newest_does_not_fit(
     images: tuple[ModelImage, ModelImage],
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    """The newer slot is intact but needs other kernels, as after a firmware update."""
+    """The newer slot is intact but needs other kernels than the firmware has after an update."""
     old, new = images
     with running(strict_program, *model_file) as device:
         for image in images:

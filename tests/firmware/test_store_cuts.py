@@ -1,4 +1,4 @@
-"""Power cuts at any byte while a model is stored: the previous one is intact at the next start."""
+"""Power cuts at any byte while a model is stored: the previous model is intact afterwards."""
 
 from __future__ import annotations
 
@@ -97,7 +97,7 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> c.CDLL:
 
 
 def open_store(library: c.CDLL, flash: Flash) -> tuple[_Store, bytes | None]:
-    """Return the store after a start, and the active model."""
+    """Return the store as after a start of the device, and the active model."""
     store, n = _Store(), c.c_uint32()
     library.fc_store_open(c.byref(store), c.byref(flash.keeper))
     at = library.fc_store_model(c.byref(store), c.byref(n))
@@ -161,7 +161,7 @@ def test_cut_at_any_byte_leaves_the_old_model_or_the_new(
 
 
 def test_cut_while_an_unusable_newer_model_is_replaced_leaves_the_older(library: c.CDLL) -> None:
-    """After an update the newer model is intact but unusable. The older one must survive."""
+    """After a firmware update the newer model may be unusable. The older one must survive."""
     new = model(50, 333)
     for cut in range(0, SLOT + len(new) + HEAD, 3):
         flash = Flash()

@@ -218,7 +218,7 @@ def operations(image: ModelImage) -> int:
 def test_power_cut_leaves_the_old_model(
     sketch: Path, flash: tuple[str, str], images: tuple[ModelImage, ModelImage], share: float
 ) -> None:
-    """The power fails while the first sector is erased, in a write, or at the head."""
+    """The power fails while a sector is erased, during a write, or while the head is written."""
     old, new = images
     put(sketch, old, *flash)
     cut = 1 + round(share * (operations(new) - 1))
@@ -257,7 +257,7 @@ def test_late_estimate_is_skipped_and_counted_and_no_sample_is_lost(
     images: tuple[ModelImage, ModelImage],
     hand_models: tuple[Path, Path],
 ) -> None:
-    """Each read of the clock takes 0.9 ms here, and each estimate needs two."""
+    """Here each reading of the clock takes 0.9 ms, and each estimate reads it twice."""
     put(sketch, images[0], *flash)
     with running(sketch, *flash, "--busy-us", "900") as device:
         frames = streamed(device, scans)
@@ -281,7 +281,7 @@ def test_very_late_estimates_miss_samples_that_are_still_sent(
     scans: NDArray[np.uint16],
     images: tuple[ModelImage, ModelImage],
 ) -> None:
-    """An estimate takes 0.12 s here, longer than the buffer of waiting samples."""
+    """Here an estimate takes 0.12 s, which is longer than the buffer of waiting samples."""
     put(sketch, images[0], *flash)
     with running(sketch, *flash, "--busy-us", "60000") as device:
         frames = streamed(device, scans)

@@ -1,7 +1,7 @@
 """Fuzzer of all inputs with damaged data: ``python tests/fuzz/fuzz.py --help``.
 
 The seed and a number define each input. Each must end with exit code 0 or 2 in bounded time and
-memory, print one sentence, and leave no incomplete file. Everything else is a finding.
+memory, print one sentence, and leave no incomplete file. Any other behaviour is a finding.
 """
 
 from __future__ import annotations
@@ -105,13 +105,13 @@ class _Worker:
         os.close(write)
 
     def lines(self) -> tuple[list[dict[str, object]], bool]:
-        """Return its new results, and True if its pipe is closed."""
+        """Return the new results of the process, and True if its pipe is closed."""
         data = os.read(self.pipe, 1 << 16)
         *lines, self._rest = (self._rest + data).split(b"\n")
         return [json.loads(line) for line in lines], not data
 
     def end(self) -> int:
-        """Wait until it ends. Return its exit status."""
+        """Wait until the process ends. Return its exit status."""
         os.close(self.pipe)
         _, status = os.waitpid(self.process, 0)
         shutil.rmtree(self.place, ignore_errors=True)
@@ -124,13 +124,13 @@ def fuzz(seed: int, numbers: range, jobs: int, place: Path, findings: Path | Non
     Parameters
     ----------
     seed, numbers
-        Which inputs.
+        Seed, and numbers of the inputs.
     jobs
-        How many at a time.
+        Number of processes.
     place
-        An empty folder for all files.
+        Empty folder for all files.
     findings
-        A file that gets a JSON line for each finding; None writes none.
+        File that gets a JSON line for each finding; None to write none.
     """
     from importlib import import_module
 
@@ -207,7 +207,7 @@ def _parsed() -> argparse.Namespace:
 
 
 def _place() -> Path:
-    """Return a folder in memory, if there is one."""
+    """Return a folder that is kept in memory, if there is one."""
     memory = Path("/dev/shm")
     return Path(tempfile.mkdtemp(prefix="fuzz-", dir=memory if memory.is_dir() else None))
 

@@ -167,7 +167,7 @@ def _name(rng: Random, name: str) -> str:
 
 
 def _npy(rng: Random, data: bytes) -> bytes:
-    """Return an array file with another header, or with other bytes."""
+    """Return an .npy file with another header, or with changed bytes."""
     if rng.random() < 0.3:
         return mutate.raw(rng, data)
     shape = rng.choice(

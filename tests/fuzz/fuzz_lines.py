@@ -13,7 +13,7 @@ from firstcontact.device._stamped_samples import StampedSamples
 
 
 def lines(rng: Random, _: Path) -> None:
-    """Feed lines of a board in pieces of any size. The reader returns finite numbers or nothing."""
+    """Feed lines of a board in pieces of any size. All numbers that are read must be finite."""
     between = rng.choice((",", ";", "\t", " ", ", "))
     rows = ["n", "left", "right"] if rng.random() < 0.5 else ["0", "1", "2"]
     text = between.join(rows) + "\n"

@@ -58,7 +58,7 @@ def _tree(rng: Random, card: bytes) -> bytes:
 
 
 def _weights(rng: Random, raw: bytes) -> bytes:
-    """Return other arrays, or another header over the same bytes."""
+    """Return a weights file with other arrays, or with another header before the same bytes."""
     try:
         arrays = load(raw)
     except Exception:  # it was damaged before
@@ -96,7 +96,7 @@ def _array(rng: Random, old: Any) -> Any:
 
 
 def _elsewhere(rng: Random, file: Path, other: Path) -> None:
-    """Replace a file by nothing, an empty file, another file, or a folder."""
+    """Remove a file, or replace it by an empty file, another file, or a folder."""
     if file.is_dir():
         return
     file.unlink(missing_ok=True)

@@ -206,7 +206,7 @@ def bomb() -> bytes:
 
 
 def _bomb(rng: Random) -> bytes:
-    """Return a small chunk that unpacks to a gigabyte and states any size."""
+    """Return a small chunk that unpacks to a gigabyte and states a random size."""
     size = rng.choice((1000, 1 << 26, 1 << 30, 2**62))
     return _packed(Chunk("zstd", bomb(), 0, 0, 0, size))
 

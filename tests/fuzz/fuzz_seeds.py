@@ -1,4 +1,4 @@
-"""Valid small files of every kind, always the same, which the fuzzer damages."""
+"""Small valid files of every kind, always the same ones, which the fuzzer damages."""
 
 from __future__ import annotations
 
@@ -43,19 +43,19 @@ class Seeds:
     Parameters
     ----------
     recordings
-        Files; of the first, ``samples`` has all rows by epoch and number.
+        Recordings. For the first one, ``samples`` has all rows by epoch and number.
     models
         Folders with a model and its detector.
     anytime
         Folders with an any-time model and a detector, of each kind.
     imports
-        What ``import`` takes: a folder of WAV files, NPZ, HDF5 and CSV.
+        Inputs of ``import``: a folder of WAV files, NPZ, HDF5 and CSV.
     arrays
-        Those of the NPZ and HDF5.
+        Arrays of the NPZ and HDF5 files.
     tables
-        By name: a plan, known weights, a camera's contacts.
+        Tables by name: a plan, known weights, a camera's contacts.
     calibration
-        A calibration file.
+        Calibration file.
     """
 
     recordings: list[Path] = field(default_factory=list)

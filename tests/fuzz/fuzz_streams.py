@@ -27,7 +27,7 @@ ODD = (np.nan, np.inf, -np.inf, 1e39, -1e300, 1e300, 2.0**31, 1e9, -1e9, 0.0)
 
 
 def _spoiled(rng: Random, values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the values with no, some, consecutive or all values replaced by odd ones."""
+    """Return the values, with none, some, consecutive or all of them replaced by odd values."""
     values = values.copy()
     kind = rng.randrange(5)
     begin = rng.randrange(len(values))

@@ -34,7 +34,7 @@ class Case:
     Parameters
     ----------
     route
-        Name of the way in.
+        Name of the route of input.
     commands
         Command lines of ``firstcontact``.
     calls

@@ -46,7 +46,7 @@ ANSWERING = replace(DESCRIPTOR, predictor=DevicePredictor(MODEL))
 
 
 def descriptor(rng: Random, folder: Path) -> None:
-    """Check that an accepted descriptor can be used by all later code."""
+    """Check that all later code can use an accepted descriptor."""
     of = DESCRIPTOR if rng.random() < 0.6 else Descriptor(fingertip_layout())
     text = mutate.tree(rng, json.loads(of.to_text())).decode(errors="replace")
     taken = Descriptor.from_text(text)

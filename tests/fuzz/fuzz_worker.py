@@ -37,8 +37,8 @@ def work(
 ) -> None:
     """Run inputs. Print the number of each before it starts, then its result, as JSON lines.
 
-    The worker ends early after an input that used too much memory, because a new process measures
-    the following inputs better.
+    If an input used too much memory, the worker ends early, because a new process measures the
+    memory of the next inputs better.
     """
     os.environ["XDG_STATE_HOME"] = str(place / "state")
     os.environ["TMPDIR"] = str(place)

@@ -17,7 +17,7 @@ PATIENCE = 60.0
 
 
 class Commanded(Protocol):
-    """Object that takes commands."""
+    """Interface of objects that take commands."""
 
     def send(self, command: Command) -> None: ...
 
@@ -35,7 +35,7 @@ def refused(hand: Commanded, command: Command) -> str:
 
 
 class RecordingHand:
-    """Hand that records its orders. Set ``error`` to make it fail."""
+    """Hand that records its orders. Set ``error`` to make the hand fail."""
 
     name = "recording"
     begins = Begins.OTHERS

@@ -22,14 +22,14 @@ def test_registered_hand_passes_the_conformance_check(name: str) -> None:
 
 
 class Careless(PrintHand):
-    """Hand that takes commands even when it is not open."""
+    """Faulty hand that takes commands even when it is not open."""
 
     def send(self, command: Command) -> None:
         self._note(command)
 
 
 class Mute(PrintHand):
-    """Hand that refuses commands without a reason."""
+    """Faulty hand that refuses commands without a reason."""
 
     def send(self, command: Command) -> None:
         if not self._open:
@@ -37,7 +37,7 @@ class Mute(PrintHand):
 
 
 class Stuck(PrintHand):
-    """Hand that cannot be released before it is opened."""
+    """Faulty hand that cannot be released before it is opened."""
 
     def release(self) -> None:
         if not self._open:
@@ -45,7 +45,7 @@ class Stuck(PrintHand):
 
 
 class Swallowing(PrintHand):
-    """Hand that hides errors."""
+    """Faulty hand that hides exceptions."""
 
     def __exit__(self, *error: object) -> bool:  # type: ignore[override]
         self.close()

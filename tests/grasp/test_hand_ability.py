@@ -254,7 +254,7 @@ def test_a_port_is_needed() -> None:
 
 
 def test_the_package_leaves_no_traces(tmp_path: Path) -> None:
-    """A new process has no additional file, path, module, log handler or output."""
+    """The package adds no file, path, module, log handler or output to a new process."""
     code = """
 import logging, os, sys
 from firstcontact.core import Command

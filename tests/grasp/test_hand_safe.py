@@ -1,4 +1,4 @@
-"""Release of a hand in every way that a program can end."""
+"""Release of a hand, however the program ends."""
 
 from __future__ import annotations
 
@@ -140,7 +140,7 @@ def test_signal_handlers_are_restored() -> None:
 
 
 class DisturbedHand(RecordingHand):
-    """Hand that receives signals while it is closed."""
+    """Hand during whose ``close`` signals arrive."""
 
     def close(self) -> None:
         signal.raise_signal(signal.SIGINT)
@@ -201,7 +201,7 @@ def slow_program() -> Iterator[subprocess.Popen[str]]:
 
 
 def check_release(program: subprocess.Popen[str]) -> None:
-    """Check that the program releases its slow hand and ends by the interrupt."""
+    """Assert that the program releases its slow hand and ends by the interrupt."""
     output, _ = program.communicate("go\n", timeout=PATIENCE)
     assert output == "let go\n"
     assert program.returncode == -signal.SIGINT
@@ -217,7 +217,7 @@ def test_further_signals_do_not_interrupt_the_release() -> None:
 
 
 def test_continuous_signals_do_not_prevent_the_release() -> None:
-    """Signals also arrive between the end of the block and the first call of the hand."""
+    """Signals also arrive after the end of the block and before the first call of the hand."""
     with slow_program() as program:
         assert program.stdout is not None
         while not select.select([program.stdout], [], [], 0.0002)[0]:

@@ -142,7 +142,7 @@ def test_taxels_are_zero_without_force_channels() -> None:
 
 
 def test_estimate_that_reaches_the_hand_after_the_second_contact_is_overtaken() -> None:
-    """The hand's pacing counts, and the second contact is known only afterwards."""
+    """The hand's pacing delays the estimate, and the second contact is known only afterwards."""
     for wait, overtaken in ((0.004, 0), (0.006, 1)):
         sent: list[Command] = []
         policy = POLICIES["first_contact"](Grip())

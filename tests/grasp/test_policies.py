@@ -54,54 +54,54 @@ def test_policy_inputs_follow_from_the_overridden_methods() -> None:
 
 
 class Idle(Policy):
-    """Policy that overrides no method."""
+    """Faulty policy that overrides no method."""
 
     name, title = "idle", "idle"
 
 
 class Wild(Touch):
-    """Policy that exceeds the hand's force."""
+    """Faulty policy that exceeds the hand's force."""
 
     def touched(self, contact: Contact, first: bool) -> Command:
         return Command(self.grip.speed, 2 * self.grip.force)
 
 
 class Rash(FirstContact):
-    """Policy that presses soft objects harder."""
+    """Faulty policy that presses soft objects harder."""
 
     def estimated(self, estimate: Estimate) -> Command:
         return self.grip.command_for(100 - estimate.value)
 
 
 class Sure(FirstContact):
-    """Policy that uses the firm end of the interval."""
+    """Faulty policy that uses the firm end of the interval."""
 
     def estimated(self, estimate: Estimate) -> Command:
         return self.grip.command_for(estimate.high)
 
 
 class Speechless(FirstContact):
-    """Policy with a deadline but no fallback."""
+    """Faulty policy with a deadline but no fallback."""
 
     def late(self) -> None:
         return None
 
 
 class Once(ForceFeedback):
-    """Policy that acts in its first closing only."""
+    """Faulty policy that acts in its first closing only."""
 
     def begin(self) -> Command:
         return self._approach
 
 
 class Colourless(Touch):
-    """Policy with an invalid colour."""
+    """Faulty policy with an invalid colour."""
 
     colour = "a nice blue"
 
 
 class Untried(ForceFeedback):
-    """Policy with a setting that its constructor does not take."""
+    """Faulty policy with a setting that its constructor lacks."""
 
     tunables: ClassVar = {"grace": Tunable("Grace", "", 1.0, (1.0,), (1.0,))}
 

@@ -1,4 +1,4 @@
-"""Imports of the package equal its declared dependencies."""
+"""The package imports exactly its declared dependencies."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def normal(name: str) -> str:
 
 
 def imported() -> Iterator[tuple[str, Path]]:
-    """Return each package that is imported in ``src``, and the importing file."""
+    """Return each package that is imported in ``src``, with a file that imports it."""
     for file in sorted((ROOT / "src").rglob("*.py")):
         for node in ast.walk(ast.parse(file.read_text())):
             if isinstance(node, ast.Import):

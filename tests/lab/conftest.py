@@ -27,7 +27,7 @@ def own_estimators(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def unpainted(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Build figures without rendering them. Rendering is slow, and other tests cover it."""
+    """Build figures without rendering them, because rendering is slow and other tests cover it."""
 
     def save(figure: object, file: StringIO, **options: object) -> None:
         file.write("<svg/>")

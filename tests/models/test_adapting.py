@@ -48,7 +48,7 @@ def test_a_finger_with_few_pinches_is_not_known_by_itself() -> None:
 
 
 def test_whole_sessions_are_held_out() -> None:
-    """The sessions have different levels, so errors between sessions must show."""
+    """The sessions have different levels, so errors are large if a whole session is held out."""
     touches, shore_a, sessions = two_fingers(1.0)
     shifted = shore_a.copy()
     for number, name in enumerate(np.unique(sessions)):
@@ -99,7 +99,7 @@ def coverage(model: InContextModel, touches: Touches, truth: np.ndarray) -> np.n
 
 @pytest.mark.parametrize("seed", range(3))
 def test_intervals_that_hold_too_few_held_out_pinches_are_widened(seed: int) -> None:
-    """The signals differ from those that the network was trained on."""
+    """The signals differ from the network's training signals."""
     levels = (10.0, 35.0, 60.0)
     made = adapt_network(BASE, *ringing(120, seed, levels=levels))
     assert made.check is not None

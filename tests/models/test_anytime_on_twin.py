@@ -1,6 +1,6 @@
-"""The network on the twin: knowledge of the rig narrows intervals, and odd signals are marked.
+"""The network on the twin: conditioning narrows intervals, and odd signals are marked.
 
-The properties hold for any useful network. None is a number of the present one.
+The tests check properties that any useful network has, not numbers of the current one.
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ def test_more_signal_makes_answers_no_less_sure(name: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_most_truths_lie_in_their_intervals(name: str) -> None:
-    """The bound is far below the level, because coverage is defined over many rigs."""
+    """The bound is far below the nominal level, because coverage is defined over many rigs."""
     touches, truth = objects(name)
     for samples in TIMES:
         answers = knowing(name).predict(touches.until(samples))
@@ -161,7 +161,7 @@ def test_what_is_like_nothing_is_strange(
 def test_a_model_that_knows_no_rig_rarely_calls_a_touch_strange(
     name: str, gain: float, samples: int
 ) -> None:
-    """Predictions without a rig do not depend on the gain."""
+    """Without a known rig, predictions do not depend on the gain."""
     touches, _ = objects(name)
     louder = replace(touches, signals=np.float32(gain) * touches.signals)
     assert pretrained().predict(louder.until(samples)).out_of_range.mean() <= 0.05

@@ -1,4 +1,4 @@
-"""Predictions depend on the shape, not on gain, wiring or later samples."""
+"""Predictions depend on the shape of the signal, not on gain, polarity or later samples."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Combined estimate of several pinches of one object: its weights, and its smallest interval."""
+"""Pooled estimate from several pinches of one object: weights, and smallest interval."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ def test_a_task_that_it_does_not_learn_is_refused() -> None:
 
 
 class Echo(WindowModel):
-    """Model that predicts the window's peak. Its faults must be detected by the check."""
+    """Model that predicts the peak of the window. The check must detect faults in subclasses."""
 
     kind = "echo"
 

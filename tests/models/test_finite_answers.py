@@ -26,7 +26,7 @@ from saved import load_arrays, load_window, replace_arrays, save_window
 
 
 class Constant(WindowModel):
-    """Model with a fixed output, to test the code that all models share."""
+    """Model with a fixed output, to test the code of the base class."""
 
     kind = "told"
 
@@ -99,7 +99,7 @@ def test_finite_outputs_are_answers() -> None:
     [(name, task) for name, kind in window_estimators().items() for task in kind.tasks],
 )
 def test_windows_at_the_ends_of_float32(name: str, task: Task, scale: float) -> None:
-    """The squares overflow or become 0. Such windows are predicted or refused."""
+    """The squares overflow or become 0. Such windows get a finite prediction or are refused."""
     X, y, _ = toy_windows(24)
     model = make_estimator(name, task, RATE, **ESTIMATORS[name].quick).fit(X, y)
     window = np.clip(X[0] / np.abs(X[0]).max(), -1, 1) * np.float32(scale)

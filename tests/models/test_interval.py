@@ -78,7 +78,7 @@ def test_numbers_that_do_not_fit(changes: dict[str, Any]) -> None:
     st.integers(0, 2**32 - 1),
 )
 def test_it_is_the_conformal_quantile_of_each_range(n: int, level: float, seed: int) -> None:
-    """Closed form: the ceil((n + 1) level)-th smallest residual of the range."""
+    """The closed form is the ceil((n + 1) level)-th smallest residual of the range."""
     rng = np.random.default_rng(seed)
     answers = rng.uniform(0, 100, n)
     truth = answers + rng.normal(0, 0.1 + answers / 10)
@@ -105,7 +105,7 @@ def test_soft_objects_have_separate_bounds() -> None:
 
 @pytest.mark.parametrize("level", [0.5, 0.8, 0.9, 0.95])
 def test_new_truths_are_held_as_often_as_the_level_says(level: float) -> None:
-    """The mean coverage over many intervals is the level or slightly more."""
+    """The mean coverage over many intervals must be the level or slightly more."""
     rng = np.random.default_rng(1)
     held_out = []
     for _ in range(40):

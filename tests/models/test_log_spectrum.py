@@ -1,4 +1,4 @@
-"""Log spectrum without its level: the features that matter, and those that do not."""
+"""Log spectrum without its level: what its features depend on."""
 
 from __future__ import annotations
 

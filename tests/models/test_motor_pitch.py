@@ -17,7 +17,7 @@ WIDTH = BEFORE_SAMPLES + samples_in(LONGEST, RATE)
 
 
 def motor(ratios: np.ndarray, seed: int, rotor: float = 170.0, noise: float = 0.003) -> np.ndarray:
-    """Return harmonics of rotor and gears at these speeds, V, with noise and random phases."""
+    """Return signals of rotor and gears, V, at these relative speeds, with noise."""
     rng = np.random.default_rng(seed)
     t = np.arange(WIDTH) / RATE
     lines = [(k * rotor, 0.02 / k) for k in (1, 2, 3)] + [(5.3 * rotor, 0.01)]

@@ -68,7 +68,7 @@ def wide_padding(model: Any) -> None:
 
 
 def wide_value(model: Any) -> None:
-    """Return a graph with small weights whose product has 10¹² numbers."""
+    """Return a graph with small weights, one of whose values would have 10¹² numbers."""
     shape = [1, 1, 200_000, 1]
     model.graph.initializer.append(
         numpy_helper.from_array(np.zeros(shape, dtype=np.float32), "wide")

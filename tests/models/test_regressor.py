@@ -36,7 +36,7 @@ RIDGE = "sklearn.linear_model:Ridge"
 
 
 class Mean:
-    """Regressor of a type that cannot be loaded from a file."""
+    """Regressor of a type that skops does not trust, so that it cannot be loaded."""
 
     def fit(self, X: Any, y: Any) -> Mean:
         self.mean = float(y.mean())

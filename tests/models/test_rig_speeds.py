@@ -1,4 +1,4 @@
-"""Measured closing speeds count only if they are more exact than the rig's speeds are similar."""
+"""Measured closing speeds count only if their errors are below the spread of the rig's speeds."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ def model(data: Dataset) -> Model:
 
 
 def with_second(data: Dataset, second_delay: int) -> Dataset:
-    """Return the pinches with a second contact after a delay, and noise from there."""
+    """Return the pinches with a second contact after a delay, and noise from that contact on."""
     rng = np.random.default_rng(0)
     pinches = []
     for pinch in data.pinches:

@@ -1,4 +1,4 @@
-"""A split has only declared groups on both sides."""
+"""Only declared groups may be on both sides of a split."""
 
 from __future__ import annotations
 

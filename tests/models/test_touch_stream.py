@@ -1,4 +1,4 @@
-"""Contacts from a stream equal those cut from the complete pinch, for any blocks."""
+"""Contacts cut from a stream equal those cut from the complete pinch, for any block sizes."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ LONG = 1800
 
 @dataclass(frozen=True)
 class Fault:
-    """Fault: the replacement of a text in a file, and its meaning."""
+    """Fault: the replacement of a text in a file, and a description."""
 
     meaning: str
     file: str
@@ -36,7 +36,7 @@ class Fault:
 
     @property
     def tests(self) -> str:
-        """Folder of the tests that must detect it."""
+        """Folder of the tests that must detect the fault."""
         return f"tests/{Path(self.file).parts[2]}"
 
 

@@ -1,4 +1,4 @@
-"""Faulty plug-ins: the command that chose one exits with 2 and names it, others work."""
+"""Faulty plug-ins: a command that uses one exits with 2 and names it. Other commands work."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ Install = Callable[..., str]
 
 @pytest.fixture
 def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Install]:
-    """Install a package with one entry point in several groups. Return its module's name."""
+    """Install a package with one entry point in several groups. Return the module's name."""
     site = tmp_path / "site"
     site.mkdir()
     monkeypatch.syspath_prepend(site)

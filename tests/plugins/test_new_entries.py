@@ -1,4 +1,4 @@
-"""Each new entry is one file and at most one line. The documented examples run in a copy."""
+"""A new entry is one file and at most one line. The documented examples run in a copy."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ class Entry:
     Parameters
     ----------
     page, heading
-        Place of the example that is its file.
+        Page and heading of the example that is the entry's file.
     file
         Path of that file in the package.
     registry, anchor, line
         File of the registry, text before which the line goes, and the line; "" for none.
     command, words
-        Command that must know the entry, and words that it must print.
+        Command that must use the entry, and words that it must print.
     """
 
     page: Path

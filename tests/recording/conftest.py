@@ -1,4 +1,4 @@
-"""Small device whose first channel counts the samples, so that tests detect every loss."""
+"""Recording of a small device whose first channel counts the samples, so that every loss shows."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def small(tmp_path: Path, layout: Layout, counted: Callable[..., Block]) -> Path
 
 @pytest.fixture
 def numbers_agree() -> Callable[[Recording], None]:
-    """Assert that every sample holds its own number."""
+    """Return a function that asserts that every sample holds its own number."""
 
     def check(recording: Recording) -> None:
         for stretch in recording.stretches:

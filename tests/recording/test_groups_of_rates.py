@@ -49,7 +49,7 @@ def slow(first: int, n: int) -> Block:
 
 @pytest.fixture
 def recording_path(tmp_path: Path) -> Path:
-    """Write two seconds in order of arrival, then half a second without the group."""
+    """Return the path of a recording: 2 s at both rates, then 0.5 s without the slower group."""
     path = tmp_path / "biotac.mcap"
     with RecordingWriter(path, Header(LAYOUT, "real")) as writer:
         for tenth in range(20):

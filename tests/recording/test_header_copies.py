@@ -1,4 +1,4 @@
-"""A recording of a killed writer has two headers, so that one damaged byte does not cost it all."""
+"""Recordings have two copies of the header, so that one damaged byte does not lose everything."""
 
 from __future__ import annotations
 

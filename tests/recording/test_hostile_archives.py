@@ -23,7 +23,10 @@ SECRET = "root:x:0:0"
 
 @pytest.fixture
 def check_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
-    """Import, and assert that one short sentence with these words is printed, nothing written."""
+    """Return a function that runs ``import`` and asserts a refusal.
+
+    The refusal must be one short sentence with the given words, and nothing may be written.
+    """
 
     def check(path: Path, *words: str) -> str:
         assert main(["import", str(path), "--out", str(tmp_path / "out")]) == 2

@@ -1,4 +1,4 @@
-"""Malicious recordings: refused in one sentence or noted, with little time and memory."""
+"""Malicious recordings: they are refused in one sentence or noted, with little time and memory."""
 
 from __future__ import annotations
 
@@ -181,7 +181,7 @@ print(*read_recording(Path(sys.argv[1])).skipped, sep="\\n")
 
 @pytest.fixture
 def read_limited() -> Callable[[Path], str]:
-    """Return a reader with 300 MiB of memory that prints the skipped parts."""
+    """Return a function that reads a recording with 300 MiB of memory. It prints skipped parts."""
 
     def read(path: Path) -> str:
         command = [sys.executable, "-c", LIMITED, str(path)]
@@ -205,7 +205,7 @@ def test_huge_pinch_number_takes_no_memory(
 def test_decompression_bomb_is_skipped(
     tmp_path: Path, read_limited: Callable[[Path], str], kind: str, declared: int
 ) -> None:
-    """The chunk unpacks to 600 MiB of zeros for any declared size."""
+    """The chunk unpacks to 600 MiB of zeros, whatever size it declares."""
     zeros = bytes(1 << 20)
     if kind == "zstd":
         pack = zstandard.ZstdCompressor().compressobj()
@@ -245,7 +245,7 @@ def test_compressed_chunks_are_read(tmp_path: Path, kind: str) -> None:
 
 
 def test_false_chunk_headers_are_refused_quickly(tmp_path: Path) -> None:
-    """Each of 20,000 chunk headers claims the rest of the file."""
+    """Each of 20,000 chunk headers claims the whole remaining file."""
     path = tmp_path / "a.mcap"
     entry = 9 + 40
     size = len(MAGIC) + 20_000 * entry

@@ -1,4 +1,4 @@
-"""Source of imported data: from the file or the option, otherwise unknown."""
+"""Source of imported data: as the file or the option states it, otherwise unknown."""
 
 from __future__ import annotations
 

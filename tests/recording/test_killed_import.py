@@ -1,4 +1,4 @@
-"""A killed import leaves no files that could be taken for recordings."""
+"""A killed import leaves no file that could be mistaken for a recording."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Functions in a separate process: results return, loops and crashes are input errors."""
+"""Calls in a separate process: results are returned, loops and crashes become errors."""
 
 from __future__ import annotations
 

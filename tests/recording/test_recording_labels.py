@@ -1,4 +1,4 @@
-"""Contacts from the columns of a table, and assumptions where columns are missing."""
+"""Contacts from the columns of a table, and assumptions if columns are missing."""
 
 import numpy as np
 import pytest

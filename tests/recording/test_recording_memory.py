@@ -1,4 +1,4 @@
-"""Memory bounds for libraries, within a context."""
+"""Memory limits for libraries, within a context."""
 
 from __future__ import annotations
 

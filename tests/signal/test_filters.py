@@ -1,4 +1,4 @@
-"""Contract of all streaming filters, and the response of each."""
+"""Common contract of all streaming filters, and the response of each."""
 
 from __future__ import annotations
 

@@ -105,7 +105,7 @@ def test_step_does_not_ring_before_its_lookahead():
 
 
 def test_resampling_has_a_rate_limit() -> None:
-    """Otherwise a rate in a file could use up all memory."""
+    """Without a limit, a rate stated in a file could use up all memory."""
     layout = fingertip_layout()
     pinch = Pinch(np.zeros((100, len(layout.channels))), layout)
     dataset = Dataset((pinch,))

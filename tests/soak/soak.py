@@ -2,7 +2,7 @@
 
 Each sender numbers its samples. Each source runs a live session that records, in a separate
 process. At the end three statements must hold. Received and lost samples add up to the sent ones.
-Each recorded sample holds its own number. All received samples are recorded. Anything else is a
+Each recorded sample holds its own number. All received samples are recorded. Any other result is a
 finding.
 """
 
@@ -37,7 +37,7 @@ PAUSE = 4.0, 8.0
 
 
 def run_link(name: str, seconds: float, seed: int, folder: Path) -> dict[str, Any]:
-    """Run a sender, its faults and a session that records; return counts and findings."""
+    """Run a sender with its faults, and a session that records. Return counts and findings."""
     rng = Random(f"{seed} {name}")
     link = LINKS[name](folder, rng)
     over = threading.Event()
@@ -88,7 +88,7 @@ def run_link(name: str, seconds: float, seed: int, folder: Path) -> dict[str, An
 def check_counts(
     link: Link, health: Health, recording: Recording
 ) -> tuple[dict[str, int], list[str]]:
-    """Compare a source's counts and recording with the numbers in its samples.
+    """Compare the counts and the recording of a source with the numbers in its samples.
 
     Returns
     -------

@@ -44,17 +44,17 @@ class Link(ABC):
     Attributes
     ----------
     modulus
-        Samples say their numbers modulo this.
+        Samples contain their numbers modulo this value.
     continuous
-        Whether what was sent between two epochs counts as lost.
+        True if samples that were sent between two epochs count as lost.
     restarts
-        Whether the sender counts from 0 again in each epoch.
+        True if the sender counts from 0 again in each epoch.
     slack
-        Samples by which the length of a gap may be off: 0 where the sender counts or stamps them.
+        Largest error of the length of a gap, samples; 0 if the sender counts or stamps its samples.
     last
         Number of the last sample that was sent, by epoch.
     faults
-        What can go wrong, by name.
+        Possible faults, by name.
     """
 
     modulus = 2**20  # float32 holds it
@@ -123,7 +123,7 @@ class PortLink(Link):
         self.device.resting = False
 
     def _spoil(self, spoilt: Callable[[bytes], bytes]) -> None:
-        """Apply a fault to each seventh samples frame for a while."""
+        """Apply a fault to each seventh samples frame, for some seconds."""
         seen = 0
 
         def sends(frame: bytes) -> bytes:
@@ -256,7 +256,7 @@ class LinesLink(Link):
 
 
 class SoundLink(Link):
-    """Sound input that plays a tape at the models' rate, without resampling."""
+    """Simulated sound input with samples at the models' rate, so that nothing is resampled."""
 
     modulus = 65536
     slack = 2  # an overflow is as long as PortAudio's times say
@@ -281,7 +281,7 @@ class SoundLink(Link):
         return np.rint(data[:, 0].astype(np.float64) * 32768.0).astype(np.int64) % self.modulus
 
     def _stop(self, seconds: float) -> None:
-        """Stop this whole program for a while."""
+        """Stop the whole program for some seconds."""
         me = os.getpid()
         command = f"kill -STOP {me}; sleep {seconds}; kill -CONT {me}"
         subprocess.run(["sh", "-c", command], check=True)

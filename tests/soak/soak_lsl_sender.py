@@ -2,8 +2,8 @@
 
 python soak_lsl_sender.py NAME RATE MODULUS
 
-It reads requests from standard input, one per line. ``hold SECONDS`` delays samples, which keep
-their own stamps. ``lose COUNT`` omits samples. ``nan COUNT`` and ``huge COUNT`` send NaN or 1e300.
+It reads requests from standard input, one per line. ``hold SECONDS`` delays samples but not their
+time stamps. ``lose COUNT`` omits samples. ``nan COUNT`` and ``huge COUNT`` send NaN or 1e300.
 ``rest`` stops the samples, and ``end`` ends the program. Requests wait until a listener is
 connected. The program prints ``ready``, ``heard`` when a listener is connected, and the number of
 the last sample after ``rest``.

@@ -24,7 +24,7 @@ LAYOUT = Layout((Channel("count", ChannelKind.VIBRATION, None, "V"),), RATE)
 def findings(
     tmp_path: Path, parts: list[tuple[int, int, int, int]], received: int, lost: int
 ) -> list[str]:
-    """Return the findings of a soak. A part has epoch, number, number in samples, and length."""
+    """Return the findings of a soak. A part: epoch, number, number in the samples, and length."""
     link = LslLink(tmp_path, Random(0))
     link.last = {0: 999, 1: 499}
     path = tmp_path / "a.mcap"

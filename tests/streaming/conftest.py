@@ -44,7 +44,7 @@ def training() -> Dataset:
 
 @pytest.fixture(scope="session")
 def fresh() -> Dataset:
-    """Pinches outside the training data."""
+    """Pinches that are not in the training data."""
     return twin_pinches(range(100, 112))
 
 

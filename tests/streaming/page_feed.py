@@ -48,9 +48,9 @@ class Feed:
     Parameters
     ----------
     seed
-        Of the noise, the values and the offsets.
+        Random seed of the noise, the values and the offsets.
     repeating
-        The samples of the first closing come again and again: much faster.
+        True to repeat the samples of the first closing, which is much faster.
     """
 
     def __init__(self, seed: int = 0, repeating: bool = False) -> None:
@@ -103,7 +103,7 @@ class Feed:
         )
 
     def happenings(self, first: int, end: int) -> tuple[list[Event], list[Marker]]:
-        """Return events and markers that become known in these samples, in order."""
+        """Return the events and markers that become known in these samples, in order."""
         a, b = self.contacts
         predictions: list[tuple[int, Event]] = [
             (self.start, ClosingStart(self.start, self.epoch)),
@@ -127,7 +127,7 @@ class Feed:
         return events, markers
 
     def block(self, n: int) -> Block:
-        """Return the next samples, made now or earlier."""
+        """Return the next samples, new or repeated ones."""
         if self._made is None:
             return Block(self._samples(n), self.sample, self.epoch)
         place = self.sample % PERIOD

@@ -22,7 +22,7 @@ Facts = tuple[object, ...]
 
 
 def facts(events: list[Event]) -> list[Facts]:
-    """Return the events without properties that depend on blocks or the host's clock."""
+    """Return the events without fields that depend on block sizes or the host's clock."""
     return [(type(event).__name__, *_facts(event)) for event in events]
 
 
@@ -70,7 +70,7 @@ def cut(block: Block, edges: list[int]) -> list[Block]:
 def offline(
     detector: Detector, entry: WindowPredictor, pinch: Pinch
 ) -> tuple[Contact | None, float | None]:
-    """Return first contact and prediction as the study computes them."""
+    """Return the first contact and the prediction that offline functions give for a pinch."""
     contacts = detect(detector, pinch)
     first = contacts[0] if contacts else None
     windows, selected = contact_windows(Dataset((pinch,)), [first], entry.model.spec.duration)

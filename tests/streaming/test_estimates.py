@@ -1,4 +1,4 @@
-"""The mask at the second contact, and which estimate of a closing is final."""
+"""Estimates of a closing: masked at the second contact, and the last one final."""
 
 from __future__ import annotations
 
@@ -21,7 +21,10 @@ FIRST = Contact(Finger.THUMB, 100, 110)
 
 
 class Scripted:
-    """Predictor that returns its elapsed samples, raises an error, or ends."""
+    """Predictor for tests. Each estimate is the number of elapsed samples.
+
+    At ``fails_at`` it raises an error instead.
+    """
 
     name, rate, uses_shape, uses_speed = "scripted", RATE, False, False
     reason = ""
@@ -109,7 +112,7 @@ def test_what_stands_depends_on_no_sample_after_the_second_contact(
 
 
 def test_what_was_final_too_early_is_withdrawn() -> None:
-    """The second contact is detected a little late, so the later event counts."""
+    """The second contact is detected late, so a later event replaces the final estimate."""
     events, _ = closing(Scripted([20, 40]), Contact(Finger.INDEX, 130, 145))
     assert finals(events) == [40.0, 20.0]
     events, estimates = closing(Scripted([40]), Contact(Finger.INDEX, 130, 145))

@@ -1,4 +1,4 @@
-"""Slow or failing sinks: they delay no other sink, and their lost events are counted."""
+"""Slow or failing sinks: they do not delay others, and their lost events are counted."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LONG = 60.0
 
 
 class Keeper:
-    """Sink that stores its updates and waits before each for permission."""
+    """Sink that stores its updates, and waits for permission before each."""
 
     def __init__(self, name: str, go_on: threading.Event | None = None) -> None:
         self.name = name

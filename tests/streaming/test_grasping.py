@@ -1,4 +1,4 @@
-"""Live events that drive a hand: its commands, their times, and late estimates."""
+"""Live events that drive a hand: commands, their times, and late estimates."""
 
 from __future__ import annotations
 
@@ -162,7 +162,7 @@ def test_the_end_summarises_the_events(
 
 
 def test_a_policy_acts_on_the_final_estimate(hand: PrintHand) -> None:
-    """It acts even if the signal was short, because no better estimate follows."""
+    """The policy acts even if the signal was short, because no better estimate follows."""
     policy = live_policy("first_contact")
     grasping = Grasping(policy, hand, LAYOUT)
     with hand:

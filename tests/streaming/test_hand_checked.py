@@ -125,7 +125,7 @@ def test_a_pinch_in_a_gap_of_the_host_is_not_compared() -> None:
 
 
 def test_predictions_without_a_pinch_are_discarded() -> None:
-    """A device that reports no first contact, or an old one, must not use memory."""
+    """Predictions of a device that reports no first contact, or an old one, must not use memory."""
     predictions = HandPredictions("0123456789abcdef", RATE, checked=True)
     second = replace(TOLD[3], first=False)
     for k in range(100):

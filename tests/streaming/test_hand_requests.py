@@ -41,7 +41,7 @@ class LoggedHand(Hand):
 
 
 class Session:
-    """Stream of consecutive blocks."""
+    """Stream of consecutive blocks for a driven hand."""
 
     def __init__(self, grasping: Grasping) -> None:
         self.grasping = grasping

@@ -88,7 +88,7 @@ def truth(finished_pinch: PinchDone) -> str | None:
 def test_page_text_and_json_say_the_same_and_never_praise_what_came_late(
     finished_pinch: PinchDone,
 ) -> None:
-    """Available 70 ms after the first contact is not in time for a second one after 5.1 ms."""
+    """An estimate that is available after 70 ms is too late for a second contact after 5.1 ms."""
     case = truth(finished_pinch)
     parts = page_state(FIRST_EVENT, *finished_pinch.estimates, finished_pinch)
     ((row,), now) = parts["pinches"], parts["now"]
@@ -161,7 +161,7 @@ def test_it_is_the_hosts_clock_that_decides(
     anytime: InContextModel,
     data: st.DataObject,
 ) -> None:
-    """Delayed blocks and slow computing count, by the host's clock."""
+    """Delays of blocks and of computing are included, by the host's clock."""
     one = fresh.pinches[data.draw(st.integers(0, 4))]
     edges = data.draw(st.lists(st.integers(1, len(one.data) - 1), max_size=40))
     compute = data.draw(st.sampled_from((0.0, 0.001, 0.02)))

@@ -126,7 +126,7 @@ def test_what_failed_elsewhere_is_told_once() -> None:
 
 
 def test_lines_come_through_a_pipe_at_once() -> None:
-    """A flushed line alone lets the reader continue: the stream stays open."""
+    """The reader can continue only if the line is flushed, because the stream stays open."""
     reading, writing = os.pipe()
     with os.fdopen(reading, encoding="utf-8") as reader, os.fdopen(writing, "w") as writer:
         sink = JsonLinesSink(writer)

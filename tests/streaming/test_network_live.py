@@ -1,4 +1,4 @@
-"""The network live: equal to offline at each millisecond, and silent after the second contact."""
+"""The network live: as offline at each millisecond, and silent after the second contact."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ return blue;
 
 
 class Fed:
-    """Page with a feed that runs at about the pace of a hand."""
+    """Page whose feed has about the speed of a real hand."""
 
     def __init__(self, asks: tuple[Ask, ...] = (), **options: Any) -> None:
         self.feed = Feed()
@@ -184,7 +184,7 @@ def test_the_hand_is_asked_by_buttons_that_are_there_where_it_can_be(chromium: A
 
 
 def test_a_page_that_hangs_no_longer_holds_the_hand_closed(chromium: Any) -> None:
-    """Only the page itself can show that it is alive, because the browser answers pings for it."""
+    """The page must report by itself that it is alive, because the browser answers pings."""
     fed = Fed(asks=(Ask.CLOSE, Ask.OPEN))
     try:
         chromium.get(fed.sink.url)

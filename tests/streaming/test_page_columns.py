@@ -1,4 +1,4 @@
-"""Thinned traces keep peaks and gaps, for any block size."""
+"""Reduced traces keep peaks and gaps, for any block size."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page shows how intervals narrow, where estimates end, and combined estimates."""
+"""The page shows how intervals narrow, where estimates end, and pooled estimates."""
 
 from __future__ import annotations
 

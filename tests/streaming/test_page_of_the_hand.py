@@ -23,7 +23,7 @@ def update(*events: Event) -> Update:
 
 
 def on_hand(*events: Event) -> object:
-    """Return the page's data about the device's predictions after these events."""
+    """Return the data that the page shows about a device's predictions after these events."""
     state = State(DESCRIPTOR, {}, controls=None)
     state.take(update(*events))
     return json.loads(state.changed({}).get("on_hand", '"nothing"'))

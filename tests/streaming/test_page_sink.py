@@ -1,4 +1,4 @@
-"""Page sink without a browser: its messages to viewers, and limits of its viewers."""
+"""Page sink without a browser: messages to viewers, and limits for viewers."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def view(sink: PageSink) -> ClientConnection:
 
 
 def merged(viewer: ClientConnection, wanted: Callable[[dict[str, Any]], bool]) -> dict[str, Any]:
-    """Return the merged messages once they meet the condition."""
+    """Return the merged messages of the page once they meet a condition."""
     so_far: dict[str, Any] = {"columns": 0, "first": None, "skipped": 0}
     while not wanted(so_far):
         message = viewer.recv(timeout=PATIENCE)

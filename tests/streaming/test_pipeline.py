@@ -48,7 +48,7 @@ def test_an_answer_that_is_not_finite_is_refused_aloud(
     models: list[WindowPredictor],
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Weights can overflow for one window only. The page must report it."""
+    """Weights can overflow for one window only. The closing then reports a reason."""
     model = models[1].model
     pipeline = Pipeline(LAYOUT, detector, WindowLadder([models[1]]))  # has made its rehearsal
     monkeypatch.setattr(type(model), "output", lambda self, window: np.full(1, np.nan))
@@ -108,7 +108,7 @@ def test_block_sizes_do_not_matter(
 def test_samples_wait_for_what_is_due_and_for_nothing_else(
     fresh: Dataset, detector: Detector, models: list[WindowPredictor]
 ) -> None:
-    """Each event arrives with the frame that decides it, though few frames are processed."""
+    """Each event arrives with the frame that decides it, although only few frames are processed."""
     pipeline = Pipeline(LAYOUT, detector, WindowLadder(models))
     frames = cut_frames(fresh)
     labelled_contacts = 0
@@ -279,7 +279,7 @@ def test_the_ledger_adds_up(
 def test_a_stream_without_noise_floors_is_warned_of_once(
     detector: Detector, caplog: pytest.LogCaptureFixture
 ) -> None:
-    """Each epoch counts as one closing, so later closings of a stream are missed."""
+    """Without noise floors each epoch counts as one closing, so later closings are missed."""
     rng = np.random.default_rng(0)
     noise = rng.normal(0, 60, (8 * 4936, LAYOUT.width)).astype(np.int16)
     floors = Calibration(tuple(VibrationCalibration(f, 0.01) for f in Finger))

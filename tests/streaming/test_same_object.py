@@ -1,4 +1,4 @@
-"""Grouping of pinches by object."""
+"""Grouping of pinches by object, for pooled estimates."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def test_where_pinches_have_labels_one_without_stands_by_itself() -> None:
 
 
 def test_where_nobody_says_what_is_pinched_each_pinch_stands_by_itself() -> None:
-    """Two blocks of 29 and 50 Shore A must not be combined to 40."""
+    """Two blocks of 29 and 50 Shore A must not be pooled to 40."""
     pinched = ObjectCombiner()
     for n in range(3):
         estimate = pinched.add_pinch(pinch(n))

@@ -1,4 +1,4 @@
-"""Session on a recording: no losses, offline results, and complete clean-up at every exit."""
+"""Live session on a recording: no losses, offline results, and clean-up at every exit."""
 
 from __future__ import annotations
 

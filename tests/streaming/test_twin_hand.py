@@ -1,4 +1,4 @@
-"""The twin's hand: conformance with other hands, and execution of its commands."""
+"""The twin's hand: conformance with other hands, and execution of commands."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def hand(source: TwinSource) -> Hand:
 
 
 def heard(source: Source, enough: Callable[[list[Marker]], bool]) -> list[Marker]:
-    """Return the markers from now on, until there are enough."""
+    """Return the next markers, until there are enough."""
     markers: list[Marker] = []
     while not enough(markers):
         arrivals: list[Arrival] = source.read(DEAD)

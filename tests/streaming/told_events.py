@@ -36,7 +36,7 @@ SECOND_EVENT = ContactEvent(SECOND, False, 0, 1000.12)
 
 
 def timed(estimate: Estimate, **fields: Any) -> Estimate:
-    """Return the estimate with other fields and the resulting time."""
+    """Return the estimate with changed fields, and ``available`` computed from them."""
     e = replace(estimate, **fields)
     ready = (e.complete - e.contact.sample) / RATE
     return replace(e, available=ready + e.waited + e.transport + e.compute)

@@ -28,7 +28,7 @@ Fingers = tuple[FingerParameters, FingerParameters]
 
 
 def drawn(kind: TwinObject, number: int = 0, condition: Condition = PAPER_RIG) -> PinchDraw:
-    """Return a new draw of one pinch, since simulating uses up its random numbers."""
+    """Return a new draw of one pinch, because simulation uses up the random numbers of a draw."""
     specimen = draw_specimen(SEED, condition, kind, 0)
     return draw_pinch(SEED, condition, f"session {number % 4}", specimen, number)
 
@@ -53,7 +53,7 @@ def integrated(
     times: NDArray[np.float64], x: NDArray[np.float64], gap: NDArray[np.float64] | None = None,
     substeps: int = 1, back_damping: float = 0.0,
 ) -> NDArray[np.float64]:  # fmt: skip
-    """Integrate without noise. Change ``x`` and ``gap`` in place."""
+    """Integrate a motion without noise. Change ``x`` and ``gap`` in place."""
     out = np.empty((times.size, 2, OUTPUTS))
     steps = integrate(
         *fingers, o, np.array([contact_stiffness(p, o) for p in fingers]), np.array(touch), times,

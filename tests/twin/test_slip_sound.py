@@ -1,4 +1,4 @@
-"""Tests of the modelled sound of a slip: silent without a slip, no other effect."""
+"""Tests of the modelled sound of a slip: it is silent without a slip and has no other effect."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def test_signal_is_proportional_to_the_coupling() -> None:
 
 
 def test_load_below_friction_only_shears_the_pad() -> None:
-    """Under a slowly rising load, the spring determines the pull of a patch, and none slips."""
+    """Under a slowly rising load the spring determines the pull on a patch. No patch slips."""
     slow = np.minimum(np.arange(10 * N) / (9 * N), 1.0)
     voice = sound()
     voice.hear(np.full((10 * N, 2), 20.0), np.zeros(10 * N), slow)

@@ -1,4 +1,4 @@
-"""Tests of the reference of the drives between two commanded speeds."""
+"""Tests of the drives' reference speed between two commands."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tests of the kernel in limits with closed forms."""
+"""Tests of the mechanics in limits with closed forms."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ WALL = ObjectParameters(
 def hertz_impact(
     mass: float, speed: float, modulus: float, radius: float
 ) -> tuple[float, float, float]:
-    """Closed form of an elastic impact against a fixed body.
+    """Return the closed form of an elastic impact against a fixed body.
 
-    Largest indentation (m), peak force (N), contact time (s); Johnson (1985), Contact
-    Mechanics, section 11.4.
+    The result is the largest indentation, m, the peak force, N, and the contact time, s: Johnson
+    (1985), Contact Mechanics, section 11.4.
     """
     depth = (15 * mass * speed**2 / (16 * modulus * np.sqrt(radius))) ** 0.4
     return depth, hertz_stiffness(modulus, radius) * depth**1.5, 2.94 * depth / speed

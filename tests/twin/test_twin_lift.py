@@ -17,7 +17,7 @@ from firstcontact.twin._outcome import slide
 def slide_states(
     forces: NDArray[np.float64], hanging: NDArray[np.float64], mass: float, friction: float
 ) -> NDArray[np.float64]:
-    """Return distance and speed at each sample, shape (samples, 2)."""
+    """Return distance and speed of the slip at each sample, shape (samples, 2)."""
     out = np.empty((len(forces), 2))
     slide(forces, hanging, mass, friction, 1 / FINGERTIP_RATE, np.zeros(2), out)
     return out

@@ -24,7 +24,7 @@ def series(noise: MotorNoise, duration: float = 4.0, seed: int = 5) -> np.ndarra
 
 
 def level(x: np.ndarray, frequency: float) -> float:
-    """Return the amplitude near a frequency."""
+    """Return the amplitude of a signal near a frequency."""
     f, p = signal.periodogram(x, RATE, "flattop", scaling="spectrum")
     near = np.abs(f - frequency) < 0.02 * frequency + 2
     return float(np.sqrt(2 * p[near].max()))

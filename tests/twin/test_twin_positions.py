@@ -1,4 +1,4 @@
-"""Tests of the closing speed that the twin's hand measures, without side effects."""
+"""Tests of the closing speed that the twin's hand measures. Measuring has no side effects."""
 
 from __future__ import annotations
 

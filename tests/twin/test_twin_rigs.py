@@ -1,4 +1,4 @@
-"""Tests of random rigs and objects: finite, converged, and families outside of training."""
+"""Tests of random rigs and objects: finite, converged, and with families outside of training."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def test_hard_block_is_visible_and_seldom_clipped() -> None:
 
 
 def _extreme(number: int) -> tuple[RandomRig, RandomObject]:
-    """Return a rig three standard deviations off: stiff and light, or soft and heavy."""
+    """Return a rig three standard deviations from the mean: stiff and light, or soft and heavy."""
     drawn = rng(number)
     rig = draw_rig(drawn)
     deviation = 3 if number % 2 else -3

@@ -1,4 +1,4 @@
-"""Tests of a pinch in pieces, with orders."""
+"""Tests of a pinch that is simulated in pieces, with orders."""
 
 from __future__ import annotations
 

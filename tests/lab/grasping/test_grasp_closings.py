@@ -1,4 +1,4 @@
-"""Closings of the plant: same random draws for all policies, reproducible with any workers."""
+"""Closings of the plant: the same random draws for all policies, and for any number of workers."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Household closings: the table's branches equal the result of a policy in the loop."""
+"""Household closings: outcomes in the table equal those of a simulated policy."""
 
 from __future__ import annotations
 

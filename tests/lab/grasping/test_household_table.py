@@ -1,4 +1,4 @@
-"""Lookups in the table of closings: forces, fronts, resamples, tuning and controls."""
+"""Numbers from the table of closings: forces, fronts, resamples, tuning and controls."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ POLICIES = household_policies()
 
 
 def household() -> Household:
-    """Return results in which every policy drops a fifth."""
+    """Return results in which every policy drops a fifth of the picks."""
     shares = dict.fromkeys(POLICIES, 0.2)
     on = TunedOn(hands=[1100, 1101], specimens=[1], picks=9, budget=8, folds=2, families=[["egg"]])
     return Household(

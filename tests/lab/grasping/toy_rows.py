@@ -12,7 +12,7 @@ LATENCIES = (HEADLINE, 0.060)
 
 
 def row(kind: str, session: int, variant: str, latency: float, peak: float) -> Row:
-    """Return the row of one closing. It drops nothing, and breaks the egg above 6 N."""
+    """Return the row of one closing. No object is dropped; the egg breaks above 6 N."""
     return Row(
         kind=kind, shore_a=KINDS[kind].shore_a, session=session, variant=variant,
         latency=latency, peak=peak, squeeze=1e-3 * peak, time=0.1 + 0.01 * session,
@@ -26,7 +26,7 @@ PEAKS = dict(zip(variants(), (12.0, 5.0, 4.0, 2.5, 2.6, 2.0), strict=True))
 
 
 def rows() -> list[Row]:
-    """Return every variant on the same pinches."""
+    """Return rows of every variant on the same pinches."""
     return [
         row(kind, session, variant, latency, PEAKS[variant])
         for session in range(SESSIONS)

@@ -21,7 +21,7 @@ SHORE = {"raspberry": 5.0, "silken tofu, 4 cm cube": 3.0, "sponge, dry": 3.0}
 
 
 def branch(kind: str, hand: int, specimen: int = 1) -> Branches:
-    """Return branches of a hand that presses as commanded and whose reflex holds with 9 N."""
+    """Return branches of a hand that presses as commanded. Its reflex holds with 9 N."""
     holds, limit = THINGS[kind]
     forces = np.array(HOW.forces)
     slips = forces < holds
@@ -37,5 +37,5 @@ def branch(kind: str, hand: int, specimen: int = 1) -> Branches:
 
 
 def table(hands: tuple[int, ...]) -> Table:
-    """Return picks of all objects by each of these hands."""
+    """Return a table of picks of all objects by these hands."""
     return Table.from_branches([branch(kind, hand) for kind in THINGS for hand in hands], HOW)

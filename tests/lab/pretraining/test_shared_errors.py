@@ -1,4 +1,4 @@
-"""Shared error of pinches of one object, against the package's constant."""
+"""Error that pinches of one object share, compared with the package's constant."""
 
 from __future__ import annotations
 

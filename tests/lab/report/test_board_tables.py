@@ -1,4 +1,4 @@
-"""Table of the time to act: signal and computing, on the board and on this machine."""
+"""Table of the time of an estimate: signal and computing, on the board and on this machine."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Time to a complete window: closed forms on pinches whose samples do not matter."""
+"""Time to a complete window, compared with closed forms. The pinches' samples do not matter."""
 
 from __future__ import annotations
 

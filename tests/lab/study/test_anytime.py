@@ -1,4 +1,4 @@
-"""Estimates at any time: the scored pinches, the counts and the times."""
+"""Estimates at any time: which pinches are scored, the counts, and the times."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Incomplete labels: a study runs all possible parts and states which it left out."""
+"""Incomplete labels: a study runs all possible parts, and states which it left out."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def relabel(dataset: Dataset, new: Callable[[int, Label], Label]) -> Dataset:
 
 
 def cut(dataset: Dataset, first: int, last: int, rows: Sequence[int] | None = None) -> Dataset:
-    """Return pinches cut to the samples ``first`` to ``last``, all of them or those at ``rows``."""
+    """Return the pinches, all or those at ``rows``, cut to the samples ``first`` to ``last``."""
 
     def shorter(pinch: Pinch) -> Pinch:
         truth = tuple(c for c in pinch.truth if first <= c.sample < last)

@@ -1,4 +1,7 @@
-"""A study part of another package: one file, one registered line, visible everywhere."""
+"""A package adds a part to the study with one file and one registered line.
+
+The part then appears in all places where the built-in parts do.
+"""
 
 from __future__ import annotations
 

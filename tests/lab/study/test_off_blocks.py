@@ -1,4 +1,4 @@
-"""Part ``generalise``: contents of its sets, inputs of each model, closed forms of scores."""
+"""Part ``generalise``: content of the sets, inputs of each model, and scores with closed forms."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def test_who_is_told_the_stiffness_learns_it_on_these_blocks(small: RigSet) -> N
 
 
 def answered(errors: dict[Use, float], place: int = 0, question: str = "any") -> Answered:
-    """Return six predictions of each use, for objects of 30 and 60 Shore A, with equal errors."""
+    """Return six predictions for each use, on objects of 30 and 60 Shore A, with equal errors."""
     uses = np.repeat([use.value for use in errors], 6)
     wrong = np.repeat(list(errors.values()), 6)
     y = np.tile([30.0, 60.0], len(uses) // 2)

@@ -1,4 +1,4 @@
-"""A whole study of synthetic pinches: present and absent results, and interruption."""
+"""A whole study of synthetic pinches: which results are present, and an interruption."""
 
 from __future__ import annotations
 

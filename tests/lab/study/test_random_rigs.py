@@ -1,4 +1,4 @@
-"""Part ``random_rigs``: its rigs of other structure and its scores."""
+"""Part ``random_rigs``: rigs of other structure, and scores."""
 
 from __future__ import annotations
 

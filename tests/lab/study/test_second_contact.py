@@ -1,4 +1,4 @@
-"""Split by second contact: only windows that begin at the first contact are split."""
+"""Scores by second contact: only windows that begin at the first contact are counted."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MS = 4.936
 
 
 def subject(dataset: Dataset, shifts: dict[int, Contact]) -> Subject:
-    """Subject whose windows start at the true contacts, except for these shifts."""
+    """Return a subject whose windows start at the true contacts, moved by these shifts."""
     made = Subject("a", dataset)
     made.detections = tuple(shifts.get(i, p.first) for i, p in enumerate(dataset.pinches))
     return made

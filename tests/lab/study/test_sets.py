@@ -1,4 +1,4 @@
-"""Detectors on sets of recordings that others made."""
+"""Scores of detectors on sets of real recordings."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from firstcontact_lab.study.sets import SET
 
 @pytest.fixture
 def folder(tmp_path: Path, shore: Dataset) -> Path:
-    """One set with contacts, noise and a front end."""
+    """Folder of one set with contacts, noise and a front end."""
     dtype = str(shore.pinches[0].data.dtype)
     header = Header(shore.layout, "synthetic", dtype)
     for place in ("sets/toys/recordings", "sets/toys/noise", "twin"):

@@ -1,4 +1,4 @@
-"""Every source is loaded as recordings at the models' rate."""
+"""Data of every source are loaded as recordings at the models' rate."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Window ladders predict at several times and never use later samples."""
+"""A window ladder predicts at several times and never uses later samples."""
 
 from __future__ import annotations
 

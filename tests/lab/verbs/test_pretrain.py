@@ -1,4 +1,4 @@
-"""``firstcontact pretrain``: trains a network, and reuses finished parts."""
+"""``firstcontact pretrain``: it trains a network, and reuses finished parts."""
 
 from __future__ import annotations
 

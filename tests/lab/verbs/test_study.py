@@ -19,7 +19,7 @@ from firstcontact_lab.verbs.study import Study
 
 @pytest.fixture
 def arrays(tmp_path: Path) -> Path:
-    """Return three materials of known rank in two sessions. They ring at different frequencies."""
+    """Return the path of an archive: three materials of known rank, which ring differently."""
     rng = np.random.default_rng(0)
     levels = np.repeat([0, 1, 2], [14, 14, 12])
     piezo = 0.002 * rng.standard_normal((40, 900, 1))

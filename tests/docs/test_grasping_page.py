@@ -72,8 +72,8 @@ def test_the_gain_and_what_the_label_would_give() -> None:
         f"is {gain(OURS)} %",
         f"the same rule gains {gain('label')} % with an interval from "
         f"{100 * label.low:.0f} on".replace("-", "−"),
-        f"In full closings {percent(entry.closings[OURS].success)} end well instead of "
-        f"{percent(entry.closings[BLIND].success)}",
+        f"With the tuned forces {percent(entry.closings[OURS].success)} of closings end without "
+        f"drop or damage, instead of {percent(entry.closings[BLIND].success)}",
     )
     assert not entry.met
     noisy = [entry.fewer[f"label_rmse_{rmse}"] for rmse in (3, 5, 10)]
@@ -136,9 +136,9 @@ def test_the_estimates_by_object() -> None:
     well = [name for name, e in errors.items() if e <= 5]
     nearly = [name for name, e in errors.items() if 5 < e < 6.6]
     says(
-        f"of the {len(entry)} objects up to {FIRMEST:g} Shore A {len(well)} have that or less, and "
-        f"{WORDS[len(nearly)]} more about 6.5 or less",
-        f"blueberries ({errors['blueberry']:.0f}:",
+        f"Of the {len(entry)} objects up to {FIRMEST:g} Shore A, {len(well)} have that or less, "
+        f"and {WORDS[len(nearly)]} more about 6.5 or less",
+        f"blueberries (RMSE {errors['blueberry']:.0f},",
         f"the dry sponge ({errors['sponge, dry']:.0f}) and oranges ({errors['orange']:.0f})",
     )
     assert {*errors} - {*well, *nearly} == {"blueberry", "sponge, dry", "orange"}

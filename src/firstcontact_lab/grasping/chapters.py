@@ -71,10 +71,11 @@ def policies_table(household: Household) -> Table:
         return None if between is None else between.bounded
 
     return _table(
-        f"Drops at {percent(household.damage)} damage by the policy's knowledge. Success is that "
-        "of the tuned settings. Intervals resample hands, and kinds of object within their groups. "
-        "Rows with a reflex: gradual lift, slip detected after 100 ms. Labels with noise have "
-        "normal errors with the stated RMSE.",
+        "Share of objects that each policy drops if its forces are scaled until "
+        f"{percent(household.damage)} are damaged. The last column is of the tuned forces. "
+        "Intervals are over hands, and over kinds of object within their groups. Rows with a "
+        "reflex: gradual lift, slip detected after 100 ms. Labels with noise have normal errors "
+        "with the stated RMSE.",
         [
             Row("Dropped", drops, "whole"),
             Row("Fewer than blind", fewer, "whole"),
@@ -91,9 +92,10 @@ def reflex_table(household: Household) -> Table:
         return lambda name: value(household.slip_reflex[name])
 
     return _table(
-        "Drops at equal damage with a slip reflex, without and with stiffness, and success. The "
-        "support disappears immediately (abrupt) or within a second (gradual). After the stated "
-        "latency of the detection, the brake needs 20 ms and the force must build up.",
+        "Drops and success of policies with a slip reflex: alone, and with the stiffness "
+        "estimate. Drops are at equal damage. The support disappears immediately (abrupt) or "
+        "within a second (gradual). After the stated latency of the detection, the brake needs "
+        "20 ms and the force must build up.",
         [
             Row("Reflex alone", lookup(lambda r: r.blind.bounded), "whole"),
             Row("Stiffness, too", lookup(lambda r: r.stiffness.bounded), "whole"),
@@ -142,8 +144,8 @@ def closings_table(household: Household) -> Table:
 
     return _table(
         "Full closings with tuned settings: plant, filter, detector, network, and loop with its "
-        "deadline. Steady: share with a constant force, a quarter above the holding force. As the "
-        "table: share with the same outcome as in the table of closings for tuning.",
+        "deadline. Steady: share with a constant force, a quarter above the holding force. As "
+        "tabulated: share with the outcome that the table of closings, used for tuning, predicts.",
         [
             Row("Success", lookup(lambda c: bounded(c, "success")), "whole"),
             Row("Dropped", lookup(lambda c: bounded(c, "dropped")), "whole"),
@@ -151,7 +153,7 @@ def closings_table(household: Household) -> Table:
             Row("Steady", lookup(lambda c: c.steady), "whole"),
             Row("Time to a steady grasp", lookup(lambda c: c.steady_ms), "whole ms"),
             Row("Estimate by the deadline", lookup(lambda c: c.in_time), "whole"),
-            Row("As the table", lookup(lambda c: c.as_table), "whole"),
+            Row("As tabulated", lookup(lambda c: c.as_table), "whole"),
         ],
         {name: policy_title(name) for name in household.closings},
     )

@@ -64,8 +64,8 @@ def reflex_sentence(household: Household) -> str:
         for name, reflex in household.slip_reflex.items()
     ]
     return (
-        "With a slip reflex, knowing stiffness changes the drops from "
-        f"{', '.join(parts)}. Brackets: kind of lift, and latency of the slip detection."
+        "With a slip reflex, knowing stiffness changes the drops as follows (kind of lift, "
+        f"latency of the slip detection): {', '.join(parts)}."
     )
 
 
@@ -98,9 +98,10 @@ def sentences(results: GraspResults) -> list[str]:
     return [
         headline(household),
         reflex_sentence(household),
-        "Intervals resample objects and hands, and scale both policies to "
-        f"{percent(household.damage)} damage each time. With unchanged forces and additional "
-        f"damage counted as drops, the gain is {ends(household.fewer_drops_as_bold)}.",
+        "For the intervals, objects and hands are resampled, and the forces of both policies are "
+        f"scaled each time until {percent(household.damage)} are damaged. If the forces are not "
+        "scaled again and additional damage counts as drops, the gain is "
+        f"{ends(household.fewer_drops_as_bold)}.",
         f"In full closings with tuned settings, {ends(household.success_gain, True)} more succeed "
         "with stiffness: neither dropped nor damaged.",
         "Control: if each object has the weight and the limit of another, no gain is possible. The "

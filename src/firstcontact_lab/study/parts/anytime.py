@@ -336,11 +336,13 @@ def anytime_table(results: SubjectResults) -> Table | None:
     if by_time.before_second is not None:
         caption += (
             f" In {percent(by_time.before_second)} of {by_time.with_second:,} pinches the samples "
-            "for a first estimate lie before the second contact, without computing and transport."
+            "for a first estimate lie before the second contact, not counting computing and "
+            "transport."
         )
     caption += (
-        f" The model is conditioned on the blocks of the rig ({by_time.scheme}). Not scored: "
-        f"{counted(by_time.too_short, 'pinch')} whose second contact came before any estimate."
+        f" The model is conditioned on the blocks of the rig (contexts: {by_time.scheme}). Not "
+        f"scored: {counted(by_time.too_short, 'pinch')} whose second contact came before any "
+        "estimate."
     )
     return Table(caption, ["", *(f"{ms} ms" for ms in by_time.rmse)], lines)
 

@@ -520,7 +520,9 @@ def materials_table(results: SubjectResults) -> Table | None:
     caption = (
         f"Share of correctly classified windows of each left-out material. {title}, {windows}."
     )
-    return Table(f"{caption} The worst material also by session.", head, lines)
+    if real.by_material[worst].sessions:
+        caption += " The worst material is also shown by session."
+    return Table(caption, head, lines)
 
 
 def _order(real: RealSet) -> str:

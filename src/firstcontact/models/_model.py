@@ -159,8 +159,8 @@ class Model:
         first, last = self.moments[0], self.moments[-1]
         if not first - 1e-9 <= latest <= 1.0:
             raise InputError(
-                f"it is {latest:g} s, but the model predicts from {first:.3g} to {last:.3g} s "
-                f"after a contact: give {first:.3g} s or more, up to 1 s",
+                f"{latest:g} s is outside {first:.3g} to 1 s: give a time in this range (after "
+                f"{last:.3g} s the prediction stays the same)",
                 parameter="at",
             )
         if not is_same_rate(data.layout.rate, self.rate):

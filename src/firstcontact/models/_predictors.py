@@ -102,7 +102,8 @@ class WindowPredictor:
         values, spreads = self.model.predict(X), self.model.spread(X)
         if spreads is None and self.interval is not None and self.interval.scaled:
             raise InputError(
-                "the model's interval needs a spread, but the model has none: train it again"
+                "the interval needs the uncertainty of each prediction, but the model gives none: "
+                "train it again"
             )
         spreads = np.full(len(values), nan) if spreads is None else spreads
         low = high = values

@@ -222,10 +222,15 @@ def make_contacts(
                     f"{origin}: {field} of {place(columns, i)} is {quote(sample)}, outside "
                     f"the pinch's {len(data)} samples: count from 0 within it, -1 where not known"
                 )
-        if second >= 0 and not 0 <= first <= second:
+        if second >= 0 > first:
+            raise InputError(
+                f"{origin}: {place(columns, i)} has a second_contact ({second}) but no {name}: "
+                f"give {name}, or -1 for second_contact"
+            )
+        if 0 <= second < first:
             raise InputError(
                 f"{origin}: second_contact of {place(columns, i)} ({second}) is before its "
-                f"{name} ({first if first >= 0 else 'not known'}): correct one of them"
+                f"{name} ({first}): correct one of them"
             )
         touched = finger
         if len(owners) == 1:

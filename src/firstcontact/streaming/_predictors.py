@@ -355,7 +355,8 @@ class _WindowsStream:
             spread = entry.model.spread(window.samples[None]) if interval.scaled else np.ones(1)
             if spread is None:
                 raise InputError(
-                    "the model's interval needs a spread, but the model has none: train it again"
+                    "the interval needs the uncertainty of each prediction, but the model gives "
+                    "none: train it again"
                 )
             low, high = interval.around(value, float(spread[0]))
             level = interval.level

@@ -39,7 +39,9 @@ def learn(settings: GraspStudySettings, out: Path) -> fc.Model:
     models = out / "models"
     # Models come after recordings that bear the mark: without these, they are somebody's own.
     if models.exists() and not (out / "recordings" / MARK).exists():
-        raise InputError(f"{models} was not made by a study: choose another --out, or move it away")
+        raise InputError(
+            f"{models} was not made by a grasp study: choose another --out, or move it away"
+        )
     recordings = fresh(out / "recordings", {"twin": CONDITION, "seed": settings.seed})
     if models.exists():
         shutil.rmtree(models)

@@ -91,7 +91,7 @@ def pretrain(
 
     torch.set_num_threads(1)  # how sums are cut decides their last bits
     examples = made(TRAINED, size.rigs)
-    say(f"{size.rigs} rigs, {len(examples)} contacts to learn from")
+    say(f"{size.rigs} rigs, {len(examples)} contacts for training")
     state = work / f"training-{seed}-{size.rigs}-{size.epochs}.safetensors"
     network = Training(examples, size.epochs, seed, state).run(
         lambda epoch, loss: say(f"epoch {epoch} of {size.epochs}: loss {loss:.3f}")

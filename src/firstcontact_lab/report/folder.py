@@ -50,7 +50,8 @@ def sole_use(out: Path, options: Mapping[str, Any]) -> Iterator[None]:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise InputError(
-                f"{out}: another study is running in it: wait for its end, or choose another --out"
+                f"{out}: another study is running in this folder: wait until it ends, or choose "
+                "another --out"
             ) from None
         except OSError:
             pass  # a disk without locks
@@ -88,8 +89,8 @@ def _claim(out: Path, options: Mapping[str, Any]) -> None:
     if existing != mine:
         differs = sorted(k for k in {*existing, *mine} if existing.get(k) != mine.get(k))
         raise InputError(
-            f"{out} holds another study's results (other {', '.join(differs)}): choose another "
-            "--out, or remove it"
+            f"{out} holds the results of another study (other {', '.join(differs)}): choose "
+            "another --out, or remove it"
         )
 
 

@@ -72,7 +72,7 @@ class NoiseScorer:
         self, twin: Dataset, seed: int = 0, say: Callable[[str], object] = lambda line: None
     ) -> None:
         self._say = say
-        say("training on the twin, to score it with other noises")
+        say("training on the twin, to score twin pinches with other noise")
         self._detectors: dict[str, Detector] = {
             name: make_detector(name).fit(twin) for name in DETECTORS
         }

@@ -117,8 +117,8 @@ def benchmark_recordings(
     ]
     if learns_one_value(folds, labelled_touches.shore_a):
         raise InputError(
-            f"{path}: a fold without some {cluster}s leaves fewer than two Shore A levels to learn "
-            f"from: record each level in several {cluster}s, or more levels"
+            f"{path}: a fold without some {cluster}s leaves fewer than two Shore A levels for "
+            f"training: record each level in several {cluster}s, or more levels"
         )
     say(f"{path}: {counted(len(learn), 'pinch')}, {counted(len(folds), 'fold')} by {cluster}")
     reason = why_not_unseen(Subject("recordings", dataset)) if dataset.test.any() else ""

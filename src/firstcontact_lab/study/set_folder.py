@@ -58,7 +58,9 @@ def find_sets(folder: Path) -> list[RealSet]:
         There are no sets, or a file of a set cannot be used.
     """
     if not folder.is_dir():
-        raise InputError(f"{folder} is not a folder: give the one with a folder for each set")
+        raise InputError(
+            f"{folder} is not a folder: give the folder that has a subfolder for each set"
+        )
     places = sorted(p for p in folder.iterdir() if (p / RECORDINGS).is_dir())
     if not places:
         raise InputError(
@@ -76,7 +78,7 @@ def _read(place: Path) -> RealSet:
             if recording.header.layout != dataset.layout:
                 raise InputError(
                     f"{file}: its layout differs from that of the set's recordings: import both "
-                    "alike"
+                    "in the same way"
                 )
             noise += recording.stretches
     ends = {}

@@ -239,10 +239,9 @@ def windows(touches: Touches, samples: int, conditioned: bool = False) -> Window
 def _checked(answers: Values, n: int) -> Values:
     values = np.asarray(answers, dtype=np.float64)
     if values.shape != (n,) or not np.isfinite(values).all():
+        finite = "" if np.isfinite(values).all() else ", with values that are no numbers"
         raise InputError(
-            f"the regressor predicted {n} windows with an array of shape {values.shape}"
-            f"{'' if np.isfinite(values).all() else ' with values that are no numbers'}: it must "
-            "give "
-            "one finite Shore A value a window"
+            f"the regressor predicted {n} windows with an array of shape {values.shape}{finite}: "
+            "it must give one finite Shore A value per window"
         )
     return values

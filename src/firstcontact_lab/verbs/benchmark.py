@@ -22,15 +22,15 @@ class Benchmark:
     """
 
     regressor: Annotated[str, Option(positional=True)]
-    """PACKAGE:NAME in scikit-learn's form, or a registered estimator."""
+    """Registered estimator, or PACKAGE:NAME of a scikit-learn regressor."""
     out: Path = Path("firstcontact-benchmark")
-    """Folder for report and results, which are replaced."""
+    """Folder for report and results; earlier ones are replaced."""
     recordings: Path | None = None
-    """Recordings to score on, in place of simulated rigs."""
+    """Recordings to score on, instead of simulated rigs."""
     condition: Annotated[
         Literal["paper-rig", "everyday"] | None, Option(group="simulated hand")
     ] = None
-    """Condition of the twin; each of them by default."""
+    """Condition of the simulated hand; by default all of them."""
     quick: bool = False
     """Run on little data; do not quote its numbers."""
     seed: int = 0
@@ -46,7 +46,9 @@ class Benchmark:
         if self.seed < 0:
             raise InputError("--seed must not be negative")
         if self.recordings is not None and (self.condition is not None or self.quick):
-            raise InputError("--condition and --quick are for the twin: omit them or --recordings")
+            raise InputError(
+                "--condition and --quick are for the twin: leave out these, or --recordings"
+            )
         from firstcontact.core import installed_versions, write_text
         from firstcontact.twin import CONDITIONS
         from firstcontact_lab.report.folder import REPORT, RESULTS

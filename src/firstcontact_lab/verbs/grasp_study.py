@@ -19,13 +19,13 @@ class GraspStudy:
     """Simulate how hands pick up household objects with every policy, and write a report."""
 
     out: Path = Path("firstcontact-grasp-study")
-    """Folder for report, results, film and models of this study only."""
+    """Folder for report, results, film and models; for this study only."""
     quick: bool = False
     """Run each part on little data; do not quote its numbers."""
     estimator: Annotated[str, choice(ESTIMATORS)] = ESTIMATORS.default
     """Estimator of the stiffness that policies act on."""
     detector_type: Annotated[str | None, choice(DETECTORS)] = None
-    """Contact detector to fit; the default one if left out."""
+    """Contact detector to fit; the default detector if left out."""
     seed: int = 0
     """Random seed of the twin, training and intervals."""
     workers: Annotated[int, Option(group="machine")] = 0

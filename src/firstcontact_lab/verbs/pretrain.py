@@ -22,9 +22,9 @@ class Pretrain:
     rigs: int = 6000
     """Number of simulated rigs to train on."""
     epochs: int = 45
-    """Number of passes over their contacts."""
+    """Number of passes over the contacts of the rigs."""
     seed: int = 1
-    """Random seed; it fixes the weights on a given machine."""
+    """Random seed; on one machine it determines the weights."""
     workers: int = 0
     """Number of processes that simulate; 0 takes all cores."""
 

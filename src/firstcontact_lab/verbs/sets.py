@@ -25,11 +25,11 @@ class Sets:
     """
 
     folder: Annotated[Path, Option(positional=True)]
-    """Folder that holds a folder NAME/recordings for each set."""
+    """Folder with a subfolder NAME/recordings for each set."""
     twin: Path
     """Recordings of the twin to train on."""
     noises: tuple[Path, ...] = ()
-    """Folders of the same twin pinches with other noises."""
+    """Folders of the same twin pinches, each with other noise."""
 
     def run(self) -> None:
         """Score every set, and write report.html and results.json into the folder."""
@@ -58,10 +58,12 @@ def _check_alike(twin: Dataset, noises: Sequence[tuple[str, Dataset]]) -> None:
             raise InputError(f"two folders of --noises are called {name}: rename one")
         if dataset.layout != twin.layout:
             raise InputError(
-                f"{name} of --noises has another layout than --twin: simulate both alike"
+                f"{name} of --noises has another layout than --twin: simulate both in the same way"
             )
         if not any(p.first is not None for p in dataset.pinches):
-            raise InputError(f"{name} of --noises has no known contact: simulate it")
+            raise InputError(
+                f"{name} of --noises has no known contact: make it with `firstcontact simulate`"
+            )
 
 
 def _say(line: str) -> None:

@@ -21,7 +21,7 @@ class Study:
     recordings: Path | None = None
     """Recordings, or data that `import` reads; the twin by default."""
     out: Path = Path("firstcontact-study")
-    """Folder for report, results and recordings of this study only."""
+    """Folder for report, results and recordings; for this study only."""
     quick: bool = False
     """Run each part on little data; do not quote its numbers."""
     parts: Annotated[tuple[str, ...], choice(PARTS)] = ()
@@ -29,11 +29,11 @@ class Study:
     detector_type: Annotated[str, choice(DETECTORS)] = DETECTORS.default
     """Detector of the contacts at which windows start."""
     estimator: tuple[str, ...] = ()
-    """Further scikit-learn estimators to study, as PACKAGE:NAME."""
+    """Further scikit-learn estimators to score, as PACKAGE:NAME."""
     early_ms: Annotated[float, Option(advanced=True)] = 0.0
-    """Longest delay of labels behind their contacts, ms."""
+    """Longest time by which a label may come after its contact, ms."""
     board: Annotated[Path | None, Option(advanced=True)] = None
-    """Measured times on the hand for the report: `embedded.json`."""
+    """File `embedded.json` with the costs of models on the hand, for the report."""
     seed: int = 0
     """Random seed of the twin, splits, training and intervals."""
     workers: Annotated[int, Option(advanced=True, group="machine")] = 0
@@ -52,7 +52,7 @@ class Study:
         if self.recordings is None:
             require_modules("study", "numba")
         if self.seed < 0 or not 0 <= self.early_ms <= 10:
-            raise InputError("--seed must not be negative, and --early-ms lies from 0 to 10")
+            raise InputError("--seed must be 0 or more, and --early-ms from 0 to 10")
         for part in self.parts:
             PARTS.find(part)
         settings = StudySettings(

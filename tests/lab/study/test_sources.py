@@ -68,7 +68,7 @@ def test_what_an_earlier_study_left_is_not_swept_up(tmp_path: Path) -> None:
         recorded(tmp_path, out)
     mine = next(made.rglob("*.mcap"))
     shutil.copy(mine, tmp_path / "mine.mcap")
-    with pytest.raises(InputError, match=f"beside .* {re.escape(str(made))}:"):
+    with pytest.raises(InputError, match=f"further .* {re.escape(str(made))}:"):
         recorded(tmp_path, out)
     assert len(recorded(tmp_path / "mine.mcap", out)) == len(recorded(made, out)) == 4
 

@@ -31,13 +31,13 @@ class Agreement:
     Parameters
     ----------
     residuals
-        Camera minus strip of each contact, s.
+        Time by the camera minus time by the strip, for each contact, s.
     fps
         Frames per second of the camera.
     offset
         Camera's time at the device's sample 0 of the first epoch, s.
     drift, drift_error
-        Relative speed of the camera's clock above the device's, and its standard error.
+        Relative excess of the camera's clock rate over the device's, and its standard error.
     left_out
         Contacts that only the camera has.
     """

@@ -73,7 +73,7 @@ def latch_window(
     fingers: Sequence[Finger | None],
     latched: set[Finger | None],
 ) -> list[Contact]:
-    """Return and latch the new contacts of one of :func:`fired_windows`, as :func:`latch` does."""
+    """Return the new contacts of one result of :func:`fired_windows`, and latch their fingers."""
     contacts = [
         Contact(finger, onset, end)
         for finger, onset in zip(fingers, onsets, strict=True)

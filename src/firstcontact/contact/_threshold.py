@@ -67,5 +67,5 @@ class ThresholdDetector(WindowDetector):
         return np.asarray(np.abs(new).max(axis=2) > self.sigmas)
 
     def judgement(self, rate: float) -> Judgement:
-        """Return the kernel for export, with the threshold."""
+        """Return the detector in its form for export: a kernel, and the threshold."""
         return Judgement("crossing", {"sigmas": self.sigmas}, {}, 1)

@@ -63,7 +63,7 @@ class _Epoch:
         return _Epoch(self.number + 1, self._rate)
 
     def in_time(self, ago: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return True for each sample whose age, s, fits the ages of earlier samples."""
+        """Return a mask of the samples whose age, s, is plausible, given the ages before."""
         good = usable_stamps(ago)
         if math.isinf(self._least) and good.any():
             self._least = float(np.sort(ago[good])[good.sum() // 2])

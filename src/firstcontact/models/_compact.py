@@ -95,7 +95,7 @@ class Thin:
 
 
 class CompactNetwork(Network):
-    """Network whose large layers are replaced by thin ones.
+    """Network whose large layers are each replaced by two thin layers.
 
     Parameters
     ----------

@@ -102,7 +102,7 @@ class SqueezeExcitation(nn.Module):
         self.excite = nn.Linear(squeezed, channels)
 
     def forward(self, x: Tensor) -> Tensor:
-        """Shape (n, channels, 1, samples) in and out."""
+        """Return the block's output; input and output have the shape (n, channels, 1, samples)."""
         pooled = nn.functional.silu(self.squeeze(x.mean(dim=(2, 3))))
         return x * torch.sigmoid(self.excite(pooled))[:, :, None, None]
 
@@ -142,7 +142,7 @@ class MBConv(nn.Module):
         self.layers = nn.Sequential(*layers)
 
     def forward(self, x: Tensor) -> Tensor:
-        """Shape (n, channels, 1, samples) in and out."""
+        """Return the block's output; input and output have the shape (n, channels, 1, samples)."""
         out: Tensor = self.layers(x)
         return x + out if self.shortcut else out
 
@@ -172,7 +172,7 @@ class EfficientNet(nn.Module):
         self.last = nn.Linear(HEAD, outputs)
 
     def forward(self, x: Tensor) -> Tensor:
-        """Return outputs (n, outputs) for windows (n, channels, 1, samples)."""
+        """Return the outputs (n, outputs) for windows (n, channels, 1, samples)."""
         out: Tensor = self.last(self.head(self.blocks(self.stem(x))).mean(dim=(2, 3)))
         return out
 

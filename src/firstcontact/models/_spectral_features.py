@@ -53,9 +53,12 @@ def log_bins(waves: Values, rate: float) -> Values:
 
 
 def course(waves: Values, rate: float) -> Values:
-    """Return the times of energy quantiles, sign changes, roughness and the time of the peak.
+    """Return features of the course in time, shape (n, 8).
 
-    Times are shares of the window. Shape (n, 8).
+    They are times of energy quantiles, the number of sign changes, roughness, and the time of the
+    peak.
+
+    Times are shares of the window.
     """
     n = waves.shape[1]
     energy = np.cumsum(waves**2, axis=1)

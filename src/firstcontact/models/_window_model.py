@@ -206,7 +206,7 @@ class ArraysModel(WindowModel):
 
     @classmethod
     def sizes(cls, spec: Spec) -> dict[str, int]:
-        """Return the lengths of symbols in the declared shapes that follow from the spec.
+        """Return the lengths that the spec determines, by their names in the declared shapes.
 
         ``inputs`` are the samples of a window, ``outputs`` the classes or the one output.
         """

@@ -24,7 +24,10 @@ _LONG = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """Run of even samples: numbers ``first`` to ``end`` - 1, times ``begin`` to ``last``, s."""
+    """Run of evenly spaced samples.
+
+    It has the sample numbers ``first`` to ``end`` - 1 and the times ``begin`` to ``last``, s.
+    """
 
     first: int
     end: int

@@ -220,7 +220,7 @@ def draw_block(rng: Rng, shore_a: float, scatter: float) -> RandomObject:
 
 
 def draw_object(rng: Rng) -> RandomObject:
-    """Draw a specimen of an object: flat or round, solid or hollow, light or heavy, lossy."""
+    """Draw a specimen of an object with random shape, mass, stiffness and loss."""
     shore_a = float(rng.uniform(SOFTEST, HARDEST))
     modulus = gent_modulus(shore_a)
     loss = _between(rng, 0.05, 0.6)

@@ -59,7 +59,7 @@ class PartResult:
 
 @dataclass(slots=True)
 class Findings:
-    """Findings of one subject.
+    """Findings of one subject (dataset under study).
 
     Parameters
     ----------

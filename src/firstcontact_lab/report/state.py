@@ -116,7 +116,7 @@ class State:
 
 
 def duration(seconds: float) -> str:
-    """Format a time for readers."""
+    """Return a duration as text for readers."""
     complete = round(seconds)
     return f"{complete} s" if complete < 90 else f"{complete // 60} min {complete % 60:02d} s"
 

@@ -65,7 +65,7 @@ class Claim:
     note: str = ""
 
     def verdict(self, value: Value) -> str:
-        """Return "reproduced", "better" or "worse", or the note; "" without a value."""
+        """Return the note, else "reproduced", "better" or "worse"; "" if there is no value."""
         if value is None or isinstance(value, str):
             return ""
         if self.note:

@@ -57,7 +57,7 @@ from firstcontact_lab.study.splits import learns_one_value
 
 
 class FixedWindow(Record, frozen=True, kw_only=True):
-    """Error of the default window estimator on those of the same pinches with a whole window."""
+    """Error of the default window estimator, on the pinches that have a whole window."""
 
     estimator: str
     n: int

@@ -220,7 +220,7 @@ def test_the_detector_is_saved_whatever_aligned_the_windows(data: Path, tmp_path
 def test_contacts_are_found_by_a_detector_that_had_not_learned_from_the_session(
     data: Path,
 ) -> None:
-    """Contacts equal those of a detector that is fitted without the session."""
+    """A detector that is fitted without the session finds the same contacts."""
     dataset = load_dataset(data)
     dataset = dataset.take(~dataset.test)
     detector = fit_detector(dataset)
@@ -253,7 +253,7 @@ def test_impossible_settings(data: Path, tmp_path: Path, words: tuple[Any, ...])
 def test_a_model_is_made_for_another_rate_and_says_so(
     data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Do what ``live`` advises if a device has another rate than the model."""
+    """The commands are those that ``live`` advises if a device has another rate than the model."""
     assert run("train", data, "--estimator", "peak", "--rate", 5200, "--out", tmp_path / "m") == 0
     assert "Resampled from 4936 Hz to 5200 Hz" in capsys.readouterr().out
     card = load_card(tmp_path / "m")

@@ -1,4 +1,4 @@
-"""Tests of the model transfer: it is complete or refused, whatever the device answers."""
+"""Tests of the model transfer: it is complete or refused, for any answers of the device."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""All documented commands run: here, or in the place that ``ELSEWHERE`` names.
+"""Documented commands run: here, or in the place that ``ELSEWHERE`` names.
 
 The fences of a page run one after the other, in one folder that holds only ``examples/``. A page
 stops at the first failure. A comment on the line before a ``sh`` fence states when it runs:

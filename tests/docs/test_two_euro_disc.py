@@ -1,4 +1,4 @@
-"""All commands of the page about the disc run, with the twin's taps played to PortAudio."""
+"""Commands of the page about the disc run, with the twin's taps played to PortAudio."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The compiler must not fuse products and sums, whatever its settings.
+"""The compiler must not fuse products and sums with any setting.
 
 The Arduino IDE and PlatformIO build libraries with GCC's defaults, which would fuse them.
 """

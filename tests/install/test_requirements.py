@@ -90,7 +90,7 @@ def wheel(folder: Path) -> str:
 
 
 def test_a_package_with_another_hash_is_not_installed(tmp_path: Path) -> None:
-    """The pip options are those of the Makefile, here with requirements of one package."""
+    """The Makefile has the same pip options. Here the requirements name one package."""
     shutil.copy(ROOT / "Makefile", tmp_path)
     shutil.copy(ROOT / "pyproject.toml", tmp_path)
     plugin = Path("examples/plugin_estimators")

@@ -205,7 +205,7 @@ def test_huge_pinch_number_takes_no_memory(
 def test_decompression_bomb_is_skipped(
     tmp_path: Path, read_limited: Callable[[Path], str], kind: str, declared: int
 ) -> None:
-    """The chunk unpacks to 600 MiB of zeros, whatever size it declares."""
+    """The chunk unpacks to 600 MiB of zeros. Its declared size differs from test to test."""
     zeros = bytes(1 << 20)
     if kind == "zstd":
         pack = zstandard.ZstdCompressor().compressobj()

@@ -85,7 +85,7 @@ def _keys(session: LiveSession) -> Iterator[str]:
 
 
 def _keys_at_once(number: int) -> list[Any] | None:
-    """Make a terminal deliver each key at once. Return its old settings, if it is a terminal."""
+    """Make a terminal deliver each key immediately. Return its old settings; None without one."""
     if not (os.isatty(number) and _ours(number)):
         return None
     try:

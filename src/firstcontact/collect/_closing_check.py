@@ -61,7 +61,7 @@ class ClosingCheck:
 
     @property
     def anchor(self) -> int | None:
-        """Sample of the first contact: from the strips, or detected if there are no strips."""
+        """Sample of the first contact: from the strips or, without strips, as detected."""
         samples = self.strips.values() or [c.sample for c in self.contacts.values()]
         return min(samples, default=None)
 

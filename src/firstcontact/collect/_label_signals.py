@@ -139,5 +139,5 @@ def piece(recording: Recording, stretch: int, middle: int, half: float) -> dict[
 
 
 def _rounded(values: Any, digits: int) -> list[float]:
-    """Round values to enough digits for a plot, whatever their unit."""
+    """Round values of any unit to enough digits for a plot."""
     return [float(f"{v:.{digits}g}") for v in values.tolist()]

@@ -272,7 +272,7 @@ def judge_pinch(detector: Detector, pinch: Pinch, until: int) -> PinchDecisions:
 def _standing(
     events: Sequence[Contact | Withdrawal], earlier: Sequence[Contact] = ()
 ) -> list[Contact]:
-    """Return the earlier contacts and those of the events, without the withdrawn ones."""
+    """Return the earlier contacts and the new ones, without the withdrawn contacts."""
     contacts = list(earlier)
     for event in events:
         if isinstance(event, Contact):

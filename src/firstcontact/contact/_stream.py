@@ -74,7 +74,7 @@ class WindowDetector(ABC):
     The first 40 ms of a stream, and the first after each gap, are the steady state. Decisions begin
     after it. So a stream must start where a closing does: the gate ensures this live, and
     :func:`firstcontact.contact._closing_start.cut_closings` for pinches. A contact during the
-    steady state makes its sigma large, so later contacts may be missed; none is guessed. A channel
+    steady state makes its sigma large, so later contacts may be missed. A channel
     that is constant during the steady state never fires.
     """
 

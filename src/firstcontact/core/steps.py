@@ -95,7 +95,7 @@ def votes(takes: str, gives: str, classes: int) -> Step:
 
 
 def given(takes: str, gives: str, values: Real) -> Step:
-    """Return the step that gives constant values, whatever the input."""
+    """Return the step that gives constant values, independent of the input."""
     constants: Constants = {"outputs": len(values), "values": flat32(values)}
     return Step("given", (takes,), gives, len(values), constants, 20 + 4 * len(values))
 

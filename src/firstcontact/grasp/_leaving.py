@@ -66,7 +66,7 @@ class Leaving:
 
     @contextmanager
     def deferred(self) -> Iterator[None]:
-        """Defer all signals that end programs to the end of the block, whatever their handlers."""
+        """Defer all signals that end programs to the end of the block, also those with handlers."""
         deferred: list[int] = []
         handlers = {}
         self._waiting = deferred

@@ -164,7 +164,7 @@ class GraspLoop:
             self._forward(self.policy.slipped())
 
     def finish(self, second: Contact | None = None) -> None:
-        """End the closing. An estimate that has not come counts as missed.
+        """End the closing. A missing estimate counts as missed.
 
         Parameters
         ----------

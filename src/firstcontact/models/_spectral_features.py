@@ -55,7 +55,7 @@ def log_bins(waves: Values, rate: float) -> Values:
 def course(waves: Values, rate: float) -> Values:
     """Return features of the course in time, shape (n, 8).
 
-    They are times of energy quantiles, the number of sign changes, roughness, and the time of the
+    They are times of energy quantiles, share of sign changes, roughness, and the time of the
     peak.
 
     Times are shares of the window.

@@ -55,7 +55,7 @@ class PredictionStream(Protocol):
 
     @property
     def reason(self) -> str:
-        """Reason why predictions are missing; "" if none are."""
+        """Reason why predictions are missing; "" if they are complete."""
 
     @property
     def due(self) -> int | None:

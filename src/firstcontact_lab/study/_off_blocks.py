@@ -109,7 +109,7 @@ def _together(answered: Answered, seed: int) -> Values:
 
 
 def _nearest(answered: Answered) -> Values:
-    """Return 1 if a prediction is nearest to the level of its own block, else 0, shape (n,)."""
+    """Return 1 if a prediction is nearest to the true level of its block, else 0, shape (n,)."""
     levels = np.unique(answered.queries.y)
     if not len(levels):
         return np.empty(0)

@@ -89,9 +89,9 @@ def _recordings(path: Path) -> list[Path]:
         raise InputError(f"{path} does not exist: give a folder of recordings, or data to import")
     recordings, made = _search(path)
     if made and (recordings or not (path / LABELS).is_file()):
-        found = "recordings, and further ones" if recordings else "only recordings"
+        content = "recordings, and further ones" if recordings else "only recordings"
         raise InputError(
-            f"{path} holds {found} that an earlier study made in {made[0]}: name the one folder "
+            f"{path} holds {content} that an earlier study made in {made[0]}: name the one folder "
             "to study"
         )
     return recordings

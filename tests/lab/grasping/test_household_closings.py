@@ -1,4 +1,4 @@
-"""Household closings: outcomes in the table equal those of a simulated policy."""
+"""Household closings: outcomes in the table equal the outcomes of a simulated policy."""
 
 from __future__ import annotations
 

@@ -50,7 +50,7 @@ def _software() -> Iterator[str]:
 
 
 def _libraries() -> list[str]:
-    """Return the names of all required packages and those of the extras, except ``dev``."""
+    """Return the names of all packages that the package and its extras require, except ``dev``."""
     names = []
     for need in requires("firstcontact") or []:
         # "numba>=0.60; extra == 'twin'"

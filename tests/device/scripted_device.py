@@ -85,7 +85,7 @@ class ScriptedDevice:
 
     @contextmanager
     def sending(self, rate: float = 12_500.0) -> Iterator[None]:
-        """Send samples at a rate until the end of the block, except during :meth:`hold`."""
+        """Send samples at a rate until the end of the block, but none while ``resting`` is true."""
         over = threading.Event()
 
         def go_on() -> None:

@@ -7,8 +7,8 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from example_events import ANSWER, FINAL, FIRST_EVENT, START
 from msgspec.structs import replace
-from told_events import ANSWER, FINAL, FIRST_EVENT, START
 
 from firstcontact.contact import Detector
 from firstcontact.core import Block, Command, Dataset, fingertip_layout

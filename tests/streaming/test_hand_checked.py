@@ -6,11 +6,11 @@ import io
 import json
 from dataclasses import replace
 
+import example_events
 import numpy as np
-import told_events
+from example_events import ANSWER, DESCRIPTOR, FIRST, OF_HAND, SECOND
+from example_events import pinch as pinch_of
 from msgspec.structs import replace as changed
-from told_events import ANSWER, DESCRIPTOR, FIRST, OF_HAND, SECOND
-from told_events import pinch as pinch_of
 
 from firstcontact.core import Block, Finger
 from firstcontact.device import DeviceContact, DeviceEstimate, DevicePrediction
@@ -22,7 +22,7 @@ from firstcontact.streaming._sink import Update
 RATE = 4936.0
 DONE = pinch_of(ANSWER)
 TOLD: tuple[DevicePrediction, ...] = (
-    *told_events.MESSAGES,
+    *example_events.MESSAGES,
     DeviceEstimate(Finger.THUMB, 510, 74, 583, 99.0, 90.0, 100.0, False, False, 441e-6, 0),
     DeviceContact(Finger.INDEX, 580, 590, False, 0),
 )

@@ -7,7 +7,7 @@ from math import inf
 
 import numpy as np
 import pytest
-from told_events import FIRST_EVENT, SECOND_EVENT, pinch
+from example_events import FIRST_EVENT, SECOND_EVENT, pinch
 
 from firstcontact.contact import SlipDetector
 from firstcontact.core import Block, Command, InputError, fingertip_layout

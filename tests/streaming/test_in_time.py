@@ -7,10 +7,10 @@ import re
 from typing import Any
 
 import pytest
+from example_events import ANSWER, DESCRIPTOR, FIRST, FIRST_EVENT, SECOND, numbered, pinch, timed
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from streams import cut
-from told_events import ANSWER, DESCRIPTOR, FIRST, FIRST_EVENT, SECOND, numbered, pinch, timed
 
 from firstcontact.contact import Detector
 from firstcontact.core import Block, Contact, Dataset

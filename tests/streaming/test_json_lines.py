@@ -11,8 +11,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from example_events import DESCRIPTOR, ESTIMATE, EVENTS, everything, pinch, timed
 from msgspec.structs import replace as changed
-from told_events import DESCRIPTOR, ESTIMATE, EVENTS, everything, pinch, timed
 
 from firstcontact.device import Health
 from firstcontact.streaming import HandCommand, JsonLinesSink, Sink
@@ -151,7 +151,7 @@ def test_a_program_whose_listener_went_away_ends_without_a_word() -> None:
     code = (
         "import sys\n"
         f"sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
-        "from told_events import DESCRIPTOR, everything\n"
+        "from example_events import DESCRIPTOR, everything\n"
         "from firstcontact.streaming._json_lines import JsonLinesSink\n"
         "sink = JsonLinesSink(sys.stdout)\n"
         "sys.stdin.readline()\n"

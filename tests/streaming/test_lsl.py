@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from told_events import DESCRIPTOR, EVENTS, everything, numbered
+from example_events import DESCRIPTOR, EVENTS, everything, numbered
 
 from firstcontact.core import InputError, VibrationSensor
 from firstcontact.device import Arrival

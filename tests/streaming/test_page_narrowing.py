@@ -7,9 +7,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from msgspec.structs import replace
-from page_feed import Requests
-from told_events import (
+from example_events import (
     ANSWER,
     DESCRIPTOR,
     FIRST,
@@ -21,6 +19,8 @@ from told_events import (
     pinch,
     timed,
 )
+from msgspec.structs import replace
+from page_feed import Requests
 
 from firstcontact.device import Health
 from firstcontact.streaming import Event, NoEstimate, ObjectEstimate, PageSink

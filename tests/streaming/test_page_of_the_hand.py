@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+from example_events import ANSWER, DESCRIPTOR, EVENTS, FIRST_EVENT, OF_HAND, numbered, pinch
 from msgspec.structs import replace
-from told_events import ANSWER, DESCRIPTOR, EVENTS, FIRST_EVENT, OF_HAND, numbered, pinch
 
 from firstcontact.device import Health
 from firstcontact.streaming import Event, HandPinch, PageSink

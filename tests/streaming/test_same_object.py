@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
+from example_events import ANSWER, FIRST
+from example_events import pinch as pinch_of
 from msgspec.structs import replace
-from told_events import ANSWER, FIRST
-from told_events import pinch as pinch_of
 
 from firstcontact.core import Label
 from firstcontact.models import combine

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from io import StringIO
 
-from told_events import ANSWER, pinch
+from example_events import ANSWER, pinch
 
 from firstcontact.core import Block, Channel, ChannelKind, Contact, Layout, VibrationSensor
 from firstcontact.device import Arrival, Descriptor, Health

@@ -5,9 +5,9 @@ from __future__ import annotations
 import io
 from dataclasses import replace
 
+from example_events import ANSWER, DESCRIPTOR, EVENTS, everything, timed
+from example_events import pinch as pinch_of
 from page_feed import Feed
-from told_events import ANSWER, DESCRIPTOR, EVENTS, everything, timed
-from told_events import pinch as pinch_of
 
 from firstcontact.core import Label
 from firstcontact.device import Health

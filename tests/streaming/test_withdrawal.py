@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from told_events import ANSWER, DESCRIPTOR, FIRST, FIRST_EVENT, SECOND_EVENT
+from example_events import ANSWER, DESCRIPTOR, FIRST, FIRST_EVENT, SECOND_EVENT
 
 from firstcontact.contact import ThresholdDetector, detect
 from firstcontact.core import Block, Contact, Dataset, Finger, Pinch, fingertip_layout

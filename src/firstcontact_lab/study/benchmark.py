@@ -67,7 +67,7 @@ def contender(name: str) -> Entrant:
 
 
 def competitors(name: str) -> list[Entrant]:
-    """Return the contender, the default estimators, and the network without and with hints."""
+    """Return the contender, the default estimator, and those conditioned on a rig."""
     query, usual = contender(name), contender(ESTIMATORS.default)
     return [query, *([] if query == usual else [usual]), *NETWORK]
 

@@ -171,7 +171,11 @@ def _least_squares(
     near: NDArray[np.bool_],
     otherwise: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], float]:
-    """Return the parameters fitted to ``near`` contacts, and the last one's standard error."""
+    """Fit ``design`` to the differences of ``near`` contacts by least squares.
+
+    Return the parameters and the standard error of the last one; ``otherwise`` and NaN if too few
+    contacts are near.
+    """
     a, b = design[near], difference[near]
     if len(a) <= a.shape[1] or np.linalg.matrix_rank(a) < a.shape[1]:
         return otherwise, math.nan

@@ -25,7 +25,10 @@ CHANCES = 2
 
 
 def session_groups(sessions: NDArray[np.str_], folds: int) -> NDArray[np.intp]:
-    """Return the group of each pinch for folds: its session or, with too few sessions, itself."""
+    """Return the group of each pinch for folds: its session, or its own number.
+
+    With fewer sessions than folds, each pinch is a group of its own.
+    """
     names, numbers = np.unique(sessions, return_inverse=True)
     return np.arange(len(sessions)) if len(names) < folds else numbers.astype(np.intp)
 

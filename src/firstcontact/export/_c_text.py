@@ -36,7 +36,7 @@ def literal(value: float | np.generic) -> str:
 
 
 def c_array(name: str, array: NDArray[Any]) -> str:
-    """Return a constant array that stays in flash."""
+    """Return the C definition of a constant array that stays in flash memory."""
     numbers = fill(", ".join(map(literal, array.reshape(-1))), 100, break_long_words=False)
     return f"static const {c_type(array)} {name}[{array.size}] FC_FLASH = {{\n{numbers}}};\n"
 

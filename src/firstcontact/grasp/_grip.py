@@ -65,7 +65,7 @@ class Grip:
 
     @property
     def holding(self) -> float:
-        """Smallest force that holds the payload between two fingers, N."""
+        """Smallest grip force that holds the payload between two fingers, N."""
         return holding_force(self.payload, self.friction)
 
     def force_for(self, shore_a: float) -> float:

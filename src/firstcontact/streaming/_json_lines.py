@@ -144,7 +144,7 @@ class LinkLine(msgspec.Struct, frozen=True, kw_only=True, tag="link"):
 
 
 class FailedLine(msgspec.Struct, frozen=True, tag="failed"):
-    """Failure of a line or an output. All others continue.
+    """Report that a line could not be made, or that an output failed. The session continues.
 
     Parameters
     ----------

@@ -149,7 +149,7 @@ class NetworkPredictor:
         self._warming = model.follow(touches), touches.waves[0], int(touches.valid[0])
 
     def check(self, layout: Layout) -> None:
-        """Raise InputError for another sampling rate."""
+        """Raise InputError if the layout's sampling rate is not the model's."""
         if not is_same_rate(layout.rate, self.model.rate):
             raise InputError(
                 f"the network takes samples at {self.model.rate:g} Hz but these come at "

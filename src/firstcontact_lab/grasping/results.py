@@ -178,8 +178,8 @@ class Reflexes(Record, frozen=True, kw_only=True):
 class ObjectErrors(Record, frozen=True, kw_only=True):
     """Errors of the estimates of one object.
 
-    ``rmse`` is by window, ms; its entry "used" is of the estimates that policies used. ``bias`` is
-    the mean error of these.
+    ``rmse`` has an entry for each window, ms, and an entry "used" for the estimates that policies
+    used. ``bias`` is the mean error of the used estimates.
     """
 
     shore_a: float

@@ -98,7 +98,7 @@ def _recordings(path: Path) -> list[Path]:
 
 
 def _search(path: Path) -> tuple[list[Path], list[Path]]:
-    """Find recordings at or below a path, and the folders below it that were made by a study."""
+    """Return the recordings at or below a path, and the folders below it that a study made."""
     if path.is_file():
         return [path] if path.suffix == ".mcap" else [], []
     made = sorted(mark.parent for mark in path.rglob(MARK) if mark.parent != path)

@@ -283,7 +283,10 @@ class StructuredRig:
     def _contact(
         self, rng: Rng, key: str, target: RandomObject | None, speed: float, first: int
     ) -> tuple[tuple[Contact, ...], Values]:
-        """Return the contacts and both piezos' signals, which begin ``LEAD`` before a contact."""
+        """Simulate the contacts of both fingers. Return them with the piezos' signals.
+
+        The signals begin ``LEAD`` before the first contact.
+        """
         if target is None:
             return (), np.zeros((0, 2))
         draw = draw_pinch(self.seed, EVERYDAY, "any", BLOCKS[0], key)

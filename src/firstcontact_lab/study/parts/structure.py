@@ -204,7 +204,7 @@ def _judge_rig(
 
 
 def _models(blocks: Dataset) -> tuple[Model, Model]:
-    """Return the network and the estimator ``combined``, from the detected contacts of blocks."""
+    """Return the network and ``combined``, both conditioned on detected contacts of blocks."""
     combined = train(blocks, CombinedModel.kind)
     return combined.only(InContextModel.kind), combined
 

@@ -136,9 +136,9 @@ def test_previous_model_is_active_if_the_newest_does_not_fit(
             models = descriptor(host).model_slot
             assert models is not None
             assert "other sizes" in models.fault
-        assert any("the one before it answers" in line for line in answer(device.path))
+        assert any("runs the one before it" in line for line in answer(device.path))
         assert main(["live", "--device", device.path, "--seconds", "0.2"]) == 0
-        assert "passes over the newest model" in capsys.readouterr().err
+        assert "cannot use the newest model" in capsys.readouterr().err
         # The next model replaces the one that does not fit.
         assert flash_model(device.path, new.data, FORMAT, new.sizes) == new.digest
     with running(strict_program, *model_file) as device, Host(device.path) as host:

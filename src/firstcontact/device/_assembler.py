@@ -1,4 +1,4 @@
-"""Assembly of frames into samples with 64-bit numbers, epochs, and exact counts of losses."""
+"""Assembly of a device's frames into samples with 64-bit numbers, epochs and counts of losses."""
 
 from __future__ import annotations
 
@@ -51,9 +51,10 @@ class Counts:
 
 @dataclass(slots=True, eq=False)
 class Assembled:
-    """Result of a number of frames: blocks, markers and predictions, each in order.
+    """Content of some frames: blocks, markers and predictions, each in order.
 
-    ``greeted`` is True if a descriptor was among the frames, ``stopped`` if the device's end was.
+    ``greeted`` is True if a descriptor was among the frames, ``stopped`` if the frame that ends the
+    samples was.
     """
 
     blocks: list[Block] = field(default_factory=list)
@@ -66,12 +67,12 @@ class Assembled:
 class Assembler:
     """Assembler of samples from frames into blocks.
 
-    Frames before the first descriptor belong to another host and are ignored. A descriptor proves a
-    restart of the device if its boot number is new, or if it was requested and its frame counter
-    has gone back. After a restart all counts begin again, in a new epoch.
+    Frames before the first descriptor belong to another host and are ignored. A descriptor with a
+    new boot number proves a restart of the device. So does a requested descriptor whose frame
+    counter has gone back. After a restart frames and samples are numbered anew, in a new epoch.
 
-    After :meth:`interrupted`, a device that did not restart continues in a new epoch, and the
-    samples missed meanwhile are counted. A late or repeated frame is ignored: it was counted as
+    If the device did not restart, the samples after :meth:`interrupted` belong to a new epoch, and
+    the samples missed meanwhile are counted. A late or repeated frame is ignored: it was counted as
     lost when the next frame came first.
 
     Attributes
@@ -98,7 +99,7 @@ class Assembler:
         self._next: int | None = None
         self._overflow: int | None = None
         self._late: tuple[int, int] | None = (
-            None  # skipped predictions and missed samples since its start
+            None  # predictions that the device skipped since its start, and samples that it missed
         )
         self._run: list[bytes] = []  # consecutive samples ...
         self._run_first = 0  # ... and the number of the first one
@@ -113,7 +114,7 @@ class Assembler:
         self._descriptor_requested = True
 
     def interrupted(self) -> None:
-        """Record that the connection was lost. Ignore frames before the next descriptor."""
+        """Record that the connection was lost. Frames before the next descriptor are ignored."""
         self._listening = False
 
     def take(self, frames: list[Frame]) -> Assembled:
@@ -122,8 +123,8 @@ class Assembler:
         Raises
         ------
         InputError
-            The device has another protocol version, refuses the host, changed its layout, or sends
-            columns that its layout lacks.
+            The device has another protocol version, refuses the connection, changed its layout, or
+            sends columns that its layout lacks.
         """
         assembled = Assembled()
         for frame in frames:
@@ -146,7 +147,7 @@ class Assembler:
         return assembled
 
     def _greeting(self, frame: Frame) -> bool:
-        """Process a descriptor. Return True if it was not processed before."""
+        """Process a descriptor. Return False if it is late or a repetition."""
         greeting = read_greeting(frame.payload)
         if self.descriptor is None:
             self.descriptor = greeting.descriptor

@@ -23,16 +23,15 @@ from firstcontact.device._stream_checks import RateCheck
 from firstcontact.device._threaded import ThreadedSource
 from firstcontact.recording import FileSettings, make_layout
 
-#: Longest buffering by the system, s; more is an overflow. Blocks last a quarter of it ...
+#: Length of the system's buffer, s; samples that wait longer are lost. It holds four blocks ...
 LATENCY = 0.016
-#: ... except where the number of blocks can be set (ALSA): blocks of the same length, but more of
-#: them.
+#: ... except where their number can be set (ALSA): there it holds this many blocks of that length.
 BLOCKS = 32
-#: Number of blocks whose median gives the due time of the next block.
+#: Number of newest blocks whose times give the due time of the next block.
 STEADY = 31
-#: Slack for a gap, s: it cannot exceed the time since the previous block plus this.
+#: A gap that is longer than the time since the previous block by more than this, s, is implausible.
 SLACK = 1.0
-#: Longest wait for an input that does not close, s.
+#: Longest wait for an input to close, s.
 CLOSING_TIME = 2.0
 
 
@@ -64,8 +63,8 @@ class AudioSource(ThreadedSource):
     Raises
     ------
     InputError
-        On entering: PortAudio is missing, no input or more than one has this name, or the input is
-        in use.
+        On entering: PortAudio is missing, no input or several inputs have this name, or the input
+        is in use.
     """
 
     def __init__(
@@ -124,8 +123,8 @@ class AudioSource(ThreadedSource):
         """Queue a block, in PortAudio's thread. Abort an input that is too fast."""
         host = time.monotonic()
         self._frames += frames
-        # A much too fast input would fill the queue faster than the other thread empties it. An
-        # input that is too slow has lost samples, which are counted there.
+        # A much too fast input would fill the queue faster than the source's thread empties it. An
+        # input that is too slow has lost samples, which the source's thread counts.
         differs = self._pace.add(self._frames, host)
         if differs and self._pace.rate > self._input_rate:
             self._is_too_fast = True
@@ -142,7 +141,7 @@ class AudioSource(ThreadedSource):
             try:
                 block = self._blocks.get(timeout=0.05)
             except Empty:
-                if self._wait():  # PortAudio does not report it
+                if self._wait():  # PortAudio does not report an unplugged input
                     raise InputError(
                         f"{self.name} sends no samples any more: plug it in and start again"
                     ) from None

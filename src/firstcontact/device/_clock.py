@@ -14,23 +14,23 @@ from numpy.typing import NDArray
 
 from firstcontact.core import Block
 
-#: Time over which the rate is fitted, s.
+#: Longest time over which the rate is fitted, s.
 LONGEST = 600
-#: Shortest time to fit the rate to, s.
+#: Shortest time over which the rate is fitted, s.
 LEAST = 5.0
 #: The least delay within this time counts as no delay, s.
 MEMORY = 10
 #: Largest relative difference between the rate of stamps and that of the device's clock while
 #: stamps catch up ...
 SLEW = 0.05
-#: ... unless the difference is larger than this, s. Then stamps jump forward, or go back as far as
-#: they can while still rising.
+#: ... unless the stamps are off by more than this, s. Stamps that are behind then jump forward.
+#: Stamps that are ahead go back by this share of the elapsed time, so that they still rise.
 FAR = 0.25
 STILL_RISING = 0.999
 
 
 class _ArrivalTime(NamedTuple):
-    """Arrival time of a sample at the host, s, and its delay relative to its sample number."""
+    """Arrival of a sample: delay relative to its number, s, its number, and the host's time, s."""
 
     delay: float
     sample: float
@@ -122,7 +122,7 @@ class TransportDelay:
         self._least = self._fastest.delay(host - MEMORY)
 
     def host_time(self, sample: int) -> float:
-        """Return the time of a sample on the host's clock, s, with the shortest delay."""
+        """Return the time at which a sample with the shortest delay arrives, by the host, s."""
         return sample / self._rate + self._least
 
     def delay(self, sample: int, host: float) -> float:
@@ -166,7 +166,7 @@ class DeviceClock:
         Returns
         -------
         ndarray
-            Times, s, shape (samples,). Times never fall, also from call to call.
+            Times, s, shape (samples,). They also rise from one call to the next.
         """
         target = self._target(block, host)
         offset = self._applied

@@ -1,4 +1,4 @@
-"""Source for boards that print numbers in lines: finds columns, measures the rate."""
+"""Source for boards that print lines of numbers. It identifies columns and measures the rate."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ from firstcontact.device._transport import FAULTS, LinkError, why_not
 BAUD = 115_200
 #: Longest wait for the first lines, s: many boards restart when their port is opened.
 PATIENCE = 5.0
-#: Time over which the rate is measured before samples are delivered, s ...
+#: Time over which the rate is measured before samples are delivered, s.
 MEASURED = 2.0
-#: ... and relative difference below which the models' rate is assumed.
+#: A measured rate that differs by this share or less from the models' rate is taken as that rate.
 ALIKE = 0.01
 #: Lowest rate at which contacts can be detected, Hz.
 LEAST_RATE = 500.0
@@ -36,7 +36,7 @@ LEAST_RATE = 500.0
 WRAPS = (8, 16, 32)
 #: Waits between attempts to open a port that is gone, s.
 RETRY = 0.2
-#: Size of a read that shows a backlog, bytes; the system holds 4096.
+#: A read of this many bytes or more shows a backlog; the system's buffer holds 4096.
 BACKLOG = 2048
 
 
@@ -257,7 +257,7 @@ class CsvSource(ThreadedSource):
         self._give(signals, np.array(numbers, np.int64), epoch, now)
 
     def _reconnect(self) -> list[tuple[float, ...] | None]:
-        """Wait for the port to come back. Return no lines."""
+        """Wait until the port is back. Return an empty list of lines."""
         self._note(connected=False)
         self._shut()
         self._lines = LineReader(self._lines.bad, self._lines.header)
@@ -282,6 +282,6 @@ def from_name(name: str, options: SourceOptions) -> CsvSource:
         raise InputError(f"{name} names no port: give one, as in csv:/dev/ttyACM0@115200#piezo")
     # At most 8 digits: the system cannot store more.
     if baud and not (baud.isdecimal() and len(baud) <= 8 and int(baud) > 0):
-        raise InputError(f"{name} has no baud rate behind the @: as in csv:{port}@{BAUD}")
+        raise InputError(f"{name} has no baud rate behind the @: give one, as in csv:{port}@{BAUD}")
     names = tuple(word for word in columns.split(",") if word)
     return CsvSource(port, names, int(baud) if baud else BAUD)

@@ -13,7 +13,8 @@ class Decoder:
     pieces or join two frames. The frame counters give the exact number of lost frames.
 
     The first piece after the beginning is not counted, because it may be the end of an earlier
-    frame. A piece longer than any frame is discarded, so a line without zeros needs no memory.
+    frame. A piece longer than any frame is discarded, so that bytes without zeros do not fill the
+    memory.
 
     Attributes
     ----------
@@ -26,7 +27,7 @@ class Decoder:
         self.restart()
 
     def restart(self) -> None:
-        """Restart at any byte, for example after a lost port. Keep the count of damaged pieces."""
+        """Discard an incomplete frame, as after a lost port. Keep the count of damaged pieces."""
         self._rest = b""
         self._first = True
         self._too_long = False

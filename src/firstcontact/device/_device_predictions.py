@@ -1,4 +1,4 @@
-"""Contacts and estimates that a device predicts by itself, and their frames."""
+"""Contacts and estimates of a device that runs a model itself, and the frames that carry them."""
 
 from __future__ import annotations
 
@@ -59,10 +59,10 @@ class ModelSlot:
 
 def skipped_model(models: ModelSlot, has_predictor: bool) -> str:
     """Return the message for a device that skips its newest stored model."""
-    fallback = "the one before it answers" if has_predictor else "none answers"
+    fallback = "runs the one before it" if has_predictor else "runs none"
     return (
-        f"the device passes over the newest model that it keeps ({models.fault}), and {fallback}: "
-        "bring one onto it with `firstcontact flash-model`"
+        f"the device cannot use the newest model stored on it ({models.fault}) and {fallback}: "
+        "store a model on it with `firstcontact flash-model`"
     )
 
 

@@ -1,4 +1,4 @@
-"""Transfer of a checked model to a device that predicts by itself: completely or not at all."""
+"""Transfer of a model to a device that runs it. The device uses it once it is complete."""
 
 from __future__ import annotations
 
@@ -25,14 +25,15 @@ _STATE = struct.Struct("<BBI")
 KEPT, REFUSED = 1, 2
 _SILENT = "no device answers on this port: check that it is the fingertip"
 _TAKES_NONE = (
-    "the device takes no models: flash a firmware that runs models, of this version of firstcontact"
+    "the device takes no models: flash the firmware that runs models, of this version of "
+    "firstcontact"
 )
 #: Largest number of consecutive requests for the same piece.
 MOST_REPEATS = 10
 
 
 def _answers_kind(answer: Frame, kind: FrameType) -> bool:
-    """Return True if this is an answer to a frame of this kind, not to an earlier frame."""
+    """Return True if the device answers a frame of this kind, not an earlier frame."""
     return answer.type != FrameType.MODEL_STATE or answer.payload[1:2] == bytes([kind])
 
 
@@ -48,7 +49,7 @@ class _Link:
         self._transport.close()
 
     def ask(self, kind: FrameType, payload: bytes, answer: FrameType) -> Frame | None:
-        """Send a frame until it is answered. Return None without an answer."""
+        """Send a frame until the device answers it. Return the answer, None if there is none."""
         deadline = time.monotonic() + PATIENCE
         try:
             while time.monotonic() < deadline:
@@ -101,9 +102,9 @@ class _Link:
             best = max(best, received)
             if repeats == MOST_REPEATS or not pieces:
                 raise InputError(
-                    f"{self.port}: the device asks for the same pieces of the model again and "
-                    f"again (it has {best} of {len(data)} bytes): check its cable and start "
-                    "again; it keeps its old model"
+                    f"{self.port}: the device repeatedly asks for the same pieces of the model "
+                    f"(it has {best} of {len(data)} bytes): check its cable and start again; it "
+                    "keeps its old model"
                 )
         state, _ = self._model(FrameType.MODEL_END, b"", received, len(data))
         return state
@@ -129,8 +130,8 @@ class _Link:
             raise _refused(self.port, answer[_STATE.size :].decode(errors="replace"))
         if stored > length:
             raise InputError(
-                f"{self.port}: the device reports {stored} of {length} bytes of the model: "
-                "reset it and start again"
+                f"{self.port}: the device reports {stored} received bytes of the model, which has "
+                f"{length}: reset the device and start again"
             )
         return int(state), int(stored)
 
@@ -143,7 +144,7 @@ def _refused(port: str, why: str) -> InputError:
 
 
 def check_model_fits(port: str, form: int, sizes: int, length: int) -> None:
-    """Refuse a model that the device cannot take, before anything is sent.
+    """Refuse a model that the device cannot take. Nothing changes on the device.
 
     Parameters
     ----------
@@ -166,11 +167,11 @@ def check_model_fits(port: str, form: int, sizes: int, length: int) -> None:
     if slot is None:
         raise InputError(f"{port}: {_TAKES_NONE}")
     if slot.format != form:
-        raise _refused(port, f"it takes format {slot.format}, and this is {form}")
+        raise _refused(port, f"it takes format {slot.format}, and this one has format {form}")
     if slot.sizes != sizes:
-        raise _refused(port, "it needs kernels of sizes that the firmware lacks")
+        raise _refused(port, "the model needs kernels of other sizes than the firmware has")
     if slot.room < length:
-        raise _refused(port, f"{length} bytes, and there is room for {slot.room}")
+        raise _refused(port, f"the model has {length} bytes, and there is room for {slot.room}")
 
 
 def flash_model(port: str, data: bytes, form: int, sizes: int) -> str:
@@ -196,7 +197,7 @@ def flash_model(port: str, data: bytes, form: int, sizes: int) -> str:
         The device refuses the model, does not answer or is unplugged. It then keeps its old model.
     """
     with closing(_Link(port)) as link:
-        link.hello()  # ignore its content: a stored model that damages it can still be replaced
+        link.hello()  # not parsed: a stored model that damages the descriptor can be replaced
         link.stop()
         state = link.send(data, form, sizes)
         predictor = link.greeting().descriptor.predictor

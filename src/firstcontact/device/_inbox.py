@@ -92,7 +92,7 @@ class Inbox:
         Raises
         ------
         InputError
-            The source is permanently lost.
+            The stream ended with an error, and all its samples were read.
         """
         with self.changed:
             self._wanted = least

@@ -18,9 +18,13 @@ def link_news(previous: Health, now: Health) -> list[str]:
     if previous.connected and not now.connected:
         unusable = now.unusable_samples + now.bad_frames
         sends_unusable = unusable > previous.unusable_samples + previous.bad_frames
-        fault = "the samples are not usable" if sends_unusable else "the device is gone"
-        reason = f"{fault}; waiting for it"
-        news.append(f"link: {'end of the recording' if now.ended else reason}")
+        if now.ended:
+            reason = "end of the recording"
+        elif sends_unusable:
+            reason = "the samples are not usable; waiting for usable samples"
+        else:
+            reason = "the device is gone; waiting for it"
+        news.append(f"link: {reason}")
     if now.reconnects > previous.reconnects:
         news.append(f"link: the device is back, epoch {now.epoch}")
     elif now.connected and not previous.connected:

@@ -72,7 +72,7 @@ class _Epoch:
         return good
 
     def numbers(self, stamps: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Return the numbers of the next samples. Set stamps that do not fit to NaN first."""
+        """Return the numbers of the next samples. Stamps that do not fit are given as NaN."""
         self.count += len(stamps)
         if math.isinf(self._least):
             self._unstamped += len(stamps)
@@ -170,7 +170,7 @@ class LslSource(ThreadedSource):
         )
 
     def _check_rate(self, info: Any) -> None:
-        """Refuse a stream whose stated rate is unusable, before samples are requested."""
+        """Refuse text, and an unusable stated rate, before samples are requested."""
         rate = float(info.nominal_srate())
         if info.channel_format() == self._lsl.cf_string:
             raise InputError(f"{self.name} carries text: send numbers")
@@ -344,7 +344,7 @@ def from_name(name: str, options: SourceOptions) -> LslSource:
     options.check_own_speed(name)
     stream, _, channels = name.removeprefix("lsl:").partition("#")
     if not stream:
-        raise InputError("lsl: names no stream: as in lsl:NAME")
+        raise InputError("lsl: names no stream: give one, as in lsl:NAME")
     if not stream.isprintable():  # the query is sent as one line of text
         raise InputError(f"{name!r} has unprintable characters: use the stream's exact name")
     return LslSource(stream, tuple(word for word in channels.split(",") if word))

@@ -1,4 +1,4 @@
-"""Noise floor of the vibration sensors: no contact, motor at rest."""
+"""Measurement of the vibration sensors' noise floor, without contact and with the motor at rest."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ from firstcontact.core import (
 )
 from firstcontact.device._source import Arrival, Source
 
-#: Length of the parts in which rest is judged, s: whole periods of 50 and 60 Hz.
+#: Length of the parts of a stream that are each judged as at rest or not, s: whole periods of 50
+#: and 60 Hz.
 PART = 0.1
 #: A part is at rest if no sensor's RMS exceeds its smallest RMS by this factor. The RMS of parts at
 #: rest scatters by about 5 %. A running motor doubles it or more.
@@ -119,7 +120,7 @@ class RestMeter:
         return Calibration(piezo, created=datetime.now(UTC).isoformat(timespec="seconds"))
 
     def obstacles(self) -> list[str]:
-        """Return a sentence for each finger that is not at rest: the reason and the remedy."""
+        """Return one message for each finger that is not at rest: the reason and the remedy."""
         messages = []
         faults = self._faults(self._parts)
         for column, finger in enumerate(self._fingers):
@@ -209,7 +210,7 @@ def measure_noise(
     seconds
         Required rest, s of the device's time.
     patience
-        Additional time to wait for rest, s of the device's time.
+        Longest additional time until there was enough rest, s of the device's time.
 
     Raises
     ------

@@ -15,7 +15,7 @@ COUNTERS = ("counter", "count", "sample", "n", "i", "index", "nr", "#")
 TIMES = ("t", "time", "ms", "us", "millis", "micros", "timestamp")
 #: Longest line, bytes. Longer ones are discarded.
 LONGEST = 1000
-#: Number of lines with the same number of columns before the format is accepted.
+#: Number of lines that are needed to identify the columns.
 LINES_NEEDED = 20
 #: Largest step of a counter between lines. A larger one means damage or a restart.
 LEAP = 100_000.0
@@ -172,7 +172,7 @@ def identify_columns(
     counter = _counter(full_lines, names if named else ())
     if counter is not None and not _counts(full_lines, counter):
         raise InputError(
-            f"{port}: column {names[counter]!r} is named as a counter and does not count up: "
+            f"{port}: column {names[counter]!r} has the name of a counter but does not count up: "
             "rename it, or let the board count its samples in it"
         )
     if wanted:

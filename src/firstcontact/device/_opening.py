@@ -1,6 +1,6 @@
 """Registry of source kinds, and the function that opens a source.
 
-A new kind is one file and one entry here.
+To add a kind, write one file and add one entry here.
 """
 
 from __future__ import annotations
@@ -51,13 +51,13 @@ class SourceOptions:
         """
         if self.speed != 1.0:
             raise InputError(
-                f"--speed is {self.speed:g}, but {device} has a fixed speed: leave it out"
+                f"--speed is {self.speed:g}, but {device} has a fixed speed: leave --speed out"
             )
 
 
 @dataclass(frozen=True, slots=True)
 class SourceKind:
-    """Kind of source: device names that it accepts, and how it opens one.
+    """Kind of source: the device names that it accepts, and the function that makes a source.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ class SourceKind:
     is_port
         True if the device name is the path of a port.
     origin
-        Value of the field ``source`` in its recordings, if known in advance.
+        Value of ``source`` in the headers of its recordings, if known in advance.
     shore_a
         Function from an object's name to its Shore A, for a simulated hand. It raises InputError
         for unknown names.
@@ -169,8 +169,8 @@ SOURCES: Registry[SourceKind] = Registry(
 def source_kind(device: str) -> SourceKind:
     """Return the kind of a device.
 
-    Plug-ins are imported in two cases only. Either the device name begins with the name of a
-    plug-in and a colon, or no built-in kind accepts it and no such port exists.
+    Plug-ins are imported in two cases only: the device name begins with the name of a plug-in and a
+    colon, or no built-in kind accepts it and no such port exists.
 
     Raises
     ------

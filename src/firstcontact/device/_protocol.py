@@ -89,7 +89,7 @@ def unstuff(stuffed: bytes) -> bytes:
     Raises
     ------
     FrameError
-        The data contain a zero, or a run that reaches beyond the end.
+        The bytes are empty or contain a zero, or a run reaches beyond their end.
     """
     n = len(stuffed)
     if n == 0 or 0 in stuffed:
@@ -170,7 +170,7 @@ def samples_head(payload: bytes, channels: int) -> tuple[int, int, int, bytes]:
 
 
 def read_samples(payload: bytes, channels: int) -> SamplesFrame:
-    """Parse the payload of a samples frame. Raise FrameError as :func:`samples_head` does."""
+    """Parse the payload of a samples frame. Raise the errors of :func:`samples_head`."""
     first, overflow, n, data = samples_head(payload, channels)
     return SamplesFrame(first, overflow, np.frombuffer(data, dtype="<i2").reshape(n, channels))
 

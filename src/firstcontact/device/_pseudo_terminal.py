@@ -67,7 +67,7 @@ class PseudoTerminal:
 
     @property
     def plugged(self) -> bool:
-        """Return True if a host can open it."""
+        """Return True if a host can open the terminal."""
         return self._device >= 0
 
     def plug(self) -> None:

@@ -30,7 +30,7 @@ class RecorderStatus:
     path
         File that is being written; None if no recording runs.
     samples
-        Number of samples written to it, or to the last file.
+        Number of samples written to this file, or to the last one if none is being written.
     waiting
         Number of samples in the queue.
     failed
@@ -172,7 +172,7 @@ class Recorder:
 def _joined(
     pieces: list[Block | Marker | PinchMark],
 ) -> Iterator[Block | Marker | PinchMark]:
-    """Yield the items, with short consecutive blocks joined into longer ones."""
+    """Yield the pieces in order, with short consecutive blocks joined."""
     run: list[Block] = []
     for piece in pieces:
         if isinstance(piece, Block):

@@ -65,8 +65,8 @@ class ReplayDevice:
         header = recording.header
         if header.dtype != "int16":
             raise InputError(
-                f"{path} cannot go over a wire: its samples are {header.dtype} and a device sends "
-                "int16; give the recording itself to --device"
+                f"{path} cannot be sent by a serial device: its samples are {header.dtype}, not "
+                "int16: give the recording itself to --device"
             )
         if not recording.samples:
             raise InputError(f"{path} holds no samples: there is nothing to replay")
@@ -97,8 +97,8 @@ class ReplayDevice:
         stopped
             Predicate that ends the run. It is called several times a second.
         once
-            True to end after the whole recording was sent and the host has sent one more frame,
-            such as a stop, or a hello when no samples come.
+            End after the whole recording was sent and the host has sent one more frame. A host
+            sends a stop at its end, or a hello when it receives nothing.
         """
         deadline = math.inf
         while not stopped() and time.monotonic() < deadline:

@@ -30,7 +30,8 @@ _log = logging.getLogger(__name__)
 
 #: Longest wait for the first answer after opening the port, s.
 PATIENCE = 5.0
-#: Time between two checks whether a reader reads, s. The buffer of a pseudo terminal holds 23 ms.
+#: Time between two checks whether a reader reads, s. A pseudo terminal's buffer holds 23 ms of
+#: samples.
 LOOK = 6e-3
 #: Silence after which a device is asked whether it was reset, s. If it answers but sends no samples
 #: for the same time again, it counts as disconnected ...
@@ -47,7 +48,7 @@ NAP = 0.02
 #: ... and time to wake up before they are due, s.
 EARLY = 0.0004
 #: Size of a read, in bytes, after which the next read follows without a sleep. A pseudo terminal
-#: holds 4095 bytes. If these stay full, the device has to wait, and drops samples.
+#: holds 4095 bytes. While it is full, the device has to wait and drops samples.
 PILE = 3800
 #: Longest wait for a reader when the source ends, s.
 LAST_TURN = 1.0
@@ -58,8 +59,8 @@ OPENING = 5.0
 SIMULATED = ("twin", "synthetic")
 
 
-# Not a ThreadedSource: its thread connects too, and the device itself counts samples and places
-# markers.
+# Not a ThreadedSource: here the thread also connects, and the device itself counts samples and
+# places markers.
 class SerialSource:
     """Device on a serial port, which may be unplugged and plugged in again.
 
@@ -111,7 +112,7 @@ class SerialSource:
         self._sampled = 0.0  # time of the last samples
         self._read_bytes = 0  # size of the last read
         self._looked = -math.inf  # begin or end of the last call of ``read``
-        self._interruption: Exception | None = None  # for the source's own thread
+        self._interruption: Exception | None = None  # a reader's error, for the source's own thread
         # The fields below are protected by the inbox's lock.
         self._markers: list[Marker] = []  # waiting for their sample
         self._predictions: list[DevicePrediction] = []  # waiting for the next samples
@@ -316,7 +317,7 @@ class SerialSource:
                 self._turn.release()
 
     def _step(self, transport: SerialTransport, patience: float = math.inf) -> None:
-        """Read and process data; a silent device is asked for some. The caller holds the turn."""
+        """Ask a silent device for its descriptor, then read the port. The caller holds the turn."""
         now = time.monotonic()
         if now - self._heard > SILENCE and now - self._asked > AGAIN:
             if self._assembler.epoch < 0 and now - self._opened > self._patience:
@@ -360,7 +361,7 @@ class SerialSource:
             if self._assembler.epoch != epoch:
                 descriptor = self.descriptor
                 _log.info(
-                    "%s: life %d of %r (%r, %r, %s, %g Hz)",
+                    "%s: epoch %d of %r (%r, %r, %s, %g Hz)",
                     self.name,
                     self._assembler.epoch,
                     descriptor.firmware,

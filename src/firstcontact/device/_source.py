@@ -31,8 +31,8 @@ class _DescriptorJson:
 def layout_to_send(layout: Layout) -> dict[str, Any]:
     """Return a layout as JSON in the form of protocol version 1.
 
-    That form has piezo channels only and one smoothing factor for all. A layout with other sensors
-    is returned in the form that recordings use. Readers understand both.
+    In that form vibration channels have the kind ``piezo`` and share one smoothing factor. A layout
+    with other sensors is returned in the form that recordings use. Readers understand both forms.
     """
     alphas = {c.smoothing_alpha for c in layout.vibration}
     is_version_1 = all(

@@ -13,9 +13,9 @@ LARGEST_STAMP = 1e11
 KEPT = 100
 #: Number of chunks before gaps in jittering stamps are accepted.
 LEAST = 20
-#: Scatter of steady stamps, in samples: each stamp is used by itself ...
+#: A step between two stamps is steady if it is off by less than this, in samples.
 STEADY = 0.25
-#: ... if this share of the last steps is steady ...
+#: Each stamp is used by itself if more than this share of the last steps is steady ...
 MOST = 0.7
 STEPS_KEPT = 300
 #: ... and no chunk in memory came earlier than its samples were taken, by this many samples.

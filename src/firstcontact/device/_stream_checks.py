@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 LARGEST_SAMPLE = 2.0**31
 #: Largest difference between the stated and the measured rate, as a share.
 TOLERANCE = 0.02
-#: Relative difference that needs few windows to detect.
+#: Relative difference of the rates that few windows prove.
 OBVIOUS = 0.3
 #: Shortest window in which samples are counted, s.
 WINDOW = 0.25
-#: Number of windows for an obvious difference, for any other difference, and in memory.
+#: Number of windows that prove an obvious difference and any other one, and number in memory.
 FEW, ENOUGH, KEPT = 4, 8, 40
 #: Number of standard errors of the measured rate by which the tolerance is widened.
 SIGMAS = 4.0

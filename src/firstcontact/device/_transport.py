@@ -125,6 +125,7 @@ class SerialTransport:
 
 
 def why_not(port: str, error: Exception) -> str:
+    """Return the reason why a port could not be opened, and the remedy."""
     code = getattr(error, "errno", None)
     if code == errno.ENOENT:
         return f"{port}: there is no such port: see `firstcontact ports`, or use --device twin"
@@ -134,7 +135,7 @@ def why_not(port: str, error: Exception) -> str:
             "`sudo adduser $USER dialout`) and log in again"
         )
     if code in (errno.EAGAIN, errno.EBUSY):
-        return f"{port}: another program has this port open: close that one first"
+        return f"{port}: another program has this port open: close that program first"
     other = no_port(port)
     return other or f"{port}: cannot be opened as a serial port ({error}): see `firstcontact ports`"
 

@@ -3,14 +3,14 @@
 The twin runs in its own process, so that it does not slow down this one. At each motor start the
 device sends the marker "twin: <object>" at that sample. The order "object: block 29" makes the hand
 pick up only that object from the next closing on (names as in :mod:`firstcontact.twin._objects`).
-The order "object: any" returns to the planned objects.
+After "object: any" it picks up the planned objects again.
 
 A marker answers each order. Markers that the host sends are never orders.
 
-The order "hand: 0.0500 2.000" commands the current closing: 0.05 m/s and at most 2 N. It takes
-effect after the drive's latency and holds until the hand opens. "hand: release" opens the hand.
-After a closing the marker "twin: peak 3.4 N" states its largest force, at the sample where the hand
-begins to open.
+The order "hand: 0.0500 2.000" commands 0.05 m/s and at most 2 N for the present closing. It takes
+effect after the drive's latency, until the hand opens. "hand: release" opens the hand. After a
+closing the marker "twin: peak 3.4 N" states the closing's largest force, at the sample where the
+hand begins to open.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class TwinDevice:
     speed
         Multiple of real time, limited by the speed of the host.
     latency
-        Time from a command to its effect, s of the samples.
+        Time from a command to its effect, s of the samples' time.
 
     Raises
     ------

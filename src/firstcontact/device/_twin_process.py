@@ -39,8 +39,8 @@ from firstcontact.device._twin_words import (
     read_order,
 )
 
-#: Samples of the rehearsal before the clock starts: longer than any rest, shorter than any closing,
-#: so it ends in a closing.
+#: Length of the rehearsal before the clock starts, in samples: longer than any rest and shorter
+#: than any closing, so that it ends in a closing.
 REHEARSED = round(1.2 * FINGERTIP_RATE)
 #: Length of the buffer for a host that does not read, s of the host's time.
 RING = 0.5
@@ -190,7 +190,7 @@ class TwinProcess:
             else:
                 raise InputError(f"begin with {OBJECT!r} or {HAND!r}")
         except InputError as error:
-            return f"{TWIN}hand order {text!r} is none: {error}"
+            return f"{TWIN}hand order {text!r} is not valid: {error}"
         return f"{TOLD}{text}"
 
     def _move(self, text: str, order: Command | None) -> str:

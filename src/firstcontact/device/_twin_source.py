@@ -12,7 +12,8 @@ from firstcontact.device._serial_source import SerialSource
 from firstcontact.device._twin_device import TwinDevice
 from firstcontact.twin import LATENCY
 
-#: Faster than real time: largest lead of the twin over its reader, without data on the line, s.
+#: Largest lead over its reader of a twin that is faster than real time, s. Data on the line come on
+#: top.
 AHEAD = 0.25
 
 

@@ -20,7 +20,7 @@ OBJECT = "object:"
 TOLD = f"{TWIN}told "
 #: Prefixes of the markers about the hand; other markers name an object.
 ABOUT_HAND = (f"{TWIN}peak ", f"{TWIN}hand ", TOLD, f"{TWIN}lost ")
-#: Answers of earlier versions, without the prefix. Recordings hold such markers.
+#: Answers to orders in recordings of earlier versions, which had no prefix.
 _ANSWERED = re.compile(rf"{HAND} (release|-?\d+\.\d{{4}} -?\d+\.\d{{3}})")
 
 

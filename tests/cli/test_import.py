@@ -150,7 +150,7 @@ def test_a_csv_may_hold_every_channel(tmp_path):
 
 def test_an_unknown_column_is_reported(tmp_path):
     dataset = imported(long_csv(tmp_path, shore=[1] * 10), tmp_path / "out")
-    assert any("not known and left out: shore" in n for n in dataset.notes)
+    assert any("unknown columns were left out: shore" in n for n in dataset.notes)
 
 
 def test_an_empty_output_folder_is_used(tmp_path):

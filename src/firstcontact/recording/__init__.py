@@ -1,4 +1,4 @@
-"""Recordings: one MCAP file each, a writer that survives being killed, a tolerant reader."""
+"""Recordings as MCAP files: their writer, a reader that tolerates damage, importers, exporters."""
 
 import lazy_loader
 

@@ -53,7 +53,9 @@ def import_hdf5(path: Path, rate: float | None = None) -> Dataset:
 
 
 def import_npz(path: Path, rate: float | None = None) -> Dataset:
-    """Import pinches from a NumPy archive, which states its rate. Refuse pickled objects.
+    """Import pinches from a NumPy archive. The file states its rate, so ``rate`` is ignored.
+
+    Pickled objects are refused.
 
     Raises
     ------
@@ -102,7 +104,7 @@ def from_arrays(path: Path, arrays: Arrays, unknown: Sequence[str] = ()) -> Data
     }
     notes = list(settings.notes)
     if unknown:
-        notes.append(f"{path.name}: arrays not known and left out: {listed(unknown)}")
+        notes.append(f"{path.name}: unknown arrays were left out: {listed(unknown)}")
     return labelled(str(path), list(data), layout, columns, settings.source, notes)
 
 

@@ -51,8 +51,9 @@ def read_signals(table: Path) -> list[Signal]:
     sensors = {s.sensor for s in out if s.sensor is not None}
     if len(sensors) != 1:
         raise InputError(
-            f"{table} has {'no' if not sensors else 'more than one'} kind of sensor: give "
-            f"all vibration signals the same, of {', '.join(VibrationSensor)}, and others none"
+            f"{table} has {'no' if not sensors else 'more than one'} kind of sensor: give all "
+            f"vibration signals one of {', '.join(VibrationSensor)}, and leave sensor empty for "
+            "other signals"
         )
     return out
 
@@ -83,8 +84,8 @@ def _signal(origin: str, row: Mapping[str, str]) -> Signal:
     column = number("column", 0.0) if row.get("column") else None
     if column is not None and not (column == int(column) and 0 <= column < 1 << 31):
         raise InputError(
-            f"{origin}: column is {quote(row['column'])} and must count from 0: correct it, or "
-            "leave it empty"
+            f"{origin}: column is {quote(row['column'])} and must be a whole number from 0 on: "
+            "correct it, or leave it empty"
         )
     scale = number("scale", 1.0)
     if not SCALES[0] <= abs(scale) <= SCALES[1]:

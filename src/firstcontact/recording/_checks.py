@@ -97,9 +97,9 @@ class FileSettings:
         if self.smoothing_alpha == 1.0 or usual:
             return []
         return [
-            f"the {self.sensor} came smoothed (alpha {self.smoothing_alpha:g} at {self.rate:g} Hz) "
-            f"and is not smoothed again, so it differs from the device's {FINGERTIP_SMOOTHING:g} "
-            f"at {FINGERTIP_RATE:g} Hz"
+            f"the {self.sensor} was smoothed before (alpha {self.smoothing_alpha:g} at "
+            f"{self.rate:g} Hz) and is not smoothed again, so it differs from a fingertip's (alpha "
+            f"{FINGERTIP_SMOOTHING:g} at {FINGERTIP_RATE:g} Hz)"
         ]
 
 
@@ -111,11 +111,11 @@ def find_sensor(origin: str, names: Collection[str], remedy: str, end: str = "")
     origin
         Name of the file, for messages.
     names
-        Names in the file.
+        Names of the arrays or columns in the file.
     remedy
         Remedy for a missing signal.
     end
-        Suffix that a sensor's name may have, such as that of one finger's signal.
+        Suffix of one finger's signal, such as "_index". A sensor's name with it also counts.
 
     Raises
     ------
@@ -223,7 +223,7 @@ def check_samples(origin: str, values: NDArray[Any]) -> NDArray[Any]:
 
 
 def check_force(origin: str, values: NDArray[Any], unit: str) -> None:
-    """Raise an error for impossible forces: a wrong unit would hide the start of the motor.
+    """Raise an error for forces that no taxel has: a wrong unit would hide the motor's start.
 
     Parameters
     ----------
@@ -243,8 +243,8 @@ def check_force(origin: str, values: NDArray[Any], unit: str) -> None:
     if most * FORCE_UNITS[unit] > FORCE_MOST:
         allowed = "counts (10 bits over 3.3 V)" if unit == "V" else "V"
         raise InputError(
-            f"{origin} reaches {most:g} {unit}, and a taxel has at most {FORCE_MOST:g} V: say "
-            f"force_unit {allowed}, convert force to volts, or leave it out"
+            f"{origin} reaches {most:g} {unit}, and a taxel has at most {FORCE_MOST:g} V: set "
+            f"force_unit to {allowed}, convert force to volts, or leave it out"
         )
 
 
@@ -268,7 +268,7 @@ def make_layout(
     force: bool = False,
     strip: bool = False,
 ) -> Layout:
-    """Return the layout of imported data: vibration, then force (index, thumb), then strips.
+    """Return the layout of imported data: vibration, then force (index, thumb), then strip.
 
     Parameters
     ----------
@@ -280,9 +280,9 @@ def make_layout(
     scale
         Units per raw step, if the unit alone does not determine it.
     axes
-        Columns of each sensor.
+        Number of columns of each sensor.
     force, strip
-        True if 2 x 6 force columns and 2 strip columns follow.
+        True if 2 x 6 force columns follow, and if 2 strip columns follow.
 
     Raises
     ------

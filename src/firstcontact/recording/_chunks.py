@@ -32,7 +32,7 @@ _CHUNK_START = re.compile(
 _FRAME = struct.Struct("<BQ")
 _LENGTH = struct.Struct("<Q")
 _FOOTER_BYTES = _FRAME.size + 20
-#: Number of bytes of the magic that a damaged MCAP file must have.
+#: Number of intact bytes of the magic that a damaged MCAP file must have.
 _MAGIC_LEFT = 6
 #: Limit on the search: false chunks may add up to this many times the size of the file.
 _PATIENCE = 16
@@ -100,7 +100,9 @@ def _scan(path: Path, view: mmap.mmap) -> Scan:
         if inside is None:
             patience -= stop - start
             if patience < 0:
-                raise InputError(f"{path} is full of false chunks: choose a recording")
+                raise InputError(
+                    f"{path} is full of bytes that only look like chunks: choose another recording"
+                )
             continue
         if not _framed(view, end, start):
             skipped.append(_bytes(end, start))
@@ -151,7 +153,7 @@ def _tail(view: mmap.mmap, end: int, read: int) -> list[str]:
     damaged = [] if _framed(view, end, footer) else [_bytes(end, footer)]
     counted = _chunk_count(view, footer)
     if counted is None:
-        return [*damaged, "the index at the end is damaged: whether all chunks were read is open"]
+        return [*damaged, "the index at the end is damaged: some chunks may not have been read"]
     if counted > read:
         return [*damaged, f"{counted - read} of {counted} chunks are damaged and were skipped"]
     return damaged

@@ -90,7 +90,7 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
     notes = list(settings.notes)
     unknown = sorted(set(columns) - _KNOWN - set(vibration))
     if unknown:
-        notes.append(f"{path.name}: columns not known and left out: {listed(unknown)}")
+        notes.append(f"{path.name}: unknown columns were left out: {listed(unknown)}")
     layout = make_layout(
         settings,
         len(sensors),
@@ -178,8 +178,9 @@ def _constant(path: Path, columns: Table, name: str, bounds: list[tuple[int, int
         for row in range(start, stop):
             if cells[row] != cells[start]:
                 raise InputError(
-                    f"{path}: {name} changes from {quote(cells[start])} to {quote(cells[row])} in "
-                    f"{columns.place(row)} where it must stay the same: correct the rows"
+                    f"{path}: {name} is {quote(cells[start])} in {columns.place(start)} and "
+                    f"{quote(cells[row])} in {columns.place(row)}, but must be the same in both: "
+                    "correct the rows"
                 )
     return [cells[start] for start, _ in bounds]
 

@@ -18,8 +18,8 @@ from firstcontact.recording._header import Header, PinchMark
 from firstcontact.recording._reader import Recording, read_recording
 from firstcontact.recording._writer import RecordingWriter
 
-#: Limit on the samples of all marked pinches, relative to the recording. More overlap does not come
-#: from closings of a hand.
+#: Largest sum of the lengths of all marked pinches, as a multiple of the recording's length. A
+#: hand's closings do not overlap so much.
 _OVERLAP = 8
 
 
@@ -27,8 +27,8 @@ def load_dataset(path: AnyPath | Sequence[AnyPath]) -> Dataset:
     """Load all pinches of a recording, of several, or of a folder with its subfolders.
 
     The samples keep their type and are read without a copy. The notes include those of the headers,
-    and list damage and omissions. If there are several files, unreadable ones are skipped and named
-    in the notes.
+    and list damage and omissions. If there are several files, unreadable files are skipped and
+    named in the notes.
 
     Raises
     ------
@@ -59,7 +59,7 @@ def load_dataset(path: AnyPath | Sequence[AnyPath]) -> Dataset:
         notes += [line for line in lines if line not in notes]
         losses += [f"{file.name}: {sentence}" for sentence in recording.skipped]
         lengths = (mark.end - mark.first_sample for mark in recording.pinches)
-        # A longer pinch spans missing samples. It does not overlap others.
+        # A pinch that is longer than the recording spans missing samples. It overlaps no others.
         marked = sum(length for length in lengths if length <= recording.samples)
         if marked > _OVERLAP * recording.samples:
             losses.append(f"{file.name}: its pinches lie on top of each other and are left out")
@@ -132,7 +132,7 @@ def write_dataset(dataset: Dataset, directory: AnyPath, header: Header) -> tuple
     ----------
     dataset
         Pinches, written per session in their order. Each becomes an epoch of its own unless its
-        samples follow the previous one.
+        samples follow those of the previous pinch.
     directory
         Folder for the files. Their names consist of number and session.
     header
@@ -158,9 +158,9 @@ def write_dataset(dataset: Dataset, directory: AnyPath, header: Header) -> tuple
 
 
 def pause_between(pinches: Sequence[Pinch]) -> tuple[Pinch, ...]:
-    """Renumber the pinches one after the other, with a gap of one sample between them.
+    """Return the pinches with new sample numbers that leave one number out between two pinches.
 
-    Sources without sample numbers use this. The gap shows that a pinch does not continue the
+    This is for sources without sample numbers. The gap shows that a pinch does not continue the
     previous one.
     """
     numbered = []
@@ -172,7 +172,7 @@ def pause_between(pinches: Sequence[Pinch]) -> tuple[Pinch, ...]:
 
 
 def shifted(pinch: Pinch, by: int) -> Pinch:
-    """Return a pinch with its sample numbers raised by ``by``. Its groups keep their numbers."""
+    """Return a pinch with higher sample numbers. Its groups keep their numbers."""
     truth = tuple(replace(c, sample=c.sample + by, decided=c.decided + by) for c in pinch.truth)
     motor = None if pinch.motor_start is None else pinch.motor_start + by
     return replace(pinch, first_sample=pinch.first_sample + by, truth=truth, motor_start=motor)

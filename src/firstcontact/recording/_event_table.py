@@ -51,15 +51,14 @@ def read_event_table(table: Path) -> Columns:
     Raises
     ------
     InputError
-        The table cannot be read, or gives contacts relative to the start of a pinch instead of the
-        file.
+        The table cannot be read, or has a column that is relative to the start of a pinch.
     """
     columns = read_track(table) if is_track(table) else read_columns(table)
     for name in CONTACT_COLUMNS:
         if name in columns and name != _FINGER:
             raise InputError(
-                f"{table} has {name}, which counts within a pinch: give the time of each contact "
-                f"in {SECONDS} or its sample in {SAMPLE}"
+                f"{table} has {name}, which is relative to the start of a pinch: give each contact "
+                f"from the start of the file, as a time in {SECONDS} or as a sample in {SAMPLE}"
             )
     return columns
 
@@ -133,7 +132,7 @@ def find_events(
     for one, other in pairwise(sorted(out, key=_place)):
         if (one.file, one.sample) == (other.file, other.sample):
             raise InputError(
-                f"{table}: {columns.place(one.row)} and {columns.place(other.row)} are one "
+                f"{table}: {columns.place(one.row)} and {columns.place(other.row)} are the same "
                 f"contact, at sample {one.sample} of {files[one.file].name}: remove one"
             )
     return out
@@ -142,7 +141,7 @@ def find_events(
 def event_labels(
     table: Path, columns: Columns, events: Sequence[Event], starts: Sequence[int]
 ) -> tuple[Columns, list[str]]:
-    """Return the labels of each event for a pinch that begins at ``starts``, and notes."""
+    """Return the labels of each event, with its contact relative to its start, and notes."""
     given = {
         name: [cell[event.row] for event in events]
         for name, cell in columns.items()

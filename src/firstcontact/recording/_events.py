@@ -42,7 +42,8 @@ def import_events(
     Parameters
     ----------
     path
-        Path of the file, or of a folder that contains the files of the table, also in subfolders.
+        Path of the file, or of a folder. The files that the table names are in the folder or in its
+        subfolders.
     rate
         Unused: the files state their rate.
     sensor
@@ -70,7 +71,7 @@ def import_events(
     given, left_out = event_labels(events, columns, contacts, starts)
     if "session" not in given:
         given["session"] = [files[event.file].stem for event in contacts]
-        notes.append("sessions are not said: each sound file was taken as one")
+        notes.append("the table names no sessions: each sound file was taken as one")
     source = stated_source(events, columns)
     layout = sound_layout(sensor, rate, cuts[0].shape[1], first.dtype)
     return labelled(str(events), cuts, layout, given, source, [*notes, *left_out])

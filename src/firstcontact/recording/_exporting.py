@@ -78,7 +78,10 @@ def file_values(dataset: Dataset) -> dict[str, Any]:
     first, *second = layout.vibration
     for name in ("sensor", "unit", "smoothing_alpha", "axes", "axis"):
         if any(getattr(c, name) != getattr(first, name) for c in second):
-            raise InputError(f"vibration channels differ in {name}, of which the format has one")
+            raise InputError(
+                f"the vibration channels differ in {name}, but the format holds one value for "
+                "both: export to mcap-plot"
+            )
     return {
         "sample_rate_hz": layout.rate,
         f"{first.sensor}_unit": first.unit,

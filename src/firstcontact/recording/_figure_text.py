@@ -1,4 +1,4 @@
-"""Names as plain text for figures, without markup and without characters that stop the drawing."""
+"""Names as plain text in figures, without markup and in characters that the font has."""
 
 from __future__ import annotations
 

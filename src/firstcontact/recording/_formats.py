@@ -1,4 +1,4 @@
-"""Registry of import and export formats. A new one is one file and one line here."""
+"""Registries of import and export formats. To add one, write one file and add one line here."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Importer:
     modules: tuple[str, ...] = ()
 
     def accepts(self, path: Path, given: Collection[str] = ()) -> bool:
-        """Return True if this importer accepts the path with these options (by name)."""
+        """Return True if the importer accepts the path and the options with these names."""
         tables = {"events", "channels", "labels"} & set(given)
         if not all(getattr(self, f"asks_{name}") for name in tables):
             return False

@@ -23,7 +23,7 @@ _ATTRIBUTE = 1 << 16
 #: Largest number of texts read together, and largest size of them, bytes.
 _TEXTS = 4096
 _TEXT_BYTES = 64 << 20
-#: Time limit for a file, s, and additional time per byte.
+#: Time limit for a file: the first number of seconds, plus its bytes divided by the second number.
 _SECONDS, _SPEED = 10.0, 1e6
 #: Memory of the library itself, bytes.
 _SPARE = 128 << 20
@@ -113,8 +113,8 @@ def _walk(path: Path, file: Any, name: str, target: str, left: int = _LINKS) -> 
             return _walk(path, file, name, f"{base}/{to}/{remainder}", left - 1)
         if kind != h5l.TYPE_HARD:
             raise InputError(
-                f"{path}: {name} is a link out of the file or one of many, which is not followed: "
-                "copy what it leads to into the file"
+                f"{path}: {name} is a link out of the file, or the first of too many links: copy "
+                "its target into the file"
             )
         group, gone = group[step], f"{gone}/{step}"
     return None
@@ -126,8 +126,8 @@ def _check(path: Path, name: str, dataset: Any) -> None:
 
     if dataset.external or dataset.is_virtual:
         raise InputError(
-            f"{path}: {name} is stored outside of itself (external or virtual), which is not "
-            "followed: copy it into the file"
+            f"{path}: {name} is stored outside of its file or as a virtual dataset, which is not "
+            "read: copy it into the file"
         )
     if dataset.shape is None:
         raise InputError(f"{path}: {name} is empty: give it values, or leave it out")

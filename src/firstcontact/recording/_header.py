@@ -127,7 +127,7 @@ def read_header(data: bytes, origin: str) -> Header:
         )
     if head.version not in _VERSIONS:
         raise InputError(
-            f"{origin} says format version {head.version!r} and this reader knows {VERSION}: "
+            f"{origin} has format version {head.version!r}, but this reader knows {VERSION}: "
             "install the firstcontact that wrote it"
         )
     header = read_record(data, Header, origin, remedy)
@@ -165,7 +165,7 @@ class _Mark:
         samples = [c.sample for c in self.truth]
         fingers = [c.finger for c in self.truth if c.finger is not None]
         if samples != sorted(samples) or len(set(fingers)) < len(fingers):
-            raise ValueError("its contacts are not of two fingers in the order of time")
+            raise ValueError("its contacts are of one finger, or not in the order of time")
         inside = [
             *samples,
             *(c.sample for c in self.found),

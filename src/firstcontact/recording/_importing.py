@@ -48,7 +48,7 @@ def import_path(
     events
         Table of the contacts in long files.
     channels
-        Table that describes a file's signals, if their names are not ours.
+        Table of a file's signals, for a file whose signals have other names than ours.
     labels
         Table of the labels of a folder's files, if it lies outside the folder.
 
@@ -122,7 +122,7 @@ def _with_source(dataset: Dataset, path: Path, source: str | None) -> Dataset:
     dataset = replace(dataset, source=source or dataset.source)
     if dataset.source != "unknown":
         return dataset
-    note = "where the data come from is not known: import them with --source to say it"
+    note = "the source of the data is unknown: import them with --source to state it"
     return replace(dataset, notes=(*dataset.notes, note))
 
 
@@ -141,6 +141,9 @@ def _accepting(path: Path, given: Sequence[str]) -> Importer | None:
 
 def find_importer(path: Path, rate: float | None = None, given: Sequence[str] = ()) -> Importer:
     """Return the first importer that accepts the path.
+
+    If no importer accepts a folder, this is the first importer for folders: its message names what
+    the folder lacks.
 
     Parameters
     ----------

@@ -71,7 +71,7 @@ def read_track(path: Path) -> Table:
 
 
 def label_columns(origin: str, table: Table, texts: Sequence[str]) -> Table:
-    """Add the columns stated in the texts of a table's rows. A text without ``=`` is the object.
+    """Return a table with the labels that its rows' texts state. Plain words are the object.
 
     Raises
     ------

@@ -81,7 +81,7 @@ def labelled(
     notes
         Notes of the importer. Notes on assumptions are put before them.
     starts
-        Number of each pinch's first sample, if the file counts them. Otherwise the pinches are
+        Number of each pinch's first sample, if the file counts samples. Otherwise the pinches are
         numbered one after the other.
     groups
         Slower groups of each pinch, on the clock of ``starts``.
@@ -225,7 +225,7 @@ def make_contacts(
         if second >= 0 > first:
             raise InputError(
                 f"{origin}: {place(columns, i)} has a second_contact ({second}) but no {name}: "
-                f"give {name}, or -1 for second_contact"
+                f"give {name}, or -1 as second_contact"
             )
         if 0 <= second < first:
             raise InputError(
@@ -249,8 +249,8 @@ def make_contacts(
         )
     if moved:
         notes.append(
-            f"first_finger of {moved} pinches is the thumb, but there is one channel: it was "
-            "taken as that of the finger that touched first, whichever it is"
+            f"first_finger of {moved} pinches is the thumb, but there is only one channel: the "
+            "channel was taken as that of the finger that touched first"
         )
     return contacts, notes
 
@@ -329,7 +329,7 @@ def make_closing_speeds(origin: str, columns: Columns, pinches: int) -> list[Clo
 
 
 def _livelier(signals: NDArray[Any], first: int, second: int, rate: float) -> Finger:
-    """Return the finger whose signal rose more at the contact, relative to its own quiet level."""
+    """Return the finger whose sensor moved more after the contact, relative to its noise before."""
     volts = signals.astype(np.float64)
     quiet = volts[: max(first, 1)]
     end = max(first + round(_LISTEN * rate), first + 2)
@@ -343,6 +343,7 @@ def _livelier(signals: NDArray[Any], first: int, second: int, rate: float) -> Fi
 def _what_there_is(
     objects: list[str], shore: list[float] | None, rank: list[int] | None
 ) -> tuple[str, list[Any] | None]:
+    """Return the name and the values of the label that stands in for the specimen, if any."""
     if any(objects):
         return "object", objects
     if shore is not None:

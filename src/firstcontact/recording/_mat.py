@@ -66,7 +66,9 @@ def import_mat(
     lacking = next((s.variable for s in signals if s.rate is None), None)
     if lacking is not None:
         name = listed([lacking])
-        raise InputError(f"{channels} has no rate_hz of {name}: MATLAB files do not state it")
+        raise InputError(
+            f"{channels} has no rate_hz of {name}: add it, because MATLAB files do not state it"
+        )
     files, columns, table = _files(path, labels)
     notes: list[str] = []
     assembled = [_signals(file, signals, notes) for file in files]
@@ -128,7 +130,7 @@ def _signals(file: Path, signals: list[Signal], notes: list[str]) -> Assembled:
 
 
 def _in_time(file: Path, signal: Signal, values: NDArray[Any]) -> NDArray[Any]:
-    """Return a variable as (samples, columns).
+    """Return a variable with time along the first axis, shape (samples, columns).
 
     If the table names no column for a vibration, the variable is read as one signal, in the order
     of MATLAB's ``x(:)``, so that packets follow each other. For all other signals the longer axis

@@ -19,7 +19,8 @@ from firstcontact.recording._memory import bounded_memory
 from firstcontact.recording._quoting import reason
 from firstcontact.recording._sizes import check_unpacked, most_unpacked
 
-#: Time limit for a file, s, additional time per byte, and memory of the library, bytes.
+#: Time limit for a file: the first number of seconds, plus its bytes divided by the second number.
+#: The third number is the memory of the library, bytes.
 _SECONDS, _SPEED, _SPARE = 10.0, 1e6, 128 << 20
 #: Start of a file of version 7.3, which is HDF5 after 512 bytes.
 _HDF5 = b"MATLAB 7.3"

@@ -17,7 +17,8 @@ from firstcontact.recording._wav import read_wav
 
 FLAC = ".flac"
 SUFFIXES = (".wav", FLAC)
-#: Time limit for a file, s, additional time per byte, and memory of the library, bytes.
+#: Time limit for a file: the first number of seconds, plus its bytes divided by the second number.
+#: The third number is the memory of the library, bytes.
 _SECONDS, _SPEED, _SPARE = 10.0, 1e6, 128 << 20
 _DAMAGE = (OSError, RuntimeError, ValueError, TypeError, OverflowError, MemoryError)
 

@@ -24,9 +24,9 @@ _LONG = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """Run of evenly spaced samples.
+    """Evenly spaced samples ``first`` to ``end`` (exclusive).
 
-    It has the sample numbers ``first`` to ``end`` - 1 and the times ``begin`` to ``last``, s.
+    ``begin`` and ``last`` are the times of the first and of the last sample, s.
     """
 
     first: int
@@ -47,7 +47,7 @@ class Run:
         return (self.end - self.first) / self.seconds
 
     def covers(self, other: Run) -> bool:
-        """Return True if it overlaps another run and begins before it, within one sample."""
+        """Return True if it overlaps another run and begins at most 1.5 samples after it."""
         return self.begin <= other.begin + 1.5 / self.rate and self.last > other.begin
 
 
@@ -104,9 +104,9 @@ def even_runs(origin: str, stamps: NDArray[np.float64], rate: float) -> list[Run
             continue
         run = _fitted(stamps[a:b], a, rate)
         if (b - a) / rate > _LONG and abs(run.seconds * rate - (b - a)) > RATE_SHARE * (b - a):
-            measured = f"{run.rate:.5g} Hz" if run.seconds > 0 else "do not advance"
+            measured = f"give {run.rate:.5g} Hz" if run.seconds > 0 else "do not advance"
             raise InputError(
-                f"{origin} says {rate:g} Hz and its time stamps {measured}: samples are "
+                f"{origin} states {rate:g} Hz, but its time stamps {measured}: samples are "
                 "missing, or the stated rate is wrong; record it again"
             )
         runs.append(run)

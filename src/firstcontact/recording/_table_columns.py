@@ -1,4 +1,4 @@
-"""Checks of table columns: the stated source, and unknown columns."""
+"""Checks of a table's columns as a whole: the source that they state, and unknown columns."""
 
 from __future__ import annotations
 
@@ -29,4 +29,4 @@ def stated_source(table: Path, columns: Mapping[str, list[str]]) -> str:
 def unknown_columns(table: Path, columns: Collection[str], names: Collection[str]) -> list[str]:
     """Return a note that lists the unknown columns, if there are any."""
     unknown = sorted(set(columns) - set(names))
-    return [f"{table.name}: columns not known and left out: {listed(unknown)}"] if unknown else []
+    return [f"{table.name}: unknown columns were left out: {listed(unknown)}"] if unknown else []

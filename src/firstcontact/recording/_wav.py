@@ -54,9 +54,8 @@ def import_wav(
 ) -> Dataset:
     """Import every WAV file below a folder as one pinch, labelled by ``labels.csv``.
 
-    Each file states its rate. A single channel is a microphone unless ``sensor`` states another
-    sensor. Two channels are the sensors of index finger and thumb. ``labels`` is the path of the
-    table if it lies elsewhere.
+    Each file states its rate. A channel is a microphone unless ``sensor`` names another sensor. Two
+    channels belong to index finger and thumb. ``labels`` names a table outside the folder.
 
     Raises
     ------
@@ -117,8 +116,9 @@ def check_alike(files: Sequence[Path], sounds: Sequence[tuple[int, NDArray[Any]]
     for file, (other, data) in zip(files, sounds, strict=True):
         if not 1 <= data.shape[1] <= 2:
             raise InputError(
-                f"{file} has {data.shape[1]} channels, and sensors are one, or one for each of two "
-                "fingers: name one in the column channel of a table of contacts (--events)"
+                f"{file} has {data.shape[1]} channels, but only one, or two of index finger and "
+                "thumb, can be imported: name one in the column channel of a table of contacts "
+                "(--events)"
             )
         if other != rate:
             raise InputError(
@@ -181,8 +181,7 @@ def _check_chunks(file: Path, data: BytesIO) -> None:
         available = len(data.getbuffer()) - start
         if kind == b"data" and size > available:
             raise InputError(
-                f"{file} says that {size} bytes of samples follow and holds {available}: copy it "
-                "again"
+                f"{file} declares {size} bytes of samples but holds {available}: copy it again"
             )
         if kind == b"fmt " and min(size, available) >= struct.calcsize(order + _FORMAT):
             format_chunk = data.read(struct.calcsize(order + _FORMAT))

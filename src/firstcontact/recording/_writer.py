@@ -71,7 +71,7 @@ class RecordingWriter:
             ) from error
         except OSError as error:
             raise InputError(
-                f"{path} cannot be made ({error.strerror}): check its folder"
+                f"{path} cannot be created ({error.strerror}): check its folder"
             ) from error
         self._open = True
         self._epoch = 0

@@ -71,7 +71,7 @@ def import_xdf(
     if channels is not None and sensor is not None:
         raise InputError(f"{channels} names the sensor: leave --sensor out")
     notes = [
-        f"stream {s.name}: its recording was not ended properly, samples may lack at the end"
+        f"stream {s.name}: its recording did not end properly, so samples may be missing at the end"
         for s in streams
         if not s.closed
     ]
@@ -109,8 +109,8 @@ def _check(path: Path, streams: Sequence[Stream]) -> None:
     for stream in streams:
         if not 0 <= stream.rate <= HIGHEST_RATE:
             raise InputError(
-                f"{path}: stream {quote(stream.name)} says {stream.rate:g} Hz and must say 0 (no "
-                f"regular rate) to {HIGHEST_RATE:g} Hz: record it again"
+                f"{path}: stream {quote(stream.name)} states {stream.rate:g} Hz, which is outside "
+                f"of 0 (no regular rate) to {HIGHEST_RATE:g} Hz: record it again"
             )
         check_stamps(f"{path}: stream {quote(stream.name)}", stream.stamps)
 
@@ -122,28 +122,32 @@ def _contacts(
     events: Path | None,
     notes: list[str],
 ) -> tuple[Columns, Path]:
-    """Return the columns of the contacts, in s from the vibration's first sample, if any."""
+    """Return a table of the contacts, in seconds from the vibration's first sample, and its path.
+
+    Without contacts the table is empty.
+    """
     if events is not None:
         return read_event_table(events), events
-    says = [s for s in streams if s.says and len(s.stamps)]
-    if len(says) > 1:
+    text_streams = [s for s in streams if s.is_text and len(s.stamps)]
+    if len(text_streams) > 1:
         raise InputError(
-            f"{path} has several streams of texts ({listed([s.name for s in says])}): give the "
-            "contacts with --events"
+            f"{path} has several streams of texts ({listed([s.name for s in text_streams])}): give "
+            "the contacts with --events"
         )
-    if not says:
+    if not text_streams:
         return Columns({}, ()), path
-    texts = [str(text) for text in says[0].values[:, 0]]
-    seconds = [f"{float(stamp - begin)!r}" for stamp in says[0].stamps]
-    notes.append(f"contacts are the {counted(len(texts), 'marker')} of stream {says[0].name}")
+    (stream,) = text_streams
+    texts = [str(text) for text in stream.values[:, 0]]
+    seconds = [f"{float(stamp - begin)!r}" for stamp in stream.stamps]
+    notes.append(f"contacts are the {counted(len(texts), 'marker')} of stream {stream.name}")
     marks = Columns({SECONDS: seconds}, range(1, len(texts) + 1), "marker")
-    return label_columns(f"{path}: stream {says[0].name}", marks, texts), path
+    return label_columns(f"{path}: stream {stream.name}", marks, texts), path
 
 
 def _placed(
     table: Path, columns: Columns, parts: Sequence[Part], vibration: Run, notes: list[str]
 ) -> tuple[list[int | None], Columns]:
-    """Return the part of each row, and its columns relative to the start of that part.
+    """Return the part in which each row lies, and the columns relative to the start of that part.
 
     The part is None if the row lies in a stretch of the vibration that is left out.
     """
@@ -176,14 +180,14 @@ def _placed(
         )
     if left:
         notes.append(
-            f"{left} of {len(rows)} contacts lie in a gap, or where another stream lacks: they are "
-            "left out"
+            f"{left} of {len(rows)} contacts lie in a gap, or where another stream has no samples: "
+            "they are left out"
         )
     return rows, columns.of_rows({**columns, name: local}, range(len(rows)))
 
 
 def _bounds(name: str, run: Run, vibration: Run) -> tuple[float, float]:
-    """Return the first and the last sample of a run, in the unit of that column."""
+    """Return the first and the last sample of a run, in the unit of the column ``name``."""
     if name == SECONDS:
         return run.begin - vibration.begin, run.last - vibration.begin
     return run.first, run.end - 1

@@ -16,7 +16,8 @@ from firstcontact.recording._memory import bounded_memory
 from firstcontact.recording._quoting import reason
 from firstcontact.recording._sizes import most_unpacked
 
-#: Time limit for a file, s, additional time per byte, and memory of the library, bytes.
+#: Time limit for a file: the first number of seconds, plus its bytes divided by the second number.
+#: The third number is the memory of the library, bytes.
 _SECONDS, _SPEED, _SPARE = 20.0, 5e5, 256 << 20
 
 
@@ -51,8 +52,8 @@ class Stream:
     closed: bool
 
     @property
-    def says(self) -> bool:
-        """True if the stream holds text."""
+    def is_text(self) -> bool:
+        """Return True if the samples are texts."""
         return self.values.dtype.kind == "U"
 
 

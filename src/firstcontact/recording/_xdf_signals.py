@@ -27,8 +27,8 @@ class Part:
 def guessed_signals(
     path: Path, streams: Sequence[Stream], sensor: VibrationSensor | None
 ) -> list[Signal]:
-    """Return the signals: the fast stream as the vibration, and the others."""
-    numbers = [s for s in streams if not s.says and s.rate and len(s.stamps)]
+    """Return the fast stream as the vibration, and the other signals."""
+    numbers = [s for s in streams if not s.is_text and s.rate and len(s.stamps)]
     fast = [s for s in numbers if s.rate >= LOWEST_RATE]
     if len(fast) != 1 or fast[0].values.shape[1] > 1:
         kind = (
@@ -50,9 +50,9 @@ def guessed_signals(
 def unbroken_parts(
     path: Path, streams: Sequence[Stream], signals: Sequence[Signal], notes: list[str]
 ) -> tuple[list[Part], Run]:
-    """Return unbroken parts of the vibration with the other signals, and the whole vibration.
+    """Return the unbroken stretches of the vibration with all other signals, and its whole run.
 
-    Parts of the vibration are left out if other signals are missing there.
+    A stretch in which another signal has no samples is left out.
     """
     by_name = {s.name: s for s in streams}
     for signal in signals:
@@ -62,17 +62,21 @@ def unbroken_parts(
                 f"{path} has no stream {quote(signal.variable)} (it has {listed(list(by_name))}): "
                 "correct the table of channels"
             )
-        if stream.says or not stream.rate or len(stream.stamps) < 2:
+        if stream.is_text or not stream.rate or len(stream.stamps) < 2:
             content = (
-                "texts" if stream.says else "no regular rate" if stream.stamps.size else "nothing"
+                "texts"
+                if stream.is_text
+                else "no regular rate"
+                if stream.stamps.size
+                else "no samples"
             )
             raise InputError(
-                f"{path}: stream {quote(stream.name)} has {content}, and a signal has numbers at a "
-                "regular rate: leave it out of the table of channels"
+                f"{path}: stream {quote(stream.name)} has {content}, but a signal needs numbers at "
+                "a regular rate: leave it out of the table of channels"
             )
         if signal.rate not in (None, stream.rate):
             raise InputError(
-                f"{path}: stream {quote(stream.name)} says {stream.rate:g} Hz and the table "
+                f"{path}: stream {quote(stream.name)} states {stream.rate:g} Hz, but the table "
                 f"{signal.rate:g} Hz: correct the table"
             )
     main = next(by_name[s.variable] for s in signals if s.sensor is not None)
@@ -106,14 +110,15 @@ def unbroken_parts(
             beside.append(Taken(signal, stream.rate, data[:most], _names(signal, stream)))
         if len(beside) < len(signals):
             notes.append(
-                f"{run.seconds:.3g} s of {main.name} are left out: another stream lacks there"
+                f"{run.seconds:.3g} s of {main.name} are left out: another stream has no samples "
+                "there"
             )
             continue
         parts.append(Part(assemble(str(path), beside), run))
     if not parts:
         raise InputError(
-            f"{path}: the streams have no time in common: leave those out of the table of channels "
-            "that were not recorded together"
+            f"{path}: the streams have no time in common: remove from the table of channels each "
+            "stream that was recorded at another time"
         )
     head, tail = runs[main.name][0], runs[main.name][-1]
     return parts, Run(head.first, tail.end, head.begin, tail.last)

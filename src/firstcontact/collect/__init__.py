@@ -1,4 +1,4 @@
-"""Collecting: guided recording, calibration, and the page on which contacts are labelled."""
+"""Guided recording, calibration of fingertips, and the page on which contacts are labelled."""
 
 import lazy_loader
 

@@ -67,8 +67,8 @@ def calibrate(
     say
         Called with each line for the person at the device, such as ``print``.
     confirmed
-        Polled while a weight of ``weigh`` is put in place; the weight is measured once it returns
-        True.
+        Polled while a person puts a weight of ``weigh`` in place. The weight is measured once this
+        function returns True.
 
     Returns
     -------
@@ -120,7 +120,7 @@ def calibrate(
 
 
 def _with_taps(source: Source, calibration: Calibration, say: Say) -> Calibration:
-    """Ask for a tap on each fingertip."""
+    """Ask for a tap on each fingertip. Return the calibration with these taps."""
     layout = source.descriptor.layout
     for finger in layout.vibration_fingers:
         place = "sensor" if finger is None else f"{finger_name(finger)}'s fingertip"
@@ -137,7 +137,7 @@ def _curves(weighings: Sequence[Weighing]) -> tuple[ForceCurve, ...]:
     """Fit a force curve for each finger."""
     fingers = sorted({w.finger for w in weighings})
     if not fingers:
-        raise InputError("no weight is given: add a line for each", parameter="weights")
+        raise InputError("no weight is given: add a line for each weight", parameter="weights")
     return tuple(fit_force([w for w in weighings if w.finger is f]) for f in fingers)
 
 

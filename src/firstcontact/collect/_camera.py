@@ -26,7 +26,7 @@ Key = tuple[int, Finger]
 
 @dataclass(frozen=True, slots=True)
 class Agreement:
-    """Agreement of contact times on two clocks, without their offset and drift.
+    """Agreement of contact times on two clocks, after their offset and drift were removed.
 
     Parameters
     ----------
@@ -151,7 +151,7 @@ def compare(recording: Recording, contacts: Mapping[Key, float], fps: float = 96
     robust = least_squares(
         lambda p: (design @ p - difference) * fps, start, loss="soft_l1", x_scale="jac"
     ).x
-    # Then a plain fit to the near ones: the mean over a frame is wanted.
+    # Then a least-squares fit to the contacts near this line: the mean over a frame is wanted.
     near = np.abs(design @ robust - difference) <= 2.0 / fps
     fitted, error = _least_squares(design, difference, near, robust)
     residuals = difference - design @ fitted
@@ -171,10 +171,9 @@ def _least_squares(
     near: NDArray[np.bool_],
     otherwise: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], float]:
-    """Fit ``design`` to the differences of ``near`` contacts by least squares.
+    """Return parameters fitted to the near contacts, and the standard error of the last one.
 
-    Return the parameters and the standard error of the last one; ``otherwise`` and NaN if too few
-    contacts are near.
+    If too few contacts are near, return the parameters ``otherwise``, and NaN as the error.
     """
     a, b = design[near], difference[near]
     if len(a) <= a.shape[1] or np.linalg.matrix_rank(a) < a.shape[1]:

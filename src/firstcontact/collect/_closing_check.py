@@ -20,11 +20,11 @@ from firstcontact.core import (
     first_closed_sample,
 )
 
-#: Length of a pinch after its first contact, s: the longest windows and offsets fit.
+#: Length of a pinch after its first contact, s: the longest windows and offsets fit in it.
 AFTER = 0.3
-#: Shortest length after the first contact of a pinch that was cut short, s.
+#: Shortest length after the first contact of a valid pinch, s. Recording can cut a pinch short.
 LEAST_AFTER = 0.15
-#: Largest difference between strip and piezo, s.
+#: Largest difference between the contacts that strip and piezo show, s.
 AGREE = 0.005
 #: A piezo within one count of the converter's ends is clipped, V.
 _COUNT = ADC_VOLTS / ADC_COUNTS
@@ -36,14 +36,14 @@ LOWEST = -PIEZO_OFFSET_VOLTS + 0.5 * _COUNT
 
 @dataclass(slots=True)
 class ClosingCheck:
-    """Check of one closing, updated with each block. It stores no samples.
+    """Check of one closing, updated with each block. It keeps no samples.
 
     Parameters
     ----------
     layout
         Columns of the blocks.
     began, epoch
-        Number and epoch of the sample at which the gate opened.
+        Number and epoch of the sample at which the closing began.
     """
 
     layout: Layout
@@ -61,7 +61,7 @@ class ClosingCheck:
 
     @property
     def anchor(self) -> int | None:
-        """Sample of the first contact: from the strips or, without strips, as detected."""
+        """Sample of the first contact, by the strips or else by the detector."""
         samples = self.strips.values() or [c.sample for c in self.contacts.values()]
         return min(samples, default=None)
 
@@ -113,7 +113,8 @@ class ClosingCheck:
         if self.seen < self.anchor + round(LEAST_AFTER * self.layout.rate):
             faults.append("it was cut short")
         faults += [
-            f"the {finger_name(f)}'s strip was closed before" for f in sorted(self.closed_before)
+            f"the {finger_name(f)}'s strip was closed from the start"
+            for f in sorted(self.closed_before)
         ]
         for finger in Finger:
             has_strip = bool(self.layout.columns(ChannelKind.STRIP, finger))
@@ -128,14 +129,17 @@ class ClosingCheck:
         return faults
 
     def disagreement(self) -> float | None:
-        """Return the delay of the piezo's first contact after the strip's, s."""
+        """Return the time from the first contact of a strip to that of the same finger's piezo, s.
+
+        Return None if one of them is missing.
+        """
         if not self.truth or self.truth[0].finger not in self.contacts:
             return None
         first = self.truth[0]
         return (self.contacts[first.finger].sample - first.sample) / self.layout.rate
 
     def _felt(self, finger: Finger) -> bool:
-        """Return True if the piezo also shows the contact that the strip reports.
+        """Return True if the finger's piezo also shows the contact that its strip shows.
 
         The piezo of the second finger may already show the first finger's touch, through the
         object.

@@ -1,4 +1,4 @@
-"""Guided recording without a terminal: the next object, and the pinches that count."""
+"""Guide of a recording: it names the next object and judges each closing, without a terminal."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from firstcontact.recording import PinchMark
 #: Threshold of the detector that checks the strips: a click of the motor stays below it, and a
 #: touch is far above it.
 SIGMAS = 10.0
-#: Length of the pieces in which blocks are processed, s: shorter than the gate's shortest turn.
+#: Length of the pieces in which blocks are processed, s: a closing cannot begin and end within one.
 PIECE = 0.015
 #: Length of the parts over which noise is measured, s.
 QUIET = 0.1
@@ -33,15 +33,16 @@ class Judged:
     label
         Label of the object that should be pinched.
     faults
-        Reasons why it does not count; empty if it counts.
+        Reasons why the closing does not count; empty if it counts.
     mark
-        Mark to write; None if it does not count.
+        Mark of the pinch to write; None if the closing does not count.
     k, wanted
         Number of valid pinches of this object so far, and the wanted number.
     offset
         Time from the first to the second contact of the strips, s; None if one is missing.
     disagreement
-        Time from the strip's first contact to that of the piezo, s; None if one is missing.
+        Time from the first contact of a strip to that of the same finger's piezo, s; None if one is
+        missing.
     noise
         Level of the quietest part since the last closing, as a multiple of the noise floor. It is
         that of the louder finger, and 0 before the first part.
@@ -198,7 +199,10 @@ class Guide:
 
 
 class _Noise:
-    """Level of the quietest part of the stream above the noise floors (V, shape (fingers,))."""
+    """Level of the quietest part of the stream, as a multiple of the noise floor.
+
+    ``floors`` holds the noise floor of each finger, V, shape (fingers,).
+    """
 
     def __init__(self, layout: Layout, floors: np.ndarray) -> None:
         self._layout = layout

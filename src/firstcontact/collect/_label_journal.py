@@ -1,4 +1,4 @@
-"""Journal of a labelling session: each action is one line on the disk, so a crash loses none."""
+"""Journal of a labelling: each action is written to disk as a line, so that a crash loses none."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class Journal:
         self.path = path
         self.actions: list[Action] = []
         self.lost_bytes = 0
-        #: Position of the next line: the unwritten of a crash stays until there is one.
+        #: Position of the next line. Bytes of an incomplete line stay behind it until then.
         self._end = 0
         is_there = path.exists()
         if is_there:
@@ -65,13 +65,13 @@ class Journal:
                 f"{path} holds no labels, so there is nothing to write: label on the page first"
             )
         try:
-            # No buffer: it would keep what could not be written.
+            # Without a buffer, which would keep bytes that could not be written.
             self._stream: IO[bytes] = path.open("r+b" if is_there else "xb", buffering=0)
         except OSError as error:
             raise self._failed(error) from error
         try:
             self._take()
-            if is_there:  # again: the last command with the lock may have written
+            if is_there:  # read again: the last command with the lock may have written
                 self._end = self._read(opened)
             if not self._end:
                 self._append(opened)
@@ -105,8 +105,8 @@ class Journal:
             fcntl.flock(self._stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             raise InputError(
-                f"{self.path} is in use by another firstcontact label: end that one, or choose "
-                "another folder"
+                f"{self.path} is in use by another `firstcontact label`: end that command, or "
+                "choose another folder"
             ) from None
         except OSError:
             return  # a disk without locks

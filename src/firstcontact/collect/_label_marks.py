@@ -1,4 +1,4 @@
-"""Onsets and their labels, as changed by the actions on the page."""
+"""Onsets that a person labels, and the actions of that person on the page."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Status(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """An onset.
+    """Onset in a recording, with the decision about it and its label.
 
     Parameters
     ----------
@@ -39,9 +39,9 @@ class Mark:
     sample
         Position, from the start of the stretch.
     found
-        Position at which the finder put it; None if it was added by hand.
+        Position at which the onset finder put it; None if a person added it.
     status
-        Decision of the person about it.
+        Decision about the onset.
     object, shore_a
         Object that was touched, and its Shore A; "" and None if unknown.
     """
@@ -64,7 +64,7 @@ Whole = Annotated[int, Meta(ge=0, le=LAST_SAMPLE)]
 class Action:
     """Action of the person who labels.
 
-    ``label`` labels its mark and all later ones, up to the next mark with a label of its own.
+    ``label`` labels its onset and all onsets after it, up to the next one with a label of its own.
     ``undo`` reverts the last action that is not reverted yet.
     """
 
@@ -119,8 +119,7 @@ class Marks:
         Raises
         ------
         InputError
-            The mark does not exist, there is nothing to undo, or the sample is outside the
-            recording.
+            There is no such onset, there is nothing to undo, or a sample is outside its stretch.
         """
         if action.do == "undo":
             if not self.done:
@@ -167,7 +166,7 @@ class Marks:
     def _inside(self, mark: Mark, sample: int) -> int:
         length = self._lengths[mark.recording][mark.stretch]
         if not 0 <= sample < length:
-            raise InputError(f"sample {sample} is outside of the {length} of its recording")
+            raise InputError(f"sample {sample} is outside of the {length} samples of its stretch")
         return sample
 
 

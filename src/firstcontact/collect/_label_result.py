@@ -1,4 +1,4 @@
-"""New recordings after labelling: the same samples, with the accepted onsets as contacts."""
+"""New recordings of a labelling: the same samples, with the accepted onsets as contacts."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from firstcontact.recording import (
 
 #: Longest time between two contacts of one pinch, s.
 ONE_PINCH = 0.060
-#: Longest closing, s: a longer pinch of the original is a whole recording.
+#: Longest closing, s. A longer pinch of the original recording holds more than one closing.
 ONE_CLOSING = 5.0
 
 
@@ -37,16 +37,17 @@ class Labeller:
 def write_labelled(
     recording: Recording, marks: Sequence[Mark], path: Path, by: Labeller
 ) -> tuple[int, int]:
-    """Copy a recording, with each accepted mark as the first contact of its pinch.
+    """Copy a recording. Each accepted onset becomes the first contact of a pinch.
 
-    The new file is written completely or not at all. The original stays unchanged.
+    An accepted onset of another finger soon after it becomes the second contact. The file is
+    written whole or not at all. The original is only read.
 
     Parameters
     ----------
     recording
         Original recording.
     marks
-        Marks of the onsets in this recording, in order of time.
+        Onsets in this recording, in the order of time.
     path
         New file.
     by
@@ -55,7 +56,7 @@ def write_labelled(
     Returns
     -------
     pinches, left
-        Number of pinches written, and number of marks without a decision.
+        Number of pinches that were written, and number of onsets without a decision.
 
     Raises
     ------
@@ -91,9 +92,9 @@ def _note(marks: Sequence[Mark], by: Labeller) -> str:
     rejected = sum(m.status is Status.REJECTED for m in marks)
     left = sum(m.status is Status.FOUND for m in marks)
     return (
-        f"labelled by {by.name} on {by.when} with {by.tool}: of {len(marks) - added} onsets found "
-        f"by looking ahead {len(taken) - added} accepted ({moved} of them moved), {rejected} "
-        f"rejected, {left} not looked at, {added} added"
+        f"labelled by {by.name} on {by.when} with {by.tool}: of {len(marks) - added} onsets that "
+        f"the onset finder proposed {len(taken) - added} accepted ({moved} of them moved), "
+        f"{rejected} rejected, {left} not looked at; {added} added by hand"
     )
 
 
@@ -132,7 +133,7 @@ def _how(mark: Mark, rate: float) -> str:
 
 
 def _within(recording: Recording, name: str, slow: Block, block: Block) -> bool:
-    """Return True if a block of a slower group begins within this block, not in another one."""
+    """Return True if a slower block begins within this block, not within another of the epoch."""
     layout = recording.header.layout
     rate = next(g.layout.rate for g in layout.groups if g.name == name)
     first = slow.first_sample * layout.rate / rate
@@ -194,7 +195,7 @@ def _pinches(recording: Recording, accepted: Sequence[Mark]) -> Iterator[PinchMa
 
 
 def _closing(recording: Recording, block: Block, sample: int, rate: float) -> PinchMark | None:
-    """Return the pinch of the original recording in which a contact lies."""
+    """Return the pinch of the original recording that contains a contact; None without one."""
     for mark in recording.pinches:
         inside = mark.epoch == block.epoch and mark.first_sample <= sample < mark.end
         if inside and mark.end - mark.first_sample <= ONE_CLOSING * rate:

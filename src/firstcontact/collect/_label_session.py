@@ -14,14 +14,14 @@ from firstcontact.collect._label_journal import Journal, Opened
 from firstcontact.collect._label_marks import Action, Mark, Marks, Whole
 from firstcontact.collect._label_result import Labeller, write_labelled
 from firstcontact.collect._label_signals import WIDEST, about, find_marks, piece
-from firstcontact.core import InputError, read_record
+from firstcontact.core import InputError, counted, read_record
 from firstcontact.recording import Recording
 
 #: Longest message from the page, bytes.
 LONGEST = 4096
 #: Actions that change one mark only, so that the page keeps the others.
 _OF_ONE = ("accept", "reject", "move")
-#: Field that only requests have; an object may have that name, too.
+#: Field that only requests have. The colon excludes objects of this name.
 _QUESTION = re.compile(rb'"ask"\s*:')
 
 
@@ -38,7 +38,7 @@ class _Request:
 
 
 class Session:
-    """Labelling session: marks and journal of recordings. It writes new recordings at the end.
+    """Marks of some recordings, with their journal. New recordings are written at the end.
 
     Parameters
     ----------
@@ -74,7 +74,9 @@ class Session:
             if is_new_allowed:
                 out.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise InputError(f"{out} cannot be made ({error.strerror}): choose another") from error
+            raise InputError(
+                f"{out} cannot be created ({error.strerror}): choose another folder"
+            ) from error
         self._journal = Journal(
             out / "labels.jsonl",
             Opened(tuple(r.path.name for r in recordings), len(onsets)),
@@ -94,10 +96,11 @@ class Session:
 
     @property
     def earlier(self) -> str:
-        """Text with the number of actions of earlier sessions."""
+        """Text with the number of labelling steps of earlier sessions."""
         lost = self._journal.lost_bytes
         damage = f" ({self._journal.path} ends in {lost} bytes that are no label)" if lost else ""
-        return f"{len(self._journal.actions)} actions done before{damage}"
+        steps = counted(len(self._journal.actions), "labelling step")
+        return f"{steps} restored from earlier sessions{damage}"
 
     def state(self) -> dict[str, Any]:
         """Return the state of all marks."""

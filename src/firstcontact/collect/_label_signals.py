@@ -13,9 +13,9 @@ from firstcontact.contact import find_onsets
 from firstcontact.core import ChannelKind, InputError, finger_name
 from firstcontact.recording import Recording, find_recordings, read_recording
 
-#: Most points of a channel in a piece; longer ones are reduced to minima and maxima.
+#: Largest number of points of a channel in a piece. Longer pieces are reduced to minima and maxima.
 POINTS = 2000
-#: Longest piece on either side of its middle, s.
+#: Greatest length of a piece on either side of its middle, s.
 WIDEST = 2.0
 
 
@@ -119,8 +119,8 @@ def piece(recording: Recording, stretch: int, middle: int, half: float) -> dict[
     Returns
     -------
     dict
-        ``first``: number of the first sample. ``step``: samples per step. For each channel
-        ``least`` and ``most``: smallest and largest value of each step, in the channel's unit.
+        ``first``: number of the first sample. ``step``: number of samples in a step. ``least`` and
+        ``most``: smallest and largest value in each step, by channel, in the channel's unit.
     """
     layout = recording.header.layout
     block = recording.stretches[stretch]

@@ -73,8 +73,8 @@ def read_plan(path: Path) -> tuple[Item, ...]:
     Raises
     ------
     InputError
-        The file cannot be read or is empty, a column is missing or unknown, an object is listed
-        twice, or a value cannot be used.
+        The file cannot be read, misses a column, has an unknown column, is empty, names an object
+        twice, or has a value that cannot be used.
     """
     rows = read_rows(path, COLUMNS[:2])
     for name in rows[0][1] if rows else ():

@@ -107,7 +107,7 @@ def record(
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(
-            f"it cannot be made ({error.strerror}): choose another folder", parameter="out"
+            f"it cannot be created ({error.strerror}): choose another folder", parameter="out"
         ) from error
     wanted = sum(item.pinches for item in items)
     with progress_steps(progress, wanted, "pinch") as step:

@@ -96,7 +96,8 @@ def run_session(
     Raises
     ------
     InputError
-        The recording cannot be created or written, or the source fails. The file is always closed.
+        The recording cannot be created or written any further, or the source fails. The file is
+        closed in any case.
     """
     with Recorder() as recorder:
         recorder.start(path, header)

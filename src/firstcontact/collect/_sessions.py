@@ -36,7 +36,7 @@ class SoFar:
 
 
 def so_far(folder: Path, session: str, descriptor: Descriptor) -> SoFar:
-    """Return the files and pinches of a session that are in a folder.
+    """Return the files and pinches of a session that a folder holds.
 
     The first file of session 3 is ``session-3.mcap``. After an interruption the next file is
     ``session-3.part2.mcap``, because recordings are never overwritten. A part that cannot be read

@@ -56,7 +56,7 @@ def test_what_the_twin_drops_or_breaks_is_reported() -> None:
     (arrival,) = Feed().update().arrivals
     words = (Marker(7, peak_text(3.1)), Marker(7, lost_text("broken")))
     sink.take(Update(arrivals=(replace(arrival, markers=words),), health=Health(True)))
-    assert stream.getvalue() == "the hand has broken it\n"
+    assert stream.getvalue() == "the hand has broken the object\n"
 
 
 def test_at_another_speed_no_times_are_told_and_nothing_is_late() -> None:

@@ -1,4 +1,4 @@
-"""Estimates of one closing, from samples before the second contact. The last one is final."""
+"""Estimates of one closing, without those that use samples after the second contact."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ class ClosingEstimates:
         contacts
             Contacts known by the end of the block.
         host
-            Time at which its last byte had been read, s.
+            Time at which the block's last byte had been read, s.
         transport
             Delay of the block, compared with the least delayed blocks, s.
 
@@ -196,7 +196,7 @@ class ClosingEstimates:
         return [(second.decided, self._settle(first, second.decided, epoch))]
 
     def finish(self, sample: int, epoch: int, reason: str) -> list[Event]:
-        """End the closing before this sample. Return its final estimate if that is still missing.
+        """Return the final estimate, if still missing, of a closing that ends before ``sample``.
 
         ``reason`` states why a closing has no estimate.
         """

@@ -130,9 +130,10 @@ class NoEstimate(msgspec.Struct, frozen=True, tag="no_estimate"):
 def judged(estimate: Estimate, offset: float | None, *, real_time: bool = True) -> Estimate:
     """Return the estimate with its field ``in_time`` filled in.
 
-    This is the only definition of "in time". Both times count from the first contact. That of the
-    estimate includes waiting, transport and computing; that of the second contact is the time of
-    its sample. Without a second contact no estimate is too late.
+    This is the only definition of "in time". An estimate is in time if it was available before the
+    second contact. Both times count from the first contact on the host's clock. The estimate's
+    includes waiting, transport and computing. The second contact's is the time at which its sample
+    was taken. Without a second contact nothing can be too late.
 
     Parameters
     ----------
@@ -176,8 +177,8 @@ class PinchDone(msgspec.Struct, frozen=True, kw_only=True, tag="pinch"):
         Closing speed before the first contact and its standard error, m/s, as the hand measured
         them; null if not measured.
     verdict
-        ``in_time`` if an estimate was in time, ``too_late`` if all came later, ``none`` if there
-        was no estimate; null if samples did not come in real time. It follows from the other
+        ``in_time`` if an estimate was in time, ``too_late``, or ``none`` (no estimate); null where
+        there is an estimate but samples did not come in real time. It follows from the other
         fields.
     """
 
@@ -217,7 +218,7 @@ class PinchDone(msgspec.Struct, frozen=True, kw_only=True, tag="pinch"):
 
     @property
     def in_force(self) -> Estimate | None:
-        """Last estimate that was in time; the final one if samples do not come in real time."""
+        """Last estimate that was in time; the final one if samples did not come in real time."""
         if not self.real_time:
             return self.final
         return next((e for e in reversed(self.estimates) if e.in_time), None)
@@ -232,7 +233,7 @@ class PinchDone(msgspec.Struct, frozen=True, kw_only=True, tag="pinch"):
         return epoch == self.epoch and self.start <= sample < self.end
 
     def overlaps(self, mark: PinchMark) -> bool:
-        """Return True if this pinch and a pinch mark of a recording have samples in common."""
+        """Return True if a pinch of a recording shares a sample with this pinch."""
         return mark.epoch == self.epoch and mark.first_sample < self.end and self.start < mark.end
 
 
@@ -276,7 +277,7 @@ class ObjectEstimate(msgspec.Struct, frozen=True, kw_only=True, tag="object_esti
 
 
 class HandCommand(msgspec.Struct, frozen=True, tag="hand_command"):
-    """Request to the driven hand that was carried out, or the release of a silent hand.
+    """Request to the driven hand that was carried out, or release of the hand after a silence.
 
     Parameters
     ----------
@@ -320,7 +321,7 @@ class HandPrediction(msgspec.Struct, frozen=True, tag="hand_prediction"):
 
     @property
     def known_sample(self) -> int:
-        """Sample after which the device knew it."""
+        """Sample with which the device knew the contact or estimate."""
         return self.event.known_sample
 
 
@@ -359,7 +360,7 @@ class HandCheck(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class HandPinch(msgspec.Struct, frozen=True, kw_only=True, tag="hand_pinch"):
-    """Predictions of a device for one pinch, 0.3 s after the first contact.
+    """Predictions of a device for one pinch, sent 0.3 s after the first contact.
 
     Parameters
     ----------
@@ -372,11 +373,11 @@ class HandPinch(msgspec.Struct, frozen=True, kw_only=True, tag="hand_pinch"):
     final
         Last estimate from samples before the second contact; null without one.
     estimates
-        Number of such estimates.
+        Number of estimates from samples before the second contact.
     check
         Comparison with the host's own model; null without a model on the host.
     sample, epoch
-        First contact, as detected by the device or else by the host.
+        Sample and epoch of the first contact, as detected by the device or else by the host.
     """
 
     number: int

@@ -61,7 +61,7 @@ class _Feeder:
             self.sink.open(self._descriptor)
             while (update := self._next()) is not None:
                 self.sink.take(update)
-        # A fault of one sink is reported, and the rest goes on.
+        # A fault of one sink is reported, and the other sinks go on.
         except Exception as error:
             with self._changed:
                 self.failed = f"{type(error).__name__}: {error}"
@@ -115,7 +115,7 @@ class Fanout:
 
     @property
     def failed(self) -> dict[str, str]:
-        """Reason of each failed sink, by name. Sinks whose reader left are not included."""
+        """Reason of each failure, by the sink's name, without sinks whose reader left."""
         return {f.sink.name: f.failed for f in self._feeders if f.failed and not f.left}
 
     @property

@@ -18,7 +18,7 @@ from firstcontact.streaming._events import (
 )
 from firstcontact.streaming._hand_requests import Ask, HandRequests
 
-#: Origin of a release after silence, of the samples or of this program.
+#: Name of the origin of a release that follows a silence of the samples or of this program.
 SILENCE = "silence"
 
 
@@ -26,12 +26,12 @@ class Grasping:
     """Actor (event handler) that drives a hand through the closings of a live session.
 
     The start of the motor (:class:`ClosingStart`) begins a closing of a hand that closes by itself.
-    Other hands close on request. Such a closing ends with a request to open, with a release because
-    no command came, or when the origin of the request disconnects. For these hands a motor start
-    begins no closing, because the motor may be opening the hand.
+    Other hands close on request. Such a closing ends with a request to open, with a release after a
+    silence, or when the origin of the request disconnects. A motor start alone begins no closing of
+    such a hand, because the motor may open it.
 
-    The policy gets the final estimate of a closing. If its ``early`` is true, it gets earlier
-    estimates too. Estimates out of range are ignored.
+    The policy gets the final estimate of a closing. A policy with ``early`` also gets each estimate
+    before it. Estimates out of range are ignored.
 
     Times are on the samples' clock. An estimate meets the deadline if it reaches the hand before
     it. This includes the times for computing, for transport beyond the shortest time, and for the
@@ -131,7 +131,7 @@ class Grasping:
         return events
 
     def ended(self) -> None:
-        """Release the hand, before the source and the outputs are closed, which takes longer."""
+        """Release the hand before the source and the outputs are closed, which takes longer."""
         self.requests.end()
         self.hand.release()
 

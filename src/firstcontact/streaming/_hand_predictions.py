@@ -41,15 +41,15 @@ class HandPredictions:
         self._rate = rate
         self._over = round(OVER * rate)
         self._checked = checked
-        # With the first contact that each belongs to: a second one is known later and may be placed
-        # before it.
+        # Each event with the place of its pinch's first contact. The second contact is known later,
+        # but may lie before the first.
         self._events: list[tuple[Place, HandPrediction]] = []
         self._first: Contact | None = None
         self._first_place: Place | None = None
         self._done: list[PinchDone] = []
         self._number = 0
-        self._heard: Place | None = None  # up to here, and gaps before it: from, to
-        self._gaps: list[tuple[Place, Place]] = []
+        self._heard: Place | None = None  # end of the samples so far
+        self._gaps: list[tuple[Place, Place]] = []  # begin and end of gaps in them
 
     def update(
         self, messages: Sequence[DevicePrediction], block: Block, host: float
@@ -184,7 +184,7 @@ class HandPredictions:
 
 
 def _place(message: DevicePrediction) -> Place:
-    """Return epoch and sample of the contact that a message is about."""
+    """Return epoch and sample of the contact that a message describes."""
     sample = message.sample if isinstance(message, DeviceContact) else message.contact
     return message.epoch, sample
 

@@ -38,9 +38,9 @@ class HandRequests:
     name
         Name of the hand.
     begins
-        Parties that can begin its closings.
+        Who can begin the hand's closings.
     release
-        Function that releases the hand. It can be called from any thread.
+        Function that releases the hand; safe to call from any thread.
 
     Attributes
     ----------

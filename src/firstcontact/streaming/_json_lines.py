@@ -95,7 +95,7 @@ class MarkerLine(msgspec.Struct, frozen=True, tag="marker"):
     Parameters
     ----------
     sample, epoch
-        Sample number and epoch.
+        Sample to which the marker is attached, and its epoch.
     text
         Text of the marker.
     """
@@ -121,7 +121,7 @@ class LinkLine(msgspec.Struct, frozen=True, kw_only=True, tag="link"):
     unusable_samples
         Number of lost samples that were NaN, infinite or out of range.
     lost_frames, bad_frames, doubled_frames
-        Number of lost, damaged, and repeated frames.
+        Number of frames that were lost, that were damaged, and that came twice or out of order.
     late_answers
         Number of predictions that the device skipped because the next one was due.
     unheard_samples
@@ -144,7 +144,7 @@ class LinkLine(msgspec.Struct, frozen=True, kw_only=True, tag="link"):
 
 
 class FailedLine(msgspec.Struct, frozen=True, tag="failed"):
-    """Report that a line could not be made, or that an output failed. The session continues.
+    """Failure of a line or an output. The other outputs continue.
 
     Parameters
     ----------

@@ -17,8 +17,8 @@ TIMES = {
     "decide": "from a contact until it was noticed (device clock)",
     "first": "from a contact until the first estimate was available",
     "signal": "length of the signal in the final estimate",
-    "wait": "its last sample's wait for the rest of the block (device clock)",
-    "transport": "its block's delay beyond the least (this computer's clock)",
+    "wait": "wait of its last sample for the end of the block (device clock)",
+    "transport": "delay of this block beyond the least (this computer's clock)",
     "compute": "computing the estimate (this computer's clock)",
     "total": "from a contact until the final estimate was available",
 }
@@ -53,18 +53,18 @@ class Ledger:
         self._times: dict[str, deque[float]] = {name: deque(maxlen=KEPT) for name in TIMES}
 
     def worked(self, spent: float, samples: int) -> None:
-        """Record that processing ``samples`` samples took ``spent`` s."""
+        """Add a block of ``samples`` samples that took ``spent`` s to process."""
         self.blocks += 1
         self.busy += spent
         self.overruns += spent * self.rate > samples
 
     def add(self, estimate: Estimate) -> None:
-        """Record an estimate."""
+        """Add an estimate."""
         self.estimates += 1
         self._times["compute"].append(estimate.compute)
 
     def close(self, pinch: PinchDone) -> None:
-        """Record a finished pinch."""
+        """Add a finished pinch."""
         self.verdicts[pinch.verdict] += 1
         self.unheard += pinch.verdict is Verdict.IN_TIME and pinch.second is None
         final = pinch.final
@@ -85,8 +85,8 @@ class Ledger:
     def summary(self) -> Mapping[str, float]:
         """Return the numbers so far: counts, and p50, p99 and max of each time, s.
 
-        ``in_time``, ``too_late``, ``none`` and ``unjudged`` add up to ``pinches``. ``unheard``
-        counts those that are in time because no second contact was detected.
+        ``in_time``, ``too_late``, ``none`` and ``unjudged`` add up to ``pinches``. ``unheard`` is
+        the number of pinches in time because no second contact was detected.
         """
         figures = {
             "estimates": float(self.estimates),
@@ -185,6 +185,6 @@ def _verdict_lines(figures: Mapping[str, float], alone: bool) -> Iterator[str]:
         else ""
     )
     yield (
-        "in force: the last one available by the clock before the second contact, with waiting, "
+        "in force: the last estimate that was available before the second contact, with waiting, "
         f"transport and computing{unheard}"
     )

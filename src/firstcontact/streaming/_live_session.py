@@ -73,7 +73,7 @@ def live_session(
     layout, delay = source.descriptor.layout, source.descriptor.delay
     try:
         with ExitStack() as stack:
-            # Products of small matrices: threads of theirs only wait for one another.
+            # The matrices are small: threads that multiply them only wait for one another.
             stack.enter_context(threadpool_limits(1))
             pipeline = Pipeline(layout, detector, predictor, delay=delay, real_time=real_time)
             floors = calibration()
@@ -138,7 +138,7 @@ def check_hand(
     Raises
     ------
     InputError
-        An option does not fit. The message names the parameter.
+        The hand cannot be driven so. The error names the parameter.
     """
     if policy is not None:
         POLICIES.find(policy)
@@ -153,8 +153,7 @@ def check_hand(
     if kind.needs_live_samples(hand_port) and not is_live:
         instead = "" if kind.simulated_port is None else f", or the port {kind.simulated_port}"
         raise InputError(
-            f"neither a recording nor a speed other than real time can drive {hand}: use "
-            f"{HANDS.default}{instead}",
+            f"{hand} can only be driven by live samples in real time: use {HANDS.default}{instead}",
             parameter="hand",
         )
     if kind.of_source not in (None, device):

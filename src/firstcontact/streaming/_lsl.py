@@ -52,7 +52,7 @@ class LslSink:
         self._layout = layout
         self._columns = tuple(range(layout.width))
         self._clock = DeviceClock(layout.rate)
-        # Both are clocks of this machine that count seconds; where they begin may differ.
+        # Both clocks of this machine count seconds, but they may begin at different times.
         self._shift = self._lsl.local_clock() - time.monotonic()
         self._newest = -np.inf  # time stamp of the newest event
         self._failed: Mapping[str, str] = {}

@@ -27,7 +27,7 @@ class ObjectCombiner:
     def __init__(self) -> None:
         self._estimates: deque[Estimate] = deque(maxlen=PINCHES)
         self._markers: deque[Marker] = deque(maxlen=WAITING)
-        self._object: str | None = None  # "" is one without a name; None if unmarked
+        self._object: str | None = None  # "" for an object without a name; None if unmarked
         self._last: tuple[PinchDone, Estimate] | None = None
         self._is_new = False
         self._has_labels = False
@@ -130,10 +130,7 @@ class ObjectNames:
         self._markers += [m for m in markers if not concerns_hand(m.text)]
 
     def add_labels(self, marks: Iterable[PinchMark]) -> list[tuple[int, str]]:
-        """Process labels of a recording.
-
-        Return the numbers of the past pinches that they label, with the names.
-        """
+        """Process labels of a recording. Return numbers and names of the past pinches with them."""
         self._marks += [m for m in marks if m.label.object]
         named = [(pinch, label) for pinch in self._unnamed if (label := self._label(pinch))]
         for pinch, _ in named:

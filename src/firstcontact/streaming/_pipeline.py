@@ -155,7 +155,7 @@ class Pipeline:
         block
             Samples.
         host
-            Time at which its last byte had been read, on the host's clock, s.
+            Time at which the block's last byte had been read, on the host's clock, s.
         """
         waiting = self._waiting
         if waiting and (waiting[-1].end, waiting[-1].epoch) != (block.first_sample, block.epoch):
@@ -284,7 +284,7 @@ class Pipeline:
             return []
         block = stage.block
         transport = 0.0 if self._transport is None else self._transport.delay(block.end - 1, host)
-        # By the sample with which each was known: the order is the same for all blocks.
+        # Each event with the sample with which it was known: block sizes do not change the order.
         events: list[tuple[int, Event]] = []
         for contact in stage.contacts:
             if not pinch.contacts:

@@ -35,7 +35,7 @@ class Prediction:
     elapsed
         Length of the signal after the contact, s.
     complete
-        Last sample that it depends on, including those needed for a filter's look-ahead.
+        Last sample that the prediction depends on, with the look-ahead of filters.
     out_of_range, half_width
         See :class:`firstcontact.streaming.Estimate`.
     """
@@ -119,7 +119,7 @@ class Predictor(Protocol):
         radius
             Radius of the object, m: infinite for a flat one, NaN if unknown.
         real_time
-            True to make the first prediction as early as possible, instead of all at once.
+            True to make several predictions one by one, so that the first is available early.
         """
 
     def warm(self) -> None:
@@ -143,7 +143,7 @@ class NetworkPredictor:
         self.model = model
         self.name, self.rate = model.kind, model.rate
         self.moments = tuple(n / model.rate for n in moments(model.rate))
-        #: True if the rig's own pinches had measured speeds. Other speeds cannot be used.
+        #: True if the rig's own pinches had measured speeds. Without them, speeds cannot be used.
         self.uses_speed = any(rig.speeds is not None for rig in model.rigs.values())
         touches = _made_up_contact(model.rate)
         self._warming = model.follow(touches), touches.waves[0], int(touches.valid[0])
@@ -152,9 +152,9 @@ class NetworkPredictor:
         """Raise InputError if the layout's sampling rate is not the model's."""
         if not is_same_rate(layout.rate, self.model.rate):
             raise InputError(
-                f"the network takes samples at {self.model.rate:g} Hz but these come at "
-                f"{layout.rate:g} Hz: set the device to that rate, or name a folder with a "
-                "window model at this one"
+                f"the network takes samples at {self.model.rate:g} Hz, but the source sends "
+                f"{layout.rate:g} Hz: set the source to {self.model.rate:g} Hz, or use a model "
+                f"folder with window models at {layout.rate:g} Hz"
             )
 
     def start(
@@ -341,7 +341,7 @@ class _WindowsStream:
         pass  # no window model uses it
 
     def prepare(self) -> None:
-        pass  # a window is predicted from as a whole
+        pass  # a window model needs the whole window
 
     def withdraw(self) -> None:
         self._left, self.reason = len(self._windows), ""
@@ -355,7 +355,7 @@ class _WindowsStream:
             spread = entry.model.spread(window.samples[None]) if interval.scaled else np.ones(1)
             if spread is None:
                 raise InputError(
-                    "the interval needs the uncertainty of each prediction, but the model gives "
+                    "the interval needs an uncertainty of each prediction, but this model gives "
                     "none: train it again"
                 )
             low, high = interval.around(value, float(spread[0]))
@@ -373,10 +373,10 @@ class _WindowsStream:
 
 
 def live_predictor(model: Model, estimator: str | None = None) -> Predictor | None:
-    """Return the live predictor of a model; None for a model with a detector only.
+    """Return the live predictor of a model; None for a model that holds a detector only.
 
-    The network predicts if the model has one, as in :meth:`Model.predict`. A predictor whose
-    sampling rate differs from the detector's is not used.
+    The network predicts if the model has one, as in :meth:`Model.predict`. A network or window
+    model at another sampling rate than the detector's is left out.
 
     Parameters
     ----------

@@ -8,8 +8,8 @@ import sys
 from contextlib import suppress
 from typing import Self
 
-#: Longest time for which another Python thread may delay the session's, s. Python's default of 5 ms
-#: is a third of a window.
+#: Longest time for which another Python thread may delay the session's thread, s. Python's default
+#: of 5 ms is a third of a window.
 SWITCH = 1e-4
 
 

@@ -97,13 +97,13 @@ class LiveSession:
         self._folder = recordings
         self._calibration = calibration
         self._recorder = Recorder()
-        self._noted: Path | None = None  # recording of the next two
+        self._noted: Path | None = None  # recording to which the next two fields belong
         self._number = 0
         self._start: tuple[int, int] | None = None
         self._arrivals: list[Arrival] = []
         self._was_connected: bool | None = None  # when the session closed the source
         self._events: list[Event] = []
-        self._given = 0  # number of these that the caller has
+        self._given = 0  # number of these events that the caller has
         self._is_prompt = False  # True if a program waits for the events
         self._can_poll = getattr(source, "can_poll", False)
         self._objects = ObjectCombiner()
@@ -178,7 +178,7 @@ class LiveSession:
                 self._events += self._hand_predictions.ended()
             yield from self._events[self._given :]
         finally:
-            with ExitStack() as ends:  # the last first, and all of them even if one raises
+            with ExitStack() as ends:  # from the last to the first, all of them even if one raises
                 ends.callback(self.fanout.close)
                 ends.callback(self._recorder.stop)
                 ends.callback(self._update)  # samples from before a fault belong in the recording
@@ -213,7 +213,7 @@ class LiveSession:
             else:
                 wait = HOLD if self.pipeline.is_predicting else together
             if now - updated >= wait:
-                # Before the caller, who may take its time, or never come back.
+                # Update before the caller gets the events: it may take long, or never come back.
                 self._update()
                 updated, is_urgent, self._given = now, False, 0
             yield from fresh
@@ -250,7 +250,7 @@ class LiveSession:
             self._folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise InputError(
-                f"{self._folder} cannot be made ({error.strerror}): choose another --recordings"
+                f"{self._folder} cannot be created ({error.strerror}): choose another --recordings"
             ) from error
         self._recorder.start(path, header)
         return path
@@ -290,7 +290,7 @@ class LiveSession:
             The shape is not valid, or the model does not use it.
         """
         if not self.uses_shape:
-            raise InputError("only the network uses a shape: leave it out")
+            raise InputError("only the network uses a shape: leave the shape out")
         self.pipeline.radius = parse_radius(text)
         return in_words(self.pipeline.radius)
 

@@ -31,7 +31,7 @@ class Update:
     ledger
         Numbers of the time ledger so far, by name; times in s.
     failed
-        Reason of each sink that failed, by its name.
+        Reason of each failure, by the sink's name.
     """
 
     arrivals: tuple[Arrival, ...] = ()
@@ -72,7 +72,7 @@ class Controls(Protocol):
     """Requests of viewers to the session, callable from any thread."""
 
     def start_recording(self) -> Path:
-        """Begin a recording; InputError if one is running or cannot be made."""
+        """Begin a recording; InputError if one is running or cannot be created."""
 
     def stop_recording(self) -> None:
         """Close the recording, if one is running."""

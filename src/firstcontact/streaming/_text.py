@@ -59,7 +59,7 @@ class TextSink:
         self._failed = update.failed
         for loss in (lost_object(m.text) for a in update.arrivals for m in a.markers):
             if loss:
-                self._write(f"the hand has {loss} it")
+                self._write(f"the hand has {loss} the object")
         late: list[tuple[int, str]] = []
         for arrival in update.arrivals:
             self._objects.add_markers(arrival.markers)
@@ -79,7 +79,7 @@ class TextSink:
             self._write(f"  pinch {number} was {name}")
 
     def close(self) -> None:
-        """Write the samples that were lost since the last line about losses."""
+        """Write a line about lost samples that were not reported yet."""
         for line in self._link.lines(self._health, last=True):
             self._write(line)
 
@@ -144,7 +144,7 @@ def check_words(check: HandCheck) -> str:
         return "not heard here: samples were lost"
     parts = [] if check.contacts else ["other contacts"]
     parts += [f"{check.missing} estimates only on one side"] if check.missing else []
-    parts += [] if check.flags else ["another verdict on its range"]
+    parts += [] if check.flags else ["only one side is out of range"]
     parts += [f"up to {check.largest:.2f} Shore A apart"] if check.compared else []
     return "differs here: " + ", ".join(parts)
 

@@ -38,7 +38,7 @@ class Columns:
         self._ring = np.full((self._size, len(self._vibration), 2), np.nan, np.float32)
         self._top = -1
         self._epoch: int | None = None
-        # Of the last epochs: first sample and first column; events may be told a little late.
+        # First sample and first column of each of the last epochs: events may come a little late.
         self._epochs: dict[int, tuple[int, int]] = {}
         self._next = 0
 

@@ -90,7 +90,7 @@ class PinchRows:
     def rows(self) -> tuple[Row, ...]:
         """Rows of the table, with the twin's reports of lost objects."""
         rows = []
-        following: PinchDone | None = None  # a loss after its start belongs to that one
+        following: PinchDone | None = None  # a loss after the start of this pinch belongs to it
         for row in reversed(self._rows):
             losses = (m for m in self._losses if _is_during(m, row.pinch, following))
             lost = next((lost_object(m.text) for m in losses), None)

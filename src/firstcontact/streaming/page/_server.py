@@ -92,7 +92,7 @@ class PageServer:
         self._files = files
         self._commands = Commands(controls)
         self._viewers = 0
-        self._number = 0  # of the viewer that came last
+        self._number = 0  # number of the newest viewer
 
     async def run(self, listening: socket.socket, stop: asyncio.Event) -> None:
         """Serve until ``stop`` is set, then close the connections."""
@@ -111,7 +111,8 @@ class PageServer:
 
     def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
         answered = answer(request, self._guard, self._files)
-        # The loop does nothing else between this and `_view`, which counts: a test holds it.
+        # Nothing else runs between this check and `_view`, which counts the viewer. A test checks
+        # that.
         if answered is None and self._viewers >= VIEWERS:
             return plain(
                 HTTPStatus.SERVICE_UNAVAILABLE,
@@ -178,7 +179,7 @@ class PageServer:
             async with asyncio.timeout(PATIENCE):
                 await connection.send(message)
         except TimeoutError:
-            # It does not read: no closing handshake, which it would not read either.
+            # The viewer does not read, so it would not read a closing handshake either.
             with suppress(AttributeError):
                 connection.transport.abort()
             raise

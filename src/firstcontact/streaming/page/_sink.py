@@ -48,7 +48,7 @@ class PageSink:
     """
 
     name = "page"
-    every = 0.05  # as often as viewers are told
+    every = 0.05  # as often as viewers get messages
 
     def __init__(
         self,
@@ -120,7 +120,7 @@ class PageSink:
     def _serve(self) -> None:
         try:
             asyncio.run(self._run())
-        except Exception as error:  # told by the next update
+        except Exception as error:  # reported with the next update
             self._died = f"{type(error).__name__}: {error}"
         finally:
             self._started.set()

@@ -50,7 +50,7 @@ class Now(msgspec.Struct, frozen=True):
     contact
         First contact.
     second
-        Time from the first to the second contact, s; None so far.
+        Time from the first to the second contact, s; None before the second contact.
     estimates
         Valid estimates so far.
     missing
@@ -243,7 +243,7 @@ class State:
             self._now = Now()
             self._show(contact=event)
             if "on_hand" in self._parts:
-                self._put("on_hand", None)  # it belongs to the previous pinch
+                self._put("on_hand", None)  # these predictions belong to the previous pinch
             self._closeup.begin(contact, event.epoch)
         else:
             self._closeup.mark(contact)
@@ -270,7 +270,7 @@ class State:
         new: dict[str, str] = {}
         with self._lock:
             self._settle()
-            # A part without JSON adds to the faults, so these come last.
+            # A part that has no JSON adds a fault, so the faults come last.
             for name in (*self._parts.keys() - {"faults"}, "faults"):
                 part = self._parts.get(name)
                 if part is not None and seen.get(name) != part.count:
@@ -307,7 +307,7 @@ def _recording(status: RecorderStatus) -> dict[str, Any]:
 
 
 def _with(estimates: Sequence[Estimate], estimate: Estimate) -> tuple[Estimate, ...]:
-    """Return the estimates with a new one, which replaces all from the same time on."""
+    """Return the estimates with a new one. A final one replaces its earlier form and later ones."""
     if estimate.final:
         estimates = [e for e in estimates if e.elapsed < estimate.elapsed]
     return (*estimates, estimate)

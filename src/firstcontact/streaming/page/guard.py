@@ -118,7 +118,7 @@ class Guard:
             return True
         if self.token is None:
             return False
-        # Numbers cannot be made to point elsewhere; names only where they are this machine's.
+        # A numeric address cannot be made to point elsewhere. Names must be this machine's.
         host_name = socket.gethostname().lower()
         try:
             ipaddress.ip_address(name)
@@ -138,6 +138,6 @@ class Guard:
 
 
 def _same(given: str, token: str) -> bool:
-    # Bytes that are no ASCII come as surrogates out of a request, and of a command line.
+    # Bytes that are no ASCII come as surrogates from a request and from a command line.
     one, other = (word.encode(errors="surrogateescape") for word in (given, token))
     return hmac.compare_digest(one, other)

@@ -78,7 +78,7 @@ def answer(request: Request, guard: Guard, served: Files) -> Response | None:
 
 def listen(host: str, port: int) -> socket.socket:
     """Return a listening socket; raise InputError if the address cannot be used."""
-    if not 0 <= port <= LAST_PORT:  # the system takes the rest of its division for it
+    if not 0 <= port <= LAST_PORT:  # the system would use another port: the number modulo 65,536
         raise InputError(
             f"port {port} does not exist: name one from 1 to {LAST_PORT}, or 0 for a free port"
         )
@@ -91,7 +91,7 @@ def listen(host: str, port: int) -> socket.socket:
             f"the page cannot be served on {host} port {port} ({error}): name another port or "
             "address, or 0 for a free port"
         ) from error
-    # What the system holds back for a viewer that does not read; its connections inherit it.
+    # Size of the buffer for a viewer that does not read. The connections inherit it.
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SENDING_BYTES)
     return listening
 
@@ -118,7 +118,7 @@ def serve_page(
     more
         Further options of the server.
     """
-    # The log of a library is not a place where users look.
+    # Users do not read the library's log, so it stays silent.
     log = logging.getLogger("firstcontact.page")
     log.setLevel(logging.CRITICAL)
     return serve(

@@ -88,7 +88,7 @@ def test_what_cannot_be_is_refused(
     recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["replay", str(recording), "--link", str(recording)]) == 2
-    assert "cannot be made (File exists): choose another name" in capsys.readouterr().err
+    assert "cannot be created (File exists): choose another name" in capsys.readouterr().err
     assert main(["replay", str(tmp_path / "none.mcap")]) == 2
     assert "none.mcap" in capsys.readouterr().err
     assert main(["replay", str(recording), "--speed", "0"]) == 2

@@ -150,7 +150,7 @@ def test_a_regression_has_an_interval_that_was_checked_on_other_folds(
 
     assert run("evaluate", tmp_path / "m", data) == 0
     output = capsys.readouterr().out
-    assert output.count("  interval at level 0.8 held ") == 2  # of seen and of unseen ones
+    assert output.count("  interval at level 0.8 held the truth in ") == 2  # seen, unseen objects
 
 
 @pytest.mark.parametrize(

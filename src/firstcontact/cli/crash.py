@@ -33,7 +33,7 @@ def _text(error: BaseException, arguments: Sequence[str]) -> str:
     command, secrets = _redacted(arguments)
     lines = [
         "Please report this with the steps that led to it; `firstcontact info` describes your",
-        "machine. Read it first: it holds your paths and names.",
+        "machine. Read this log before you send it: it holds your paths and names.",
         "",
         f"firstcontact {__version__}",
         f"Python {platform.python_version()}, {platform.platform()}",

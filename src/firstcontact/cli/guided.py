@@ -47,7 +47,7 @@ class Terminal:
     source
         Source of the recording.
     stop
-        Request to stop. While samples are recorded, a signal only sets this request.
+        Request to stop. While samples are recorded, a signal does not interrupt them.
     asks
         True if a person changes the objects.
 
@@ -117,7 +117,7 @@ class Terminal:
         Raises
         ------
         InputError
-            A person must place it, but standard output is closed.
+            A person must place the object, but standard output is closed.
         """
         shore = "" if label.shore_a is None else f", {label.shore_a:g} Shore A"
         self._say_and_wait(

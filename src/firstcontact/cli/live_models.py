@@ -21,7 +21,7 @@ SHIPPED = (
 
 
 def live_model(folder: Path | None, detector: Path | None) -> Model:
-    """Return the model of a folder, or of the package. A given detector replaces the model's."""
+    """Return the model of a folder, or of the package. A named detector replaces the model's."""
     from dataclasses import replace
 
     from firstcontact.contact import load_detector
@@ -42,8 +42,8 @@ def left_out(model: Model, predictor: Predictor | None, estimator: str | None) -
     if predictor.name == network.model.kind:
         return ""
     return (
-        f"the network takes {network.model.rate:g} samples a second and the detector another "
-        f"number: {predictor.name} predicts. Train them together to use the network"
+        f"{predictor.name} predicts, because the network takes {network.model.rate:g} samples a "
+        "second and the detector another number: train both together to use the network"
     )
 
 
@@ -67,12 +67,12 @@ def device_model_line(device: DevicePredictor, model: Path | None) -> str:
     except InputError:  # a model that no hand can have
         digest = "another"
     if digest == device.model:
-        return f"{line}, as {model} is: its predictions are checked"
-    return f"{line}, and {model} is {digest}: its predictions are compared, and will differ"
+        return f"{line}, the same as in {model}: its predictions are checked"
+    return f"{line}, but {model} holds {digest}: its predictions are compared, and will differ"
 
 
 def device_noise(device: DevicePredictor | None) -> Calibration | None:
-    """Return the noise floors of a device with its own model, so that the host uses the same."""
+    """Return the noise floors of a device that predicts by itself. The host then uses the same."""
     from firstcontact.core import Calibration, VibrationCalibration, fingertip_layout
 
     if device is None or len(device.floors) < 2 or not min(device.floors) > 0:

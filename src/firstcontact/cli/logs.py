@@ -39,7 +39,7 @@ class _Lines(logging.Handler):
         line = one_line(self.format(record))
         _kept.append(line)
         if record.levelno >= self._shown:
-            bars = sys.modules.get("tqdm")  # a bar that is shown moves down
+            bars = sys.modules.get("tqdm")  # moves a progress bar below the line
             (bars.tqdm.write if bars else print)(line, file=sys.stderr)
 
 

@@ -22,7 +22,7 @@ from firstcontact.core import (
     summarize_error,
 )
 
-#: Exit codes; a signal's is 128 and its number.
+#: Exit codes: success, unusable input, unexpected error. That of a signal is 128 plus its number.
 DONE, INPUT, UNFORESEEN = 0, 2, 70
 #: Option of all verbs.
 VERBOSE = "--verbose"

@@ -84,12 +84,12 @@ class Argument:
 
     @property
     def required(self) -> bool:
-        """Return True if the verb does not run without it."""
+        """Return True if the verb does not run without this argument."""
         return self.field.default is MISSING and self.field.default_factory is MISSING
 
     @property
     def metavar(self) -> str:
-        """Return the placeholder of its value, or its name if it has none."""
+        """Return the placeholder of the value in the help; of a positional argument, the name."""
         if self.option.positional:
             return self.field.name.upper()
         kind = _without_none(self.kind)
@@ -248,7 +248,7 @@ def _positional_usage(argument: Argument) -> str:
 
 
 def _refuse_unknown(parser: _Parser, verb: type[Any], unknown_words: list[str]) -> NoReturn:
-    """Refuse words that belong to no option, with the nearest name of one."""
+    """Raise InputError for words that belong to no option; the message names the nearest option."""
     flags = {a.flag: a for a in verb_arguments(verb) if a.flag}
     for word in unknown_words:
         name = word.partition("=")[0]
@@ -260,7 +260,7 @@ def _refuse_unknown(parser: _Parser, verb: type[Any], unknown_words: list[str]) 
 
 
 def _field_texts(verb: type[Any]) -> dict[str, str]:
-    """Return the docstring below each field; an empty result if the source is not available."""
+    """Return the docstring below each field; an empty result if the class has no source."""
     try:
         body = ast.parse(dedent(inspect.getsource(verb))).body[0]
     except (OSError, TypeError, SyntaxError):

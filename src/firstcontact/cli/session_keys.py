@@ -38,9 +38,9 @@ def session_keys(session: LiveSession) -> Iterator[None]:
     """Take new objects and hand requests from standard input while the session runs.
 
     On a terminal, N begins a new object, C closes the hand, and any other key opens it. Keys are
-    not read while another program is in the terminal's foreground. If standard input is not a
-    terminal and a hand is driven, lines are read: ``close``, ``open``, ``new``, or JSON like
-    ``{"do": "close"}``. If a line closed the hand, the end of standard input opens it.
+    not read while another program is in the terminal's foreground. Without a terminal, lines are
+    read if a hand is driven: ``close``, ``open``, ``new``, or JSON as ``{"do": "close"}``. The end
+    of standard input opens the hand if standard input had closed it.
     """
     number = _standard_input()
     if number is None or not (session.hand_asks() or (session.uses_shape and os.isatty(number))):
@@ -130,12 +130,12 @@ def _listen(session: LiveSession, number: int, ending: int, keys: bool, by: str)
         *lines, part = (part + data).split(b"\n")
         for line in lines:
             _line(session, line.strip(), by)
-        part = part[: LONGEST + 1]  # of a line that is too long its beginning will do
+        part = part[: LONGEST + 1]  # the beginning of a too long line suffices to refuse it
 
 
 def _hit(session: LiveSession, keys: bytes, by: str) -> None:
     if session.hand_asks():
-        # Several at once are no more than the last of them, unless one of them opens.
+        # Several keys at once are one request: to close only if each of them closes.
         _ask(session, Ask.CLOSE if all(key in CLOSES for key in keys) else Ask.OPEN, by)
     if any(key in NEW for key in keys):
         _new(session)

@@ -45,7 +45,10 @@ def twin_model(condition: str, seed: int) -> Path:
     from firstcontact.twin import simulate
 
     require_modules("twin", "numba")
-    print(f"no --model is given: training one on the twin, for {folder}", file=sys.stderr)
+    print(
+        f"no --model is given: training one on the twin, kept in {folder} for the next start",
+        file=sys.stderr,
+    )
     with temporary_path(folder) as making:
         making.mkdir()
         simulate(making / "pinches", condition, PINCHES, pinches_per_object=0, seed=seed)
@@ -56,7 +59,7 @@ def twin_model(condition: str, seed: int) -> Path:
         try:
             (making / "model").rename(folder)
         except OSError:
-            # Another run may have made it meanwhile.
+            # Another run may have made the folder meanwhile.
             if not (folder / "model.json").is_file():
                 raise
     return folder

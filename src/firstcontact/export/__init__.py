@@ -1,4 +1,4 @@
-"""Export of trained models: C99 library, ONNX graph, or flash image for a hand's processor."""
+"""Export of trained models: a C99 library, ONNX graphs, or an image for the hand's firmware."""
 
 import lazy_loader
 

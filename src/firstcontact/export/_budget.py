@@ -21,8 +21,8 @@ CLOCK, CYCLES = 600e6, 1.5
 #: Possible numbers of directions of the network's thin layers, and the default.
 DIRECTIONS = (8, 12, 16, 24, 32, 48)
 USUAL_DIRECTIONS = 16
-#: Numbers of directions if the network uses the motor's pitch, which costs two predictions per
-#: contact.
+#: Numbers of directions if the network uses the motor's pitch, whose analysis takes the time of two
+#: predictions per contact.
 LISTENING_DIRECTIONS = (16, 24)
 #: Smallest number of windows to fit a smaller model to.
 FEWEST_WINDOWS = 10
@@ -39,12 +39,12 @@ def small_enough(
     budget_us: float | None,
     parts: Collection[Part] = frozenset(Part),
 ) -> Trained:
-    """Return the model parts, reduced to fit a time budget.
+    """Return the exported parts of a model, reduced to fit a time budget.
 
     Parameters
     ----------
     trained
-        Parts of the saved model.
+        Exported parts of a model.
     dataset
         Training pinches, to which smaller models are fitted; None without them.
     budget_us
@@ -67,7 +67,7 @@ def small_enough(
 
 
 def forms(named: NamedModel, X: Windows, sessions: NDArray[np.str_]) -> list[NamedModel]:
-    """Return a model and its smaller forms, the smallest first.
+    """Return smaller forms of a model, and the model itself, the smallest first.
 
     Smaller models are fitted to four fifths of the sessions. Their intervals are widened by their
     differences from the model on the other sessions.

@@ -26,10 +26,11 @@ from firstcontact.models import (
 from firstcontact.signal import samples_in
 
 Fields = dict[str, Any]
-#: Counted instructions for one analysis of the motor's pitch, and the size of its work memory,
-#: floats.
+#: Counted instructions for one analysis of the motor's pitch.
 LISTENING = 381_000
+#: Largest number of samples before a contact that the C code analyses for the pitch.
 MOST_HEARD = 256
+#: Size of the work memory of this analysis, floats.
 EAR_FLOATS = 2 * 256 + 1026 + 400 + 584
 
 _SIZES = """\
@@ -48,7 +49,7 @@ enum {{
 """
 
 _SOURCE = """\
-/* What the any-time network has learned, and what it was told of the rig.
+/* Constants of the any-time network, conditioned on a rig.
    Written by `firstcontact export-model`: do not edit. */
 #include "fc_anytime_model.h"
 
@@ -168,8 +169,8 @@ def write_anytime(model: InContextModel) -> tuple[CUnit, CUnit]:
         if heard_samples > MOST_HEARD:
             raise InputError(
                 f"at {model.rate:g} Hz the motor's pitch needs {heard_samples} samples before a "
-                f"contact, but C has room for {MOST_HEARD}: leave the pitch out with a smaller "
-                "--budget-us"
+                f"contact, but the C code keeps {MOST_HEARD}: lower --budget-us, so that the "
+                "export leaves the pitch out"
             )
         hears: Fields = ear_constants(model.rate)
         constants += constant_bytes(hears)
@@ -239,7 +240,7 @@ def listens(model: InContextModel) -> bool:
 
 
 def instructions(model: InContextModel) -> int:
-    """Return estimated instructions: of a prediction, its samples, and the first pitch."""
+    """Return the estimated instructions of a prediction, its samples and the pitch's analysis."""
     network = model.network
     assert isinstance(network, CompactNetwork)
     ear = LISTENING * listens(model)

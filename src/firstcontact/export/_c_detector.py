@@ -81,7 +81,7 @@ def write_detector(detector: Detector, rate: float | None = None) -> CUnit:
         memory=memory,
         sizes=",\n".join(f"    {name} = {value}" for name, value in sizes.items()),
     )
-    # Seen by the judge's own file, too: not static as other constants are.
+    # The classifier's own file uses these constants, so they are not static.
     text = c_struct(f"fc_{judgement.kernel}", "fc_judge_constants", judgement.constants)
     text = text.replace("static const fc_", "const fc_")
     source = _SOURCE.format(name=detector.name, constants=text)
@@ -97,7 +97,7 @@ def _judge(kernel: str) -> tuple[str, ...]:
     return name, *(kernel_file for kernel_file in KERNELS if f'#include "{kernel_file}.h"' in text)
 
 
-#: Names of the values, in the order of an image.
+#: Names of the sizes that an image requires, in the order of its CRC.
 TOLD = (
     "FC_WINDOW", "FC_STEP", "FC_STEADY", "FC_SEARCH", "FC_RING", "FC_LOOK", "FC_LOOKS", "FC_QUIET",
     "FC_ORDER", "FC_PARTS", "FC_LONGEST", "FC_BEFORE", "FC_BESIDE", "FC_FEATURES", "FC_HEADS",

@@ -65,7 +65,7 @@ def export_model(
         lines = list(exporter.write(trained, making))
     if loaded.network is not None and isinstance(loaded.network.model, CombinedModel):
         lines.append(
-            "the network predicts alone there: its average with the regression on the rig's "
-            "pinches has no such form"
+            "the exported network predicts alone: its average with the regression on the rig's "
+            "pinches cannot be exported"
         )
     return lines

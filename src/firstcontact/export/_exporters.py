@@ -1,4 +1,4 @@
-"""Registry of model exporters. A new one is one file and one line here."""
+"""Registry of export forms. To add a form, write one file and add one line here."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Part(Enum):
-    """Part of a model for which export has smaller forms."""
+    """Part of a model that the export can make smaller."""
 
     WINDOWS = "models of a window"
     ANYTIME = "the network"
@@ -30,10 +30,10 @@ class ModelExporter:
     name
         Name in the registry.
     write
-        Function that writes the model's parts into an empty folder and returns notes. It raises
+        Function that writes the parts of a model into an empty folder and returns notes. It raises
         InputError with the part that cannot be written, and the reason.
     parts
-        Parts that it can write in a smaller form. A time budget applies only to these.
+        Parts that this form contains and that can be made smaller.
     extra, modules
         Required extra of this package, and its modules.
     """

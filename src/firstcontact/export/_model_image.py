@@ -83,7 +83,9 @@ def model_image(
         The hand's kernels do not support the structure of the detector or model.
     """
     if not isinstance(detector, WindowDetector):
-        raise InputError(f"the detector {detector.name!r} does not judge windows: train another")
+        raise InputError(
+            f"the detector {detector.name!r} does not judge windows: train another detector"
+        )
     network = model.network
     if not isinstance(model, CompactModel) or not isinstance(network, CompactNetwork):
         raise InputError(

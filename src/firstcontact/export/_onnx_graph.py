@@ -19,7 +19,7 @@ OPSET = 17
 TOLERANCE = 1e-3
 
 
-#: Modules that write kernels as ONNX, each by a function of the kernel's name. A step without a
+#: Modules that write kernels as ONNX, each kernel by the function of its name. A step without a
 #: function is refused.
 FORMS = (_onnx_steps, _onnx_layers, _onnx_shapes)
 

@@ -23,7 +23,7 @@ def check_reach(model: InContextModel, network: CompactNetwork) -> None:
     Raises
     ------
     InputError
-        A layer could exceed the range of C's numbers, or the rig's signal level is NaN.
+        A value of the network could be too large for C, or a rig's signal level is not usable.
     """
     with np.errstate(over="ignore", invalid="ignore"):
         bounded = _bounded(model, network)

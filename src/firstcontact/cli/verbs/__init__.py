@@ -1,4 +1,4 @@
-"""Verbs of the command line, one file each: a dataclass with the options and a method ``run``.
+"""Verbs of the command line, one file each: a dataclass of options with a method ``run``.
 
 The file's name is the verb's name: ``flash_model.py`` holds the class ``FlashModel`` of the verb
 ``flash-model``. Other packages add verbs by entry points of the group ``firstcontact.verbs``.
@@ -89,9 +89,10 @@ def overview(width: int) -> str:
     for verb in verb_places():
         first, *more = wrap(summary(verb), max(width - len(indent), 20)) or [""]
         lines += [f"  {verb}".ljust(len(indent)) + first, *(indent + line for line in more)]
-    lines += ["", "What each takes: firstcontact VERB --help"]
-    lines += ["What it does meanwhile, on standard error: --verbose"]
-    return "\n".join([*lines, "Its version: --version; Tab in bash and zsh: --completion"])
+    lines += ["", "Options of a verb: firstcontact VERB --help"]
+    lines += ["Log of its steps on standard error: --verbose"]
+    lines += ["Version of firstcontact: firstcontact --version"]
+    return "\n".join([*lines, "Completion with Tab in bash and zsh: firstcontact --completion"])
 
 
 def _module(verb: str) -> str:

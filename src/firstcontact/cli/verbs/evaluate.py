@@ -27,7 +27,7 @@ class Evaluate:
     data: Annotated[Path, Option(positional=True)]
     """A recording, or a folder of recordings."""
     contacts: Literal["detected", "known"] = "detected"
-    """Start of the signals: contacts detected as live, or known ones."""
+    """Start of the signals: contacts that the detector finds, or known ones."""
     detector: Path | None = None
     """Folder of a detector to use in place of the model's."""
 
@@ -57,8 +57,8 @@ def _rate_lines(model: Model, data: Dataset) -> Iterator[str]:
     yield f"Resampled from {recorded:g} Hz to {model.rate:g} Hz, as the model takes"
     if recorded < model.rate:
         yield (
-            f"warning: these recordings hold nothing above {recorded / 2:g} Hz, and the model may "
-            "have learned from what is there"
+            f"warning: these recordings hold nothing above {recorded / 2:g} Hz, but the model may "
+            "have learned from higher frequencies"
         )
 
 
@@ -97,8 +97,8 @@ def _window_lines(group: GroupScores, evaluation: Evaluation) -> Iterator[str]:
     yield f"{group.title}: {scores_in_words(scores, evaluation.target)}"
     for at, coverage in group.coverage.items():
         yield (
-            f"  interval at level {group.level:g} held {percent(coverage)} of {group.n} "
-            f"pinches, mean width {group.width[at]:.1f} {unit}"
+            f"  interval at level {group.level:g} held the truth in {percent(coverage)} of "
+            f"{group.n} pinches, mean width {group.width[at]:.1f} {unit}"
         )
     if group.level is None and group.rmse:
         yield "  the model has no interval"

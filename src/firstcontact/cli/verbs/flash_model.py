@@ -29,8 +29,9 @@ class FlashModel:
         from firstcontact.device import check_model_fits, flash_model
         from firstcontact.export import FORMAT, hand_image
 
-        image = hand_image(self.model)  # refused before the device is asked for anything,
-        check_model_fits(self.device, FORMAT, image.sizes, len(image.data))  # or the user for rest
+        # Refuse a model before anything changes on the device, and before the user has to wait.
+        image = hand_image(self.model)
+        check_model_fits(self.device, FORMAT, image.sizes, len(image.data))
         bare = len(image.data)
         image = hand_image(self.model, self._floors())
         digest = flash_model(self.device, image.data, FORMAT, image.sizes)

@@ -44,7 +44,7 @@ class Label:
         recordings = open_recordings(self.paths)
         session = Session(recordings, self.out, by, is_new_allowed=not self.finish)
         try:
-            print(f"{len(session.marks)} onsets, {session.earlier}")
+            print(f"{len(session.marks)} onsets to label; {session.earlier}")
             if self.finish:
                 for line in session.finish():
                     print(line)

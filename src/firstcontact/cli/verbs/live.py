@@ -75,7 +75,7 @@ class Live:
     seed: Annotated[int, Option(group="simulated hand", advanced=True)] = 0
     """Random seed of the simulated hand."""
     objects: Annotated[str, Option(group="simulated hand")] = "paper"
-    """Objects that it pinches: paper, household, or one name."""
+    """Objects of the simulated hand: paper, household, or one name."""
     seconds: Annotated[float | None, Option(group="output", advanced=True)] = None
     """Stop after this time, s."""
     pinches: Annotated[int | None, Option(group="output", advanced=True)] = None
@@ -217,7 +217,7 @@ class Live:
 
         recorded = getattr(source, "calibration", None)
         if recorded is not None or source_kind(self.device).recorded:
-            return recorded  # a recording has its own, or each of its closings is an epoch
+            return recorded  # without noise floors, each closing of a recording is an epoch
         request = rest_request(source.descriptor.layout)
         _say(f"measuring the noise floor, {REST:g} s: {request}")
         return measure_noise(source)
@@ -260,27 +260,27 @@ class Live:
         )
         if health.lost_samples:
             _say(
-                "link: what was lost are gaps, in a recording, too; a pinch with a gap in it ends "
-                "at the gap"
+                "link: lost samples leave gaps, also in a recording; a pinch with a gap ends at "
+                "the gap"
             )
         if health.overflow_samples:
-            _say(f"link: of the lost ones {health.overflow_samples} were dropped by the device")
+            _say(f"link: the device dropped {health.overflow_samples} of the lost samples")
         if health.unusable_samples:
             _say(
-                f"link: of the lost ones {health.unusable_samples} were NaN, infinite or out of "
+                f"link: {health.unusable_samples} of the lost samples were NaN, infinite or out of "
                 "range"
             )
         if health.late_answers or health.unheard_samples:
             _say(
-                f"hand: {health.late_answers} predictions were late and left out, "
-                f"{health.unheard_samples} samples missed by its own predictions"
+                f"hand: its model left out {health.late_answers} late predictions and missed "
+                f"{health.unheard_samples} samples"
             )
         if drift := clock_line(health, layout.rate):
             _say(drift)
         assert session.fanout is not None
         for name, dropped in session.fanout.dropped.items():
             if dropped and name not in session.fanout.failed:
-                _say(f"{name}: {dropped} updates dropped, it was too slow")
+                _say(f"{name}: {dropped} updates were dropped because this output was too slow")
 
 
 def _at_rate(source: Source, detector: Detector | None, predictor: Predictor | None) -> Source:
@@ -322,7 +322,7 @@ def _shore_a(source: Source, device: str) -> Callable[[str], float | None]:
         except InputError:  # an object of another version, or the twin's extra is missing
             return None
 
-    shore_a("")  # what has to be loaded for it is loaded now, and not between samples
+    shore_a("")  # load the table of objects now, not between samples
     return shore_a
 
 

@@ -42,7 +42,7 @@ class Replay:
                 terminal = PseudoTerminal(port)
             except OSError as error:
                 raise InputError(
-                    f"{port} cannot be made ({error.strerror}): choose another name for the port"
+                    f"{port} cannot be created ({error.strerror}): choose another name for the port"
                 ) from error
             try:
                 device = ReplayDevice(self.recording, terminal, self.speed)

@@ -38,7 +38,7 @@ class Train:
     contacts: Annotated[Literal["detected", "known"], Option(advanced=True, group="data")] = (
         "detected"
     )
-    """Start of the signals: contacts detected as live, or known ones."""
+    """Start of the signals: contacts that the detector finds, or known ones."""
     window_ms: Annotated[tuple[float, ...], Option(group="model")] = (15.0,)
     """Lengths of windows after the contact, ms; one model for each."""
     level: Annotated[float, Option(group="training")] = 0.9

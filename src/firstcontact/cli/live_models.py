@@ -72,7 +72,7 @@ def device_model_line(device: DevicePredictor, model: Path | None) -> str:
 
 
 def device_noise(device: DevicePredictor | None) -> Calibration | None:
-    """Return the noise floors of a device that predicts by itself. The host then uses the same."""
+    """Return the noise floors that a device states, for the host; None if it states none."""
     from firstcontact.core import Calibration, VibrationCalibration, fingertip_layout
 
     if device is None or len(device.floors) < 2 or not min(device.floors) > 0:

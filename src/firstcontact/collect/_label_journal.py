@@ -55,7 +55,7 @@ class Journal:
         self.path = path
         self.actions: list[Action] = []
         self.lost_bytes = 0
-        #: Position of the next line. Bytes of an incomplete line stay behind it until then.
+        #: Position of the next line. An incomplete line stays there until the next one is written.
         self._end = 0
         is_there = path.exists()
         if is_there:

@@ -21,7 +21,7 @@ from firstcontact.recording import Recording
 LONGEST = 4096
 #: Actions that change one mark only, so that the page keeps the others.
 _OF_ONE = ("accept", "reject", "move")
-#: Field that only requests have. The colon excludes objects of this name.
+#: Field that only requests have. The colon excludes an object with the name "ask".
 _QUESTION = re.compile(rb'"ask"\s*:')
 
 

@@ -29,7 +29,7 @@ LATENCY = 0.016
 BLOCKS = 32
 #: Number of newest blocks whose times give the due time of the next block.
 STEADY = 31
-#: A gap that is longer than the time since the previous block by more than this, s, is implausible.
+#: A gap is implausible if it exceeds the time since the previous block by more than this, s.
 SLACK = 1.0
 #: Longest wait for an input to close, s.
 CLOSING_TIME = 2.0

@@ -210,7 +210,7 @@ def measure_noise(
     seconds
         Required rest, s of the device's time.
     patience
-        Longest additional time until there was enough rest, s of the device's time.
+        Longest additional time until there is enough rest, s of the device's time.
 
     Raises
     ------

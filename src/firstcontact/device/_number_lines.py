@@ -34,7 +34,7 @@ class Columns:
     signals
         Positions of the signal columns, at most two.
     counter
-        Position of the column that counts samples; None without one.
+        Position of the column that counts samples; None if there is none.
     width
         Number of columns in a line.
     """

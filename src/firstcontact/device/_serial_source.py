@@ -67,9 +67,8 @@ class SerialSource:
     The method :meth:`read` reads the port in the caller's thread, so samples are available as soon
     as their last byte arrives. Between calls, a thread of the source reads the port and stores the
     samples. That thread also connects. A port that comes back begins a new epoch, even if the
-    device kept its power. A device that was reset without losing its port also begins one; the
-    source recognises such a reset by the silence after it. Samples that the device counted
-    meanwhile are counted as lost.
+    device kept its power. A device that was reset without losing its port also begins one; silence
+    reveals the reset. Samples that the device took meanwhile are counted as lost.
 
     Parameters
     ----------

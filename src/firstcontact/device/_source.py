@@ -64,7 +64,7 @@ class Descriptor:
     delay
         Delay of the source's own filter, s.
     predictor
-        Model that predicts on the device itself; None without one.
+        Model that predicts on the device itself; None if there is none.
     model_slot
         Models that the device accepts; None if it accepts none.
     paced

@@ -18,7 +18,7 @@ STEADY = 0.25
 #: Each stamp is used by itself if more than this share of the last steps is steady ...
 MOST = 0.7
 STEPS_KEPT = 300
-#: ... and no chunk in memory came earlier than its samples were taken, by this many samples.
+#: ... and no step in memory is too short by this many samples or more.
 EARLIEST = 0.5
 #: A gap is detected if stamps are later than the line by this multiple of their scatter ...
 SIGMAS = 6.0

@@ -17,7 +17,7 @@ class NamedModel:
     name
         Name of its files and functions, a C identifier.
     model, interval
-        Saved model, and its interval; None without one.
+        Saved model, and its interval; None if there is none.
     """
 
     name: str
@@ -34,7 +34,7 @@ class Trained:
     models
         Window models, the shortest window first; may be empty.
     detector, anytime
-        Detector and network; None without one.
+        Detector and network; None if there is none.
     """
 
     models: tuple[NamedModel, ...] = ()

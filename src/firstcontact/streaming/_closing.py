@@ -37,7 +37,7 @@ class OpenClosing:
     closing_speed
         Closing speed before the first contact, as the hand measured it; None if unknown.
     unmeasured
-        First contact whose closing speed was not requested from the hand yet; None without one.
+        First contact whose closing speed was not requested from the hand yet; None if none is left.
     """
 
     start: int

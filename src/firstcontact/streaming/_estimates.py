@@ -27,7 +27,7 @@ class ClosingEstimates:
     delay
         Delay of the source's own filter, s.
     radius
-        Radius of the object, m: infinite for a flat one, NaN if unknown.
+        Radius of the object, m: infinite for a flat object, NaN if unknown.
     real_time
         True if samples come as fast as they were taken.
 

@@ -213,7 +213,7 @@ class PinchDone(msgspec.Struct, frozen=True, kw_only=True, tag="pinch"):
 
     @property
     def final(self) -> Estimate | None:
-        """Last estimate, however late it was; None without one."""
+        """Last estimate, however late it was; None if there is none."""
         return self.estimates[-1] if self.estimates else None
 
     @property
@@ -225,7 +225,7 @@ class PinchDone(msgspec.Struct, frozen=True, kw_only=True, tag="pinch"):
 
     @property
     def second(self) -> Contact | None:
-        """Second contact; None without one."""
+        """Second contact; None if there is none."""
         return self.contacts[1] if len(self.contacts) > 1 else None
 
     def holds(self, epoch: int, sample: int) -> bool:

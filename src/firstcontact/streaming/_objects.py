@@ -103,7 +103,7 @@ class ObjectCombiner:
 
 
 def last_marker(markers: Iterable[Marker], pinch: PinchDone, previous: PinchDone | None) -> str:
-    """Return the text of the last marker since the previous pinch; "" if there is none."""
+    """Return the text of the last marker since the previous pinch, "" if there is none."""
     since = previous.end if previous is not None and previous.epoch == pinch.epoch else 0
     texts = [m.text for m in markers if m.epoch == pinch.epoch and since <= m.sample < pinch.end]
     return texts[-1] if texts else ""

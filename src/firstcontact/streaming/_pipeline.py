@@ -86,9 +86,9 @@ class Pipeline:
     Attributes
     ----------
     radius
-        Radius of the object in the next closings, m: infinite for a flat one, NaN if unknown.
+        Radius of the object in the next closings, m: infinite for a flat object, NaN if unknown.
     measure_speed
-        Function that returns the closing speed before a contact; None without one.
+        Function that returns the closing speed before a contact; None if there is none.
 
     Raises
     ------

@@ -55,7 +55,7 @@ class PredictionStream(Protocol):
 
     @property
     def reason(self) -> str:
-        """Reason why predictions are missing; "" if they are complete."""
+        """Reason why predictions are missing, "" if there is none."""
 
     @property
     def due(self) -> int | None:
@@ -117,7 +117,7 @@ class Predictor(Protocol):
         layout
             Columns of the blocks.
         radius
-            Radius of the object, m: infinite for a flat one, NaN if unknown.
+            Radius of the object, m: infinite for a flat object, NaN if unknown.
         real_time
             True to make several predictions one by one, so that the first is available early.
         """

@@ -26,7 +26,7 @@ class Row(msgspec.Struct, frozen=True):
     name
         Name of the object, "" if unknown.
     lost
-        Loss of the object, as the twin reported it; None without one.
+        Loss of the object that the twin reported, None if there is none.
     hand
         Predictions of a device for the same pinch, in words.
     """

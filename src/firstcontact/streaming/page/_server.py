@@ -77,7 +77,7 @@ class PageServer:
     files
         Served files: content type and bytes, by path.
     controls
-        Controls for viewers; None without any.
+        Controls for viewers; None if viewers may only look.
     """
 
     def __init__(
@@ -148,7 +148,7 @@ class PageServer:
             if answer["ok"] and answer["do"] in ("close", "open"):
                 viewer.closes = answer["do"] == "close"
             await self._send(connection, json.dumps({"answer": answer}))
-            # What this viewer says meanwhile waits on its side of the line.
+            # Messages of this viewer wait meanwhile at its end of the connection.
             await asyncio.sleep(wait)
 
     async def _tell(self, connection: ServerConnection) -> None:

@@ -13,7 +13,7 @@ from firstcontact.device import FrameType, held_object, order_text
 from firstcontact.device import _protocol as protocol
 from firstcontact.device._twin_device import TwinDevice
 from firstcontact.device._twin_source import TwinSource
-from firstcontact.device._twin_words import TOLD, peak_text
+from firstcontact.device._twin_words import ACCEPTED, peak_text
 from firstcontact.twin import TwinStream
 
 #: Multiple of real time at which orders still arrive within a closing.
@@ -80,7 +80,7 @@ class ClosingLog:
         Return the number of that closing, its start, and the sample of the order.
         """
         text = order_text(order)
-        answer = f"{TOLD}{text}"
+        answer = f"{ACCEPTED}{text}"
         while True:
             n = len(self.starts())
             self.h.listen(lambda n=n: len(self.starts()) > n)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from firstcontact.core import Command, InputError
 from firstcontact.device import concerns_hand, held_object, lost_object, object_text, order_text
-from firstcontact.device._twin_words import TOLD, lost_text, peak_text, read_order
+from firstcontact.device._twin_words import ACCEPTED, lost_text, peak_text, read_order
 from firstcontact.twin._objects import OBJECTS
 
 
@@ -36,7 +36,7 @@ def test_object_texts_differ_from_hand_texts() -> None:
     for name in OBJECTS:
         assert held_object(f"twin: {name}") == name
         assert not concerns_hand(f"twin: {name}")
-    about = (peak_text(3.44), TOLD + order_text(None), TOLD + object_text("apple 1"))
+    about = (peak_text(3.44), ACCEPTED + order_text(None), ACCEPTED + object_text("apple 1"))
     for text in (*about, "twin: hand is not closing", "hand: release", "hand: -0.0160 2.551"):
         assert held_object(text) is None
         assert concerns_hand(text)

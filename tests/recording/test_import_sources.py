@@ -60,7 +60,9 @@ def test_source_comes_from_the_file_or_the_option(
     import_path(make(tmp_path, file_source), tmp_path / "o", source=option_source)
     dataset = load_dataset(tmp_path / "o")
     assert dataset.source == source
-    assert any("not known" in n and "--source" in n for n in dataset.notes) == (source == "unknown")
+    assert any("is unknown" in n and "--source" in n for n in dataset.notes) == (
+        source == "unknown"
+    )
 
 
 @pytest.mark.parametrize("make", MAKERS)

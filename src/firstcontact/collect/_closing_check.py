@@ -120,7 +120,7 @@ class ClosingCheck:
             has_strip = bool(self.layout.columns(ChannelKind.STRIP, finger))
             if has_strip and finger not in self.strips and finger not in self.closed_before:
                 faults.append(f"the {finger_name(finger)}'s strip did not close")
-            elif finger in self.strips and not self._felt(finger):
+            elif finger in self.strips and not self._piezo_agrees(finger):
                 faults.append(f"the {finger_name(finger)}'s piezo and strip do not agree")
         faults += [
             f"the {finger_name(f)}'s {self._sensor(f)} clipped"
@@ -138,7 +138,7 @@ class ClosingCheck:
         first = self.truth[0]
         return (self.contacts[first.finger].sample - first.sample) / self.layout.rate
 
-    def _felt(self, finger: Finger) -> bool:
+    def _piezo_agrees(self, finger: Finger) -> bool:
         """Return True if the finger's piezo also shows the contact that its strip shows.
 
         The piezo of the second finger may already show the first finger's touch, through the

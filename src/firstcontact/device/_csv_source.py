@@ -20,7 +20,7 @@ from firstcontact.device._number_lines import (
 from firstcontact.device._opening import SourceOptions
 from firstcontact.device._source import Descriptor
 from firstcontact.device._threaded import ThreadedSource
-from firstcontact.device._transport import FAULTS, LinkError, why_not
+from firstcontact.device._transport import FAULTS, LinkError, opening_error
 
 #: Default baud rate, for boards with a UART. A board with native USB accepts any.
 BAUD = 115_200
@@ -161,7 +161,7 @@ class CsvSource(ThreadedSource):
         try:
             return serial.Serial(self.port, self._baud, timeout=0.02, exclusive=True)
         except FAULTS as error:
-            raise InputError(why_not(self.port, error)) from error
+            raise InputError(opening_error(self.port, error)) from error
 
     def _read(self) -> bytes:
         try:

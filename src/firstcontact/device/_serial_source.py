@@ -22,7 +22,7 @@ from firstcontact.device._opening import SourceOptions
 from firstcontact.device._protocol import VERSION, FrameType, marker_text
 from firstcontact.device._source import Arrival, Descriptor, Health
 from firstcontact.device._stream_checks import RateCheck
-from firstcontact.device._transport import LinkError, SerialTransport, no_port
+from firstcontact.device._transport import LinkError, SerialTransport, not_a_port
 from firstcontact.device._twin_words import TWIN
 from firstcontact.recording import Marker
 
@@ -471,8 +471,8 @@ class SerialSource:
 
 
 def from_port(port: str, options: SourceOptions) -> SerialSource:
-    """Return the device on a port. Raise InputError for a speed option, a file or a folder."""
-    if reason := no_port(port):
+    """Return the device on a port; InputError for a speed option or for a file or folder."""
+    if reason := not_a_port(port):
         raise InputError(reason)
     options.check_own_speed(f"a device on {port}")
     return SerialSource(port)

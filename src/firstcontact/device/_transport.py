@@ -65,7 +65,7 @@ class SerialTransport:
                 port, BAUD, timeout=PATIENCE, write_timeout=WRITE, exclusive=True
             )
         except FAULTS as error:
-            raise InputError(why_not(port, error)) from error
+            raise InputError(opening_error(port, error)) from error
 
     def read(self, patience: float = PATIENCE) -> bytes:
         """Return the available bytes. Wait at most ``patience`` s for the first; b"" if none comes.
@@ -124,7 +124,7 @@ class SerialTransport:
             self._serial.close()
 
 
-def why_not(port: str, error: Exception) -> str:
+def opening_error(port: str, error: Exception) -> str:
     """Return the reason why a port could not be opened, and the remedy."""
     code = getattr(error, "errno", None)
     if code == errno.ENOENT:
@@ -136,11 +136,11 @@ def why_not(port: str, error: Exception) -> str:
         )
     if code in (errno.EAGAIN, errno.EBUSY):
         return f"{port}: another program has this port open: close that program first"
-    other = no_port(port)
+    other = not_a_port(port)
     return other or f"{port}: cannot be opened as a serial port ({error}): see `firstcontact ports`"
 
 
-def no_port(port: str) -> str:
+def not_a_port(port: str) -> str:
     """Return the reason why a path cannot be a port; "" if it can."""
     if Path(port).is_dir():
         return f"{port} is a folder: name one recording in it (*.mcap), or a port"

@@ -30,9 +30,9 @@ from firstcontact.device._pseudo_terminal import PseudoTerminal, port_folder
 from firstcontact.device._responder import Responder
 from firstcontact.device._source import Descriptor
 from firstcontact.device._twin_words import (
+    ACCEPTED,
     HAND,
     OBJECT,
-    TOLD,
     TWIN,
     lost_text,
     peak_text,
@@ -132,7 +132,7 @@ class TwinProcess:
         due = int((time.monotonic() - self._begin) * self._rate) - self._made
         if due < self._batch:
             return False
-        if self._held_up:
+        if self._host_is_behind:
             # Time spent waiting for the host is not caught up later.
             self._begin = time.monotonic() - self._made / self._rate
             return False
@@ -143,8 +143,8 @@ class TwinProcess:
         return due >= 2 * self._batch
 
     @property
-    def _held_up(self) -> bool:
-        """Return True if a connected host has not yet read the previous samples."""
+    def _host_is_behind(self) -> bool:
+        """Return True if a connected host has not yet taken the previous samples."""
         return self._waits and self._terminal.plugged and self._responder.room < self._batch
 
     def _until_next(self) -> float:
@@ -191,14 +191,14 @@ class TwinProcess:
                 raise InputError(f"begin with {OBJECT!r} or {HAND!r}")
         except InputError as error:
             return f"{TWIN}hand order {text!r} is not valid: {error}"
-        return f"{TOLD}{text}"
+        return f"{ACCEPTED}{text}"
 
     def _move(self, text: str, order: Command | None) -> str:
         if order is None:
             self._stream.release()
         elif not self._stream.command(order):
             return f"{TWIN}hand is not closing, command {self._stream.ignored} ignored, {text}"
-        return f"{TOLD}{text}"
+        return f"{ACCEPTED}{text}"
 
     def _command(self) -> bool:
         """Carry out one line from the parent. Return False at the end of the input."""

@@ -17,9 +17,9 @@ TWIN = "twin: "
 HAND = "hand:"
 OBJECT = "object:"
 #: Prefix of the answer to an accepted order.
-TOLD = f"{TWIN}told "
+ACCEPTED = f"{TWIN}told "
 #: Prefixes of the markers about the hand; other markers name an object.
-ABOUT_HAND = (f"{TWIN}peak ", f"{TWIN}hand ", TOLD, f"{TWIN}lost ")
+ABOUT_HAND = (f"{TWIN}peak ", f"{TWIN}hand ", ACCEPTED, f"{TWIN}lost ")
 #: Answers to orders in recordings of earlier versions, which had no prefix.
 _ANSWERED = re.compile(rf"{HAND} (release|-?\d+\.\d{{4}} -?\d+\.\d{{3}})")
 

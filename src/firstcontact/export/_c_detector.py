@@ -98,13 +98,13 @@ def _judge(kernel: str) -> tuple[str, ...]:
 
 
 #: Names of the sizes that an image requires, in the order of its CRC.
-TOLD = (
+IMAGE_SIZES = (
     "FC_WINDOW", "FC_STEP", "FC_STEADY", "FC_SEARCH", "FC_RING", "FC_LOOK", "FC_LOOKS", "FC_QUIET",
     "FC_ORDER", "FC_PARTS", "FC_LONGEST", "FC_BEFORE", "FC_BESIDE", "FC_FEATURES", "FC_HEADS",
     "FC_HIDDEN", "FC_FOUND", "FC_WIDEST", "FC_COMPONENTS",
 )  # fmt: skip
 #: Sizes that the kernels fix: prediction orders, parts of a look, features of a contact.
-OF_KERNELS = {"FC_ORDER": 12, "FC_PARTS": 5, "FC_FEATURES": 14, "FC_COMPONENTS": COMPONENTS}
+KERNEL_SIZES = {"FC_ORDER": 12, "FC_PARTS": 5, "FC_FEATURES": 14, "FC_COMPONENTS": COMPONENTS}
 
 
 def detector_sizes(detector: WindowDetector, rate: float) -> dict[str, int]:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from firstcontact.contact import Detector, WindowDetector
 from firstcontact.core import Calibration, InputError, digest, fingertip_layout
 from firstcontact.export._c_anytime import anytime_sizes, listens
-from firstcontact.export._c_detector import OF_KERNELS, TOLD, detector_sizes
+from firstcontact.export._c_detector import IMAGE_SIZES, KERNEL_SIZES, detector_sizes
 from firstcontact.export._reach import check_reach
 from firstcontact.models import STAGES, STILL, CompactModel, CompactNetwork, InContextModel, Rounded
 
@@ -104,7 +104,11 @@ def model_image(
             f"the hand has no kernels for the detector {detector.name!r}: train with the default "
             "--detector-type"
         )
-    sizes = {**detector_sizes(detector, model.rate), **anytime_sizes(model, network), **OF_KERNELS}
+    sizes = {
+        **detector_sizes(detector, model.rate),
+        **anytime_sizes(model, network),
+        **KERNEL_SIZES,
+    }
     floors, body = _Writer(), _Writer()
     floors.put(_floors(calibration), "f8")
     body.put([judge[name] for name in _JUDGE], "f8")
@@ -127,7 +131,7 @@ def model_image(
             f"the model's description has {len(text)} bytes and the hand stores {TEXT_MOST}: "
             f"train with a detector of a shorter name than {detector.name!r}"
         )
-    sizes_crc = zlib.crc32(np.array([sizes[name] for name in TOLD], "<u4").tobytes())
+    sizes_crc = zlib.crc32(np.array([sizes[name] for name in IMAGE_SIZES], "<u4").tobytes())
     head = struct.pack("<4sIII", MAGIC, FORMAT, sizes_crc, len(text))
     data = head + text + bytes(-len(text) % 8) + floors.data + body.data
     return ModelImage(data, sizes_crc, identity)

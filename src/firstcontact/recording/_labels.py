@@ -149,7 +149,7 @@ def make_labels(origin: str, columns: Columns, pinches: int) -> tuple[list[Label
     )
     specimens = each(origin, columns, "specimen", cells.name)
     if specimens is None:
-        unit, values = _what_there_is(objects, shore, rank)
+        unit, values = _assumed_specimens(objects, shore, rank)
         specimens = [str(v) for v in values or ["unknown"] * pinches]
         notes.append(
             f"no specimen column: {f'one specimen for each {unit}' if unit else 'one specimen'} "
@@ -237,7 +237,7 @@ def make_contacts(
             touched = owners[0]
             moved += touched is Finger.INDEX and finger is Finger.THUMB and first >= 0
         elif touched is None and first >= 0:
-            touched = _livelier(data[:, vibration], first, second, layout.rate)
+            touched = _louder_finger(data[:, vibration], first, second, layout.rate)
             guessed += 1
         marks = [(touched, first), (None if touched is None else touched.other, second)]
         contacts.append(tuple(Contact(f, s, s) for f, s in marks if s >= 0))
@@ -328,7 +328,7 @@ def make_closing_speeds(origin: str, columns: Columns, pinches: int) -> list[Clo
     ]
 
 
-def _livelier(signals: NDArray[Any], first: int, second: int, rate: float) -> Finger:
+def _louder_finger(signals: NDArray[Any], first: int, second: int, rate: float) -> Finger:
     """Return the finger whose sensor moved more after the contact, relative to its noise before."""
     volts = signals.astype(np.float64)
     quiet = volts[: max(first, 1)]
@@ -340,7 +340,7 @@ def _livelier(signals: NDArray[Any], first: int, second: int, rate: float) -> Fi
     return Finger(int(np.argmax(moved / scale)))
 
 
-def _what_there_is(
+def _assumed_specimens(
     objects: list[str], shore: list[float] | None, rank: list[int] | None
 ) -> tuple[str, list[Any] | None]:
     """Return the name and the values of the label that stands in for the specimen, if any."""

@@ -31,7 +31,7 @@ TOPICS = {1: "/header", 2: "/samples", 3: "/pinch", 4: "/marker"}
 #: Channel number of the first group. The others follow in layout order.
 FIRST_GROUP = 5
 #: Number of gaps in the count of pinches that are reported one by one.
-_TOLD = 10
+_GAPS_LISTED = 10
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -218,8 +218,8 @@ def _lost_marks(pinches: tuple[PinchMark, ...]) -> list[str]:
     gaps = [(a + 1, b - 1) for a, b in pairwise(numbers) if b > a + 1]
     if not gaps:
         return []
-    ranges = [f"{a}" if a == b else f"{a} to {b}" for a, b in gaps[:_TOLD]]
-    more = f" and in {len(gaps) - _TOLD} more gaps" if len(gaps) > _TOLD else ""
+    ranges = [f"{a}" if a == b else f"{a} to {b}" for a, b in gaps[:_GAPS_LISTED]]
+    more = f" and in {len(gaps) - _GAPS_LISTED} more gaps" if len(gaps) > _GAPS_LISTED else ""
     return [f"the marks of pinches {', '.join(ranges)}{more} are lost: their labels are not known"]
 
 

@@ -67,7 +67,7 @@ def _redacted(arguments: Sequence[str]) -> tuple[str, list[str]]:
 
 
 def _write(text: str) -> Path | None:
-    """Write into the folder for program states, or for temporary files; None if both fail."""
+    """Write the log for program states, or else for temporary files; None if both fail."""
     name = f"firstcontact-{datetime.now(UTC):%Y%m%dT%H%M%S.%fZ}-{os.getpid()}.log"
     for folder in (_state, lambda: Path(tempfile.gettempdir())):
         try:

@@ -56,7 +56,7 @@ def landmarks(model: Model) -> dict[str, float]:
 
 
 def device_model_line(device: DevicePredictor, model: Path | None) -> str:
-    """Return a line about the model on a device that predicts by itself, and how it was checked."""
+    """Return a line about the model that runs on a device, compared with the folder ``model``."""
     from firstcontact.export import hand_image
 
     line = f"the device predicts by itself, with the model {device.model}"

@@ -45,7 +45,7 @@ class _Lines(logging.Handler):
 
 @contextmanager
 def logged(verbose: bool) -> Iterator[None]:
-    """Collect the package's log records until the end of the block.
+    """Keep and print the package's log records until the end of the block.
 
     Parameters
     ----------

@@ -88,7 +88,7 @@ def _run(arguments: list[str], stop: Stop, verbose: bool) -> int:
 
 
 def _parsed(arguments: list[str]) -> Any:
-    """Return the verb with its options; None after a general option such as ``--version``."""
+    """Return the verb with its options; None for a general option such as ``--version``."""
     if not arguments:
         print(overview(shutil.get_terminal_size().columns), file=sys.stderr)
         raise InputError("no verb is given: choose one of these, such as `firstcontact live`")

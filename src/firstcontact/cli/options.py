@@ -181,14 +181,14 @@ def verb_arguments(verb: type[Any]) -> list[Argument]:
 def choice(
     names: Iterable[str] | Registry[Any], group: str = GENERAL_GROUP, advanced: bool = False
 ) -> Option:
-    """Return an option that takes one of these names. Plug-ins are listed but not imported."""
+    """Return an option that takes one of these names. Plug-ins are listed without an import."""
     # Iterating a registry would import every plug-in.
     listed = names.names if isinstance(names, Registry) else names
     return Option(names=tuple(listed), group=group, advanced=advanced)
 
 
 def devices(recorded: bool = True, more: str = "") -> Option:
-    """Return an option that takes a device; if ``recorded``, a recording too."""
+    """Return an option that takes a device and, if ``recorded``, also a recording."""
     from firstcontact.device import SOURCES
 
     kinds = [SOURCES[name] for name in SOURCES.builtin_names]

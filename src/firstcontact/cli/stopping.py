@@ -23,7 +23,7 @@ class Stop:
     Attributes
     ----------
     signal
-        First signal; None before.
+        First signal; None before it.
     gently
         True while a loop polls ``requested``. The first signal then only sets ``requested``;
         otherwise it raises KeyboardInterrupt.

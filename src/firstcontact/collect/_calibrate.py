@@ -172,7 +172,7 @@ def loaded_volts(source: Source, finger: Finger, seconds: float = 1.0) -> float:
     finger
         Finger whose force channels are read.
     seconds
-        Length of the mean, s of the device's time.
+        Time over which the voltage is averaged, s of the device's time.
 
     Raises
     ------

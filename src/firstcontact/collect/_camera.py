@@ -37,7 +37,7 @@ class Agreement:
     offset
         Camera's time at the device's sample 0 of the first epoch, s.
     drift, drift_error
-        Relative excess of the camera's clock rate over the device's, and its standard error.
+        Relative difference of the camera's clock rate from the device's, and its standard error.
     left_out
         Contacts that only the camera has.
     """
@@ -123,7 +123,7 @@ def compare(recording: Recording, contacts: Mapping[Key, float], fps: float = 96
     Raises
     ------
     InputError
-        ``fps`` is not above 0, or camera and recording share too few contacts.
+        ``fps`` is out of range, or too few pinches have contacts in both lists.
     """
     if not 1.0 <= fps <= FASTEST:
         raise InputError(f"fps is {fps:g}: give the camera's frames per second, 1 to {FASTEST:g}")

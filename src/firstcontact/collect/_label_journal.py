@@ -34,7 +34,8 @@ class Journal:
     opened
         Names of the recordings to label, and number of their onsets.
     is_new_allowed
-        True to accept a journal without actions. If False, it is refused and stays unchanged.
+        True to accept a journal without actions. If False, such a journal is refused and stays
+        unchanged.
 
     Attributes
     ----------

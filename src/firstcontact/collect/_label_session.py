@@ -1,4 +1,4 @@
-"""Labelling session: the messages between the page and the marks."""
+"""Labelling session: it answers the messages of the page and changes the marks."""
 
 from __future__ import annotations
 
@@ -49,7 +49,8 @@ class Session:
     by
         Author, date and tool.
     is_new_allowed
-        True to accept a folder without labels. If False, it is refused and stays unchanged.
+        True to accept a folder without labels. If False, such a folder is refused and stays
+        unchanged.
 
     Raises
     ------

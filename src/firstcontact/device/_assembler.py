@@ -196,7 +196,7 @@ class Assembler:
             assembled.stopped = True
 
     def _add_prediction(self, prediction: DevicePrediction, assembled: Assembled) -> None:
-        """Add a contact or an estimate. Raise FrameError if its sample is impossible."""
+        """Add a contact or estimate of the device. Raise FrameError for impossible numbers."""
         assert self.descriptor is not None
         newest = (
             self._next if self._next is not None and self._samples_received else prediction.decided

@@ -36,7 +36,7 @@ CLOSING_TIME = 2.0
 
 
 class _InputBlock(NamedTuple):
-    """Block from PortAudio, with its time on PortAudio's and on the monotonic clock, s."""
+    """Block from PortAudio, taken by PortAudio's clock and received by the monotonic clock, s."""
 
     data: NDArray[np.float32]
     taken: float

@@ -126,7 +126,7 @@ class TransportDelay:
         return sample / self._rate + self._least
 
     def delay(self, sample: int, host: float) -> float:
-        """Return the delay of a sample, s, that was available at a host time."""
+        """Return the delay of a sample that was available at the time ``host``, s."""
         return max(host - sample / self._rate - self._least, 0.0)
 
 

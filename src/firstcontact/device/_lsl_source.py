@@ -133,7 +133,7 @@ class LslSource(ThreadedSource):
             raise
 
     def _find(self, patience: float) -> Any:
-        """Search for the stream. Return None if there is none; InputError if there are several."""
+        """Return the stream, None if there is none; raise InputError if there are several."""
         predicate = _predicate(self._stream)
         streams = self._lsl.resolve_bypred(predicate, 1, patience)
         if streams:

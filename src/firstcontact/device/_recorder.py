@@ -96,7 +96,7 @@ class Recorder:
             thread.start()
 
     def put(self, arrivals: Iterable[Arrival]) -> None:
-        """Write samples and their markers. Do nothing without a recording."""
+        """Queue samples and their markers for writing. Do nothing if no recording is running."""
         with self._changed:
             if self._path is None or self._closing:
                 return
@@ -114,7 +114,7 @@ class Recorder:
                 self._changed.notify()
 
     def stop(self) -> None:
-        """Write the queue and close the file. Do nothing without a recording."""
+        """Write the queue and close the file. Do nothing if no recording is running."""
         with self._changed:
             thread = self._thread
             self._closing = True

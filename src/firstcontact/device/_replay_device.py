@@ -125,7 +125,7 @@ class ReplayDevice:
         self._responder = Responder(self.descriptor, self._boot, max(room, 2 * PIECE))
 
     def _play(self) -> None:
-        """Send the samples that are due by now."""
+        """Give the responder the samples that are due."""
         if not self._responder.streaming:
             self._last_look = None
             return

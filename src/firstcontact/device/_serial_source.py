@@ -471,7 +471,7 @@ class SerialSource:
 
 
 def from_port(port: str, options: SourceOptions) -> SerialSource:
-    """Return the device on a port; InputError for a speed option or for a file or folder."""
+    """Return the source for a port; raise InputError for a speed option, a file or a folder."""
     if reason := not_a_port(port):
         raise InputError(reason)
     options.check_own_speed(f"a device on {port}")

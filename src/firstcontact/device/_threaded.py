@@ -209,7 +209,7 @@ class ThreadedSource(ABC):
             self._drop(int(numbers[~good][-1]) + 1, epoch)
 
     def _drop(self, end: int, epoch: int) -> None:
-        """Count input samples up to number ``end`` as lost, until the next sample is delivered.
+        """Count the input samples before number ``end`` as lost until a sample is delivered.
 
         Raises
         ------

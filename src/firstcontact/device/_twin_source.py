@@ -68,13 +68,19 @@ class TwinSource(SerialSource):
 
 
 def from_name(name: str, options: SourceOptions) -> TwinSource:
-    """Return the twin with the user's options. Raise InputError if its extra is not installed."""
+    """Return the twin with the user's options; raise InputError if its extra is missing."""
     require_modules("twin", "numba")
     return TwinSource(options.condition, [options.objects], options.seed, options.speed)
 
 
 def shore_a(name: str) -> float:
-    """Return the Shore A of an object of the twin. Raise InputError for an unknown object."""
+    """Return the Shore A of an object of the twin.
+
+    Raises
+    ------
+    InputError
+        The object is unknown, or the twin's extra is missing.
+    """
     require_modules("twin", "numba")
     from firstcontact.twin import find_object
 

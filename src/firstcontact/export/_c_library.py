@@ -48,7 +48,7 @@ def fixed_sources(names: Collection[str]) -> dict[str, str]:
 
 
 def generate_units(trained: Trained) -> list[CUnit]:
-    """Return the generated C units of a model's parts.
+    """Return the generated C units of a model.
 
     Raises
     ------

@@ -152,7 +152,7 @@ def _interval(interval: Interval | None) -> dict[str, int | float | str | np.nda
 
 
 def _places(program: Program) -> tuple[dict[str, int], int]:
-    """Return the place of each vector in the shared memory, and its size, floats."""
+    """Return the place of each vector in the shared memory, and the memory's size, floats."""
     last = {name: k for k, step in enumerate(program.steps) for name in step.takes}
     outside = {INPUT, program.output, program.spread}
     places: dict[str, int] = {}

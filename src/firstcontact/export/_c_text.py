@@ -76,7 +76,7 @@ class CUnit:
     fixed
         Names of required hand-written C files, without extensions.
     rate
-        Sampling rate that its lengths assume, Hz; None if they do not depend on a rate.
+        Sampling rate for which its lengths hold, Hz; None if they depend on no rate.
     """
 
     name: str

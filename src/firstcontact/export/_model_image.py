@@ -75,7 +75,7 @@ def model_image(
     detector, model
         Detector, and model in its compact form.
     calibration
-        Calibration with the noise floors. Without them, a closing begins with each stream.
+        Noise floor of each finger. Without noise floors, a closing begins only with each stream.
 
     Raises
     ------

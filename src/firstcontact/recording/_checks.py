@@ -58,7 +58,7 @@ FORCE_MOST = 10.0
 
 
 def check_rate(origin: str, rate: Any) -> float:
-    """Return the rate if it is possible for a sensor.
+    """Return a sampling rate, Hz, if it is possible for a sensor.
 
     Raises
     ------
@@ -135,7 +135,7 @@ def find_sensor(origin: str, names: Collection[str], remedy: str, end: str = "")
 def read_settings(
     origin: str, given: Mapping[str, Any], sensor: VibrationSensor = VibrationSensor.PIEZO
 ) -> FileSettings:
-    """Read the settings of a file and its sensor, under the names of :data:`SETTINGS`.
+    """Return the settings of a file and its sensor from values by name, see :data:`SETTINGS`.
 
     Raises
     ------
@@ -177,7 +177,7 @@ def read_settings(
 
 
 def check_source(origin: str, value: Any) -> str:
-    """Return the source stated by a file if recordings know it.
+    """Return the source that a file states, if recordings allow it.
 
     Raises
     ------

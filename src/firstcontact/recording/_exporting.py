@@ -67,7 +67,7 @@ def pinch_values(dataset: Dataset) -> dict[str, list[Any]]:
 
 
 def file_values(dataset: Dataset) -> dict[str, Any]:
-    """Return the common settings of all pinches, under the names that importers use.
+    """Return the settings of all pinches, by the names that importers use.
 
     Raises
     ------

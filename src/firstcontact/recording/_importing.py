@@ -113,7 +113,7 @@ def import_path(
 
 
 def _with_source(dataset: Dataset, path: Path, source: str | None) -> Dataset:
-    """Set the source of the dataset: as the file states it, or else as the user does."""
+    """Return the dataset with its source: the one that the file states, or else the user's."""
     if source is not None and dataset.source not in ("unknown", source):
         raise InputError(
             f"{path} states the source {dataset.source}, but --source is {source}: leave "

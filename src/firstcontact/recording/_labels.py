@@ -1,4 +1,4 @@
-"""Conversion of table columns to labels and contacts, and to pinches with their samples."""
+"""Conversion of table columns to labels and contacts. With samples they become pinches."""
 
 from __future__ import annotations
 

@@ -84,7 +84,7 @@ def import_mat(
 
 
 def _files(path: Path, labels: Path | None) -> tuple[list[Path], Mapping[str, list[str]], Path]:
-    """Return the files, the columns of their table, and its path (or that of the data)."""
+    """Return the files, the columns of their table, and its path (of the data without a table)."""
     table = labels or (path if path.is_dir() else path.parent) / LABELS
     if labels is None and not (path.is_dir() and table.exists()):
         if not path.is_dir():

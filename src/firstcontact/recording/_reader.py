@@ -72,7 +72,7 @@ class Recording:
 
     @property
     def duration(self) -> float:
-        """Duration of these samples, s."""
+        """Duration of the samples that could be read, s."""
         return self.samples / self.header.layout.rate
 
 

@@ -50,7 +50,7 @@ class Assembled:
     def cut(
         self, start: int, stop: int, dtype: np.dtype[np.generic]
     ) -> tuple[NDArray[np.generic], dict[str, Block]]:
-        """Cut samples ``start`` to ``stop``, and the same time from each group, in one type."""
+        """Return the samples ``start`` to ``stop`` and the same time of each group, in one type."""
         rates = {group.name: group.layout.rate for group in self.layout.groups}
         blocks = {}
         for name, values in self.groups.items():

@@ -47,7 +47,7 @@ class Run:
         return (self.end - self.first) / self.seconds
 
     def covers(self, other: Run) -> bool:
-        """Return True if it overlaps another run and begins at most 1.5 samples after it."""
+        """Return True if this run overlaps another and begins at most 1.5 samples later."""
         return self.begin <= other.begin + 1.5 / self.rate and self.last > other.begin
 
 

@@ -36,7 +36,7 @@ class ClosingStart(msgspec.Struct, frozen=True, tag="closing_start"):
     Parameters
     ----------
     sample, epoch
-        First sample of the closing.
+        Number and epoch of the first sample of the closing.
     """
 
     sample: int
@@ -86,7 +86,7 @@ class ContactWithdrawn(msgspec.Struct, frozen=True, tag="contact_withdrawn"):
     contact
         Withdrawn contact.
     complete
-        Sample after which this was known.
+        Sample with which the withdrawal was known.
     epoch
         Epoch of the samples.
     """
@@ -111,7 +111,7 @@ class NoEstimate(msgspec.Struct, frozen=True, tag="no_estimate"):
     reason
         Reason in a few words.
     complete
-        Sample after which this was known.
+        Sample with which it was known that there is no estimate.
     epoch
         Epoch of the samples.
     """
@@ -287,7 +287,7 @@ class HandCommand(msgspec.Struct, frozen=True, tag="hand_command"):
         Origin of the request: ``keyboard``, ``standard input``, ``viewer N of the page``,
         ``silence``, or the name of another program.
     sample, epoch
-        Newest sample at that time, and its epoch.
+        Newest sample, and its epoch, when the hand was commanded.
     """
 
     ask: Ask

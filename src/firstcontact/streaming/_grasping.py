@@ -50,8 +50,8 @@ class Grasping:
     transport
         Delay of the samples if they come in real time; None otherwise.
     slip
-        Slip detector, used from the end of a requested closing until the hand opens; None without
-        one.
+        Slip detector for requested closings, from their end until the hand opens. None means that
+        slips are not detected.
     """
 
     def __init__(

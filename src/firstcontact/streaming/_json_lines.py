@@ -106,7 +106,7 @@ class MarkerLine(msgspec.Struct, frozen=True, tag="marker"):
 
 
 class LinkLine(msgspec.Struct, frozen=True, kw_only=True, tag="link"):
-    """State of the link, written whenever it changes. Counts begin when the device is opened.
+    """State of the connection to the device, written when it changes, with counts since the start.
 
     Parameters
     ----------

@@ -132,8 +132,8 @@ def ledger_lines(
     alone
         True for a single sensor, which has no second contact.
     speed
-        Speed of the samples as a multiple of real time. If it is not 1, the lines leave out times
-        and verdicts, because the computer does not become faster with the samples.
+        Speed of the samples as a multiple of real time. At another speed than 1 the lines leave out
+        times and verdicts, since the computer does not become faster with the samples.
     """
     if speed == 1.0:
         yield from _verdict_lines(figures, alone)

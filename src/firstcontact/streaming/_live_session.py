@@ -53,8 +53,8 @@ def live_session(
     real_time
         True if samples come as fast as they were taken.
     hand, hand_port, policy, slip
-        Names of the hand, its port, the grasp policy and the slip detector. None means no hand, the
-        default policy, or no slip detector.
+        Names of the hand, its port, the grasp policy and the slip detector. None means no hand, no
+        slip detector, or the default port and policy.
     recordings, shape
         See :class:`LiveSession`.
 

@@ -66,9 +66,10 @@ class PredictionStream(Protocol):
         """True once no further prediction can come."""
 
     def update(self, block: Block, contact: Contact | None) -> Iterator[Prediction]:
-        """Process the next samples, and with them the first contact if they revealed it.
+        """Yield the predictions that the next samples complete. Iterate to the end.
 
-        Iterate to the end. Raise InputError if the model cannot predict from the signal.
+        ``contact`` is the first contact, given with the block in which it was detected. InputError
+        is raised if the model cannot predict from the signal.
         """
 
     def set_speed(self, measured: ClosingSpeed | None) -> None:

@@ -65,7 +65,7 @@ class LiveSession:
     recordings
         Folder for recordings that a viewer starts.
     calibration
-        Calibration for their headers.
+        Calibration for the headers of these recordings.
     hand
         Requests of viewers to the hand; None without a hand.
     shape

@@ -1,4 +1,4 @@
-"""``firstcontact adapt``: a model of your own rig, in seconds."""
+"""Verb ``firstcontact adapt``: a model of your own rig, in seconds."""
 
 from __future__ import annotations
 

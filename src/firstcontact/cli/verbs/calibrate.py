@@ -1,4 +1,4 @@
-"""``firstcontact calibrate``."""
+"""Verb ``firstcontact calibrate``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``firstcontact camera``."""
+"""Verb ``firstcontact camera``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``firstcontact evaluate``: scores of a saved model on recordings."""
+"""Verb ``firstcontact evaluate``: scores of a saved model on recordings."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Evaluate:
 
 
 def _rate_lines(model: Model, data: Dataset) -> Iterator[str]:
-    """Return lines about resampling to the model's rate, and the delay that it adds."""
+    """Return lines about a resampling of the recordings to the rate of the model."""
     recorded = data.layout.rate
     if not model.moments or recorded == model.rate:
         return

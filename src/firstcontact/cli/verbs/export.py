@@ -1,4 +1,4 @@
-"""``firstcontact export``."""
+"""Verb ``firstcontact export``."""
 
 from __future__ import annotations
 

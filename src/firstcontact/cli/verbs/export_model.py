@@ -1,4 +1,4 @@
-"""``firstcontact export-model``."""
+"""Verb ``firstcontact export-model``."""
 
 from __future__ import annotations
 

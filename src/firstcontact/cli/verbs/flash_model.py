@@ -1,4 +1,4 @@
-"""``firstcontact flash-model``."""
+"""Verb ``firstcontact flash-model``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``firstcontact import``."""
+"""Verb ``firstcontact import``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``firstcontact info``."""
+"""Verb ``firstcontact info``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``firstcontact inspect``."""
+"""Verb ``firstcontact inspect``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``firstcontact label``."""
+"""Verb ``firstcontact label``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``firstcontact live``."""
+"""Verb ``firstcontact live``."""
 
 from __future__ import annotations
 
@@ -307,7 +307,7 @@ def _at_rate(source: Source, detector: Detector | None, predictor: Predictor | N
 
 
 def _shore_a(source: Source, device: str) -> Callable[[str], float | None]:
-    """Return a function that gives the Shore A of a simulated hand's object by its name."""
+    """Return a function from the name of a simulated hand's object to its Shore A."""
     origin = source.descriptor.source
     kinds = [source_kind(device), *(SOURCES[name] for name in SOURCES.builtin_names)]
     object_shore_a = next(

@@ -1,4 +1,4 @@
-"""``firstcontact ports``."""
+"""Verb ``firstcontact ports``."""
 
 from __future__ import annotations
 

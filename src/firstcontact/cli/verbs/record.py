@@ -1,4 +1,4 @@
-"""``firstcontact record``."""
+"""Verb ``firstcontact record``."""
 
 from __future__ import annotations
 

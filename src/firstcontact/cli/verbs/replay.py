@@ -1,4 +1,4 @@
-"""``firstcontact replay``."""
+"""Verb ``firstcontact replay``."""
 
 from __future__ import annotations
 

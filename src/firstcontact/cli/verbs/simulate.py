@@ -1,4 +1,4 @@
-"""``firstcontact simulate``: recordings from the pinch twin."""
+"""Verb ``firstcontact simulate``: recordings from the pinch twin."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``firstcontact train``."""
+"""Verb ``firstcontact train``."""
 
 from __future__ import annotations
 

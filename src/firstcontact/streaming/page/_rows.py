@@ -38,7 +38,7 @@ class Row(msgspec.Struct, frozen=True):
 
 
 def brief(pinch: PinchDone) -> PinchDone:
-    """Return the pinch with only two estimates: the last one in time, and the final one."""
+    """Return the pinch with only two of its estimates: the one in force and the final one."""
     estimates = tuple(e for e in (pinch.in_force, pinch.final) if e is not None)
     if len(estimates) == 2 and estimates[0] is estimates[1]:
         estimates = estimates[:1]
@@ -100,7 +100,7 @@ class PinchRows:
 
 
 def _is_during(marker: Marker, pinch: PinchDone, following: PinchDone | None) -> bool:
-    """Return True if a marker lies between the start of a pinch and of the next one."""
+    """Return True if a marker lies between the start of a pinch and the start of the next one."""
     place = (marker.epoch, marker.sample)
     if place < (pinch.epoch, pinch.start) or marker.epoch != pinch.epoch:
         return False

@@ -47,7 +47,7 @@ class Terminal:
     source
         Source of the recording.
     stop
-        Request to stop. While samples are recorded, a signal does not interrupt them.
+        Request to stop. While samples are recorded, a signal only sets this request.
     asks
         True if a person changes the objects.
 

@@ -181,7 +181,7 @@ def verb_arguments(verb: type[Any]) -> list[Argument]:
 def choice(
     names: Iterable[str] | Registry[Any], group: str = GENERAL_GROUP, advanced: bool = False
 ) -> Option:
-    """Return an option that takes one of these names. Plug-ins are listed without an import."""
+    """Return an option that takes one of these names. Plug-ins are listed but not imported."""
     # Iterating a registry would import every plug-in.
     listed = names.names if isinstance(names, Registry) else names
     return Option(names=tuple(listed), group=group, advanced=advanced)
@@ -260,7 +260,7 @@ def _refuse_unknown(parser: _Parser, verb: type[Any], unknown_words: list[str]) 
 
 
 def _field_texts(verb: type[Any]) -> dict[str, str]:
-    """Return the docstring below each field; an empty result if the class has no source."""
+    """Return the docstring below each field; an empty result if the source is not available."""
     try:
         body = ast.parse(dedent(inspect.getsource(verb))).body[0]
     except (OSError, TypeError, SyntaxError):

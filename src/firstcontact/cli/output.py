@@ -18,8 +18,9 @@ GONE = (errno.EPIPE, errno.EIO, errno.ENXIO, errno.EBADF)
 class Output:
     r"""Text stream that escapes control characters.
 
-    Newlines and tabs pass. So does a carriage return at the start of a text, which progress bars
-    use. Others become text such as ``\u001b``. Once the stream has failed, later text is dropped.
+    Newlines and tabs are kept, and so is a carriage return at the start of a text, because progress
+    bars need it. Other control characters are printed as text such as ``\u001b``. After the first
+    failed write, text is dropped.
 
     Parameters
     ----------

@@ -38,9 +38,9 @@ def session_keys(session: LiveSession) -> Iterator[None]:
     """Take new objects and hand requests from standard input while the session runs.
 
     On a terminal, N begins a new object, C closes the hand, and any other key opens it. Keys are
-    not read while another program is in the terminal's foreground. Without a terminal, lines are
-    read if a hand is driven: ``close``, ``open``, ``new``, or JSON as ``{"do": "close"}``. The end
-    of standard input opens the hand if standard input had closed it.
+    not read while another program is in the terminal's foreground. If standard input is not a
+    terminal and a hand is driven, lines are read: ``close``, ``open``, ``new``, or JSON like
+    ``{"do": "close"}``. If a line closed the hand, the end of standard input opens it.
     """
     number = _standard_input()
     if number is None or not (session.hand_asks() or (session.uses_shape and os.isatty(number))):

@@ -142,7 +142,7 @@ def contact_payload(finger: Finger, sample: int, decided: int, first: bool) -> b
 
 
 def read_contact(payload: bytes, epoch: int) -> DeviceContact:
-    """Parse a contact frame. Sample numbers keep 32 bits; raise FrameError if damaged."""
+    """Parse a contact frame; sample numbers have 32 bits. Raise FrameError if it is damaged."""
     if len(payload) != _CONTACT.size:
         raise FrameError("a contact frame has the wrong length")
     sample, decided, finger, first = _CONTACT.unpack(payload)
@@ -165,7 +165,7 @@ def estimate_payload(estimate: DeviceEstimate) -> bytes:
 
 
 def read_estimate(payload: bytes, epoch: int) -> DeviceEstimate:
-    """Parse an estimate frame. Sample numbers keep 32 bits; raise FrameError if damaged."""
+    """Parse an estimate frame; sample numbers have 32 bits. Raise FrameError if it is damaged."""
     if len(payload) != _ESTIMATE.size:
         raise FrameError("an estimate frame has the wrong length")
     contact, decided, samples, finger, flags, value, low, high, nanoseconds = _ESTIMATE.unpack(

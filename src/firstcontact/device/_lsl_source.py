@@ -72,7 +72,7 @@ class _Epoch:
         return good
 
     def numbers(self, stamps: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Return the numbers of the next samples. Stamps that do not fit are given as NaN."""
+        """Return the numbers of the next samples. Set stamps that do not fit to NaN first."""
         self.count += len(stamps)
         if math.isinf(self._least):
             self._unstamped += len(stamps)
@@ -133,7 +133,7 @@ class LslSource(ThreadedSource):
             raise
 
     def _find(self, patience: float) -> Any:
-        """Return the stream, None if there is none; raise InputError if there are several."""
+        """Return the stream, None if there is none. Raise InputError if there are several."""
         predicate = _predicate(self._stream)
         streams = self._lsl.resolve_bypred(predicate, 1, patience)
         if streams:

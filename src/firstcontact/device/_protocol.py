@@ -205,7 +205,7 @@ def marker_text(text: str) -> bytes:
 
 
 def read_marker(payload: bytes) -> tuple[int, str]:
-    """Return sample number (32 bits) and text of a marker frame; raise FrameError if damaged."""
+    """Return sample number (32 bits) and text of a marker frame. Raise FrameError if damaged."""
     if len(payload) < _MARKER.size:
         raise FrameError("a marker frame is too short")
     return int(_MARKER.unpack_from(payload)[0]), _text(payload[_MARKER.size :])
@@ -217,7 +217,7 @@ def stopped_payload(next_sample: int, overflow: int) -> bytes:
 
 
 def read_stopped(payload: bytes) -> tuple[int, int]:
-    """Return next sample and overflow count (32 bits each); raise FrameError if damaged."""
+    """Return next sample and overflow count (32 bits each). Raise FrameError if damaged."""
     if len(payload) != _STOPPED.size:
         raise FrameError("a stopped frame has the wrong length")
     next_sample, overflow = _STOPPED.unpack(payload)
@@ -230,7 +230,7 @@ def late_payload(skipped: int, unheard: int) -> bytes:
 
 
 def read_late(payload: bytes) -> tuple[int, int]:
-    """Return the counts of skipped predictions and missed samples; raise FrameError if damaged."""
+    """Return counts of skipped predictions and missed samples. Raise FrameError if damaged."""
     if len(payload) != _LATE.size:
         raise FrameError("a late frame has the wrong length")
     skipped, unheard = _LATE.unpack(payload)

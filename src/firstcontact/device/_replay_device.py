@@ -97,8 +97,8 @@ class ReplayDevice:
         stopped
             Predicate that ends the run. It is called several times a second.
         once
-            End after the whole recording was sent and the host has sent one more frame. A host
-            sends a stop at its end, or a hello when it receives nothing.
+            True to end after the whole recording was sent and the host has sent one more frame,
+            such as a stop, or a hello when no samples come.
         """
         deadline = math.inf
         while not stopped() and time.monotonic() < deadline:

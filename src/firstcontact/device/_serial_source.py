@@ -67,8 +67,9 @@ class SerialSource:
     The method :meth:`read` reads the port in the caller's thread, so samples are available as soon
     as their last byte arrives. Between calls, a thread of the source reads the port and stores the
     samples. That thread also connects. A port that comes back begins a new epoch, even if the
-    device kept its power. A device that was reset without losing its port also begins one; silence
-    reveals the reset. Samples that the device took meanwhile are counted as lost.
+    device kept its power. A device that was reset without losing its port also begins one; the
+    source recognises such a reset by the silence after it. Samples that the device counted
+    meanwhile are counted as lost.
 
     Parameters
     ----------
@@ -471,7 +472,7 @@ class SerialSource:
 
 
 def from_port(port: str, options: SourceOptions) -> SerialSource:
-    """Return the source for a port; raise InputError for a speed option, a file or a folder."""
+    """Return the source for a port. Raise InputError for a speed option, a file or a folder."""
     if reason := not_a_port(port):
         raise InputError(reason)
     options.check_own_speed(f"a device on {port}")

@@ -68,7 +68,7 @@ class TwinSource(SerialSource):
 
 
 def from_name(name: str, options: SourceOptions) -> TwinSource:
-    """Return the twin with the user's options; raise InputError if its extra is missing."""
+    """Return the twin with the user's options. Raise InputError if its extra is not installed."""
     require_modules("twin", "numba")
     return TwinSource(options.condition, [options.objects], options.seed, options.speed)
 

@@ -19,8 +19,8 @@ def apart(seconds: float, function: Callable[..., T], *arguments: object) -> T:
     seconds
         Longest time for the call, s. After it the process is killed.
     function
-        Function at the top level of a module. The types of its arguments and of its result must be
-        there too, so that all can be pickled.
+        Function at the top level of a module, so that it can be pickled. The types of its arguments
+        and results must be pickleable, too.
     arguments
         Arguments of the function.
 

@@ -158,7 +158,7 @@ def write_dataset(dataset: Dataset, directory: AnyPath, header: Header) -> tuple
 
 
 def pause_between(pinches: Sequence[Pinch]) -> tuple[Pinch, ...]:
-    """Return the pinches with new sample numbers that leave one number out between two pinches.
+    """Renumber the pinches one after the other, with a gap of one sample between them.
 
     This is for sources without sample numbers. The gap shows that a pinch does not continue the
     previous one.

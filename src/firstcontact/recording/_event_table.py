@@ -51,7 +51,8 @@ def read_event_table(table: Path) -> Columns:
     Raises
     ------
     InputError
-        The table cannot be read, or has a column that is relative to the start of a pinch.
+        The table cannot be read, or gives contacts relative to the start of a pinch instead of the
+        file.
     """
     columns = read_track(table) if is_track(table) else read_columns(table)
     for name in CONTACT_COLUMNS:

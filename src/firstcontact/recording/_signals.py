@@ -111,7 +111,7 @@ def assemble(origin: str, taken: Sequence[Taken]) -> Assembled:
 
 
 def checked(origin: str, signal: Signal, values: NDArray[np.generic]) -> NDArray[np.generic]:
-    """Check the column that a signal names. Return its samples in a type that recordings have.
+    """Check the column that a signal names. Return its samples in a type that recordings store.
 
     Raises
     ------

@@ -54,8 +54,9 @@ def import_wav(
 ) -> Dataset:
     """Import every WAV file below a folder as one pinch, labelled by ``labels.csv``.
 
-    Each file states its rate. A channel is a microphone unless ``sensor`` names another sensor. Two
-    channels belong to index finger and thumb. ``labels`` names a table outside the folder.
+    Each file states its rate. A single channel is a microphone unless ``sensor`` states another
+    sensor. Two channels are the sensors of index finger and thumb. ``labels`` is the path of the
+    table if it lies elsewhere.
 
     Raises
     ------

@@ -27,7 +27,7 @@ class Part:
 def guessed_signals(
     path: Path, streams: Sequence[Stream], sensor: VibrationSensor | None
 ) -> list[Signal]:
-    """Return the fast stream as the vibration, and the other signals."""
+    """Return the signals: the fast stream as the vibration, and the others."""
     numbers = [s for s in streams if not s.is_text and s.rate and len(s.stamps)]
     fast = [s for s in numbers if s.rate >= LOWEST_RATE]
     if len(fast) != 1 or fast[0].values.shape[1] > 1:

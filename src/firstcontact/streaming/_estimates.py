@@ -196,7 +196,7 @@ class ClosingEstimates:
         return [(second.decided, self._settle(first, second.decided, epoch))]
 
     def finish(self, sample: int, epoch: int, reason: str) -> list[Event]:
-        """Return the final estimate, if still missing, of a closing that ends before ``sample``.
+        """End the closing before this sample. Return its final estimate if that is still missing.
 
         ``reason`` states why a closing has no estimate.
         """

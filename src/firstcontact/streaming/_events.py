@@ -86,7 +86,7 @@ class ContactWithdrawn(msgspec.Struct, frozen=True, tag="contact_withdrawn"):
     contact
         Withdrawn contact.
     complete
-        Sample with which the withdrawal was known.
+        Sample after which the withdrawal was known.
     epoch
         Epoch of the samples.
     """
@@ -111,7 +111,7 @@ class NoEstimate(msgspec.Struct, frozen=True, tag="no_estimate"):
     reason
         Reason in a few words.
     complete
-        Sample with which it was known that there is no estimate.
+        Sample after which it was known that there is no estimate.
     epoch
         Epoch of the samples.
     """
@@ -177,9 +177,9 @@ class PinchDone(msgspec.Struct, frozen=True, kw_only=True, tag="pinch"):
         Closing speed before the first contact and its standard error, m/s, as the hand measured
         them; null if not measured.
     verdict
-        ``in_time`` if an estimate was in time, ``too_late``, or ``none`` (no estimate); null where
-        there is an estimate but samples did not come in real time. It follows from the other
-        fields.
+        ``in_time`` if an estimate was in time, ``too_late`` if all came later, ``none`` if there
+        was no estimate; null if there is an estimate but samples did not come in real time. It
+        follows from the other fields.
     """
 
     number: int
@@ -321,7 +321,7 @@ class HandPrediction(msgspec.Struct, frozen=True, tag="hand_prediction"):
 
     @property
     def known_sample(self) -> int:
-        """Sample with which the device knew the contact or estimate."""
+        """Sample after which the device knew the contact or estimate."""
         return self.event.known_sample
 
 

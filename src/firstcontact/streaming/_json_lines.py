@@ -106,7 +106,9 @@ class MarkerLine(msgspec.Struct, frozen=True, tag="marker"):
 
 
 class LinkLine(msgspec.Struct, frozen=True, kw_only=True, tag="link"):
-    """State of the connection to the device, written when it changes, with counts since the start.
+    """State of the connection to the device, written whenever it changes.
+
+    Counts begin when the device is opened.
 
     Parameters
     ----------
@@ -121,7 +123,7 @@ class LinkLine(msgspec.Struct, frozen=True, kw_only=True, tag="link"):
     unusable_samples
         Number of lost samples that were NaN, infinite or out of range.
     lost_frames, bad_frames, doubled_frames
-        Number of frames that were lost, that were damaged, and that came twice or out of order.
+        Number of lost, damaged, and repeated frames.
     late_answers
         Number of predictions that the device skipped because the next one was due.
     unheard_samples

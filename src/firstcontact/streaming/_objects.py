@@ -130,7 +130,10 @@ class ObjectNames:
         self._markers += [m for m in markers if not concerns_hand(m.text)]
 
     def add_labels(self, marks: Iterable[PinchMark]) -> list[tuple[int, str]]:
-        """Process labels of a recording. Return numbers and names of the past pinches with them."""
+        """Process labels of a recording.
+
+        Return the numbers of the past pinches that they label, with the names.
+        """
         self._marks += [m for m in marks if m.label.object]
         named = [(pinch, label) for pinch in self._unnamed if (label := self._label(pinch))]
         for pinch, _ in named:

@@ -72,7 +72,7 @@ class Controls(Protocol):
     """Requests of viewers to the session, callable from any thread."""
 
     def start_recording(self) -> Path:
-        """Begin a recording; raise InputError if one is running or cannot be created."""
+        """Begin a recording. Raise InputError if one is running or cannot be created."""
 
     def stop_recording(self) -> None:
         """Close the recording, if one is running."""
@@ -84,7 +84,7 @@ class Controls(Protocol):
         """Return the possible requests to the hand; empty without a hand."""
 
     def ask_hand(self, ask: Ask, by: str) -> None:
-        """Send a request to the hand; raise InputError if it is not possible, or not now."""
+        """Send a request to the hand. Raise InputError if it is not possible now."""
 
     def hand_gone(self, by: str) -> None:
         """Open the hand if this viewer, now disconnected, had closed it."""

@@ -1,4 +1,4 @@
-"""Samples around the newest first contact."""
+"""Close-up of the samples around the first contact of the latest closing."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def finger_place(finger: Finger | None) -> int:
 
 
 class Closeup:
-    """Close-up of the samples around the newest first contact.
+    """Close-up of the samples around the first contact of the latest closing.
 
     Parameters
     ----------

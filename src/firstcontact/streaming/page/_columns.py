@@ -94,7 +94,7 @@ class Columns:
         return base + (sample - origin) / self.samples
 
     def since(self, column: int) -> tuple[int, NDArray[np.float32]]:
-        """Return the stored complete columns from the number ``column`` on.
+        """Return all stored complete columns from this number on.
 
         Returns
         -------

@@ -26,7 +26,7 @@ class Row(msgspec.Struct, frozen=True):
     name
         Name of the object, "" if unknown.
     lost
-        Loss of the object that the twin reported, None if there is none.
+        Loss of the object, as the twin reported it; None if there is none.
     hand
         Predictions of a device for the same pinch, in words.
     """
@@ -38,7 +38,7 @@ class Row(msgspec.Struct, frozen=True):
 
 
 def brief(pinch: PinchDone) -> PinchDone:
-    """Return the pinch with only two of its estimates: the one in force and the final one."""
+    """Return the pinch with only two estimates: the last one in time, and the final one."""
     estimates = tuple(e for e in (pinch.in_force, pinch.final) if e is not None)
     if len(estimates) == 2 and estimates[0] is estimates[1]:
         estimates = estimates[:1]

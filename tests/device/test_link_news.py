@@ -35,4 +35,6 @@ def test_disconnection_is_reported_immediately() -> None:
 def test_unusable_stream_is_not_reported_as_disconnected() -> None:
     for health in (Health(False, unusable_samples=9), Health(False, bad_frames=9)):
         link = LinkNews(Health(True), clock=lambda: 0.0)
-        assert link.lines(health) == ["link: the samples are not usable; waiting for usable samples"]
+        assert link.lines(health) == [
+            "link: the samples are not usable; waiting for usable samples"
+        ]

@@ -11,7 +11,7 @@ def measured_channel(layout: Layout, measured: VibrationCalibration) -> Channel 
 
 
 def is_tapped(layout: Layout) -> bool:
-    """Return True if no sensor belongs to a finger, so that there is no hand with a motor."""
+    """Return True if no sensor belongs to a finger: the source then has no hand with a motor."""
     return all(finger is None for finger in layout.vibration_fingers)
 
 

@@ -90,37 +90,46 @@ def test_what_is_held_and_what_it_costs() -> None:
     assert not any(entry[name].drops[OURS] for name in (*held_out, "soup can"))
     assert entry["mustard bottle, full"].drops == {BLIND: 1, OURS: 1}
     assert entry["paper cup, 0.2 l in it"].drops[OURS] == 1
-    assert (entry["cracker"].damage[OURS], entry["quail egg"].damage[OURS]) == (1, 0.5)
-    berry = entry["blueberry"]
-    assert berry.bias is not None
-    says(f"reads as more than 40 Shore A instead of {berry.shore_a:g}")
-    assert berry.shore_a + berry.bias > 40
+    assert entry["cracker"].damage[OURS] == entry["blueberry"].damage[OURS] == 1
+    egg, tomato, avocado = (
+        entry[name].n * entry[name].damage[OURS]
+        for name in ("quail egg", "ripe tomato", "firm-ripe avocado")
+    )
+    berry, red = entry["blueberry"].bias, entry["ripe tomato"].bias
+    assert berry is not None
+    assert red is not None
+    says(
+        f"{WORDS[round(egg)]} of {WORDS[entry['quail egg'].n]} quail's eggs",
+        f"reads as {berry:.0f} and {red:.0f} Shore A too firm, and {WORDS[round(avocado)]} of",
+    )
+    assert tomato == entry["ripe tomato"].n / 2
     both = [n for n, o in entry.items() if o.fragile and o.shore_a > FIRMEST]
     says(f"and there are {WORDS[len(both)]} of them")
     assert len(both) == 3
 
 
 def test_a_cautious_hand_gains_nothing() -> None:
-    says("Where less than 6 % may be damaged, blind is the better one")
+    says("Where less than 8 % may be damaged, both policies drop about as many objects")
     fronts = household().fronts
     ours, blind = (
         Front(np.array(fronts[n].dropped), np.array(fronts[n].damaged)) for n in (OURS, BLIND)
     )
-    for damage in (0.035, 0.045, 0.055):
-        assert blind.drop_share(damage) < ours.drop_share(damage)
-    for damage in (0.06, 0.08, 0.1):
+    for damage in np.arange(0.03, 0.08, 0.005):
+        assert blind.drop_share(damage) < ours.drop_share(damage) + 0.025
+    for damage in (0.085, 0.1, 0.15):
         assert blind.drop_share(damage) > ours.drop_share(damage)
 
 
 def test_what_a_reflex_leaves() -> None:
     says(
-        "holds everything, and nothing is left for stiffness", "stiffness prevents some six of ten",
-    )  # fmt: skip
+        "holds everything, and nothing is left for stiffness",
+        "stiffness prevents some five of ten",
+    )
     by = household().slip_reflex
     quick = by["gradual, 100 ms"]
     assert quick.blind.value == quick.fewer.value == 0
     remaining = [r.fewer for r in by.values() if r is not quick]
-    assert [f.value for f in remaining] == pytest.approx([0.6] * 3, abs=0.06)
+    assert [f.value for f in remaining] == pytest.approx([0.5] * 3, abs=0.06)
     assert all(f.low < 0 for f in remaining)
     closed = household().closings
     for name, table in (
@@ -134,24 +143,24 @@ def test_the_estimates_by_object() -> None:
     entry = {n: o for n, o in household().by_object.items() if o.shore_a <= FIRMEST}
     errors = {name: o.rmse[USED] for name, o in entry.items()}
     well = [name for name, e in errors.items() if e <= 5]
-    nearly = [name for name, e in errors.items() if 5 < e < 6.6]
+    nearly = {name: e for name, e in errors.items() if 5 < e < 10}
     says(
         f"Of the {len(entry)} objects up to {FIRMEST:g} Shore A, {len(well)} have that or less, "
-        f"and {WORDS[len(nearly)]} more about 6.5 or less",
-        f"blueberries (RMSE {errors['blueberry']:.0f},",
-        f"the dry sponge ({errors['sponge, dry']:.0f}) and oranges ({errors['orange']:.0f})",
+        f"and {WORDS[len(nearly)]} more {max(nearly.values()):.1f} or less",
+        f"blueberry (RMSE {errors['blueberry']:.0f})",
     )
-    assert {*errors} - {*well, *nearly} == {"blueberry", "sponge, dry", "orange"}
+    assert {*errors} - {*well, *nearly} == {"blueberry"}
     firm = {n: o for n, o in household().by_object.items() if o.shore_a > FIRMEST}
     read = {n: o.shore_a + o.bias for n, o in firm.items() if o.bias is not None}
     crisp = read.pop("potato crisp")
     labels = [o.shore_a for o in firm.values()]
     says(
-        f"For objects of {min(labels):g} to {max(labels):g} Shore A the network predicts "
-        f"{min(read.values()):.0f} to {max(read.values()):.0f} on average"
+        f"For objects of {min(labels):g} to {max(labels):g} Shore A the mean prediction is "
+        f"{min(read.values()):.0f} to {max(read.values()):.0f}"
     )
-    apple = household().by_object["apple"]
-    assert crisp == pytest.approx(apple.shore_a + (apple.bias or 0), abs=1)
+    fruits = [household().by_object[name] for name in ("apple", "orange")]
+    apple, orange = (fruit.shore_a + (fruit.bias or 0) for fruit in fruits)
+    assert apple < crisp < orange
 
 
 def test_the_older_task() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import platform
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 
 #: Packages whose versions a result depends on.
@@ -20,6 +21,11 @@ PACKAGES = (
 
 def installed_versions() -> dict[str, str]:
     """Return the versions of Python and of the installed packages that results depend on."""
+    return dict(_versions())
+
+
+@cache  # reading a package's metadata takes milliseconds, and pages are rendered again and again
+def _versions() -> dict[str, str]:
     versions = {"python": platform.python_version()}
     for package in PACKAGES:
         try:

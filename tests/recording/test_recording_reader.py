@@ -18,12 +18,23 @@ def chunk_ends(path):
     return data, ends, recording
 
 
-def test_truncated_file_gives_all_complete_chunks(small, numbers_agree):
+#: Steps through a file: every byte, or some besides the edges of its chunks.
+STEPS = pytest.mark.parametrize("step", [37, pytest.param(1, marks=pytest.mark.slow)])
+
+
+def places(edges, first, last, step):
+    """Return every ``step``-th position from ``first`` to before ``last``, and all about edges."""
+    about = {edge + near for edge in edges for near in (-2, -1, 0, 1)}
+    return sorted({*range(first, last, step), *about} & set(range(first, last)))
+
+
+@STEPS
+def test_truncated_file_gives_all_complete_chunks(small, numbers_agree, step):
     data, ends, intact = chunk_ends(small)
     assert len(ends) > 3
     cut = small.with_name("cut.mcap")
     readable = []
-    for length in range(ends[0], len(data)):
+    for length in places([*ends, len(data)], ends[0], len(data), step):
         cut.write_bytes(data[:length])
         recording = read_recording(cut)
         numbers_agree(recording)
@@ -36,17 +47,18 @@ def test_truncated_file_gives_all_complete_chunks(small, numbers_agree):
         assert (recording.samples != previous) <= (length in ends)
         assert complete < len(ends) or recording.samples == intact.samples
     assert readable == sorted(readable)
-    for length in range(1, ends[0]):
+    for length in places([1, ends[0]], 1, ends[0], step):
         cut.write_bytes(data[:length])
         with pytest.raises(InputError):
             read_recording(cut)
 
 
-def test_flipped_bit_gives_no_wrong_sample(small, numbers_agree):
+@STEPS
+def test_flipped_bit_gives_no_wrong_sample(small, numbers_agree, step):
     data, ends, intact = chunk_ends(small)
     starts = [start for start, _ in _candidates(data)]
     flipped = small.with_name("flipped.mcap")
-    for at in range(len(data)):
+    for at in places([*starts, *ends, len(data)], 0, len(data), step):
         bad = bytearray(data)
         bad[at] ^= 1 << (at % 8)
         flipped.write_bytes(bad)

@@ -9,9 +9,11 @@ import shutil
 import subprocess
 import sys
 import tomllib
+import venv
 import zipfile
 from pathlib import Path
 
+import pip
 import pytest
 
 ROOT = Path(__file__).parents[2]
@@ -89,6 +91,14 @@ def wheel(folder: Path) -> str:
     return hashlib.sha256(file.read_bytes()).hexdigest()
 
 
+def _environment_with_pip(folder: Path) -> None:
+    """Make an environment with the pip of this one, which takes seconds less than its own."""
+    venv.create(folder, with_pip=False)
+    (site,) = folder.glob("lib/*/site-packages")
+    (site / "pip").symlink_to(Path(pip.__file__).parent)
+    (folder / "bin" / "pip").touch()
+
+
 def test_a_package_with_another_hash_is_not_installed(tmp_path: Path) -> None:
     """The Makefile has the same pip options. Here the requirements name one package."""
     shutil.copy(ROOT / "Makefile", tmp_path)
@@ -114,16 +124,16 @@ def test_a_package_with_another_hash_is_not_installed(tmp_path: Path) -> None:
     def installed() -> bool:
         return bool(list(tmp_path.glob(".venv/lib/*/site-packages/trinket.py")))
 
-    for entry in entries:
-        entry.write_text(f"trinket==1.0 --hash=sha256:{'0' * 64}\n")
+    _environment_with_pip(tmp_path / ".venv")
+    refusals = {
+        f"trinket==1.0 --hash=sha256:{'0' * 64}\n": "DO NOT MATCH THE HASHES",
+        "trinket==1.0\n": "--require-hashes",
+    }
+    for entry, (line, message) in zip(entries, refusals.items(), strict=True):
+        entry.write_text(line)
         process = make()
         assert process.returncode != 0
-        assert "DO NOT MATCH THE HASHES" in process.stderr
-        assert not installed()
-        entry.write_text("trinket==1.0\n")  # none at all
-        process = make()
-        assert process.returncode != 0
-        assert "--require-hashes" in process.stderr
+        assert message in process.stderr
         assert not installed()
         entry.write_text("")
     # The right one is taken; the package behind it is not here to be built.

@@ -48,7 +48,7 @@ def test_good_pinches_count_and_are_marked_at_their_samples():
         assert judged.noise == pytest.approx(1.0, abs=0.1)
 
 
-@pytest.mark.parametrize("length", [1, 7, 333, 100_000])
+@pytest.mark.parametrize("length", [pytest.param(1, marks=pytest.mark.slow), 7, 333, 100_000])
 def test_blocks_of_any_size_give_the_same_pinches(length):
     hand, _ = closings(3, seed=1)
     _, expected = guided(hand)

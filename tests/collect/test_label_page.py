@@ -118,6 +118,7 @@ def test_one_key_per_onset_labels_it(tmp_path: Path, chromium: Any) -> None:
     labelling = Labelling(tmp_path, 60)
     chromium.get(labelling.server.url)
     wait_for_counts(chromium, "60 undecided")
+    chromium.execute_script("mostSignals = 20")
     press(chromium, *(" " * 60))
     wait_for_counts(chromium, "60 accepted, 0 rejected, 0 undecided")
     assert chromium.execute_script("return state.keys") == 60
@@ -210,10 +211,11 @@ def test_axis_values_stand_beside_the_signal(labelling: Labelling, chromium: Any
 def test_page_reloads_a_signal_that_left_its_cache(tmp_path: Path, chromium: Any) -> None:
     from selenium.webdriver.common.keys import Keys
 
-    labelling = Labelling(tmp_path, 420, every=0.12)
+    labelling = Labelling(tmp_path, 60, every=0.12)
     chromium.get(labelling.server.url)
-    wait_for_counts(chromium, "420 undecided")
-    for _ in range(42):
+    wait_for_counts(chromium, "60 undecided")
+    chromium.execute_script("mostSignals = 20")
+    for _ in range(6):
         press(chromium, *([Keys.ARROW_RIGHT] * 10))
         until(chromium, lambda d: d.execute_script("return state.shown === current().number"))
     press(chromium, Keys.HOME)

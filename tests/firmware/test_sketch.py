@@ -19,7 +19,7 @@ TEENSYDUINO = (
 LIBRARY = {"__aeabi_uldivmod", "memcmp", "memcpy", "memmove", "memset", "sqrt", "strlen"}
 
 
-@pytest.mark.parametrize("board", ["TEENSY40", "TEENSY41"])
+@pytest.mark.parametrize("board", [pytest.param("TEENSY40", marks=pytest.mark.slow), "TEENSY41"])
 def test_sketch_compiles_against_the_stub_and_fits(
     request: pytest.FixtureRequest, tmp_path: Path, board: str
 ) -> None:

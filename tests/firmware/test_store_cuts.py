@@ -147,7 +147,7 @@ def cut_everywhere(
 
 
 @pytest.mark.parametrize("backwards", [False, True])
-@pytest.mark.parametrize("stored", [0, 1, 2])
+@pytest.mark.parametrize("stored", [0, pytest.param(1, marks=pytest.mark.slow), 2])
 def test_cut_at_any_byte_leaves_the_old_model_or_the_new(
     library: c.CDLL, stored: int, backwards: bool
 ) -> None:

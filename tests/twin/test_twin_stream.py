@@ -30,7 +30,7 @@ def streamed(condition: str) -> tuple[NDArray[np.uint16], tuple[StreamPinch, ...
     return scans, tuple(stream.pinches)[:-1]
 
 
-@settings(max_examples=15)
+@settings(max_examples=6)
 @given(st.lists(st.integers(0, 9000), max_size=6))
 def test_same_seed_gives_the_same_scans_for_any_reads(cuts: list[int]) -> None:
     stream = TwinStream("paper-rig", seed=6)
@@ -309,7 +309,7 @@ def test_command_overtaken_by_the_opening_is_counted_as_ignored() -> None:
 
 
 @pytest.mark.parametrize("condition", CONDITIONS)
-@settings(max_examples=10)
+@settings(max_examples=5)
 @given(
     st.lists(
         st.tuples(

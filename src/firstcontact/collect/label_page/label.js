@@ -8,6 +8,7 @@ const state = { recordings: [], marks: [], at: 0, zoom: 2, done: 0, cursor: null
 // Keys pressed before an undo or an addition is answered: only the answer says which onset they are for.
 const later = [];
 const signals = new Map(), asked = new Set();
+let mostSignals = 400;  // so many are kept
 const socket = new WebSocket(`ws://${location.host}/socket`);
 
 const half = () => HALVES[state.zoom];
@@ -34,7 +35,7 @@ socket.addEventListener("message", (event) => {
     const name = `${s.number} ${s.asked} ${s.half}`;
     signals.set(name, s);
     asked.delete(name);  // what is forgotten below can be asked for again
-    if (signals.size > 400) signals.delete(signals.keys().next().value);
+    if (signals.size > mostSignals) signals.delete(signals.keys().next().value);
   }
   if (said.refused) tell(said.refused, false);
   if (said.finished) { state.finished = true; tell(`Written. ${said.finished.join("; ")}. This page can be closed.`, true); }

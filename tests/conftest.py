@@ -128,6 +128,15 @@ def network_graph(tmp_path_factory: pytest.TempPathFactory) -> bytes:
     return made_once(tmp_path_factory, "network.onnx", make).read_bytes()
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _shared_objects(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Compile equal C files of `firmware/measure` once in a test run."""
+    folder = made_once(tmp_path_factory, "objects", Path.mkdir)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("FIRSTCONTACT_OBJECTS", str(folder))
+        yield
+
+
 @pytest.fixture(scope="session")
 def user_cache(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder of a user's cache, empty at first."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import atexit
 import hashlib
+import os
 import shutil
 import subprocess
 import tempfile
@@ -22,6 +23,8 @@ WARN = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic")
 PLAIN = ("-O2", "-ffp-contract=off")
 M7 = ("-mcpu=cortex-m7", "-mthumb", "-mfpu=fpv5-d16", "-mfloat-abi=hard")
 ARM = "arm-none-eabi-"
+#: Variable that names a folder for object files, which several processes may share.
+OBJECTS = "FIRSTCONTACT_OBJECTS"
 #: Stop at the first undefined behaviour; without PIE as in the firmware's Makefile.
 STRICT = (
     "-g", "-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all",
@@ -93,6 +96,8 @@ class Program:
 
 @cache
 def _object_folder() -> Path:
+    if OBJECTS in os.environ:
+        return Path(os.environ[OBJECTS])
     folder = Path(tempfile.mkdtemp(prefix="objects"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     return folder
@@ -113,7 +118,9 @@ def compiled(command: Sequence[str], source: Path) -> str:
     name = hashlib.sha256(repr((options, text)).encode()).hexdigest()
     path = _object_folder() / f"{name}.o"
     if not path.exists():
-        run([*command, "-c", str(source), "-o", str(path)])
+        making = path.with_suffix(f".{os.getpid()}")
+        run([*command, "-c", str(source), "-o", str(making)])
+        making.rename(path)
     return str(path)
 
 

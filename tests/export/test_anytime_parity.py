@@ -69,6 +69,13 @@ def build(model: InContextModel, folder: Path) -> building.Program:
     return building.Program("touches.c", folder / "src", {})
 
 
+@pytest.fixture(scope="module")
+def small(tmp_path_factory: pytest.TempPathFactory) -> building.Program:
+    """Program of a model with few directions."""
+    model = compacted(conditioned(), plain(touches(60, 1)), 8)
+    return build(model, tmp_path_factory.mktemp("small") / "library")
+
+
 def assert_parity(model: InContextModel, sample: Touches, got: NDArray[np.void]) -> None:
     place = 0
     for k in range(len(sample)):
@@ -141,22 +148,23 @@ def test_c_hears_the_motor_as_python_does(tmp_path: Path) -> None:
         assert building.same(c_outputs, np.frombuffer(m7, building.RUNNING))
 
 
-def test_a_signal_that_is_no_number_or_stands_still_is_refused(tmp_path: Path) -> None:
-    model = compacted(conditioned(), plain(touches(60, 1)), 8)
+def test_a_signal_that_is_no_number_or_stands_still_is_refused(
+    small: building.Program, tmp_path: Path
+) -> None:
     sample = plain(touches(3, 3))
     sample.signals[0, 210], sample.signals[1], sample.signals[2, 3] = np.nan, 0.25, np.inf
     sample.valid[:] = 74
     data = building.touches(sample.signals, sample.valid, sample.fingers, MOMENTS)
-    built = build(model, tmp_path / "library")
-    native = building.ask_native(built.native(tmp_path / "native", strict=True), data, tmp_path)
+    native = building.ask_native(small.native(tmp_path / "native", strict=True), data, tmp_path)
     status = np.frombuffer(native, building.RUNNING)["status"].reshape(3, -1)
     original = [m < 210 - 197 + 1 for m in MOMENTS]
     np.testing.assert_array_equal(status[0] == 0, original)  # what is not there yet harms nothing
     assert (status[1:] == 1).all()
 
 
-def test_signals_at_the_end_of_what_floats_hold_are_defined_and_alike(tmp_path: Path) -> None:
-    model = compacted(conditioned(), plain(touches(60, 1)), 8)
+def test_signals_at_the_end_of_what_floats_hold_are_defined_and_alike(
+    small: building.Program, tmp_path: Path
+) -> None:
     sample = plain(touches(4, 3))
     sample.signals[0] *= 1e38
     sample.signals[1, 200:] = -3.4e38
@@ -164,14 +172,13 @@ def test_signals_at_the_end_of_what_floats_hold_are_defined_and_alike(tmp_path: 
     sample.signals[3] *= 1e-42
     sample.valid[:] = 74
     data = building.touches(sample.signals, sample.valid, sample.fingers, MOMENTS)
-    built = build(model, tmp_path / "library")
-    native = building.ask_native(built.native(tmp_path / "native", strict=True), data, tmp_path)
+    native = building.ask_native(small.native(tmp_path / "native", strict=True), data, tmp_path)
     c_outputs = np.frombuffer(native, building.RUNNING)
     assert len(c_outputs) == 4 * len(MOMENTS)
     answered = c_outputs["status"] == 0
     assert np.isfinite(c_outputs["value"][answered]).all()
     if building.has_emulator():
-        m7 = building.ask_m7(built.m7(tmp_path / "m7.elf"), data, tmp_path)
+        m7 = building.ask_m7(small.m7(tmp_path / "m7.elf"), data, tmp_path)
         assert building.same(c_outputs, np.frombuffer(m7, building.RUNNING))
 
 

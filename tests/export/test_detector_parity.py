@@ -74,6 +74,10 @@ def test_c_finds_the_contacts_of_python(name: str, tmp_path: Path) -> None:
         assert building.contacts(m7) == wanted
 
 
+#: Detectors and rates of the fast tests.
+FEW = (("three_sigma", 8000.0), ("logistic", 2500.0))
+
+
 def of_rate(rate: float) -> NamedModel:
     """Return a model that was trained at a rate."""
     X, y, groups = toy_windows()
@@ -81,8 +85,14 @@ def of_rate(rate: float) -> NamedModel:
     return NamedModel("stiffness", estimator.fit(X, y, groups, seed=1), None)
 
 
-@pytest.mark.parametrize("name", DETECTORS)
-@pytest.mark.parametrize("rate", [2500.0, 8000.0])
+@pytest.mark.parametrize(
+    ("name", "rate"),
+    [
+        pytest.param(name, rate, marks=[] if (name, rate) in FEW else [pytest.mark.slow])
+        for name in DETECTORS
+        for rate in (2500.0, 8000.0)
+    ],
+)
 def test_so_it_does_at_other_rates(name: str, rate: float, tmp_path: Path) -> None:
     """Here a step is one sample or three. A detector for any rate gets the models' rate."""
     detector = trained(name, rate)

@@ -55,12 +55,15 @@ def cut(dataset: Dataset, first: int, last: int, rows: Sequence[int] | None = No
     return replace(dataset, pinches=pinches)
 
 
-def whole_study(dataset: Dataset, out: Path, *without: str) -> dict[str, Any]:
-    """Run all steps except the CNN, which uses labels in the same way and takes longer."""
+def whole_study(dataset: Dataset, out: Path, *only: str) -> dict[str, Any]:
+    """Run all steps except the CNN, which uses labels in the same way and takes longer.
+
+    ``only``: titles of the steps that the labels of a test concern.
+    """
     steps = protocol.plan([("recordings", lambda: dataset)], SMALL, Serial())
-    excluded = {"inference time", *without}
-    assert excluded <= {step.title for step in steps}
-    steps = [s for s in steps if "slow" not in s.title and s.title not in excluded]
+    assert {"inference time", *only} <= {step.title for step in steps}
+    steps = [s for s in steps if "slow" not in s.title and s.title != "inference time"]
+    steps = [s for s in steps if not only or s.title in only]
     state = State("study", asdict(SMALL), True, [Findings("recordings")], [s.title for s in steps])
     protocol.run(steps, state, out)
     text = (out / "results.json").read_text(encoding="utf-8")
@@ -93,7 +96,10 @@ def test_one_specimen_name_at_every_level_and_object(
             lambda i, label: replace(label, object="fruit") if label.role is Role.TEST else label,
         ),
         tmp_path,
-        "estimates at any time",
+        "data",
+        "contact detection",
+        "blocks",
+        "objects",
     )
     assert tree["blocks"]["svm"]["leave_one_shore_out"]["n"] == 36
     assert len(tree["objects"]["svm"]["per_object"]) == 2
@@ -166,7 +172,8 @@ def test_unnamed_sessions_may_be_shared_with_a_note(
 ) -> None:
     labels, _ = make_labels("labels.csv", {"shore_a": ["10", "20"]}, 2)
     dataset = relabel(make_shore(), lambda i, label: replace(label, session=labels[0].session))
-    tree = whole_study(replace(dataset, sessions_assumed=True), tmp_path)
+    steps = ("data", "contact detection", "objects")
+    tree = whole_study(replace(dataset, sessions_assumed=True), tmp_path, *steps)
     assert tree["objects"]["svm"]["n"] == 12
     assert tree["objects"]["shares"] == ["session"]
     assert any("sessions are not known and may be shared" in r for r in tree["left_out"])
@@ -210,7 +217,7 @@ def test_too_little_quiet_for_the_svm_leaves_the_known_contacts(
     make_shore: Callable[..., Dataset], tmp_path: Path
 ) -> None:
     # 20 ms before the contact: enough for a window's baseline, not for a steady state.
-    tree = whole_study(cut(make_shore(), 400, 900), tmp_path)
+    tree = whole_study(cut(make_shore(), 400, 900), tmp_path, "data", "contact detection", "blocks")
     assert tree["contact"]["windows_start_at"] == "known"
     assert "svm" not in tree["contact"]
     assert any("windows start at the known contacts" in reason for reason in tree["left_out"])
@@ -222,7 +229,8 @@ def test_one_fold_without_known_contacts(
 ) -> None:
     dataset = make_shore()
     few = tuple(replace(p, truth=()) if i != 5 else p for i, p in enumerate(dataset.pinches))
-    tree = whole_study(replace(dataset, pinches=few), tmp_path, "estimates at any time")
+    steps = ("data", "contact detection", "waveforms")
+    tree = whole_study(replace(dataset, pinches=few), tmp_path, *steps)
     assert tree["contact"]["windows_start_at"] == "three_sigma"
     assert tree["contact"]["three_sigma"]["n"] == 1
     assert any("windows start where the 3σ threshold fires" in r for r in tree["left_out"])
@@ -323,9 +331,9 @@ def test_an_error_of_ours_is_not_swallowed_and_the_page_says_so(
     shore: Dataset, tmp_path: Path
 ) -> None:
     with pytest.raises(ZeroDivisionError):
-        failing(ZeroDivisionError("division by zero"), shore, tmp_path)
+        failing(ZeroDivisionError("division by zero"), shore, tmp_path, number=1)
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert "Stopped: recordings: waveforms: division by zero." in page
+    assert "Stopped: recordings: contact detection: division by zero." in page
     assert "Still running" not in page
     tree = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))
     assert tree["study"]["stopped"].endswith("division by zero")

@@ -19,6 +19,9 @@ from firstcontact_lab.study._rig_sets import Sizes
 from firstcontact_lab.study.benchmark_page import BenchmarkResults
 from trainings import LAYOUT, recordings, run, touch
 
+#: `tests/lab/study/test_off_blocks.py` renders such a figure.
+pytestmark = pytest.mark.usefixtures("unpainted")
+
 MINE = """
 import numpy as np
 from sklearn.linear_model import Ridge

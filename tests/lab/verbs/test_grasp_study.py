@@ -42,6 +42,7 @@ def smallest(monkeypatch: pytest.MonkeyPatch) -> None:
     )
 
 
+@pytest.mark.slow  # `make quick-grasp` runs in .ci/run; tests/lab/grasping has each part
 @pytest.mark.usefixtures("smallest")
 def test_quick_runs_from_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "study"

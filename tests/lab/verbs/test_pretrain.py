@@ -24,18 +24,21 @@ pytestmark = pytest.mark.skipif(find_spec("torch") is None, reason="PyTorch is n
 def test_a_small_one_from_nothing_and_the_same_again(
     tmp_path: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    from firstcontact_lab.pretraining import _examples
     from firstcontact_lab.pretraining.pretrain import Size
 
+    monkeypatch.setattr(_examples, "THINGS", 6)
+    monkeypatch.setattr(_examples, "CONTEXT", (4, 6))
     few = Size(calibration=10, judgement=2, held_out=1)
     monkeypatch.setattr(
         Size, "resized", lambda size, rigs, epochs: replace(few, rigs=rigs, epochs=epochs)
     )
-    words = ("--rigs", "12", "--epochs", "2", "--workers", "1", "--work", tmp_path / "work")
+    words = ("--rigs", "10", "--epochs", "2", "--workers", "1", "--work", tmp_path / "work")
     assert run("pretrain", "--out", tmp_path / "a", *words) == 0
     output = capsys.readouterr().out
     assert "epoch 2 of 2" in output
     record = read_card(tmp_path / "a").predictors[0].record
-    assert "12 random simulated rigs" in record.training["trained"]
+    assert "10 random simulated rigs" in record.training["trained"]
     assert len(record.scores) == 2 + len(FAMILIES)
     answers = load_network(tmp_path / "a").predict(ringing(10)[0])
     assert np.isfinite(answers.value).all()

@@ -102,7 +102,7 @@ def test_a_training_is_replaced_and_nothing_of_it_stays(
 ) -> None:
     original = content(model)
     assert run("train", other, "--estimator", "train_mean", "--out", model) == 0
-    assert f"replaced the former training in {model}" in capsys.readouterr().out
+    assert f"replaced the former model in {model}" in capsys.readouterr().out
     current = content(model)
     assert current.keys() == original.keys()
     assert all(current[name] != original[name] for name in original)

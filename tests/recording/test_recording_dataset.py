@@ -75,8 +75,8 @@ def test_pinch_across_a_gap_is_skipped_with_a_note(tmp_path, layout, counted):
     assert dataset.sessions.tolist() == ["s", "s"]  # from the header, where the mark has none
     text = " ".join(dataset.notes)
     assert "20 samples are missing" in text
-    assert "pinch 1 lies across" in text
-    assert "pinch 3 lies across" in text
+    assert "pinch 1 has missing samples" in text
+    assert "pinch 3 has missing samples" in text
 
 
 @pytest.mark.parametrize(

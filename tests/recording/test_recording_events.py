@@ -119,7 +119,7 @@ def test_skipped_rows_and_files_are_counted(folder: Path) -> None:
     rows = ("file,onset_sample,channel,remark", "mono.wav,9000,0,loud", "stereo.wav,9000,0,")
     events = table(folder, *rows)
     notes = " ".join(import_events(folder / "mono.wav", events=events).notes)
-    assert "1 contacts are in other files" in notes
+    assert "1 contacts of the table are in other files" in notes
     assert "remark" in notes
     notes = " ".join(import_events(folder, events=table(folder, *rows[:2])).notes)
     assert "1 sound files have no contact in events.csv" in notes

@@ -65,8 +65,9 @@ def test_the_same_answers_are_said_to_be_the_same() -> None:
     assert pinch.check is not None
     assert pinch.check.same
     assert (pinch.check.compared, pinch.check.largest) == (1, 0.0)
-    assert "30.5 Shore A (22 to 39) from 12 ms at 12.2 ms, the same here (1 estimates)" in printed(
-        pinch
+    assert (
+        "30.5 Shore A (22 to 39) from 12 ms at 12.2 ms, the same on this computer (1 estimates)"
+        in printed(pinch)
     )
     assert json.loads(json_line(pinch))["check"]["same"] is True
 
@@ -87,7 +88,7 @@ def test_a_difference_is_told_with_its_size() -> None:
     assert pinch.check is not None
     assert not pinch.check.same
     assert pinch.check.largest == 0.25
-    assert "differs here: up to 0.25 Shore A apart" in printed(pinch)
+    assert "differs on this computer: up to 0.25 Shore A apart" in printed(pinch)
 
 
 def test_other_contacts_are_reported() -> None:
@@ -101,7 +102,7 @@ def test_other_contacts_are_reported() -> None:
 def test_a_one_sided_contact_is_reported() -> None:
     (alone,) = pinches((), (DONE,))
     assert (alone.contacts, alone.sample) == ((), 510)
-    assert "no contact, differs here: other contacts" in printed(alone)
+    assert "no contact, differs on this computer: other contacts" in printed(alone)
     (alone,) = pinches(TOLD, ())
     assert alone.check is not None
     assert not alone.check.same
@@ -119,7 +120,7 @@ def test_a_pinch_in_a_gap_of_the_host_is_not_compared() -> None:
     predictions.update((), Block(np.zeros((400, 16), np.int16), 0), 0.0)
     events = predictions.update(TOLD, Block(np.zeros((9000, 16), np.int16), 700), 0.0)
     (pinch,) = [e for e in events if isinstance(e, HandPinch)]
-    assert "not heard here: samples were lost" in printed(pinch)
+    assert "not compared: this computer lost samples" in printed(pinch)
     assert pinch.check is not None
     assert pinch.check.lost
 

@@ -28,7 +28,7 @@ def test_pinches_losses_and_failures_are_a_line_each() -> None:
     head, lost, failed, pinch, same, hand, own_values = stream.getvalue().splitlines()
     assert own_values == (
         "  on the hand (model 0123456789abcdef): 30.5 Shore A (22 to 39) from 12 ms at 12.2 ms, "
-        "the same here (1 estimates)"
+        "the same on this computer (1 estimates)"
     )
     assert head == "twin: fw 1, piezo, 4936 Hz"
     assert lost == "link: 7 samples lost, 7 in all"

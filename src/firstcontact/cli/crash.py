@@ -26,7 +26,7 @@ def crash_report(error: BaseException, arguments: Sequence[str]) -> str:
     path = _write(_text(error, arguments))
     if path is None:
         return f"{cause} ({summary}), and its log cannot be written: report this line"
-    return f"{cause} ({summary}): please report it, with {path}"
+    return f"{cause} ({summary}): please report it, and attach {path}"
 
 
 def _text(error: BaseException, arguments: Sequence[str]) -> str:

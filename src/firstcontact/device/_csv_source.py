@@ -179,8 +179,8 @@ class CsvSource(ThreadedSource):
             if len(lines) < LINES_NEEDED and now - opened > PATIENCE:
                 raise InputError(
                     f"{self.port}: no lines of numbers came in {PATIENCE:g} s, but "
-                    f"{self._lines.bad} other lines: check that the board prints, and its baud "
-                    "rate (csv:PORT@BAUD)"
+                    f"{self._lines.bad} other lines: check that the board prints numbers, and "
+                    "its baud rate (csv:PORT@BAUD)"
                 )
             new = [line for line in self._lines.feed(self._read()) if line]
             if new and not lines:

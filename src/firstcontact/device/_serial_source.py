@@ -269,8 +269,8 @@ class SerialSource:
             error = InputError(f"{self.name}: {input_error}")
         except Exception as unexpected:
             # The reader must not wait for a thread that has ended.
-            _log.exception("%s: reading it failed", self.name)
-            error = InputError(f"{self.name}: reading it failed ({unexpected!r}): open it again")
+            _log.exception("%s: reading failed", self.name)
+            error = InputError(f"{self.name}: reading failed ({unexpected!r}): open it again")
         finally:
             with self._last_turn():  # a reader may be at the port
                 self._connected = False

@@ -223,8 +223,8 @@ class ThreadedSource(ABC):
         self._wait()
         if not self._health.samples and self._silence >= REFUSE_AFTER:
             raise InputError(
-                f"{self.name} sends no usable sample ({end} are NaN, infinite, damaged or beyond "
-                f"{LARGEST_SAMPLE:.3g}): check the sensor and the program that sends"
+                f"{self.name} sends no usable sample (all {end} are NaN, infinite, damaged or "
+                f"beyond {LARGEST_SAMPLE:.3g}): check the sensor and the program that sends"
             )
 
     def _wait(self) -> bool:
@@ -317,13 +317,13 @@ class ThreadedSource(ABC):
             error = input_error
         except BaseException as unexpected:
             # The reader must not wait for a thread that has ended.
-            _log.exception("%s: reading it failed", self.name)
+            _log.exception("%s: reading failed", self.name)
             reason = summarize_error(unexpected)
-            error = InputError(f"{self.name}: reading it failed ({reason}): open it again")
+            error = InputError(f"{self.name}: reading failed ({reason}): open it again")
         try:
             self._shut()
         except BaseException:
-            _log.exception("%s: shutting it failed", self.name)
+            _log.exception("%s: closing failed", self.name)
         with self._inbox.changed:
             self._inbox.end(error)
             self._flush_markers()

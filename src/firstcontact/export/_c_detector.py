@@ -36,7 +36,7 @@ enum {{
 """
 
 _SOURCE = """\
-/* What the detector {name} has learned. Written by `firstcontact export-model`: do not edit. */
+/* Constants of the detector {name}. Written by `firstcontact export-model`: do not edit. */
 #include <stdint.h>
 
 #include "fc_detector_sizes.h"

@@ -117,7 +117,7 @@ def _signals(path: Path, arrays: Arrays, sensor: VibrationSensor) -> NDArray[Any
             continue
         values = arrays[name]
         if name == sensor:
-            wanted = "(pinches, samples, 1 or 2), of vectors (pinches, samples, 1 or 2, axes)"
+            wanted = "(pinches, samples, 1 or 2), or for vectors (pinches, samples, 1 or 2, axes)"
             right = values.ndim in (3, 4) and values.shape[2] in (1, 2)
         else:
             wanted = f"(pinches, samples, {', '.join(map(str, _SHAPES[name]))})"

@@ -170,7 +170,7 @@ def read_settings(
         )
     axis = as_text(given["axis"]) if "axis" in given else None
     if axis is not None and not (axis.isdecimal() and len(axis) < len("100")):
-        raise InputError(f"{origin}: axis is {quote(axis)} and must count from 0")
+        raise InputError(f"{origin}: axis is {quote(axis)} and must be a whole number from 0 on")
     source = check_source(origin, given.get("source", "unknown"))
     axis_number = None if axis is None else int(axis)
     return FileSettings(sensor, rate, unit, smoothing, source, axis_number, force_unit)

@@ -77,7 +77,7 @@ def scan(path: Path) -> Scan:
 def _not_ours(path: Path, start: bytes) -> InputError:
     if start[:5] == MAGIC[:5] and start[6:] == MAGIC[6:]:
         return InputError(
-            f"{path} is MCAP of version {chr(start[5])!r} and this reader knows '0': "
+            f"{path} is MCAP of version {chr(start[5])!r}, but this reader knows '0': "
             "convert it with the mcap tool"
         )
     return InputError(

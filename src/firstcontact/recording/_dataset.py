@@ -62,13 +62,13 @@ def load_dataset(path: AnyPath | Sequence[AnyPath]) -> Dataset:
         # A pinch that is longer than the recording spans missing samples. It overlaps no others.
         marked = sum(length for length in lengths if length <= recording.samples)
         if marked > _OVERLAP * recording.samples:
-            losses.append(f"{file.name}: its pinches lie on top of each other and are left out")
+            losses.append(f"{file.name}: its pinches overlap too much and are left out")
             continue
         for mark in recording.pinches:
             pinch = cut(recording, mark)
             if pinch is None:
                 losses.append(
-                    f"{file.name}: pinch {mark.number} lies across missing samples and is left out"
+                    f"{file.name}: pinch {mark.number} has missing samples and is left out"
                 )
             else:
                 pinches.append(pinch)

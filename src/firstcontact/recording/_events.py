@@ -97,7 +97,11 @@ def _files(
         if 0 not in mine:
             raise InputError(f"{table}: no row has file {path.name!r}: correct its column file")
         foreign = mine.count(None)
-        return [path], mine, [f"{foreign} contacts are in other files"] if foreign else []
+        return (
+            [path],
+            mine,
+            [f"{foreign} contacts of the table are in other files"] if foreign else [],
+        )
     if names is None:
         raise InputError(f"{table} has no column file: name the sound file of each row")
     by_name: dict[str, list[Path]] = {}

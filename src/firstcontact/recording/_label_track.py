@@ -59,7 +59,7 @@ def read_track(path: Path) -> Table:
             start, end = 1.0, 0.0
         if not start <= end:
             raise InputError(
-                f"{path}: line {number} is {quote(line)} and no label: give start and end in "
+                f"{path}: line {number} is {quote(line)}, which is no label: give start and end in "
                 "seconds and a text, with tabs between"
             )
         numbers.append(number)

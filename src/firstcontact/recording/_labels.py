@@ -220,7 +220,8 @@ def make_contacts(
             if not -1 <= sample < len(data):
                 raise InputError(
                     f"{origin}: {field} of {place(columns, i)} is {quote(sample)}, outside "
-                    f"the pinch's {len(data)} samples: count from 0 within it, -1 where not known"
+                    f"the pinch's {len(data)} samples: count from 0 within it, or give -1 if "
+                    "unknown"
                 )
         if second >= 0 > first:
             raise InputError(
@@ -285,7 +286,7 @@ def make_motor_starts(
             raise InputError(
                 f"{origin}: motor_start of {place(columns, i)} is {quote(start)}, outside the "
                 f"{end} samples before its {'first contact' if pinch_contacts else 'end'}: count "
-                "from 0 within the pinch, -1 where not known"
+                "from 0 within the pinch, or give -1 if unknown"
             )
     return [None if start < 0 else start for start in starts]
 
@@ -314,13 +315,13 @@ def make_closing_speeds(origin: str, columns: Columns, pinches: int) -> list[Clo
     if errors is None:
         raise InputError(
             f"{origin}: closing_speed has no closing_speed_error: give the standard error in m/s, "
-            "0 where it is exact"
+            "0 if the speed is exact"
         )
     for i, (speed, error) in enumerate(zip(speeds, errors, strict=True)):
         if speed >= 0 > error:
             raise InputError(
-                f"{origin}: closing_speed_error of {place(columns, i)} is {quote(error)} beside a "
-                "speed: give the standard error in m/s, 0 where it is exact"
+                f"{origin}: closing_speed_error of {place(columns, i)} is {quote(error)}, but the "
+                "speed is known: give the standard error in m/s, 0 if the speed is exact"
             )
     return [
         None if speed < 0 else ClosingSpeed(speed, error)

@@ -150,8 +150,8 @@ def _from_named(path: Path) -> Dataset:
     arrays, unread = read_mat(path, _NAMED)
     if not any(name in arrays for name in VibrationSensor):
         raise InputError(
-            f"{path} has no array piezo: add it, shape (pinches, samples, 1 or 2), or say what its "
-            f"variables are ({listed(unread) or 'it has none'}) with --channels"
+            f"{path} has no array piezo: add it, shape (pinches, samples, 1 or 2), or describe "
+            f"its variables ({listed(unread) or 'it has none'}) with --channels"
         )
     for name in _TEXTS:
         if name in arrays and arrays[name].dtype.kind in "iu":

@@ -127,8 +127,8 @@ def checked(origin: str, signal: Signal, values: NDArray[np.generic]) -> NDArray
         values = values[:, signal.column : signal.column + 1]
     if signal.sensor is not None and values.shape[1] != 1:
         raise InputError(
-            f"{origin} has {values.shape[1]} columns: say in column of the table which one is the "
-            f"{signal.sensor}'s, from 0"
+            f"{origin} has {values.shape[1]} columns: give the number of the {signal.sensor}'s "
+            "column, from 0, in the column named column of the table"
         )
     return check_samples(origin, values)
 

@@ -113,8 +113,8 @@ class RecordingWriter:
             )
         if block.data.dtype != np.dtype(self.header.dtype):
             raise InputError(
-                f"{self.path}: a block is {block.data.dtype} and the header's dtype says "
-                f"{self.header.dtype}: convert the one or correct the other"
+                f"{self.path}: a block is {block.data.dtype}, but the header's dtype is "
+                f"{self.header.dtype}: convert the block, or correct the header"
             )
         if not 0 <= block.first_sample <= block.end <= LAST_SAMPLE:
             raise InputError(

@@ -235,7 +235,7 @@ def grasp_lines(grasping: Grasping, *, real_time: bool = True) -> list[str]:
         f"{counts.contacts} of these with a contact"
     ]
     if counts.withdrawn:
-        lines.append(f"{counted(counts.withdrawn, 'contact')} withdrawn: the hand closed on")
+        lines.append(f"{counted(counts.withdrawn, 'contact')} withdrawn: the hand went on closing")
     if real_time:
         lines.append(
             f"{counts.estimates} estimates reached the hand within the policy's time limit and "

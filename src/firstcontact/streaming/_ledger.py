@@ -180,7 +180,7 @@ def _verdict_lines(figures: Mapping[str, float], alone: bool) -> Iterator[str]:
         f"{figures['none']:.0f} without an estimate"
     )
     unheard = (
-        f"; in {figures['unheard']:.0f} of these pinches no second contact was heard"
+        f"; in {figures['unheard']:.0f} of these pinches no second contact was detected"
         if figures["unheard"]
         else ""
     )

@@ -334,7 +334,7 @@ class _WindowsStream:
         refused = self._stream.refused - refused
         self._left -= len(windows) + refused
         if refused:
-            self.reason = "the window is not whole, or the piezo is dead"
+            self.reason = "samples of the window are missing, or the piezo is dead"
         for window in windows:
             yield self._predict(window)
 

@@ -139,14 +139,14 @@ def hand_line(event: HandPinch) -> str:
 def check_words(check: HandCheck) -> str:
     """Return the comparison with the host's own predictions in words."""
     if check.same:
-        return f"the same here ({check.compared} estimates)"
+        return f"the same on this computer ({check.compared} estimates)"
     if check.lost:
-        return "not heard here: samples were lost"
+        return "not compared: this computer lost samples"
     parts = [] if check.contacts else ["other contacts"]
     parts += [f"{check.missing} estimates only on one side"] if check.missing else []
     parts += [] if check.flags else ["only one side is out of range"]
     parts += [f"up to {check.largest:.2f} Shore A apart"] if check.compared else []
-    return "differs here: " + ", ".join(parts)
+    return "differs on this computer: " + ", ".join(parts)
 
 
 def object_line(event: ObjectEstimate) -> str:

@@ -46,4 +46,4 @@ class Adapt:
         rig = "of an unknown rig " if data is None else ""
         print(f"network {rig}and detector {model.own_detector.name}: {self.out}")
         if former:
-            print(f"replaced the former training in {self.out}")
+            print(f"replaced the former model in {self.out}")

@@ -54,7 +54,7 @@ def _rate_lines(model: Model, data: Dataset) -> Iterator[str]:
     recorded = data.layout.rate
     if not model.moments or recorded == model.rate:
         return
-    yield f"Resampled from {recorded:g} Hz to {model.rate:g} Hz, as the model takes"
+    yield f"Resampled from {recorded:g} Hz to {model.rate:g} Hz, the rate of the model"
     if recorded < model.rate:
         yield (
             f"warning: these recordings hold nothing above {recorded / 2:g} Hz, but the model may "
@@ -78,7 +78,7 @@ def _lines(evaluation: Evaluation) -> Iterator[str]:
 
 
 def _network_lines(group: GroupScores) -> Iterator[str]:
-    constant = f"always answering their mean scores {group.constant:.2f}"
+    constant = f"always predicting their mean scores {group.constant:.2f}"
     yield f"{group.title}: {counted(group.n, 'pinch')}; rmse and width in Shore A ({constant})"
     share = f"in {100 * (group.level or 0):g} %"
     yield f"{'after contact':>13}  {'rmse':>6}  {share:>8}  {'width':>6}  out of range"

@@ -82,7 +82,7 @@ class Train:
             print(f"model: {self.out}")
         print(f"detector {model.own_detector.name}: {self.out}")
         if former:
-            print(f"replaced the former training in {self.out}")
+            print(f"replaced the former model in {self.out}")
 
     def _train(self, dataset: Dataset) -> Model:
         from firstcontact.models import train, train_detector

@@ -46,7 +46,7 @@ TORCH = ("cnn", "pretrain", "test_anytime_network", "test_protocol")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put the tests that load PyTorch first: it takes each process that runs one 2 s or more.
+    """Put the tests that load PyTorch first: loading it costs a process 2 s or more.
 
     Each process gets a contiguous part of the tests, so one process runs nearly all of these.
     """

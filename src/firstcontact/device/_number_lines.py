@@ -206,6 +206,6 @@ def _counter(lines: list[tuple[float, ...]], names: tuple[str, ...]) -> int | No
 
 
 def _counts(lines: list[tuple[float, ...]], column: int) -> bool:
-    """Return True if a column rises from line to line, by no more than a counter can."""
+    """Return True if a column rises in most lines, by at most ``LEAP`` each time."""
     steps = [b[column] - a[column] for a, b in itertools.pairwise(lines)]
     return sum(0 < step <= LEAP for step in steps) >= 0.8 * len(steps)

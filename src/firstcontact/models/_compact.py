@@ -137,7 +137,7 @@ class CompactNetwork(Network):
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:
-        """Return the inverse of :meth:`to_arrays`; InputError if arrays do not fit together."""
+        """Restore from arrays of :meth:`to_arrays`; InputError if they do not fit together."""
         made = cls(Network(arrays), {})
         made.thin = {name: made._thin_layer(name, arrays) for name in THIN}
         made.check_reach()

@@ -249,7 +249,7 @@ class InContextModel:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]], level: float) -> Self:
-        """Return the inverse of :meth:`to_arrays`.
+        """Build the model from the arrays that :meth:`to_arrays` returned.
 
         Raises
         ------

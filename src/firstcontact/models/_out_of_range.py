@@ -155,7 +155,7 @@ class Familiar:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Familiar:
-        """Return the inverse of :meth:`to_arrays`; InputError if arrays do not fit."""
+        """Restore from arrays of :meth:`to_arrays`; InputError if they do not fit."""
         shape = (len(STAGES), TRAITS)
         mean = take_array(arrays, "familiar.mean", *shape)
         whitening = take_array(arrays, "familiar.whitening", *shape, TRAITS)

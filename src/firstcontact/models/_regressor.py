@@ -106,7 +106,7 @@ class RegressorModel(WindowModel):
 
     @classmethod
     def from_arrays(cls, spec: Spec, arrays: Arrays) -> Self:
-        """Return the model in a skops file; the inverse of :meth:`to_arrays`.
+        """Build the model from the bytes of a skops file, as :meth:`to_arrays` returned them.
 
         Raises
         ------

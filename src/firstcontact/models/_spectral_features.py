@@ -84,7 +84,10 @@ def _fade(n: int) -> Values:
 
 
 def faded_lines(samples: int, length: int) -> NDArray[np.complex128]:
-    """Return the matrix that maps a window to its faded spectrum, shape (lines, samples)."""
+    """Return the matrix that fades out the end of a window and maps it to its spectrum.
+
+    Its shape is (lines, samples).
+    """
     each: NDArray[np.complex128] = np.fft.rfft(np.diag(_fade(samples)), length, axis=1).T
     return each
 

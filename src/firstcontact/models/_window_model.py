@@ -95,7 +95,7 @@ class WindowModel(ABC):
     @classmethod
     @abstractmethod
     def from_arrays(cls, spec: Spec, arrays: Arrays) -> Self:
-        """Return the inverse of :meth:`to_arrays`; InputError if the arrays do not fit together."""
+        """Restore from arrays of :meth:`to_arrays`; InputError if they do not fit together."""
 
     def predict(self, X: Windows) -> Values:
         """Return predictions for windows (n, samples, channels), shape (n,).
@@ -163,7 +163,10 @@ class ArrayCheck:
     dtype: type[np.generic] = np.floating
 
     def is_met(self, array: NDArray[Any], sizes: dict[str, int]) -> bool:
-        """Return True if an array is as declared. Add the lengths of new symbols to ``sizes``."""
+        """Return True if an array has the declared shape and values.
+
+        Lengths of symbols that are not yet in ``sizes`` are added to it.
+        """
         if array.ndim != len(self.shape) or not np.issubdtype(array.dtype, self.dtype):
             return False
         for size, wanted in zip(array.shape, self.shape, strict=True):
@@ -218,7 +221,7 @@ class ArraysModel(WindowModel):
 
     @classmethod
     def from_arrays(cls, spec: Spec, arrays: Arrays) -> Self:
-        """Return the inverse of :meth:`to_arrays`."""
+        """Build the model from the arrays that :meth:`to_arrays` returned."""
         return cls(spec, *(arrays[name] for name in cls.declared))
 
 

@@ -78,7 +78,7 @@ def _squeezed(run: PinchRun) -> bool:
 
 
 def _ramp(run: PinchRun, speed: float) -> Iterator[NDArray[np.float64]]:
-    """Change the speed of the hand smoothly, unless it is commanded."""
+    """Change the speed of the hand smoothly to ``speed``, until a command comes."""
     begin = run.speed
     steps = pieces(RAMP)
     for k in range(steps):

@@ -295,5 +295,5 @@ class GraspResults(Record, frozen=True, kw_only=True):
 
     @property
     def latency(self) -> str:
-        """Latency of the payload task, ms, as a key of policies."""
+        """Latency of the hand in the payload task, ms, as text: a key of ``payload.policies``."""
         return f"{self.payload.data.latencies_ms[0]:g}"

@@ -118,7 +118,7 @@ class LoudnessModel(WindowModel):
 
     @property
     def notes(self) -> dict[str, float]:
-        """Slope of the line."""
+        """Return the slope of the fitted line, for the model card."""
         return {"slope": float(self.line[0])}
 
     def outputs(self, X: NDArray[np.float32]) -> NDArray[np.float64]:
@@ -136,7 +136,7 @@ class LoudnessModel(WindowModel):
 
     @classmethod
     def from_arrays(cls, spec: Spec, arrays: dict[str, NDArray[np.float64]]) -> LoudnessModel:
-        """Return the inverse of :meth:`to_arrays`."""
+        """Build the model from the arrays that :meth:`to_arrays` returned."""
         return cls(spec, arrays["line"])
 
 

@@ -129,7 +129,7 @@ def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
 
 
 def _scores_from_means(means: Values) -> Values:
-    """Return scores from means over rigs, shape (..., keys)."""
+    """Return the scores for the ``keys``. ``means`` are means over rigs, shape (..., keys)."""
     is_error = np.array([key.split()[-1] not in ("coverage", "width") for key in KEYS])
     return np.where(is_error, np.sqrt(means), means)
 

@@ -87,6 +87,7 @@ def test_an_interrupt_leaves_neither_processes_nor_work_behind(
     assert one.workers[0].poll() is None
 
 
+@pytest.mark.slow  # as the set above: the same jobs, and a training in addition
 def test_a_model_learned_there_is_the_same(one: Cluster, tmp_path: Path) -> None:
     data = recordings(tmp_path / "data")
     location: list[dict[str, Any]] = []

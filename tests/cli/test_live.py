@@ -5,10 +5,8 @@ from __future__ import annotations
 import json
 import os
 import re
-import shlex
 import signal
 import subprocess
-import sys
 import urllib.request
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -24,7 +22,14 @@ from firstcontact.core import Block
 from firstcontact.grasp._ability_fingers import NEARLY_OPEN
 from firstcontact.recording import RecordingWriter, read_recording
 
-COMMAND = [sys.executable, "-m", "firstcontact.cli.main", "live"]
+#: Runs a command with files of at most 100 kB: a stream fills one within two seconds.
+LIMITED = """
+import resource, sys
+from firstcontact.cli.main import main
+
+resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
+sys.exit(main(sys.argv[1:]))
+"""
 #: Longest wait for a process, s: only a failing test ever waits so long.
 LONG = 240.0
 
@@ -153,17 +158,10 @@ def test_a_signal_ends_it_in_order(
 def test_a_recording_that_breaks_off_is_told_and_shows_in_the_exit_code(
     environment: dict[str, str], tmp_path: Path
 ) -> None:
-    limited = "ulimit -f 200; exec "  # kB or half of them: a stream fills it within two seconds
-    arguments = ["--device", "twin", "--speed", "4", "--seconds", "8"]
+    arguments = ["live", "--device", "twin", "--speed", "4", "--seconds", "8"]
     arguments += ["--record", "--recordings", str(tmp_path)]
-    process = subprocess.run(
-        ["/bin/sh", "-c", limited + shlex.join([*COMMAND, *arguments])],
-        env=environment,
-        capture_output=True,
-        text=True,
-        timeout=LONG,
-    )
-    assert process.returncode == 2
+    process = forked.run("code", LIMITED, *arguments, env=environment)
+    assert process.returncode == 2, process.stderr
     (path,) = tmp_path.glob("*.mcap")
     assert str(path) in process.stderr.splitlines()[-1]
     assert "make room" in process.stderr.splitlines()[-1]

@@ -145,6 +145,7 @@ def test_a_reader_that_goes_away_costs_no_pinch(tmp_path, calibration):
     assert whole_pinches(out / "session-3.mcap") == 3
 
 
+@pytest.mark.slow  # as a reader that goes away, above, with a shell
 def test_a_tee_that_dies_costs_no_pinch(tmp_path, calibration):
     out, status, log = tmp_path / "out", tmp_path / "status", tmp_path / "log"
     command = shlex.join([*COMMAND, *options(out, calibration, 3)])
@@ -172,6 +173,7 @@ def test_a_terminal_that_is_closed_ends_it_in_order_and_is_no_success(tmp_path, 
     assert whole_pinches(out / "session-3.mcap") >= 1
 
 
+@pytest.mark.slow  # tests/cli/test_stopping.py: an ignored signal stays ignored
 def test_under_nohup_a_terminal_may_go(tmp_path, calibration):
     out = tmp_path / "out"
     with running("nohup", *COMMAND, *options(out, calibration, 3)) as child:
@@ -219,7 +221,10 @@ def test_a_pulled_cable_is_said_and_so_is_its_return(tmp_path, calibration, port
     assert child.returncode == 130
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize(
+    "number",
+    [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow), signal.SIGKILL],
+)
 def test_a_twin_that_stands_still_holds_nothing_up_and_does_not_stay(tmp_path, calibration, number):
     out = tmp_path / "out"
     with recording(*options(out, calibration, 500)) as child:

@@ -30,6 +30,16 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return recordings(tmp_path_factory.mktemp("train") / "pinches")
 
 
+@pytest.fixture(scope="module")
+def trained(data: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Trainings by the way that their windows were aligned."""
+    folder = tmp_path_factory.mktemp("trained")
+    for contacts in ("known", "detected"):
+        words = ("--estimator", "peak", "--contacts", contacts)
+        assert run("train", data, "--out", folder / contacts, *words) == 0
+    return {contacts: folder / contacts for contacts in ("known", "detected")}
+
+
 def test_a_model_knows_what_it_learned_and_what_was_held_out(
     data: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -49,7 +59,10 @@ def test_a_model_knows_what_it_learned_and_what_was_held_out(
     assert "4 sessions in 4 folds" in record["split"]
 
 
-@pytest.mark.parametrize("model", ["peak", "train_mean", "cnn"])
+@pytest.mark.parametrize(
+    "model",
+    ["peak", *(pytest.param(name, marks=pytest.mark.slow) for name in ("train_mean", "cnn"))],
+)
 def test_every_model_classifies_from_the_command_line(
     data: Path,
     tmp_path: Path,
@@ -82,9 +95,8 @@ def test_unknown_contacts_are_detected(tmp_path: Path, capsys: pytest.CaptureFix
     assert run("evaluate", tmp_path / "m", data) == 0
 
 
-def test_the_detector_learns_from_known_contacts(data: Path, tmp_path: Path) -> None:
-    assert run("train", data, "--contacts", "detected", "--out", tmp_path / "m") == 0
-    assert load_card(tmp_path / "m")["trained_on"]["contacts"] == (
+def test_the_detector_learns_from_known_contacts(trained: dict[str, Path]) -> None:
+    assert load_card(trained["detected"])["trained_on"]["contacts"] == (
         f"detected ({DETECTORS.default} that learned from other sessions; "
         "steady states begin with the first sample)"
     )
@@ -102,11 +114,13 @@ def test_one_session_is_split_at_random_and_says_so(
     )
 
 
-def test_the_same_seed_gives_the_same_files(data: Path, tmp_path: Path) -> None:
-    for name in ("one", "two"):
-        assert run("train", data, "--seed", 4, "--out", tmp_path / name) == 0
+def test_the_same_seed_gives_the_same_files(
+    data: Path, trained: dict[str, Path], tmp_path: Path
+) -> None:
+    words = ("--estimator", "peak", "--contacts", "known", "--seed", 0)
+    assert run("train", data, "--out", tmp_path / "m", *words) == 0
     for file in (CARD, WEIGHTS, "detector.json", "detector.safetensors"):
-        assert (tmp_path / "one" / file).read_bytes() == (tmp_path / "two" / file).read_bytes()
+        assert (tmp_path / "m" / file).read_bytes() == (trained["known"] / file).read_bytes()
 
 
 @pytest.mark.parametrize(
@@ -198,18 +212,19 @@ def test_several_windows_make_a_model_each_beside_one_detector(
 
 
 @pytest.mark.parametrize("ms", ["nan", "inf", "0"])
-def test_impossible_window_beside_a_model_is_refused(ms: str, data: Path, tmp_path: Path) -> None:
-    assert run("train", data, "--estimator", "peak", "--out", tmp_path / "m") == 0
-    assert run("train", data, "--window-ms", ms, "--out", tmp_path / "m") == 2
+def test_impossible_window_beside_a_model_is_refused(
+    ms: str, data: Path, trained: dict[str, Path]
+) -> None:
+    out = trained["known"]
+    original = (out / CARD).read_bytes()
+    assert run("train", data, "--window-ms", ms, "--out", out) == 2
+    assert (out / CARD).read_bytes() == original
 
 
-def test_the_detector_is_saved_whatever_aligned_the_windows(data: Path, tmp_path: Path) -> None:
-    for contacts in ("known", "detected"):
-        out = tmp_path / contacts
-        assert run("train", data, "--estimator", "peak", "--contacts", contacts, "--out", out) == 0
-    saved = [(tmp_path / c / "detector.safetensors").read_bytes() for c in ("known", "detected")]
+def test_the_detector_is_saved_whatever_aligned_the_windows(trained: dict[str, Path]) -> None:
+    saved = [(out / "detector.safetensors").read_bytes() for out in trained.values()]
     assert saved[0] == saved[1]
-    card = json.loads((tmp_path / "known" / "detector.json").read_text(encoding="utf-8"))
+    card = json.loads((trained["known"] / "detector.json").read_text(encoding="utf-8"))
     assert card["data"] == {
         "source": "synthetic",
         "pinches": 60,

@@ -87,6 +87,7 @@ def test_error_ends_the_map_and_the_next_map_works(two_workers: Cluster) -> None
         assert runner.map(abs, [-1]) == [1]
 
 
+@pytest.mark.slow  # two workers, above, run the jobs of a cluster
 def test_single_worker_runs_all_jobs(tmp_path: Path) -> None:
     with cluster(tmp_path, 1) as one_worker, use_cluster(one_worker.address), parallel(1) as runner:
         assert set(runner.map(pid, range(3))) == {one_worker.workers[0].pid}

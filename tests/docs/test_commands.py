@@ -28,6 +28,8 @@ import pytest
 from pages import PAGES, ROOT, Fence, fences, name
 
 import forked
+from firstcontact.cli.options import parse_options
+from firstcontact.cli.verbs import configuration
 
 #: Commands that build an environment or take long, and what runs them.
 ELSEWHERE = {
@@ -192,6 +194,14 @@ def test_tutorials_run_in_a_row_in_one_folder(tmp_path: Path, user_cache: Path) 
         text = run(page, tmp_path, {""}, user_cache)
         # None ends in advice to record more, or finds the files of another.
         assert not re.search("too few|did not make|replaced", text), f"{name(page)}\n{text}"
+
+
+@pytest.mark.parametrize("page", pages_with(*MARKS), ids=name)
+def test_commands_have_the_options_that_they_are_given(page: Path) -> None:
+    for command in (c for f in fences(page) if f.language == "sh" for c in f.commands):
+        if of_package(command) and not re.match("firstcontact --", command):
+            _, verb, *options = shlex.split(command)
+            parse_options(configuration(verb), command, options)
 
 
 def test_no_two_tutorials_write_to_the_same_place() -> None:

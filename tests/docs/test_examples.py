@@ -12,6 +12,8 @@ import forked
 EXAMPLES = sorted(ROOT.glob("examples/*.py"))
 #: It needs ROS 2; tests/test_front_door.py runs it with a stand-in for rclpy.
 ELSEWHERE = ("ros_node",)
+#: It runs a benchmark, as tests/lab/verbs/test_benchmark.py does.
+LONG = ("own_regressor",)
 
 
 #: Runs an example with the smallest sets of its comparison.
@@ -29,7 +31,12 @@ runpy.run_path(sys.argv[1], run_name="__main__")
 
 
 @pytest.mark.parametrize(
-    "example", [e for e in EXAMPLES if e.stem not in ELSEWHERE], ids=lambda p: p.stem
+    "example",
+    [
+        pytest.param(e, id=e.stem, marks=[pytest.mark.slow] if e.stem in LONG else [])
+        for e in EXAMPLES
+        if e.stem not in ELSEWHERE
+    ],
 )
 def test_example_runs(example: Path, tmp_path: Path) -> None:
     is_large = "benchmark import QUICK" in example.read_text(encoding="utf-8")

@@ -60,6 +60,7 @@ def numbered(mark: dict[str, int]) -> dict[str, int]:
     return {"number": mark["number"]}
 
 
+@pytest.mark.slow  # test_commands.py parses the commands, tests/cli/test_audio.py has inputs
 def test_every_command_runs_and_hard_things_sound_hard(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

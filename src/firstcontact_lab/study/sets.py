@@ -116,7 +116,7 @@ def set_rows(subjects: Subjects) -> list[Row[SubjectResults]]:
         Row("noise", lookup(lambda s: s.noise_seconds or None), "s"),
         Row("order of hardness: ρ", lookup(lambda s: s.order_rho), "rho"),
         Row("– its two-sided p", lookup(lambda s: s.order_p), "p"),
-        Row(f"class, material left out, {' / '.join(SHOWN_MS)} ms", lookup(classes)),
+        Row(f"hardness class, material left out, {' / '.join(SHOWN_MS)} ms", lookup(classes)),
         Row("– constant prediction", lookup(lambda s: s.chance), "share"),
     ]
 
@@ -129,7 +129,7 @@ def overview(subjects: Subjects) -> Table:
         f"Contacts by the {title} detector, at the rate of the recordings; it learned from the "
         "set's other specimens where there are some. Early: contacts with a trigger more than 2 ms "
         "before the label. Delay: from the label to the decision. Order: Spearman over materials "
-        "of a score that nothing was fitted to. Class: balanced accuracy of the hardness class."
+        "of a score that nothing was fitted to. Hardness class: balanced accuracy."
     )
     return row_table(set_rows(sets), sets, caption)
 

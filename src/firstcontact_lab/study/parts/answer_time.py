@@ -187,11 +187,11 @@ def answer_table(results: SubjectResults) -> Table | None:
 
 def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
     label = (
-        "Label of the first contact" if Accepted.from_results(subjects).early else "First contact"
+        "label of the first contact" if Accepted.from_results(subjects).early else "first contact"
     )
     return [
         Row(
-            f"{label} to a complete 15 ms window, median",
+            f"From the {label} to the end of a 15 ms window, median",
             optional(lambda r: r[ANSWER], lambda a: a.median),
             "ms",
             remark="With the look-ahead of the filters and the wait for the decision, without the "

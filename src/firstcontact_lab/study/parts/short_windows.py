@@ -541,7 +541,8 @@ def _order(real: RealSet) -> str:
 
 #: Balanced accuracy of the hardness class of held-out materials, at ``SHOWN_MS``.
 BALANCED = Row[SubjectResults](
-    f"Hardness class, material left out: balanced accuracy, {' / '.join(SHOWN_MS)} ms",
+    "Hardness class, Log spectrum without smoothing, material left out: balanced accuracy, "
+    f"{' / '.join(SHOWN_MS)} ms",
     optional(
         real_set,
         lambda real: " / ".join(

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from estimator_tasks import EACH
 from firstcontact.core import INPUT, InputError, import_onnxruntime
 from firstcontact.export import NamedModel, Trained
 from firstcontact.export import _c_library as c_library
@@ -21,13 +22,11 @@ from firstcontact.models import (
     Task,
     WindowModel,
     make_estimator,
-    window_estimators,
 )
 from firstcontact.testing._windows import RATE, toy_windows
 
 pytestmark = pytest.mark.usefixtures("small_searches")
 
-EACH = [(name, task) for name, kind in window_estimators().items() for task in kind.tasks]
 INTERVAL = Interval(0.9, edges=(20.0, 40.0), half_widths=(1.0, 2.5, 4.0))
 
 

@@ -7,13 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from estimator_tasks import EACH
 from firstcontact.core import INPUT, InputError, import_onnxruntime
 from firstcontact.export import NamedModel, Trained
 from firstcontact.export import _onnx_graph as onnx_graph
-from firstcontact.models import ESTIMATORS, Task, make_estimator, window_estimators
+from firstcontact.models import ESTIMATORS, Task, make_estimator
 from firstcontact.testing._windows import RATE, toy_windows
-
-EACH = [(name, task) for name, kind in window_estimators().items() for task in kind.tasks]
 
 
 @pytest.mark.parametrize(("name", "task"), EACH)

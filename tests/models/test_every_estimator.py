@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from estimator_tasks import EACH
 from firstcontact.core import InputError
 from firstcontact.models import (
     ESTIMATORS,
@@ -26,8 +27,6 @@ from firstcontact.testing import check_estimator
 from firstcontact.testing._windows import RATE, toy_windows
 
 pytestmark = pytest.mark.usefixtures("small_searches")
-
-EACH = [(name, task) for name, kind in window_estimators().items() for task in kind.tasks]
 
 
 @pytest.mark.parametrize(("name", "task"), EACH)

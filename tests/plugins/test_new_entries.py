@@ -148,7 +148,7 @@ def test_a_new_entry_is_one_file_and_at_most_one_line(
 ) -> None:
     entry = ENTRIES[kind]
     package = tmp_path / "src" / "firstcontact"
-    shutil.copytree(Path(fc.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(Path(fc.__file__).parent, package)  # with what is compiled
     file = package / entry.file
     assert not file.exists()
     file.write_text(example(entry.page, entry.heading), encoding="utf-8")
@@ -175,7 +175,7 @@ def test_a_new_entry_is_one_file_and_at_most_one_line(
 
 def test_a_field_on_the_page_takes_three_files(work: Path, tmp_path: Path) -> None:
     package = tmp_path / "src" / "firstcontact"
-    shutil.copytree(Path(fc.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(Path(fc.__file__).parent, package)  # with what is compiled
     text = GUIDE.read_text(encoding="utf-8").partition("## A field on the page\n")[2]
     recipe = text.partition("\n## ")[0].replace("\\|", "|")
     steps = re.findall(r"^\| `(.+?)` \| `(.+)` \| `(.+)` \|$", recipe, re.MULTILINE)

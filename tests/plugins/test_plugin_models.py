@@ -8,8 +8,6 @@ from pathlib import Path
 import pytest
 from installed import firstcontact, run
 
-from shared_runs import made_once
-
 #: Contacts, scores and times alone: tests/lab has the other parts and the CNN.
 STUDY = """
 import sys
@@ -36,30 +34,6 @@ check_estimator(ESTIMATORS["loudness"])
 """
 
 
-@pytest.fixture(scope="session")
-def pinches(environment: dict[str, str], tmp_path_factory: pytest.TempPathFactory) -> Path:
-    def make(out: Path) -> None:
-        sizes = ("--pinches-per-block", 20, "--pinches-per-object", 4)
-        process = firstcontact(environment, "simulate", "--out", out, *sizes)
-        assert process.returncode == 0, process.stderr
-
-    return made_once(tmp_path_factory, "plugin-pinches", make)
-
-
-@pytest.fixture(scope="session")
-def model(
-    environment: dict[str, str], pinches: Path, tmp_path_factory: pytest.TempPathFactory
-) -> Path:
-    def make(out: Path) -> None:
-        options = ("--estimator", "loudness", "--detector-type", "energy", "--contacts", "detected")
-        process = firstcontact(environment, "train", pinches, "--out", out, *options)
-        assert process.returncode == 0, process.stderr
-        assert "loudness (regression), 15 ms: " in process.stdout
-        assert "detector energy:" in process.stdout
-
-    return made_once(tmp_path_factory, "plugin-model", make)
-
-
 @pytest.mark.parametrize(("verb", "words"), [("train", "svm,cnn"), ("study", "three_sigma,svm")])
 def test_help_lists_them(verb: str, words: str, environment: dict[str, str]) -> None:
     process = firstcontact(environment, verb, "--help")
@@ -80,6 +54,7 @@ def test_a_kept_model_is_evaluated_and_live(
     assert any(json.loads(line).get("value") is not None for line in process.stdout.splitlines())
 
 
+@pytest.mark.slow  # tests/lab has the study; the two keep the promises of all, see below
 def test_a_study_scores_and_draws_them(
     pinches: Path, environment: dict[str, str], tmp_path: Path
 ) -> None:

@@ -59,8 +59,8 @@ def study(environment: dict[str, str], tmp_path_factory: pytest.TempPathFactory)
 
 
 @pytest.fixture(scope="session")
-def recording(study: Path) -> Path:
-    return sorted((study / "recordings").rglob("*.mcap"))[0]
+def recording(pinches: Path) -> Path:
+    return sorted(pinches.rglob("*.mcap"))[0]
 
 
 @pytest.mark.parametrize(
@@ -81,6 +81,7 @@ def test_help_lists_them_unseen(verb: str, words: list[str], environment: dict[s
     assert process.stderr == ""
 
 
+@pytest.mark.slow  # the policy keeps the promises of all and drives a hand, see below
 def test_a_policy_is_closed_with_judged_and_drawn(study: Path) -> None:
     results = json.loads((study / "results.json").read_text(encoding="utf-8"))["payload"]
     ours, touch = (results["policies"][name]["20"]["all"] for name in ("halfway", "touch"))
@@ -93,10 +94,10 @@ def test_a_policy_is_closed_with_judged_and_drawn(study: Path) -> None:
 
 
 def test_live_drives_the_hand_with_the_policy_from_the_source(
-    environment: dict[str, str], study: Path, recording: Path, tmp_path: Path
+    environment: dict[str, str], model: Path, recording: Path, tmp_path: Path
 ) -> None:
     diary = tmp_path / "diary"
-    device = ("--device", f"tape:{recording}", "--speed", "inf", "--model", study / "models")
+    device = ("--device", f"tape:{recording}", "--speed", "inf", "--model", model)
     hand = ("--hand", "diary", "--hand-port", diary, "--policy", "halfway")
     process = firstcontact(environment, "live", *device, *hand, "--json")
     assert process.returncode == 0, process.stderr
@@ -137,9 +138,9 @@ def test_what_is_broken_is_refused_with_its_reason(
 
 
 def test_a_broken_policy_is_refused_with_its_reason(
-    environment: dict[str, str], study: Path, recording: Path
+    environment: dict[str, str], model: Path, recording: Path
 ) -> None:
-    device = ("--device", recording, "--speed", "inf", "--model", study / "models")
+    device = ("--device", recording, "--speed", "inf", "--model", model)
     process = firstcontact(environment, "live", *device, "--hand", "print", "--policy", "broken")
     assert process.returncode == 2, process.stderr
     assert "ImportError: libtoy is missing" in process.stderr.splitlines()[-1]

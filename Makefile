@@ -33,7 +33,7 @@ itself = $(PIP) install --quiet --no-deps --no-build-isolation --editable .
 plugin = $(PIP) install --quiet --no-deps --no-build-isolation --editable examples/plugin_estimators
 # Built for CPUs only where pip is told of a place that has it, else that of PyPI with CUDA.
 torch  = $(call fetch,cpu) 2>/dev/null || $(call fetch,cuda)
-PINS  := pyproject.toml examples/plugin_estimators/pyproject.toml $(wildcard requirements/*.txt)
+PINS  := pyproject.toml examples/plugin_estimators/pyproject.toml $(wildcard requirements/*.txt) $(wildcard src/firstcontact/core/c/*)
 
 $(BIN)/pip:
 	$(PYTHON) -m venv $(VENV)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import firstcontact as fc
+from compiled_kernels import using
 from firstcontact.core import Dataset, InputError
 from firstcontact.export._trained import exported_parts
 from firstcontact.models import (
@@ -101,7 +102,9 @@ def test_live_gives_the_prediction_of_predict(
     for row in range(12):
         one = labelled.touches.take(np.array([row]))
         expected = model.predict(one)
-        answer = model.follow(one).predict(one.waves[0], int(one.valid[0]))
+        with using(None):
+            followed = model.follow(one)
+        answer = followed.predict(one.waves[0], int(one.valid[0]))
         assert answer is not None
         assert (answer.value, answer.low) == (expected.value[0], expected.low[0])
 

@@ -1,4 +1,4 @@
-"""Predictions for one growing contact equal the model's predictions for many contacts."""
+"""Predictions of NumPy for one growing contact equal the model's for many contacts."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from compiled_kernels import using
 from firstcontact.core import fingertip_layout
 from firstcontact.models import BEFORE, LONGEST, InContextModel, Touches, moments, shipped_model
 from firstcontact.models._compact import THIN, CompactNetwork, Rounded, Thin, moving
@@ -42,7 +43,8 @@ def contact(seed: int, finger: int) -> Touches:
 )
 def test_each_moment_is_that_of_the_model(seed: int, finger: int, due: set[int]) -> None:
     model, touches = shipped(), contact(seed, finger)
-    followed = model.follow(touches)
+    with using(None):
+        followed = model.follow(touches)
     for samples in sorted(due):
         so_far = touches.signals.copy()
         so_far[:, LEAD + samples :] = 0.0

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from streams import as_blocks, cut, cut_frames, facts, run
 
+from compiled_kernels import using
 from firstcontact.contact import Detector, detect
 from firstcontact.core import Block, ClosingSpeed, Dataset, InputError, fingertip_layout
 from firstcontact.models import InContextModel, Model, WindowPredictor, cut_touches, moments
@@ -267,7 +268,8 @@ def test_a_prediction_that_is_no_number_is_refused(
         "predict",
         lambda *a: replace(predict(*a), value=np.full(len(a[1]), np.nan)),
     )
-    events = run(live, as_blocks(fresh.take([0])))
+    with using(None):
+        events = run(live, as_blocks(fresh.take([0])))
     assert not [e for e in events if isinstance(e, Estimate)]
     (refused,) = [e for e in events if isinstance(e, NoEstimate)]
     assert "finite" in refused.reason

@@ -192,6 +192,8 @@ class ContactListener:
     def __init__(self, detector: Detector, layout: Layout) -> None:
         detector.start(layout)
         self._detector = detector
+        # Other detectors do not announce their next decision: it may come with any sample.
+        self._windowed = detector if isinstance(detector, WindowDetector) else None
         self._fingers = len(layout.vibration_fingers)
         self._latch = ConfirmingLatch(layout)
 
@@ -208,15 +210,15 @@ class ContactListener:
     @property
     def due(self) -> int:
         """Number of samples until the next event is possible."""
-        # Other detectors do not announce their next decision: it may come with any sample.
-        due = self._detector.due if isinstance(self._detector, WindowDetector) else 1
-        return due if self._latch.due is None else min(due, self._latch.due)
+        due = 1 if self._windowed is None else self._windowed.due
+        latch_due = self._latch.due
+        return due if latch_due is None else min(due, latch_due)
 
     def update(self, block: Block) -> list[Contact | Withdrawal]:
         """Return the contacts and withdrawals that this block reveals, in order."""
         events = self._latch.update(block, self._detector.judge(block))
-        if self._latch.is_confirmed and isinstance(self._detector, WindowDetector):
-            self._detector.skip(self._latch.latched)
+        if self._latch.is_confirmed and self._windowed is not None:
+            self._windowed.skip(self._latch.latched)
         return events
 
 

@@ -59,6 +59,8 @@ def latch(
 
 def fired_windows(decisions: WindowDecisions) -> Iterator[tuple[int, list[int | None]]]:
     """Yield the last sample of each window that fired, and the onset of each column that did."""
+    if not decisions.fired.any():
+        return
     rows = np.flatnonzero(decisions.fired.any(axis=1))
     columns = (
         array[rows].tolist() for array in (decisions.ends, decisions.fired, decisions.onsets)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Block, Calibration, ChannelKind, Layout, Physical
+from firstcontact.core import Block, Calibration, ChannelKind, Layout, Physical, kernels
 from firstcontact.signal import samples_in
 
 #: Length of a step, s. Closings begin and end on this grid.
@@ -158,6 +158,8 @@ class ClosingGate:
         self._grid = first_sample + self._skipped  # number of the first waiting sample
         self._steps = 0  # steps since the restart
         self._sums = np.zeros((0, 2, len(self._vibration)))  # sums of the last steps
+        # The same for the compiled kernel, with room for the newest step.
+        self._step_sums = np.zeros((STEPS, 2, len(self._vibration)))
         self._unloaded: NDArray[np.float64] | None = None
         self._held = -STEPS  # last step with a held object
 
@@ -174,16 +176,33 @@ class ClosingGate:
         self._waiting = [waiting[used:].copy()]
         self._waiting_samples -= used
         parts = self._volts(waiting[:used]).reshape(steps, self._step, -1)
-        quiet = self._quiet(parts[:, :, : len(self._vibration)])
+        quiet = self._quiet(parts)
         events = self._turns(quiet, parts[:, :, len(self._vibration) :])
         self._grid += used
         self._steps += steps
         return events
 
-    def _quiet(self, piezo: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return a mask of the steps at rest. At rest, most of the last 13 steps are quiet."""
+    def _quiet(self, volts: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return a mask of the steps at rest. At rest, most of the last 13 steps are quiet.
+
+        ``volts`` holds piezos and taxels, shape (steps, samples, columns).
+        """
         assert self._limit is not None
-        new = step_sums(piezo)
+        fingers = len(self._vibration)
+        if (module := kernels()) is not None:
+            at_rest = np.empty(len(volts), np.bool_)
+            module.quiet_steps(
+                volts,
+                volts.shape[2],
+                fingers,
+                self._step,
+                self._step_sums,
+                self._steps,
+                self._limit,
+                at_rest,
+            )
+            return at_rest
+        new = step_sums(volts[:, :, :fingers])
         sums = np.concatenate([self._sums, new])
         self._sums = sums[-(STEPS - 1) :]
         quiet = np.zeros(len(new), dtype=np.bool_)  # unknown for the first steps

@@ -26,15 +26,25 @@ from firstcontact.contact._loudness import (
     parts,
     prediction,
 )
+from firstcontact.contact._stream import SteadyState
 from firstcontact.contact._trained import TrainedDetector, spread_out, stored_array
 from firstcontact.contact._training import session_groups
-from firstcontact.core import GREEN, Constants, Dataset, InputError, Judgement
+from firstcontact.core import (
+    GREEN,
+    Constants,
+    Dataset,
+    InputError,
+    Judgement,
+    kernels,
+)
 
 #: Least deviation of a new sample, in sigmas, for which a window is evaluated.
 AWAKE = 3.0
 #: Largest number of training pinches, and number of folds for the threshold.
 PINCHES = 1000
 FOLDS = 3
+#: Number of looks whose scores the kernel remembers for each finger.
+_REMEMBERED = 8
 #: Largest error of the approximate logarithms in C, doubled for safety.
 ROUGH = 4e-5
 
@@ -60,12 +70,16 @@ class LogisticDetector(TrainedDetector):
     lowest: ClassVar[float] = 1020.0
     duration: ClassVar[float] = 0.020 + (LOOKS - 1) * step
     reach: ClassVar[int] = 22
+    _kernel: Any = None  # constants of the compiled kernel, for the rate of the stream
 
     def __init__(self, seed: int = 0) -> None:
         super().__init__(seed)
         self._line: NDArray[np.float64] | None = None
         self._weights = np.zeros((0, ORDER + 1))
         self._newest: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if name != "_kernel"}
 
     @property
     def trained(self) -> bool:
@@ -107,6 +121,51 @@ class LogisticDetector(TrainedDetector):
         """Fit the linear prediction of each channel's motor noise."""
         self._weights = np.stack([prediction(x) for x in quiet.T])
         self._newest = None
+        self._kernel = self._compile()
+        self._memory = np.full((len(self._weights), _REMEMBERED, 2), np.nan)
+
+    def _compile(self) -> Any:
+        """Return the constants of the compiled kernel; None without one for this rate."""
+        module, sizes = kernels(), self._sizes
+        lengths = np.array(parts(self._rate), np.int32)
+        if module is None:
+            return None
+        try:
+            return module.detector(
+                sizes.window,
+                sizes.step,
+                LOOKS,
+                self.reach * sizes.step,
+                AWAKE,
+                FLOOR,
+                lengths,
+                self._line,
+            )
+        except ValueError:  # windows are longer than the kernel's room
+            return None
+
+    def _judge_windows(
+        self, state: SteadyState, ends: NDArray[np.int64]
+    ) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
+        module = kernels()
+        if module is None or self._kernel is None:
+            return super()._judge_windows(state, ends)
+        onsets = np.empty((len(ends), len(self._fingers)), np.int32)
+        module.judge(
+            self._kernel,
+            np.ascontiguousarray(self._past),
+            self._past_first,
+            int(ends[0]) - self._past_first,
+            len(ends),
+            state.mean,
+            state.sigma,
+            self._weights,
+            np.array([finger not in self._latched for finger in self._fingers]),
+            self._memory,
+            onsets,
+        )
+        fired = onsets >= 0
+        return fired, np.where(fired, onsets.astype(np.int64) + self._past_first, -1)
 
     def wakes(self, x: NDArray[np.float64], ends: NDArray[np.intp]) -> NDArray[np.bool_]:
         """Return a mask of the windows whose newest samples are loud on any finger."""

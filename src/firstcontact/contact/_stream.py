@@ -235,6 +235,8 @@ class WindowDetector(ABC):
             if first != self._next:
                 self._restart(first)
             parts.append(self._judge_run(run))
+        if len(parts) == 1:
+            return parts[0]
         fingers = len(self._columns)
         return WindowDecisions(
             np.concatenate([np.zeros(0, np.int64), *(p.ends for p in parts)]),
@@ -260,23 +262,31 @@ class WindowDetector(ABC):
             return WindowDecisions(
                 np.zeros(0, np.int64), none.astype(np.bool_), none.astype(np.int64)
             )
-        x = self._state.normalise(self._past)
+        fired, onsets = self._judge_windows(self._state, ends)
+        self._window_end = int(ends[-1]) + sizes.step
+        surplus = self._window_end - sizes.window - self._past_first
+        self._past = self._past[surplus:].copy()
+        self._past_first += surplus
+        return WindowDecisions(ends - 1, fired, onsets)
+
+    def _judge_windows(
+        self, state: SteadyState, ends: NDArray[np.int64]
+    ) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
+        """Return the decisions and onsets for the windows of the past that end at these samples."""
+        sizes = self._sizes
+        x = state.normalise(self._past)
         fired = np.zeros((len(ends), x.shape[1]), np.bool_)
         onsets = np.full(fired.shape, -1, dtype=np.int64)
         candidates = np.flatnonzero(self.wakes(x, ends - self._past_first))
         if len(candidates):
             starts = ends[candidates] - sizes.window
             windows = _windows(x, starts - self._past_first, sizes.window)
-            has_contact = self.fires(windows) & self._state.alive
+            has_contact = self.fires(windows) & state.alive
             fired[candidates] = has_contact
             if has_contact.any():
                 picked = pick_onset(windows[has_contact], self.reach * sizes.step)
                 onsets[fired] = picked + starts[np.nonzero(has_contact)[0]]
-        self._window_end = int(ends[-1]) + sizes.step
-        surplus = self._window_end - sizes.window - self._past_first
-        self._past = self._past[surplus:].copy()
-        self._past_first += surplus
-        return WindowDecisions(ends - 1, fired, onsets)
+        return fired, onsets
 
 
 def _windows(

@@ -131,6 +131,10 @@ class CombinedModel(InContextModel):
         apart = share * (1 - share) * (value - regressed) ** 2
         return mixed, math.sqrt(variance + apart)
 
+    def regression(self, finger: int) -> RigRegression:
+        """Return the regression of a rig."""
+        return self._regressions[finger]
+
     def regress(
         self, touches: Touches, rig_features: NDArray[np.float64] | None = None
     ) -> tuple[Values, Values]:

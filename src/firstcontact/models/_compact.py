@@ -173,10 +173,6 @@ class CompactNetwork(Network):
         term: Matrix = thin.fixed @ rig_inputs + thin.into.bias
         return term
 
-    def scale(self, name: str) -> tuple[Matrix, Matrix]:
-        """Return the mean and standard deviation of inputs."""
-        return self._scales[name]
-
 
 def _rounded(
     arrays: Mapping[str, NDArray[Any]], at: str, outputs: int | None, inputs: int

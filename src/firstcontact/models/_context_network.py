@@ -150,6 +150,15 @@ class Network:
             out[f"{name}.mean"], out[f"{name}.sd"] = mean, sd
         return out
 
+    @property
+    def layers(self) -> Mapping[str, tuple[Matrix, Matrix]]:
+        """Weight and bias of each layer."""
+        return self._layers
+
+    def scale(self, name: str) -> tuple[Matrix, Matrix]:
+        """Return the mean and standard deviation of inputs."""
+        return self._scales[name]
+
     def context(self, tokens: NDArray[Any], general: NDArray[Any]) -> Context:
         """Return the encoded rig.
 

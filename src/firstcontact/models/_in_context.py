@@ -28,6 +28,7 @@ from firstcontact.models._network_inputs import BESIDE, beside, network_inputs
 from firstcontact.models._out_of_range import Familiar, shape_traits
 from firstcontact.models._predictions import Predictions
 from firstcontact.models._rig import GENERAL, STAGES, TOKEN, Rig, stage_index
+from firstcontact.models._rig_regression import RigRegression
 from firstcontact.models._rig_speeds import LEAST, MOST, RigSpeeds
 from firstcontact.models._single_contact import SingleContactPredictor
 from firstcontact.models._spec import Arrays, Values
@@ -88,7 +89,8 @@ class InContextModel:
     def follow(self, touches: Touches) -> SingleContactPredictor:
         """Return the predictions for one contact (one row) while its signal arrives."""
         self._check(touches)
-        return SingleContactPredictor(self, touches, self.rig_features(touches))
+        rig = self.rigs[self.by_rig(touches)[0][0]]
+        return SingleContactPredictor(self, touches, beside(touches, rig, one=True))
 
     @property
     def network(self) -> Network:
@@ -212,6 +214,10 @@ class InContextModel:
             Prediction and spread of the network.
         """
         return value, spread
+
+    def regression(self, finger: int) -> RigRegression | None:
+        """Return the regression that :meth:`refine` mixes with the network; None without one."""
+        return None
 
     def _check(self, touches: Touches) -> None:
         if not is_same_rate(touches.rate, self.rate):

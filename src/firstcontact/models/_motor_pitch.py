@@ -9,10 +9,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.core import kernels
 from firstcontact.models._spec import Values
 from firstcontact.models._touches import BEFORE, Signals
 from firstcontact.signal import BASELINE_GUARD, samples_in
@@ -104,6 +106,17 @@ def ear_constants(rate: float) -> dict[str, float | NDArray[np.generic]]:
     }
 
 
+@lru_cache(maxsize=8)
+def _compiled_ear(lead: int, rate: float) -> Any:
+    """Return the constants of the compiled kernel; None without it."""
+    module = kernels()
+    if module is None or quiet_samples(lead, rate) > _FFT:
+        return None
+    cell, part = _places(rate)
+    turn = np.sin(2 * np.pi * np.arange(_FFT + _FFT // 4) / _FFT)
+    return module.ear(_fade(quiet_samples(lead, rate)), cell.astype(np.int32), part, turn)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class MotorPitch:
     """Spectrum of a rig's motor at its usual speed.
@@ -133,6 +146,18 @@ class MotorPitch:
             reference = np.sum(moved, axis=0) / max(float(weight.sum()), 1e-9)
         shift, _ = _shifts(heard, reference)
         return cls(reference, float(np.median(shift)))
+
+    def listen_to_one(self, signals: Signals, lead: int, rate: float) -> tuple[Values, Values]:
+        """Return :meth:`listen` for one contact, with the arguments of :func:`spectra`.
+
+        Compiled kernels take a tenth of the time. Their results differ by rounding only.
+        """
+        module, ear = kernels(), _compiled_ear(lead, rate)
+        if module is None or ear is None:
+            return self.listen(spectra(signals, lead, rate))
+        heard = np.ascontiguousarray(signals[0, : quiet_samples(lead, rate)], np.float32)
+        shift, alike = module.listen(ear, np.ascontiguousarray(self.reference), heard)
+        return np.full(1, shift * STEP - self.usual), np.full(1, min(max(alike, 0.0), 1.0))
 
     def listen(self, heard: Spectra) -> tuple[Values, Values]:
         """Return the speed relative to the rig's usual speed.

@@ -20,13 +20,16 @@ BESIDE = 5
 INPUTS = 3 * STAGES[-1] + len(NAMES) + BESIDE
 
 
-def beside(touches: Touches, rig: Rig) -> NDArray[np.float64]:
+def beside(touches: Touches, rig: Rig, *, one: bool = False) -> NDArray[np.float64]:
     """Return the network's inputs for closing speed and radius, shape (n, BESIDE).
 
-    They do not change with the time after the contact.
+    They do not change with the time after the contact. ``one`` is True for a single contact that is
+    followed live.
     """
     speed, alike = np.zeros(len(touches)), np.zeros(len(touches))
-    if rig.pitch is not None:
+    if rig.pitch is not None and one:
+        speed, alike = rig.pitch.listen_to_one(touches.signals, touches.lead, touches.rate)
+    elif rig.pitch is not None:
         speed, alike = rig.pitch.listen(spectra(touches.signals, touches.lead, touches.rate))
     is_told = np.isfinite(touches.speeds)
     if rig.speeds is not None and is_told.any():

@@ -20,8 +20,8 @@ STILL = 0.5
 #: Share of the training contacts that is marked out of range.
 FALSE_ALARMS = 0.01
 #: Direction in which all traits move when the gain of the sensor changes.
-_GAIN = np.isin(np.arange(TRAITS), [NAMES.index(n) for n in ("peak", "steepest rise", "power")])
-_GAIN[len(NAMES)] = True  # the noise before the contact
+GAIN = np.isin(np.arange(TRAITS), [NAMES.index(n) for n in ("peak", "steepest rise", "power")])
+GAIN[len(NAMES)] = True  # the noise before the contact
 #: Distance that differences of gain between sessions can cause. Smaller distances are ignored.
 _SHRINK = 1e-3
 
@@ -127,7 +127,7 @@ class Familiar:
         away = np.einsum("nij,nj->ni", self.whitening[stages], far)
         square = (away * away).sum(axis=1)
         if not has_level:
-            along = self.whitening @ _GAIN
+            along = self.whitening @ GAIN
             along /= np.maximum(np.linalg.norm(along, axis=1), 1e-30)[:, None]
             square = np.maximum(square - np.einsum("ni,ni->n", away, along[stages]) ** 2, 0.0)
         out: NDArray[np.bool_] = np.sqrt(square) > self.limit[stages]

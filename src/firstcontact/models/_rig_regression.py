@@ -75,6 +75,19 @@ class RigRegression:
         least, most = SHORE_A
         return min(max(value, least), most), spread
 
+    @property
+    def constants(self) -> tuple[float, float, int]:
+        """Mean and unit of the targets, and the number of pinches."""
+        return self._centre, self._unit, len(self._shore_a)
+
+    def stacked(self) -> tuple[NDArray[np.float64], ...]:
+        """Return the arrays of :meth:`predict`, each with a first axis of stages, and the scale.
+
+        Known inputs have the shape (stages, ``WIDTH``, n).
+        """
+        mean, sd, known_inputs, *fitted = map(np.stack, zip(*self._stages, strict=True))
+        return mean, sd, known_inputs.transpose(0, 2, 1), *fitted, self._scale
+
     def to_arrays(self) -> Arrays:
         """Return the regression as arrays, for :meth:`from_arrays`."""
         return {"inputs": self._inputs, "shore_a": self._shore_a, "scale": self._scale}

@@ -1,9 +1,10 @@
 """Fast predictions for one contact while its signal arrives.
 
-A NumPy call takes at least a microsecond, and the general code needs 200 of them. This module
-repeats the network's arithmetic for a single contact. It stores values that later predictions for
-the same contact need again, and so takes a third of the time. The results equal those of
-:meth:`InContextModel.predict` bit by bit.
+A NumPy call takes at least a microsecond, and the general code needs 200 of them. Compiled kernels
+need one call; see :mod:`firstcontact.models._compiled`. Without them this module repeats the
+network's arithmetic for a single contact. It stores values that later predictions for the same
+contact need again, and so takes a third of the time. The results equal those of
+:meth:`InContextModel.predict` bit by bit, and those of the kernels up to rounding.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.models._compiled import compiled_prediction
 from firstcontact.models._contact_features import LEAST, NAMES
 from firstcontact.models._interval import SHORE_A
 from firstcontact.models._network_inputs import INPUTS
@@ -65,11 +67,18 @@ class SingleContactPredictor:
         #: Inputs besides the signal, of one row.
         self.features = features
         finger = model.by_rig(touches)[0][0]
+        self._compiled = compiled_prediction(model, finger)
         self._refine = partial(model.refine, finger) if model.refines else None
         self._rig, self._network = model.rigs[finger], model.network
         self._context, self._familiar = model.context(finger), model.familiar
         self._factors, self._rate = model.factors.tolist(), touches.rate
         self._has_level = self._rig.tokens.shape[1] > 0
+        level = np.full(1, self._rig.level)
+        noise = pre_contact_noise(touches.signals[:, : touches.lead], level)
+        self._traits = np.empty(TRAITS)
+        self._traits[-2] = noise[0]
+        if self._compiled is not None:
+            return
         size = STAGES[-1]
         self._t = np.arange(size).astype(np.float64)
         self._v = np.zeros(size)
@@ -78,10 +87,11 @@ class SingleContactPredictor:
         self._x = np.zeros(INPUTS)
         self._x[-len(features[0]) :] = features[0]
         self._done = 0  # samples of the signal that are in these arrays
-        level = np.full(1, self._rig.level)
-        noise = pre_contact_noise(touches.signals[:, : touches.lead], level)
-        self._traits = np.empty(TRAITS)
-        self._traits[-2] = noise[0]
+
+    @property
+    def is_compiled(self) -> bool:
+        """True if the compiled kernels predict."""
+        return self._compiled is not None
 
     def predict(self, signal: NDArray[np.floating], valid: int) -> ContactPrediction | None:
         """Return the prediction from the first ``valid`` samples; None if it is not finite.
@@ -94,6 +104,10 @@ class SingleContactPredictor:
             Number of samples that may be used, more than in the previous call.
         """
         stage = _stage_index(valid, self._rate)
+        if self._compiled is not None:
+            noise = float(self._traits[-2])
+            answer = self._compiled(signal, valid, stage, self.features, noise)
+            return None if answer is None else ContactPrediction(*answer)
         self._take(signal, valid)
         traits = self._features(valid)
         mixture = self._network.outputs_of_one(self._x, self._context, stage)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -58,6 +60,7 @@ class TouchStream:
         self._signal: Signals | None = None  # of the contact so far ...
         self._cut = 0  # ... with so many samples after it
         self._baseline = 0.0
+        self._longest = lengths(layout.rate)[1]
         #: Reason why no further prediction comes, "" if none is missing.
         self.refused = ""
         self._restart(0, 0)
@@ -96,8 +99,19 @@ class TouchStream:
             One row for each millisecond after the contact that these samples completed, the
             shortest first; None if they completed none. Samples after that time are not valid.
         """
+        counts = self.advance(block, contact)
+        return self.touches(counts) if counts else None
+
+    def advance(self, block: Block, contact: Contact | None = None) -> tuple[int, ...]:
+        """Process samples as :meth:`update` does.
+
+        Returns
+        -------
+        tuple of int
+            Numbers of samples after the contact of the moments that these samples completed.
+        """
         if not self._left:
-            return None
+            return ()
         if block.first_sample != self._end or block.epoch != self._epoch:
             self._restart(block.first_sample, block.epoch)
         smooth = self._smoothing.update(self._volts(block.data))
@@ -107,6 +121,18 @@ class TouchStream:
             self._contact = contact
         return self._complete()
 
+    def touches(self, counts: Sequence[int]) -> Touches:
+        """Return the contact after each of these numbers of samples, from :meth:`advance`."""
+        assert self._signal is not None
+        assert self._contact is not None
+        return self._touches(self._contact, self._signal, np.array(counts, np.intp))
+
+    @property
+    def wave(self) -> Signals:
+        """Signal from the contact on, valid up to the last completed moment, shape (samples,)."""
+        assert self._signal is not None
+        return self._signal[len(self._signal) - self._longest :]
+
     def approach(self) -> Touches | None:
         """Return the contact with only the signal before it; None without a contact.
 
@@ -115,12 +141,12 @@ class TouchStream:
         contact = self._contact
         if contact is None or contact.finger not in self._fingers:
             return None
-        shortest, longest = lengths(self._layout.rate)
+        shortest = lengths(self._layout.rate)[0]
         start = len(self._past) - (self._end - contact.sample)
         if start < 0:
             return None
         column = self._past[:start, self._fingers.index(contact.finger)]
-        column = np.concatenate([column, np.zeros(longest)])
+        column = np.concatenate([column, np.zeros(self._longest)])
         signal = cut_touch(column, start, self._layout.rate)
         return None if signal is None else self._touches(contact, signal, np.array([shortest]))
 
@@ -131,19 +157,19 @@ class TouchStream:
             return None
         rate = self._layout.rate
         column = self._past[:, self._fingers.index(contact.finger)]
+        longest = self._longest
         if self._signal is None:
             self._signal = cut_touch(column, start, rate)
             self._baseline = compute_baseline(
                 column[max(start - samples_in(BEFORE, rate), 0) :], rate
             )
         else:  # add what is new
-            longest = lengths(rate)[1]
             until = min(available, longest)
             new = column[start + self._cut : start + until]
             self._signal[len(self._signal) - longest :][self._cut : until] = new - self._baseline
             if not np.isfinite(new).all():
                 return None
-        self._cut = min(available, lengths(rate)[1])
+        self._cut = min(available, longest)
         return self._signal
 
     def _touches(self, contact: Contact, signal: Signals, valid: NDArray[np.intp]) -> Touches:
@@ -159,20 +185,19 @@ class TouchStream:
             rate=self._layout.rate,
         )
 
-    def _complete(self) -> Touches | None:
+    def _complete(self) -> tuple[int, ...]:
         contact = self._contact
         if contact is None:
-            return None
+            return ()
         available = self._end - contact.sample
-        now = np.array([n for n in self._left if n <= available], np.intp)
-        if not len(now):
-            return None
-        signal = self._signal_until(contact, available)
-        if signal is None:
+        counts = tuple(n for n in self._left if n <= available)
+        if not counts:
+            return ()
+        if self._signal_until(contact, available) is None:
             self._refuse("too little signal before the contact, or the piezo is dead")
-            return None
-        self._left = self._left[len(now) :]
-        return self._touches(contact, signal, now)
+            return ()
+        self._left = self._left[len(counts) :]
+        return counts
 
     def _refuse(self, why: str) -> None:
         self.refused, self._left = why, ()

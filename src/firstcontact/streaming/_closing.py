@@ -77,7 +77,10 @@ class Strips:
         for finger, columns in self._columns.items():
             if not columns or any(contact.finger is finger for contact in self._closed):
                 continue
-            is_closed = block.data[:, columns[0]] > 0
+            values = block.data[:, columns[0]]
+            if finger in self._open and not values.any():
+                continue
+            is_closed = values > 0
             if finger not in self._open:
                 if is_closed.all():
                     continue  # held since before this closing

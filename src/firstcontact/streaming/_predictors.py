@@ -201,15 +201,17 @@ class _NetworkStream:
 
     def update(self, block: Block, contact: Contact | None) -> Iterator[Prediction]:
         self._contact = self._contact or contact
-        touches = self._stream.update(block, contact)
-        if touches is None or self._contact is None:
+        counts = self._stream.advance(block, contact)
+        if not counts or self._contact is None:
             return
         if self._answers is None:
-            self._answers = self._model.follow(touches.take(np.zeros(1, np.intp)))
-        if len(touches) <= self._few:
-            for signal, samples in zip(touches.waves, touches.valid.tolist(), strict=True):
-                yield self._predict(self._answers, signal, samples)
+            self._answers = self._model.follow(self._stream.touches(counts[:1]))
+        if self._answers.is_compiled or len(counts) <= self._few:
+            wave = self._stream.wave
+            for samples in counts:
+                yield self._predict(self._answers, wave, samples)
             return
+        touches = self._stream.touches(counts)
         features = np.repeat(self._answers.features, len(touches), axis=0)
         rows = self._model.predict(touches, features)
         if not (np.isfinite(rows.value) & np.isfinite(rows.low) & np.isfinite(rows.high)).all():

@@ -1,0 +1,52 @@
+"""The compiled kernels, built from their sources, and NumPy in place of them."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sysconfig
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from importlib.machinery import ExtensionFileLoader
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from firstcontact.core import _native
+
+SOURCES = Path(_native.__file__).parent / "c"
+STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic")
+OPTIONS = ("-O3", "-ffp-contract=off", "-fPIC", "-shared")
+
+
+@cache
+def built_kernels() -> ModuleType:
+    """Return the kernels of this checkout, whether or not it was installed with them."""
+    compiler = shutil.which("cc")
+    header = Path(sysconfig.get_path("include"))
+    if compiler is None or not (header / "Python.h").is_file():
+        pytest.skip("no C compiler, or no headers of Python")
+    with tempfile.TemporaryDirectory() as folder:
+        library = Path(folder) / "_compiled.abi3.so"
+        command = [compiler, *STRICT, *OPTIONS, "-isystem", header, *sorted(SOURCES.glob("*.c"))]
+        subprocess.run([*command, "-lm", "-o", library], check=True)
+        loader = ExtensionFileLoader("_compiled", str(library))
+        spec = spec_from_file_location("_compiled", library, loader=loader)
+        assert spec is not None
+        module = module_from_spec(spec)
+        loader.exec_module(module)
+    return module
+
+
+@contextmanager
+def using(module: ModuleType | None) -> Iterator[None]:
+    """Use these kernels; NumPy for None."""
+    before, _native._compiled = _native._compiled, module
+    try:
+        yield
+    finally:
+        _native._compiled = before

@@ -51,7 +51,7 @@ def contact(seed: int, finger: int, sign: float) -> Touches:
     ring = np.exp(-t / rng.uniform(2, 40)) * np.sin(t / rng.uniform(2, 20))
     signal[LEAD:] += sign * 10 ** rng.uniform(-3, 1) * ring
     signals = signal.round(3)[None].astype(np.float32)
-    return Touches.untold(signals, np.full(1, moments(RATE)[0]), np.full(1, finger), RATE)
+    return Touches.from_signals(signals, np.full(1, moments(RATE)[0]), np.full(1, finger), RATE)
 
 
 @settings(max_examples=40)

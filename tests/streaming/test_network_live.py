@@ -12,7 +12,16 @@ from streams import as_blocks, cut, cut_frames, facts, run
 
 from compiled_kernels import using
 from firstcontact.contact import Detector, detect
-from firstcontact.core import Block, ClosingSpeed, Dataset, InputError, fingertip_layout
+from firstcontact.core import (
+    Block,
+    ClosingSpeed,
+    Contact,
+    Dataset,
+    Finger,
+    InputError,
+    Pinch,
+    fingertip_layout,
+)
 from firstcontact.models import InContextModel, Model, WindowPredictor, cut_touches, moments
 from firstcontact.models import NetworkPredictor as NetworkEntry
 from firstcontact.models._rig_speeds import RigSpeeds
@@ -275,6 +284,22 @@ def test_a_prediction_that_is_no_number_is_refused(
     assert "finite" in refused.reason
     (finished_pinch,) = [e for e in events if isinstance(e, PinchDone)]
     assert (finished_pinch.final, finished_pinch.reason) == (None, refused.reason)
+
+
+@pytest.mark.parametrize("rate", [4890.0, 4985.0])
+def test_a_clock_within_the_tolerance_is_resampled(rate: float, anytime: InContextModel) -> None:
+    layout = replace(LAYOUT, rate=rate)
+    rng = np.random.default_rng(0)
+    data = rng.normal(16384, 300, (400, LAYOUT.width)).astype(np.int16)
+    contact = Contact(Finger.INDEX, 300, 309)
+    expected = anytime.predict(cut_touches(Dataset((Pinch(data, layout),)), [contact])[0])
+    for few in (True, False):
+        stream = NetworkPredictor(anytime).start(layout, real_time=few)
+        predictions = list(stream.update(Block(data[:310]), contact))
+        for i in range(310, 400, 5):
+            predictions += stream.update(Block(data[i : i + 5], i), None)
+        assert len(predictions) == len(moments(rate))
+        assert predictions[-1].value == pytest.approx(expected.value[0], abs=1e-3)
 
 
 def test_a_stream_at_another_rate_is_refused(detector: Detector, anytime: InContextModel) -> None:

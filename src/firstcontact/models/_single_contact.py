@@ -67,9 +67,9 @@ class SingleContactPredictor:
         #: Inputs besides the signal, of one row.
         self.features = features
         finger = model.by_rig(touches)[0][0]
-        self._compiled = None
-        if touches.waves.shape[1] == STAGES[-1]:  # at other rates the kernels cannot resample
-            self._compiled = compiled_prediction(model, finger)
+        #: True if :meth:`predict` can be used: it does not resample contacts of another rate.
+        self.fits = touches.waves.shape[1] == STAGES[-1]
+        self._compiled = compiled_prediction(model, finger) if self.fits else None
         self._refine = partial(model.refine, finger) if model.refines else None
         self._rig, self._network = model.rigs[finger], model.network
         self._context, self._familiar = model.context(finger), model.familiar

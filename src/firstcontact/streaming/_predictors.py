@@ -206,7 +206,7 @@ class _NetworkStream:
             return
         if self._answers is None:
             self._answers = self._model.follow(self._stream.touches(counts[:1]))
-        if self._answers.is_compiled or len(counts) <= self._few:
+        if self._answers.is_compiled or (self._answers.fits and len(counts) <= self._few):
             wave = self._stream.wave
             for samples in counts:
                 yield self._predict(self._answers, wave, samples)

@@ -217,14 +217,14 @@ BAD_CSV: list[tuple[dict[str, Any], tuple[str, ...]]] = [
     ({"time_s": [i / RATE for i in range(5)] + [i / 9000 for i in range(5)]}, ("time_s", "9000")),
     ({"sample_rate_hz": [9000] * 10}, ("time_s", "sample_rate_hz", "9000")),
     ({"sample_rate_hz": [RATE] * 9 + [1]}, ("sample_rate_hz", "line 11")),
-    ({"shore_a": [10] * 6 + [20] * 4}, ("shore_a", "changes", "line 8")),
+    ({"shore_a": [10] * 6 + [20] * 4}, ("shore_a", "must be the same", "line 8")),
     ({"shore_a": [10] * 5 + [""] * 5}, ("shore_a", "line 7")),
     ({"first_contact": [2] * 5 + [5] * 5}, ("first_contact", "outside")),
     ({"piezo_unit": ["furlong"] * 10}, ("piezo_unit", "furlong")),
     ({"force_index_0": [1] * 10}, ("force_index_1", "or none")),
     (
         {f"force_{f}_{k}": [0] * 9 + [200 * k] for f in ("index", "thumb") for k in range(6)},
-        ("force_index_1", "200 V", "force_unit counts"),
+        ("force_index_1", "200 V", "force_unit to counts"),
     ),
     ({"pinch": list(range(10)), "first_contact": [0] * 10}, ("one sample",)),
 ]

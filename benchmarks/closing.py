@@ -1,9 +1,9 @@
-"""Processor time of one commanded closing of the twin's hand, for several variants.
+"""Processor time of one commanded closing of the simulated hand, relative to a reference.
 
 Each closing gets the same three commands. The reference builds a new plant for each closing, uses
 the fine time step to the end, and reads all samples in blocks of five until the last command. The
 other variants copy a prepared plant at its first sample or at the first contact. They use a coarser
-step once the plant is calm. All variants run in turn in this process, without detector and policy,
+time step after the contacts. All variants run in turn in this process, without detector and policy,
 after compilation. Run it on an idle machine: ``OMP_NUM_THREADS=1 python benchmarks/closing.py``.
 """
 
@@ -86,7 +86,7 @@ def forked(hand: GraspPlant, reads: bool) -> GraspOutcome:
 
 
 def spent(work: Callable[[], GraspOutcome]) -> tuple[float, GraspOutcome]:
-    """Call a function. Return its processor time, ms, and its result."""
+    """Return the processor time of a closing, ms, and its outcome."""
     begin = time.process_time()
     outcome = work()
     return 1e3 * (time.process_time() - begin), outcome
@@ -118,7 +118,7 @@ def main() -> None:
             print(f"latency {1e3 * latency:.0f} ms, lift {lift.duration:g} s; ms of CPU time:")
             for name, ms in (("forked", new), ("at the contact", later), ("and read", read)):
                 print(f"  {name}: {ms:.1f}, {old / ms:.1f} times less than {old:.1f}")
-            print(f"  {other} of {len(rows)} have another outcome")
+            print(f"  {other} of {len(rows)} closings end otherwise than the reference")
 
 
 if __name__ == "__main__":

@@ -52,7 +52,7 @@ def seconds(work: Callable[[], object], repeats: int = 3) -> float:
 
 
 def naive_seconds_a_window(svm: SvmDetector, windows: int) -> float:
-    """Return the time for these windows with scikit-learn's ``predict``, s."""
+    """Return the time for a number of windows with scikit-learn's ``predict``, s."""
     from sklearn.svm import SVC
 
     arrays = svm.to_arrays()

@@ -3,9 +3,9 @@
 The truth is known in a synthetic world. Kinds of objects are drawn around the household objects,
 within their groups. Two fixed rules grip them, one with a stiffness reading and one without. Each
 repetition draws as many kinds, hands and specimens as the study has. It computes the interval of
-"fewer drops where both damage 10 %" in two ways. The first chooses the boldness (a factor on all
-forces) again in each resample, as the study does. The second keeps the boldness that fits all
-picks, and counts additional damage as drops. The study's numbers are not used.
+the reduction in drops by the first rule, at 10 % damage, in two ways. The first scales the forces
+of both rules again in each resample, as the study does. The second keeps the scales from all picks
+and counts additional damage as drops. The study's numbers are not used.
 """
 
 from __future__ import annotations
@@ -81,12 +81,12 @@ def drawn(
 
 
 def rescaled(ours: Outcomes, theirs: Outcomes, weights: Values | None) -> Values:
-    """Return the difference in drops, with 10 % damage in each resample."""
+    """Return the reduction in drops, with the forces scaled to 10 % damage in each resample."""
     return less(*(front(o, weights).drop_share() for o in (ours, theirs)))
 
 
 def fixed(ours: Outcomes, theirs: Outcomes, weights: Values) -> Values:
-    """Return the difference in drops at the boldness that fits all picks.
+    """Return the reduction in drops, with the same scales of the forces in all resamples.
 
     Additional damage counts as drops.
     """

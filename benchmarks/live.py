@@ -5,11 +5,11 @@ The twin's running hand (60 s with some 30 closings) is replayed through the pip
 comparison, the naive form processes the whole closing so far again for each estimate, and calls
 scikit-learn's ``predict``.
 
-``firstcontact live --device twin`` then runs in real time over a pseudo terminal, several times
-each without a page, and with a page and a client of it. The main result is the share of closings
-with an estimate in force: one that was available before the second contact, with all delays.
-``--out`` writes these figures as JSON. Run it with one thread: ``OMP_NUM_THREADS=1 python
-benchmarks/live.py``.
+``firstcontact live --device twin`` then runs in real time over a pseudo terminal, several
+times without a page and several times with a page and a client of it. The main result is the share
+of closings with an estimate in time: available before the second contact, by the clock, with all
+delays. ``--out`` writes these figures as JSON. Run it with one thread:
+``OMP_NUM_THREADS=1 python benchmarks/live.py``.
 """
 
 from __future__ import annotations
@@ -64,12 +64,12 @@ FRAME, LONG = 5, 494
 
 
 def split(data: np.ndarray, size: int) -> list[Block]:
-    """Return a stream in blocks."""
+    """Return a stream in blocks of ``size`` samples."""
     return [Block(data[i : i + size], i) for i in range(0, len(data), size)]
 
 
 def replayed(pipeline: Pipeline, blocks: list[Block]) -> tuple[float, list[PinchDone]]:
-    """Return the time for a stream, s, and its pinches."""
+    """Return the time that a pipeline needs for a stream, s, and the pinches of the stream."""
     pinches = []
     begin = time.perf_counter()
     for block in blocks:
@@ -150,7 +150,7 @@ class RealTime:
     in_force, in_force_share
         Number and share of closings with an estimate available when the second finger touched.
     missed_offsets_ms
-        Times from the first to the second contact in closings without an available estimate, ms.
+        Times from the first to the second contact in closings without such an estimate.
     first_pinch_ms, compute_ms
         Time from the last needed sample to the estimate, ms: for the first pinch of the session,
         and median, 99th percentile and maximum over all pinches.
@@ -176,7 +176,7 @@ class RealTime:
         """Text with the results on one line."""
         p50, p99, longest = self.compute_ms
         return (
-            f"estimate in force in {self.in_force} of {self.closings} closings "
+            f"estimate in time in {self.in_force} of {self.closings} closings "
             f"({100 * self.in_force_share:.0f} %); sample to estimate p50 {p50:.2f} ms, "
             f"p99 {p99:.2f} ms, longest {longest:.2f} ms, first of the session "
             f"{self.first_pinch_ms:.2f} ms; {100 * self.core_share:.1f} % of a core; load "

@@ -1,8 +1,8 @@
 """Time and memory of each step against the number of pinches.
 
-Each step runs in a process of its own on simulated recordings. The table shows wall time,
-processor time and peak memory, and the growth of processor time per pinch relative to the smallest
-number. 100,000 pinches take some 12 GB of disk. Run it with
+Each step runs in a separate process on simulated recordings. The table shows wall time, processor
+time and peak memory. It also shows the processor time per pinch, relative to that with the smallest
+number of pinches. 100,000 pinches take some 12 GB of disk. Run it with
 ``OMP_NUM_THREADS=1 python benchmarks/scale.py --pinches 1000 10000 100000``.
 """
 
@@ -21,7 +21,7 @@ from pathlib import Path
 
 #: Blocks of the simulated recordings.
 BLOCKS = 5
-#: Pinches of unseen objects that the models are evaluated on, of each of the eight objects.
+#: Number of pinches of each of the eight unseen objects on which the models are evaluated.
 OBJECT_PINCHES = 25
 
 LOAD = """

@@ -1,8 +1,8 @@
 """Detection rate and false alarms of a slip detector on the twin: `python benchmarks/slip.py`.
 
-The threshold is set by the number of false alarms alone, on quiet holds of one hand (``SET_ON``).
-All results are for other hands. Slips are modelled (docs/explanation/slip.md), so these are twin
-results.
+The threshold is set so that the detector gives few false alarms in holds without slip by one hand
+(``SET_ON``). All results are for other hands. Slips are modelled (docs/explanation/slip.md), so
+these are twin results.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ def hold(seed: int, place: int, ratio: float, lift: Lift, coupling: float) -> Ho
 
 
 def listen(pinch: Hold, threshold: float, begin: int) -> tuple[list[int], list[float]]:
-    """Return the alarms of the slip detector, and the loudness of each piece."""
+    """Return the samples of the alarms, and the loudness of each piece of the signal."""
     detector = PowerSlipDetector(threshold)
     detector.start(LAYOUT)
     alarms, loud = [], []
@@ -159,7 +159,7 @@ def main() -> None:
     results["set_on"] = alarms_a_minute(per_hand[SET_ON], threshold)
     for seed in HELD_OUT:
         results["quiet"][seed] = alarms_a_minute(per_hand[seed], threshold)
-    # The detector starts too early here: at a contact or while the motor runs.
+    # Here the detector starts too early on purpose: at a contact, or while the motor runs.
     for name, at in (("squeeze", 0.03), ("motor and contact", -0.115)):
         count = 0
         for h in per_hand[HELD_OUT[0]]:

@@ -46,7 +46,7 @@ from firstcontact.twin import _run as run_module
 
 
 def drawn(kind: TwinObject, number: int, condition: Condition = PAPER_RIG) -> PinchDraw:
-    """Return the random draw of one pinch, which is the same each time."""
+    """Return the random draw of the pinch with this number, which is always the same."""
     specimen = draw_specimen(0, condition, kind, 0)
     return draw_pinch(0, condition, "benchmark", specimen, number)
 
@@ -145,7 +145,7 @@ def main() -> None:
         begin = time.perf_counter()
         simulate(home / "warm", "paper-rig", 1, 1, 0, 1)
         ready = time.perf_counter() - begin
-        print(f"loading or compiling the kernel, excluded below: {ready:.1f} s")
+        print(f"loading or compiling the kernel, not included in the times below: {ready:.1f} s")
         step = 1e6 / FINGERTIP_RATE / SUBSTEPS
         print(f"step {step:.0f} us; halved, waveforms move by at most {100 * halving(5):.2f} %")
         for workers in (1, 2):

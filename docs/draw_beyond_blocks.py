@@ -31,9 +31,10 @@ from firstcontact_lab.study.parts.generalise import GENERALISE, generalise_figur
 
 ROOT = Path(__file__).parents[1]
 IMAGES = ROOT / "docs" / "images"
-#: Of the hands in the first picture, and pinches of each thing; no score is made of them.
+#: Seeds of the hands in the first picture, and number of pinches of each object. No score uses
+#: these pinches.
 SEEDS, PINCHES = (611, 612, 613, 614), 40
-#: Flat blocks, and round things of about the same readings.
+#: Flat blocks, and round objects with about the same durometer readings.
 THINGS = (
     ("block 29", SKY, "-"),
     ("apple 1", SKY, "--"),
@@ -51,7 +52,10 @@ def write(name: str, image: str) -> None:
 
 
 def median_signal(seed: int, kind: TwinObject) -> tuple[np.ndarray, np.ndarray]:
-    """Return time, ms, and median signal, V, of one hand's contacts with an object."""
+    """Return the time (ms) and the median signal (V) of one hand's pinches of an object.
+
+    Signal after a second contact is left out.
+    """
     pinches = []
     for number in range(PINCHES):
         draw = draw_pinch(seed, EVERYDAY, "picture", kind, f"{kind.name} {number}")

@@ -22,9 +22,10 @@ from selenium import webdriver
 from selenium.webdriver.chrome.options import Options
 from selenium.webdriver.chrome.service import Service
 
-#: Size of the window, of the pictures, how many a second, for how long, s, and after what start.
+#: Size of the window and width of the pictures, pixels; pictures per second; length of the film,
+#: and time before it, s.
 WINDOW, WIDTH, PACE, SECONDS, START = (1180, 885), 860, 6, 7.0, 12.0
-#: Colours of the GIF.
+#: Number of colours of the GIF.
 COLOURS = 96
 
 

@@ -16,7 +16,7 @@ from typing import Any, get_args
 from firstcontact.core import Registry, nouns
 
 PAGE = Path(__file__).parent / "reference" / "python.md"
-#: Names that others may rely on, by room. A room shows more, for the other rooms.
+#: Public names of each room. A room also exports names that only other rooms use.
 PUBLIC = {
     "core": (
         "Block Calibration Channel ChannelKind Command Contact Dataset Finger ForceCurve Group "
@@ -126,7 +126,7 @@ def signature(name: str, subject: Any) -> str:
         called = inspect.signature(subject)
     except (TypeError, ValueError):
         return ""
-    # Types are strings: what a module writes, not what it resolves to.
+    # Types are shown as the module writes them, not resolved.
     parameters = [p.replace(annotation=_type(p.annotation)) for p in called.parameters.values()]
     lines = [f"{_parameter(p)}," for p in parameters]
     starred = next((k for k, p in enumerate(parameters) if p.kind is p.KEYWORD_ONLY), None)
@@ -159,7 +159,7 @@ def _parameter(parameter: inspect.Parameter) -> str:
     if parameter.default is inspect.Parameter.empty:
         return text
     default = repr(parameter.default)
-    # An object without a literal, or a set of such, whose order is by chance.
+    # Objects without a literal, and sets of them, whose order is random, are not shown.
     default = "..." if "<" in default else default
     return f"{text} = {default}"
 
@@ -188,7 +188,7 @@ def described(name: str, subject: Any) -> list[str]:
 
 
 def reference(name: str, words: list[str]) -> str:
-    """Return a chapter with the documentation of each name of a module."""
+    """Return a chapter with signature, description and example of each name of a module."""
     module = import_module(name)
     parts = sections(module.__doc__ or "")
     lines = [f"## {name}", "", prose(parts[""]), ""]
@@ -200,7 +200,7 @@ def reference(name: str, words: list[str]) -> str:
 
 
 def room(name: str) -> str:
-    """Return a table of the public names of a room."""
+    """Return the table of the public names of a room."""
     full = f"firstcontact.{name}"
     module = import_module(full)
     rows = [f"| `{word}` | {summary(getattr(module, word))} |" for word in PUBLIC[name].split()]

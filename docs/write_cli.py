@@ -16,23 +16,23 @@ PAGE = Path(__file__).parent / "reference" / "cli.md"
 HEAD = """\
 # Command line
 
-Written by `docs/write_cli.py` from `--help-all`; a test holds this page against it.
+`docs/write_cli.py` writes this page from `--help-all`, and a test compares them.
 
 [Exit codes and logs](endings.md).
 
-To have verbs, options and their choices completed with Tab in bash:
+To complete verbs, options and their choices with the Tab key in bash:
 
 ```sh
 firstcontact --completion > firstcontact.completion
 source firstcontact.completion
 ```
 
-Bash does so in each new shell if the file is
+Each new bash shell does this if the file is
 `~/.local/share/bash-completion/completions/firstcontact`. Zsh takes the same script: source it in
-`~/.zshrc` after `compinit`. Write it again after an update.
+`~/.zshrc` after `compinit`. Write the file again after an update of `firstcontact`.
 """
 
-#: The command as it is without the plug-ins that happen to be installed.
+#: Program that runs the command without installed plug-ins.
 ALONE = """
 import sys
 from firstcontact.core import Registry

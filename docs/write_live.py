@@ -30,7 +30,7 @@ PARTS = {"channels of the descriptor": ChannelLine, "check of a hand_pinch": Han
 
 
 def section(kind: type, heading: str = "") -> str:
-    """Return heading, sentence and table of one record."""
+    """Return heading, summary and table of fields of one record."""
     text = inspect.cleandoc(kind.__doc__ or "")
     summary, _, details = text.partition("\n\n")
     config = getattr(kind, "__struct_config__", None)

@@ -1,11 +1,11 @@
-"""Measure which signals the network marks as out of range, and write a table of the shares.
+"""Measure which signals the any-time model marks as out of range, and write the table of them.
 
-    python docs/write_out_of_range.py                 the table, from docs/results
-    python docs/write_out_of_range.py --measure       both, on simulated rigs and made-up signals
-    python docs/write_out_of_range.py --measure --data FOLDER  and on real strikes and impacts
+    python docs/write_out_of_range.py             write the table from docs/results
+    python docs/write_out_of_range.py --measure   measure simulated rigs and made-up signals first
+    python docs/write_out_of_range.py --measure --data FOLDER   also real strikes and impacts
 
-Speech comes from ``espeak-ng`` if it is installed. Rows that cannot be measured are left out. No
-choice about the model was made on these rigs and seeds.
+``espeak-ng`` speaks the speech if it is installed. Rows that cannot be measured are left out.
+Nothing of the model was chosen on these rigs and seeds.
 """
 
 from __future__ import annotations
@@ -47,9 +47,9 @@ TABLE = re.compile(
 )
 #: Times after the contact, ms.
 TIMES = (3, 5, 15)
-#: Signals of a made-up kind, rigs of a simulated kind, and the seed of all.
+#: Number of signals of each made-up kind, number of rigs of each family, and random seed.
 SIGNALS, RIGS, SEED = 400, 30, 97
-#: Number of the first rig: no other program of ours draws these.
+#: Number of the first rig. No other program of this project uses these rigs.
 FIRST_RIG = 9_000_000
 WORDS = (
     "Take the paper cup. Put it down gently, but do not drop it. Touch a block, an apple, a tennis "
@@ -91,7 +91,7 @@ MADE_UP = {
 
 
 def made_up(make: Callable[[np.random.Generator], Signal]) -> Touches:
-    """Return signals from a function. Noise of 0.2 to 5 % of the peak precedes each."""
+    """Return made-up signals as contacts. Noise of 0.2 to 5 % of the peak precedes each signal."""
     rng = np.random.default_rng([SEED, 1])
     quiet = np.exp(rng.uniform(np.log(0.002), np.log(0.05), (SIGNALS, 1)))
     signals = quiet * rng.standard_normal((SIGNALS, _BEFORE + _AFTER))
@@ -131,7 +131,7 @@ def read_wav(file: Path) -> tuple[int, Signal]:
 
 
 def strikes(folder: Path) -> Iterator[Touches]:
-    """Return labelled strikes on piezo discs, by file."""
+    """Yield the labelled strikes on piezo discs, file by file."""
     by_file: dict[str, list[int]] = {}
     with (folder / "hits.csv").open(encoding="utf-8") as stream:
         for row in csv.DictReader(stream):
@@ -142,14 +142,14 @@ def strikes(folder: Path) -> Iterator[Touches]:
 
 
 def impacts(folder: Path) -> Iterator[Touches]:
-    """Return the first onset of each recorded impact."""
+    """Yield the first onset of each recorded impact."""
     for file in sorted((folder / "wav").glob("*.wav")):
         rate, sound = read_wav(file)
         yield cut_contacts(sound, rate, None, 1)
 
 
 def speech() -> Iterator[Touches]:
-    """Return onsets in spoken words, in four voices."""
+    """Yield the onsets in spoken words, voice by voice."""
     for voice in ("en-gb", "en-us", "de", "fr"):
         with TemporaryDirectory() as folder:
             file = Path(folder) / "spoken.wav"
@@ -172,7 +172,7 @@ def shares(model: InContextModel, touches: Touches) -> NDArray[np.float64]:
 
 
 def simulated(family: str, rigs: int) -> list[tuple[Rig, Touches]]:
-    """Return random rigs, summarised from block pinches, and touches of blocks and objects."""
+    """Return random rigs, each conditioned on its block pinches, with contacts to judge."""
     from firstcontact.twin import FAMILIES
     from firstcontact_lab.pretraining._batches import cut
     from firstcontact_lab.pretraining._examples import MARGIN, placing, rig_examples, volts
@@ -228,7 +228,7 @@ def measured(data: Path | None) -> dict[str, Any]:
         for number, rig in enumerate(rigs):
             members = np.flatnonzero(place == number)
             if len(members):
-                # As loud as the rig's own touches, within a factor of three.
+                # The signals are as loud as the rig's own contacts, within a factor of three.
                 loud = rig.level * np.exp(rng.uniform(-np.log(3), np.log(3), len(members)))
                 sample = touches.take(members)
                 gain = (loud / peak[members])[:, None].astype(np.float32)

@@ -1,10 +1,10 @@
 """Write the tables of results in the README and the docs from results files.
 
-    python docs/write_tables.py                     the tables, from docs/results
-    python docs/write_tables.py --study A --generalise B --real C ...   copy them
+    python docs/write_tables.py                     write the tables from docs/results
+    python docs/write_tables.py --study A --generalise B --real C ...   copy results there first
 
-Tables stand between ``<!-- numbers: NAME -->`` and ``<!-- /numbers -->``. No number in them is
-typed by hand, and a test compares them with docs/results.
+Tables are between ``<!-- numbers: NAME -->`` and ``<!-- /numbers -->``. Nothing in them is typed by
+hand: a test compares them with docs/results.
 """
 
 from __future__ import annotations
@@ -148,7 +148,7 @@ def pages(root: Path) -> list[Path]:
 
 
 def main() -> None:
-    """Copy results if requested, then write the tables."""
+    """Copy the results that the options name, then write the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--study", type=Path, help="results.json of `make study`")
     parser.add_argument("--generalise", type=Path, help="results.json of `make generalise`")

@@ -3,9 +3,9 @@
     python examples/biotac_tables.py FOLDER labels.csv channels.csv
     firstcontact import FOLDER --labels labels.csv --channels channels.csv --source real --out held
 
-Each file holds the signals of two fingertips while a gripper holds an object:
-OBJECT_NUMBER_TRIAL_HOLD.mat. Vibration has 2200 Hz in packets of 22, the other signals 100 Hz. The
-trial becomes the session. The hardness classes follow from the objects' names.
+Each file, OBJECT_NUMBER_TRIAL_HOLD.mat, holds the signals of two fingertips while a gripper holds
+an object. Vibration has 2200 Hz in packets of 22 samples, the other signals have 100 Hz. The trial
+becomes the session. The hardness classes follow from the names of the objects.
 """
 
 from __future__ import annotations
@@ -44,4 +44,4 @@ def main(folder: Path, labels: Path, channels: Path) -> None:
 if len(sys.argv) == 4:
     main(*map(Path, sys.argv[1:]))
 else:
-    print("give the folder of the set, and the two tables to write")
+    print("give the folder of recordings, and the names of the two tables to write")

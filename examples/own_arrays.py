@@ -1,7 +1,7 @@
 """Archive of your own signals that ``firstcontact import`` reads.
 
-The signals here are synthetic: a damped ring after a known instant, louder and higher for harder
-objects. Put yours in their place; the other lines are what you would write.
+The signals here are synthetic: a damped oscillation after a known instant, louder and with a higher
+frequency for harder objects. Replace them by your signals and keep the other lines.
 
     python examples/own_arrays.py
     firstcontact import own.npz --out own

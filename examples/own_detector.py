@@ -24,7 +24,8 @@ class EnergyDetector(WindowDetector):
     def fires(self, windows):
         """Return True for each window with a contact.
 
-        Windows have the shape (windows, fingers, samples), in sigmas of the steady state.
+        Windows have the shape (windows, fingers, samples). Their unit is the standard deviation of
+        the steady state.
         """
         new = windows[:, :, -windows.shape[2] * 3 // 20 :]
         return np.mean(new**2, axis=2) > 6.0

@@ -28,7 +28,7 @@ class Loudness:
         return np.polyval(self.line, np.log(X.std(axis=1)))
 
 
-#: Pipeline with the name own_regressor:pipeline: log spectrum, then ridge regression.
+#: Log spectrum, then ridge regression. On the command line its name is own_regressor:pipeline.
 pipeline = make_pipeline(
     FunctionTransformer(lambda X: np.log(np.abs(np.fft.rfft(X)) + 1e-6)),
     StandardScaler(),

@@ -1,4 +1,4 @@
-"""Table of contacts for a set of struck pads, made from the set's own two tables.
+"""Table of contacts for recordings of drum pads, made from the two tables that come with them.
 
     python examples/strike_events.py piezo_strikes strikes.csv front_ends.csv noise.wav
     firstcontact import piezo_strikes/wav --events strikes.csv --sensor piezo --out pads
@@ -6,8 +6,8 @@
 ``hits.csv`` has file and sample of each strike, ``files.csv`` pad and surface of each file. Mesh
 heads count as soft, rubber and kick pads as hard. A pad is one specimen, a file one session.
 
-One file contains a converter's noise, and its last 85 s become ``noise.wav``. (Before these come
-strikes, and two knocks at 4.57 and 4.83 s.) ``noise_volts.wav`` is the same noise for ``simulate
+One file contains the noise of the converter. Its last 85 s become ``noise.wav``; earlier it has
+strikes, and two knocks at 4.57 and 4.83 s. ``noise_volts.wav`` is the same noise for ``simulate
 --noise``, where full scale is 1.65 V.
 """
 
@@ -64,4 +64,4 @@ def main(folder: Path, out: Path, front_ends: Path, noise: Path) -> None:
 if len(sys.argv) == 5:
     main(*map(Path, sys.argv[1:]))
 else:
-    print("give the folder of the set, and two tables and the noise to write")
+    print("give the folder of recordings, and the names of two tables and of the noise to write")

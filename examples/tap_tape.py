@@ -56,7 +56,7 @@ def tape(shore: float, taps: int, seed: int) -> np.ndarray:
         start = round((REST + k * APART) * FINGERTIP_RATE) - touch
         out[start : start + len(one)] += one
     fine = resample(out[:, None], FINGERTIP_RATE, RATE)[:, 0]
-    fine += 0.0013 * rng.standard_normal(len(fine))  # hiss of a cheap input
+    fine += 0.0013 * rng.standard_normal(len(fine))  # noise of a cheap sound input
     return (32767 * np.clip(fine, -1, 1)).astype(np.int16)
 
 

@@ -39,7 +39,7 @@ def main() -> None:
     estimator = Svm(Task.REGRESSION, learning.layout.rate)
     model = estimator.fit(X, learning.shore_a[used], learning.sessions[used])
 
-    # Predict from the detector's contacts, as in use.
+    # Predict from the detector's contacts, as in live use.
     X, used = contact_windows(unseen, firsts(detector, unseen), DURATION)
     predicted, true = model.predict(X), unseen.shore_a[used]
     print(f"trained on {len(learning)} pinches, predicted {used.sum()} of {len(unseen)} others")

@@ -19,13 +19,14 @@ from numpy.typing import NDArray
 HERE = Path(__file__).parent
 BOARD = HERE.parent / "mps2-an500"
 WARN = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic")
-#: Contraction is off, so that all machines compute the same bits.
+#: Without contraction of multiplications and additions all machines compute the same bits.
 PLAIN = ("-O2", "-ffp-contract=off")
 M7 = ("-mcpu=cortex-m7", "-mthumb", "-mfpu=fpv5-d16", "-mfloat-abi=hard")
 ARM = "arm-none-eabi-"
 #: Variable that names a folder for object files, which several processes may share.
 OBJECTS = "FIRSTCONTACT_OBJECTS"
-#: Stop at the first undefined behaviour; without PIE as in the firmware's Makefile.
+#: Options that stop the program at the first undefined behaviour. PIE is off, as in the firmware's
+#: Makefile.
 STRICT = (
     "-g", "-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all",
     "-no-pie", "-fno-pie",

@@ -2,9 +2,9 @@
 
 python firmware/measure/measure.py --out FOLDER [--quick] [--cmsis SOURCES]
 
-All data are from the twin, in two conditions. Models learn from the first; parity is measured
-on both. Scores are on held-out data: a fifth of the sessions, and objects of role "test". The
-emulator counts instructions. Their time is an assumption: 1.5 cycles each.
+All data are from the twin, in two conditions. Models are trained on the first condition; parity is
+measured on both. Scores are on held-out data: a fifth of the sessions, and objects of role "test".
+The emulator counts instructions. Their time is an assumption: 1.5 cycles each.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ class Cost:
     Parameters
     ----------
     instructions
-        Instructions of the costliest prediction; for a detector the mean over 3 ms.
+        Instructions of the most expensive prediction; for a detector the mean over 3 ms.
     flash, ram
         Bytes in the image of the emulated board, with 2 kB of the measuring program.
     max_abs_error
@@ -82,8 +82,8 @@ def of_detector(
 ) -> tuple[Cost, dict[str, int]]:
     """Return the cost of a detector and its largest instruction counts.
 
-    ``steady`` is the costliest of the three samples that compute the steady state. ``dearest_3ms``
-    is the costliest 3 ms without these samples, ``steady_3ms`` with them.
+    ``steady`` is the most expensive of the three samples that compute the steady state.
+    ``dearest_3ms`` is the most expensive 3 ms without these samples, ``steady_3ms`` with them.
     """
     folder.mkdir(parents=True)
     c_library.write(Trained(detector=detector), folder)

@@ -1,7 +1,7 @@
-"""Gaussian-process regression, trained by scikit-learn: predictions with their own spread.
+"""Gaussian-process regression, trained by scikit-learn. It predicts a standard deviation as well.
 
 C. E. Rasmussen and C. K. I. Williams: Gaussian Processes for Machine Learning, 2006, chapter 2.
-Many windows are thinned to a subset (section 8.3.3), because memory and time of a prediction grow
+Of many windows only a subset is used (section 8.3.3), because memory and time of a prediction grow
 with the square of their number.
 """
 
@@ -34,7 +34,7 @@ from firstcontact.models import (
     training_spec,
 )
 
-#: Windows that a model keeps, and those on which the kernel is chosen.
+#: Largest number of windows that a model keeps, and that the search for the kernel uses.
 MAX_WINDOWS = 800
 SEARCHED = 300
 
@@ -213,7 +213,8 @@ def _kernel(inputs: NDArray[np.float32], wanted: Values) -> tuple[float, float, 
 
     process = GaussianProcessRegressor(_form(1.0, float(np.sqrt(inputs.shape[1])), 0.1))
     with warnings.catch_warnings():
-        # A parameter at the end of its range: the likeliest within it is what is wanted.
+        # Ignore the warning that a parameter is at the end of its range: the best value within the
+        # range is wanted.
         warnings.simplefilter("ignore", ConvergenceWarning)
         process.fit(inputs.astype(np.float64), wanted)
     signal, length, noise = np.exp(process.kernel_.theta)

@@ -1,4 +1,4 @@
-"""MiniRocket with ridge regression: the share of a window above each fixed kernel's threshold.
+"""MiniRocket with ridge regression. A feature is how often a kernel's output exceeds a threshold.
 
 A. Dempster, D. F. Schmidt, G. I. Webb: MiniRocket: A Very Fast (Almost) Deterministic Transform for
 Time Series Classification, KDD 2021. This version uses NumPy alone. The packages that contain
@@ -33,11 +33,11 @@ from firstcontact.models import (
     training_spec,
 )
 
-#: Taps of a kernel, and the weight of the three that are not -1.
+#: Number of taps of a kernel, and weight of its three positive taps. The other six weights are -1.
 TAPS, HIGH = 9, 2.0
-#: Features are about so many: a few biases for each of the 84 kernels and its dilations.
+#: Approximate number of features: a few biases for each of the 84 kernels and each dilation.
 FEATURES = 1008
-#: Strengths of the ridge that are tried, on whole sessions left out.
+#: Strengths of the ridge penalty that are compared, on held-out sessions.
 RIDGES = tuple(10.0**k for k in range(6))
 #: Windows that are transformed at once.
 _BATCH = 128
@@ -64,8 +64,8 @@ def convolve(X: Values, dilation: int) -> Values:
 def normalised(X: Windows) -> Values:
     """Return the channels of each window end to end, divided by its RMS: (n, samples * channels).
 
-    The result has double precision. In single precision some sums lie so near a bias that the order
-    of their terms decides on which side, and that order differs between machines.
+    The result has double precision. In single precision some sums are so close to a bias that the
+    order of their terms decides which is larger, and this order differs between machines.
     """
     flat = X.transpose(0, 2, 1).reshape(len(X), -1).astype(np.float64)
     rms = np.sqrt(np.einsum("ij,ij->i", flat, flat) / flat.shape[1])
@@ -73,7 +73,7 @@ def normalised(X: Windows) -> Values:
 
 
 class MiniRocketModel(ArraysModel):
-    """Linear model. Its features are shares of a window above biases, and the log of its level.
+    """Linear model on the level of a window and on how often each kernel's output exceeds a bias.
 
     Parameters
     ----------
@@ -151,7 +151,7 @@ class MiniRocketModel(ArraysModel):
 def features(
     X: Windows, distances: NDArray[Any], biases: NDArray[np.float32]
 ) -> NDArray[np.float32]:
-    """Return the share of each window above each bias, and its log RMS: (n, features)."""
+    """Return the share of each kernel's output above each bias, and the log RMS: (n, features)."""
     waves = normalised(X)
     shares = [
         (convolve(waves, int(step))[:, :, None, :] > bias[:, :, None]).mean(axis=3)
@@ -236,7 +236,7 @@ def _ridge(
 def _ridges(
     x: NDArray[np.float64], wanted: NDArray[np.float64], strengths: Sequence[float]
 ) -> Iterator[NDArray[np.float64]]:
-    """Yield weights and offset for each penalty. All reuse the same products of the features.
+    """Yield weights and offset for each penalty. The products of the features are computed once.
 
     With fewer windows than features the dual problem is smaller and has the same weights.
     """

@@ -1,1 +1,1 @@
-"""Grasp study: benefit of knowing the stiffness for policies that grip simulated objects."""
+"""Grasp study: grips of household objects by the simulated hand, with and without stiffness."""

@@ -1,4 +1,4 @@
-"""Approach to a household object until both fingers touch. It is the same for all policies."""
+"""Approach of a closing on a household object, until both fingers touch."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Pick:
     hand
         Random seed of the hand.
     specimen
-        Number of the specimen, and of its session.
+        Number of the specimen. Its session has the same number.
     """
 
     kind: str
@@ -57,9 +57,9 @@ class Approached:
     plant
         Simulated hand in that state.
     estimate
-        Estimate that a policy has at that moment; None without one.
+        Estimate that a policy acts on at that moment; None without one.
     answers
-        Estimates from before the second contact.
+        Estimates that use only samples before the second contact.
     heard
         Time from the first contact to the detection of the second, s; None if it was not detected.
     offset
@@ -74,7 +74,7 @@ class Approached:
 
 
 def pick_specimen(pick: Pick) -> TwinObject:
-    """Return the specimen of a pick, with its mass, friction and damaging force."""
+    """Return the specimen of a pick, with its mass, friction and breaking force."""
     specimen = household_named(pick.kind)
     return draw_household_specimen(pick.hand, condition(CONDITION), specimen, pick.specimen)
 
@@ -89,7 +89,7 @@ def make_plant(pick: Pick, breaks: bool = True, lift: Lift | None = None) -> Gra
 
 
 class _Waiting(PlantHand):
-    """Hand that forwards commands to the plant until both fingers touch."""
+    """Hand that passes commands on to the plant until both fingers touch, and then ignores them."""
 
     def __init__(self, plant: GraspPlant, policy: ByStiffness) -> None:
         super().__init__(plant)
@@ -101,7 +101,9 @@ class _Waiting(PlantHand):
 
 
 def approached(pick: Pick, speed: float, hands: OwnHand, breaks: bool = False) -> Approached:
-    """Simulate the approach until both fingers touch, which is the same for all policies.
+    """Simulate the approach to an object until both fingers touch.
+
+    It is the same for all policies for household objects: they differ only after that.
 
     Parameters
     ----------
@@ -110,7 +112,7 @@ def approached(pick: Pick, speed: float, hands: OwnHand, breaks: bool = False) -
     speed
         Approach speed, m/s.
     hands
-        Models of the hands, by hand.
+        Detector and model of the hand.
     breaks
         True if the object can be damaged.
     """

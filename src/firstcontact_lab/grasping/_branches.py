@@ -1,4 +1,4 @@
-"""Outcomes of all forces after one approach: one row of the table for tuning."""
+"""Outcomes of all grip forces after one approach."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ Values = NDArray[np.float64]
 LIFTS = {"abrupt": Lift(), "gradual": Lift(duration=1.0)}
 #: Declared latencies of the slip detection, s.
 DETECTION = (0.100, 0.300)
-#: Number of samples per step when no policy reads them.
+#: Number of samples to simulate at a time when no policy reads them.
 LOT = 100
 
 
 @dataclass(frozen=True, slots=True)
 class Branching:
-    """Settings of a table of closings.
+    """Values of the settings for which a table of closings has outcomes.
 
     Parameters
     ----------
     speeds
         Approach speeds, m/s.
     forces
-        Forces, N.
+        Grip forces, N.
     boosts
-        Force factors of the slip reflex.
+        Factors by which the slip reflex raises the force.
     """
 
     speeds: tuple[float, ...]
@@ -46,25 +46,21 @@ class Branching:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Branches:
-    """Outcomes of all forces for one pick and approach speed.
+    """Outcomes of all grip forces for one pick and one approach speed.
 
     Parameters
     ----------
     pick, speed
         Pick, and its approach speed, m/s.
     mass, friction, limit
-        Mass (kg), coefficient of friction and damaging force (N, may be infinite) of this specimen.
-    estimate
-        Estimate that a policy has at the second contact; None if there is none.
-    answers
-        Estimates from before the second contact.
-    heard
+        Mass (kg), friction and damaging force (N, may be infinite) of this specimen.
+    estimate, answers, heard
         As in :class:`firstcontact_lab.grasping._approach.Approached`.
     peak, hold
-        Largest contact force, N, and final holding force of both fingers, N, for each force.
+        Largest contact force, N, and sum of both contact forces at the end, N, for each grip force.
     slip_peak, slip_drop
-        Largest contact force, N, with a reflex, and 1 if the object is dropped, else 0. Axes: lift,
-        detection delay, boost and force. NaN if the object does not slip.
+        Largest contact force with a slip reflex, N, and 1 if the object is dropped (0 if not), with
+        the axes lift, latency of the slip detection, boost and grip force. NaN without a slip.
     """
 
     pick: Pick
@@ -84,7 +80,7 @@ class Branches:
 def branches(
     job: tuple[Pick, float], hands: dict[tuple[int, float], OwnHand], how: Branching
 ) -> Branches:
-    """Approach once, then press with each force and lift in each way."""
+    """Simulate one approach, and from its end a closing for each force, lift and reflex."""
     pick, speed = job
     specimen = pick_specimen(pick)
     begun = approached(pick, speed, hands[pick.hand, speed])
@@ -117,7 +113,7 @@ def branches(
 
 
 def _until(plant: GraspPlant, since: float) -> None:
-    """Advance the plant until a time after the first contact, s, or the end."""
+    """Advance the plant until ``since`` s after the first contact, or until the closing ends."""
     contacts = plant.contacts
     end = contacts[0].sample + since * FINGERTIP_RATE if contacts else np.inf
     while not plant.ended and plant.sample < end:
@@ -127,7 +123,7 @@ def _until(plant: GraspPlant, since: float) -> None:
 def _reflex(
     plant: GraspPlant, force: float, wait: float, boost: float, speed: float
 ) -> tuple[float, bool]:
-    """Return the largest contact force, and 1 if the object is dropped, with a slip reflex."""
+    """Lift with a slip reflex. Return the largest contact force, N, and True for a drop."""
     watch = SlipWatch(wait)
     while not plant.ended and not plant.lost:
         plant.move(10)

@@ -1,4 +1,4 @@
-"""One closing of the twin's hand, controlled by the live pipeline and a policy."""
+"""One closing of the simulated hand, with the live pipeline and a policy in the loop."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from firstcontact.twin import GraspPlant
 
 #: Number of samples of a block, as the device sends them.
 BLOCK = 5
-#: Number of samples of a block when no policy reads them.
+#: Number of samples of a block when no policy reads the force arrays.
 LONG = 50
 LAYOUT = fingertip_layout()
 
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """Command with its time, s after the closing's first sample."""
+    """Command, with the time at which it was sent, s after the closing's first sample."""
 
     at: float
     command: Command
@@ -42,7 +42,7 @@ class PlantHand(Hand):
         self._plant = plant
 
     def send(self, command: Command) -> None:
-        """Send the command. The drive's latency begins with the newest sample."""
+        """Send the command. It takes effect one latency of the drive after the newest sample."""
         self.orders.append(Order(self._plant.now, command))
         self._plant.command(command)
 
@@ -51,14 +51,14 @@ class PlantHand(Hand):
         self.send(Command(-self.limits.speed, 0.0))
 
     def close(self) -> None:
-        """Close all resources."""
+        """Leave the plant as it is, because it needs no closing."""
 
 
 @dataclass(frozen=True, slots=True)
 class ClosingRecord:
-    """Commands of a closing, with the contacts and estimates that caused them.
+    """Commands of a closing, estimates of the pipeline, and counts of the loop.
 
-    ``estimates`` are all estimates of the pipeline, also unused ones.
+    ``estimates`` include those that the policy did not use.
     """
 
     orders: tuple[Order, ...]
@@ -75,7 +75,7 @@ def close(
 ) -> ClosingRecord:
     """Close the hand on the plant's object, until the object is lifted or lost.
 
-    Computing and transport take no time here; the drive's latency includes them.
+    Computing and transport take no time here: the drive's latency includes both.
 
     Parameters
     ----------
@@ -84,8 +84,8 @@ def close(
     policy
         Grasp policy.
     pipeline
-        New pipeline; None for a policy that does not use the piezos. It runs until the first
-        contact and all estimates are available.
+        New pipeline; None for a policy that does not use the piezos. It runs until it has reported
+        the first contact and all estimates.
     windows
         Number of expected estimates; 0 for a policy without estimates.
     feels
@@ -109,7 +109,8 @@ def close(
                 touched |= isinstance(event, ContactEvent)
                 settled |= isinstance(event, NoEstimate)
                 if isinstance(event, Estimate):
-                    # The published study compares windows: none is cut short by the second contact.
+                    # The published study compares whole windows, also where the second contact is
+                    # within a window.
                     if event.final:
                         settled = True
                         continue
@@ -121,6 +122,6 @@ def close(
 
 
 def _settled(grasping: Grasping) -> bool:
-    """Return True if the deadline after the first contact was met or missed."""
+    """Return True if an estimate has met the deadline, or the deadline has passed."""
     counts = grasping.loop.counts
     return counts.contacts > 0 and counts.misses + counts.estimates > 0

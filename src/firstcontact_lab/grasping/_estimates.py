@@ -1,4 +1,4 @@
-"""Errors and times of the live estimates on the picks for judging, by object."""
+"""Errors and times of the live estimates on judged picks, in total and by object."""
 
 from __future__ import annotations
 
@@ -17,21 +17,22 @@ from firstcontact_lab.grasping.results import Estimates, ObjectErrors
 #: Lengths of the windows, s.
 WINDOWS = (0.003, 0.005, 0.008, 0.015)
 USED = "used"
-#: Largest Shore A for the restricted scores. The network was not trained on much firmer objects.
+#: Largest Shore A in the scores without the firmest objects: the network was not trained on objects
+#: that are much firmer.
 FIRMEST = 70.0
-#: Largest difference of a window's length, s, because windows have whole numbers of samples.
+#: Tolerance for the length of a window, s, because windows have whole numbers of samples.
 HALF = 1e-4
 
 
 def at_tuned_speed(tables: Tables, rows: Sequence[Branches], ours: Judged) -> list[Branches]:
-    """Return each pick at the approach speed that was tuned for policies with an estimate."""
+    """Return, of the closings of each pick, that at the approach speed tuned for its object."""
     fold_of = folds(sorted(set(tables.judged.kinds)), tables.folds)
     speed = [chosen.settings["approach"] for chosen in ours.chosen]
     return [row for row in rows if row.speed == speed[fold_of[row.pick.kind]]]
 
 
 def _errors(rows: Sequence[Branches]) -> dict[str, list[float]]:
-    """Return estimate minus label, by window in ms, and for the estimate that policies used."""
+    """Return estimates minus labels, by window in ms, and for the estimates that policies used."""
     errors: dict[str, list[float]] = {f"{1e3 * w:g}": [] for w in WINDOWS}
     errors[USED] = []
     for row in rows:

@@ -1,10 +1,11 @@
-"""Families of similar objects. Settings for judging an object are never tuned on its family."""
+"""Families of similar objects. Settings judged on an object were not tuned on its family."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-#: Families by words of the objects' names. An object without a family is a family by itself.
+#: Words for each family: an object whose name has one of them belongs to it. An object without such
+#: a word is a family by itself.
 FAMILIES = (
     ("raspberry", "blueberry", "strawberry"),
     ("silken tofu", "bread roll"),

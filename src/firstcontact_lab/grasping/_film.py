@@ -31,7 +31,7 @@ PICTURES, PACE = 72, 12
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Take:
-    """One closing: time from its first contact (s), grip force (N), and outcome."""
+    """One filmed closing: grip force (N) by time from the first contact (s), and outcome."""
 
     policy: str
     kind: str
@@ -46,7 +46,7 @@ class Take:
 def take(
     pick: Pick, policy: str, settings: SettingsOf, hands: Mapping[tuple[int, float], OwnHand]
 ) -> Take:
-    """Simulate a full closing on an object. The settings were tuned without its family."""
+    """Simulate a full closing on an object, with settings that were not tuned on its family."""
     played_closing = played(RealJob(pick, policy, settings(pick.kind)), hands)
     outcome, row = played_closing.plant.outcome, played_closing.row
     specimen = pick_specimen(pick)
@@ -82,7 +82,7 @@ def film(
     kinds, hand, specimen
         Objects, seed of the hand, and number of the specimen.
     settings
-        Two policies and their tuned settings, by object.
+        Names of two policies; for each, a function that returns its settings for an object.
     hands
         Models of the hands.
     pictures
@@ -120,7 +120,7 @@ def film(
 
         draw(pictures - 1)
         figure.draw_without_rendering()
-        figure.set_layout_engine("none")  # found once: every picture has the same places
+        figure.set_layout_engine("none")  # laid out once, so that all pictures have one layout
         FuncAnimation(figure, draw, frames=pictures, blit=False).save(
             path, writer=PillowWriter(fps=PACE), dpi=90
         )

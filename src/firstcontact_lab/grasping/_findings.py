@@ -1,4 +1,4 @@
-"""Results of the household part, from policies judged by the table and from full closings."""
+"""Results of the household part, from judged policies and full closings."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def findings(
     Parameters
     ----------
     tables, rows
-        Tables for tuning and judging, and rows of the table for judging with their estimates.
+        Tables for tuning and for judging, and the closings for judging with their estimates.
     hands
         Models of the hands.
     judgement
@@ -117,7 +117,10 @@ def _controls(tables: Tables, count: int) -> dict[str, Between]:
 
 
 def _successes(everyone: Mapping[str, Judged], full: FullClosings, best: Front) -> dict[str, float]:
-    """Return the success of each tuned policy, from full closings if there are some."""
+    """Return each tuned policy's share of picks without drop or damage.
+
+    It comes from full closings where they exist, otherwise from the table.
+    """
     return {
         **{name: _success(policy) for name, policy in everyone.items()},
         **{name: policy.success for name, policy in full.by_policy.items()},

@@ -1,4 +1,4 @@
-"""Trade-off between drops and damage. A policy moves along it if all its forces are scaled."""
+"""Trade-off between drops and damage, when all forces of a policy are scaled by a factor."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ from numpy.typing import NDArray
 
 from firstcontact_lab.grasping._table import Outcomes, Values
 
-#: Factors on all forces, the most cautious one first.
+#: Scales: factors by which all forces of a policy are multiplied, from the most cautious one on.
 SCALES = np.exp(np.linspace(np.log(0.25), np.log(4.0), 41))
-#: Index of the tuned caution among them.
+#: Index of scale 1, which leaves the tuned forces as they are.
 TUNED = int(np.argmin(np.abs(SCALES - 1.0)))
 #: Share of damaged picks at which drops are compared.
 DAMAGE = 0.10
-#: Shares of damage over which a setting is chosen. A single share would be random.
+#: Shares of damaged picks; a setting is chosen by its mean drops at these. The drops at a single
+#: share would be too random.
 AROUND = (0.07, 0.10, 0.13)
 
 
@@ -27,11 +28,11 @@ class Front:
     damaged: Values
 
     def drop_share(self, damage: float | Values = DAMAGE) -> Values:
-        """Return the share of drops at a given share of damage, shape () or (resamples,).
+        """Return the share of dropped picks at the scale that damages the share ``damage``.
 
-        If a policy damages less than that at every scale, this is its smallest share of drops. If
-        it damages more at every scale, it is the share of drops at the scale with the least damage,
-        plus the damage above the given share.
+        The shape is () or (resamples,). If a policy damages less than this at every scale, the
+        result is its smallest share of drops. If it damages more at every scale, the result is the
+        share of drops at the boldest scale with the least damage, plus the excess damage.
         """
         dropped, damaged = np.atleast_2d(self.dropped.T), np.atleast_2d(self.damaged.T)
         wanted = np.broadcast_to(damage, len(dropped))
@@ -53,18 +54,21 @@ def _drop_share(dropped: Values, damaged: Values, damage: float) -> float:
 
 
 def find_scale(front: Front, damage: float = DAMAGE) -> float:
-    """Return the largest scale of the forces that damages at most this share of picks."""
+    """Return the largest scale at which at most the share ``damage`` of the picks is damaged.
+
+    If every scale damages more, return the smallest scale.
+    """
     within = np.flatnonzero(np.maximum.accumulate(front.damaged) <= damage)
     return float(SCALES[within[-1]] if within.size else SCALES[0])
 
 
 def front(outcomes: Outcomes, weights: NDArray[np.float64] | None = None) -> Front:
-    """Return the shares of drops and damage, from outcomes of shape (scales, picks).
+    """Return the shares of dropped and of damaged picks at each scale.
 
     Parameters
     ----------
     outcomes
-        Outcomes by scale and pick.
+        Outcomes by scale and pick, shape (scales, picks).
     weights
         Weight of each pick, shape (picks,) or (picks, resamples); 1 by default.
     """

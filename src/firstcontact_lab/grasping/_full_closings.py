@@ -1,4 +1,8 @@
-"""Tuned policies in full closings: shares of outcomes with intervals, and gain from stiffness."""
+"""Outcomes of tuned policies in full closings, and the gain from stiffness, with intervals.
+
+A full closing simulates everything, the live pipeline and the loop included. It looks nothing up in
+the table of closings.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +25,7 @@ from firstcontact_lab.grasping.results import Between, RealClosings
 
 @dataclass(frozen=True, slots=True)
 class FullClosings:
-    """Results of full closings by policy, and the gain in success from stiffness."""
+    """Full closings by policy, and by how much stiffness raises the share of successes."""
 
     by_policy: Mapping[str, RealClosings]
     gain: Between
@@ -34,7 +38,9 @@ def full_closings(
     hands: Mapping[tuple[int, float], OwnHand],
     runner: Runner,
 ) -> FullClosings:
-    """Simulate full closings on all picks for judging: blind and stiffness, each with reflex too.
+    """Simulate full closings on every judged pick, with four policies.
+
+    They are ``blind`` and ``stiffness``, each without and with a slip reflex.
 
     Parameters
     ----------
@@ -65,7 +71,10 @@ def full_closings(
 
 
 def _gain(rows: Sequence[RealRow], weights: NDArray[np.float64]) -> Between:
-    """Return the gain in success from stiffness. Picks are the same, in the table's order."""
+    """Return by how much stiffness raises the share of successes on the same picks.
+
+    ``rows`` are those of all policies. The rows of each policy have the order of the weights.
+    """
     fine = [
         np.array([not (r.dropped or r.damaged) for r in rows if r.job.policy == kind.name], float)
         for kind in (candidate(), baseline())
@@ -77,10 +86,10 @@ def _gain(rows: Sequence[RealRow], weights: NDArray[np.float64]) -> Between:
 def _shares(
     rows: Sequence[RealRow], judgement: Judged, weights: NDArray[np.float64]
 ) -> RealClosings:
-    """Return the results of a tuned policy's closings, given in the order of the table's picks."""
+    """Return the shares of outcomes of a tuned policy. Its rows have the order of the weights."""
     dropped = np.array([r.dropped for r in rows])
     damaged = np.array([r.damaged for r in rows])
-    # What broke is not what was to be held: it counts once.
+    # A damaged object that also falls counts as damaged only.
     dropped &= ~damaged
     fine = ~(dropped | damaged)
     outcomes = judgement.outcomes

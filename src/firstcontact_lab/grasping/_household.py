@@ -1,4 +1,4 @@
-"""Household part of the study: hands, tables, tuning, closings for judging, numbers."""
+"""Run of the household part of the study: models of the hands, tables, tuning and judging."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def household(
     runner
         Runner for the closings.
     stage
-        Function that is called with the title of each stage.
+        Function that is called with the title of each stage when it begins.
     """
     how = Branching(settings.speeds, settings.forces, settings.boosts)
     tuning_hands, judged_hands = settings.hand_seeds(seed)

@@ -1,4 +1,4 @@
-"""Numbers of the household part, from tables: fronts, drops at equal damage, and controls."""
+"""Results of the household part from its tables: fronts, drops at equal damage, and controls."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ NORMAL = 1.645
 
 @dataclass(frozen=True, slots=True)
 class Tables:
-    """Tables for tuning and for judging, with the same objects but other hands and specimens.
+    """Tables for tuning and for judging: the same objects, but other hands and other specimens.
 
     Parameters
     ----------
@@ -71,9 +71,9 @@ class Judged:
     Parameters
     ----------
     outcomes
-        Outcomes by scale of the forces, from more to less cautious than tuned, and by pick.
+        Outcomes by scale (the factor on the tuned forces, smallest first) and judged pick.
     chosen
-        Chosen settings of each fold.
+        Settings that were chosen for each fold.
     """
 
     outcomes: Outcomes
@@ -86,12 +86,12 @@ class Judged:
 
 
 def household_policies() -> dict[str, type[Policy]]:
-    """Return the policies of the household task by name, in the order of the registry."""
+    """Return the policies for household objects by name, in the order of the registry."""
     return {n: p for n, p in POLICIES.items() if p.task is Task.HOUSEHOLD}
 
 
 def baseline(reflex: bool = False) -> type[Policy]:
-    """Return the policy that knows nothing of the object, with or without a reflex."""
+    """Return the policy that uses no stiffness, with or without a reflex."""
     return next(
         p
         for p in household_policies().values()
@@ -109,7 +109,7 @@ def candidate(reflex: bool = False) -> type[Policy]:
 
 
 def labelled(table: Table, rmse: float, seed: int) -> list[Told]:
-    """Return, by speed, the label of each pick with added noise, in place of an estimate."""
+    """Return estimates, by approach speed, that are the labels of the picks with added noise."""
     rng = np.random.default_rng([seed, round(1e3 * rmse)])
     noisy = table.shore_a + rmse * rng.standard_normal(len(table.picks))
     half = NORMAL * rmse
@@ -123,7 +123,7 @@ def tried_on(
     estimates: Sequence[Told],
     reflex: tuple[int, int] | None = None,
 ) -> list[Candidate]:
-    """Return each setting of a policy with its outcomes on the tuning table."""
+    """Return the settings to try for a policy, with their outcomes in the tuning table."""
     settings = policy_settings(kind, tables.budget, tables.few, tables.seed)
     return candidates(kind, settings, tables.tuning, estimates, reflex)
 
@@ -134,7 +134,7 @@ def judged(
     estimates: tuple[Sequence[Told], Sequence[Told]] | None = None,
     reflex: tuple[int, int] | None = None,
 ) -> Judged:
-    """Judge a policy on each fold of objects, with settings tuned on the other folds.
+    """Judge a policy on each fold of objects, with settings tuned on all other folds.
 
     Parameters
     ----------
@@ -143,9 +143,10 @@ def judged(
     kind
         Class of the policy.
     estimates
-        Estimates for both tables, by speed; by default the live estimates.
+        Estimates for the tuning and for the judged table, by approach speed; by default the live
+        estimates.
     reflex
-        Indices of the lift and of the slip detection.
+        Indices of the lift and of the latency of the slip detection; None without a reflex.
     """
     tuning, judging = (
         (tables.tuning.estimates, tables.judged.estimates) if estimates is None else estimates
@@ -180,11 +181,11 @@ def _by_fold(
 
 
 def ceiling(table: Table) -> Front:
-    """Choose the best approach, force and reflex for each pick from its outcomes.
+    """Return the front for the best approach speed, force and reflex of each pick.
 
-    No hand can reach this bound, because the choice is made on the same picks that are scored. If
-    every choice drops or damages a pick, the price of damage in drops decides. Two prices give two
-    ends of a front.
+    No hand can reach this bound, because the choice uses the outcome of the pick. For a pick that
+    every choice drops or damages, the price of damage decides which of the two is worse. The front
+    has two points: one with a high price, one with a low price.
     """
     forces = np.exp(np.linspace(np.log(table.how.forces[0]), np.log(table.how.forces[-1]), 60))
     grid = np.repeat(forces[:, None], len(table.picks), axis=1)
@@ -205,26 +206,29 @@ def ceiling(table: Table) -> Front:
 
 
 def resample_weights(table: Table, seed: int) -> NDArray[np.float64]:
-    """Resample objects and hands. All policies share the resamples, so differences are paired."""
+    """Return the weights of resamples of kinds and hands.
+
+    All policies use the same weights, so that their differences are paired.
+    """
     groups = np.array([household_named(pick.kind).group for pick in table.picks])
     return resampled(table.kinds, table.hands, groups, RESAMPLES, seed)
 
 
 def between(value: float, drawn: NDArray[np.float64]) -> Between:
-    """Return a number with its 95 % interval from resamples."""
+    """Return a number with its interval: the middle 95 % of the values in ``drawn``."""
     low, high = np.nanpercentile(drawn, [2.5, 97.5])
     return Between(value=value, low=float(low), high=float(high))
 
 
 def drops(outcome_list: Judged, weights: NDArray[np.float64]) -> Between:
-    """Return the share of drops at 10 % damage, over all picks and in resamples."""
+    """Return the share of dropped picks at 10 % damage, with its interval over resamples."""
     return between(
         float(outcome_list.front.drop_share()), front(outcome_list.outcomes, weights).drop_share()
     )
 
 
 def less(dropped: NDArray[np.float64], theirs: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the share by which one policy drops less than another, clipped to -1 to 1."""
+    """Return 1 minus the ratio of a policy's drops to another's, clipped to -1 to 1."""
     ratio = np.where(
         theirs > 0, dropped / np.maximum(theirs, 1e-9), np.where(dropped > 0, 2.0, 1.0)
     )
@@ -233,18 +237,18 @@ def less(dropped: NDArray[np.float64], theirs: NDArray[np.float64]) -> NDArray[n
 
 
 def fewer(ours: Judged, theirs: Judged, weights: NDArray[np.float64] | None = None) -> Between:
-    """Return by what share our policy drops fewer objects than theirs, both at 10 % damage.
+    """Return by what share our policy drops fewer objects than another, at 10 % damage.
 
-    In each resample the forces of both policies are scaled until 10 % of the picks are damaged. So
-    neither policy can drop less by damaging more, and the interval includes the uncertainty of the
-    scale. ``benchmarks/grasp_intervals.py`` measures the coverage of such intervals.
+    In each resample the forces of both policies are scaled until 10 % of the objects are damaged.
+    So neither drops less by damaging more, and the interval includes the uncertainty of the
+    scaling. ``benchmarks/grasp_intervals.py`` measures the coverage of these intervals.
 
     Parameters
     ----------
     ours, theirs
         Outcomes of both policies on the same picks.
     weights
-        Weights of resamples; None without resampling.
+        Weights of the resamples, shape (picks, resamples); None for no interval.
     """
     value = float(less(ours.front.drop_share(), theirs.front.drop_share()))
     if weights is None:
@@ -254,21 +258,21 @@ def fewer(ours: Judged, theirs: Judged, weights: NDArray[np.float64] | None = No
 
 
 def fewer_as_bold(ours: Judged, theirs: Judged, weights: NDArray[np.float64]) -> Between:
-    """Return the reduction in drops like :func:`fewer`, but with the same scales in all resamples.
+    """Return the reduction in drops like :func:`fewer`, with the same scales in all resamples.
 
-    The damage of the policies then differs. Each additional damaged pick of our policy counts as a
-    drop, and each one less as an avoided drop.
+    The policies then damage different shares. If ours damages more objects, each of these counts
+    as a drop; if ours damages fewer, each counts as an avoided drop.
     """
     a, b = (int(np.argmin(np.abs(SCALES - find_scale(j.front)))) for j in (ours, theirs))
     mine, baseline_drops = front(ours.outcomes, weights), front(theirs.outcomes, weights)
-    # Over all picks both damage a tenth but for a step of the scale.
+    # Over all picks both policies damage a tenth, apart from the steps between scales.
     apart = ours.front.damaged[a] - theirs.front.damaged[b]
     dropped = mine.dropped[a] + mine.damaged[a] - baseline_drops.damaged[b] - apart
     return between(fewer(ours, theirs).value, less(dropped, baseline_drops.dropped[b]))
 
 
 def conditions() -> dict[str, tuple[int, int]]:
-    """Return the indices of each pair of lift and detection delay, by the name of the pair."""
+    """Return the indices of lift and of detection latency, by names such as "abrupt, 100 ms"."""
     return {
         f"{lift}, {1e3 * wait:g} ms": (a, b)
         for a, lift in enumerate(LIFTS)
@@ -277,10 +281,10 @@ def conditions() -> dict[str, tuple[int, int]]:
 
 
 def permuted(tables: Tables, count: int, mass: bool, damage: bool, seed: int) -> Between:
-    """Return the gain from stiffness if objects get the weight or limit of other objects.
+    """Return the gain from stiffness if objects get the weight or the limit of other objects.
 
-    Every policy is tuned again for each permutation. The interval contains the middle 95 % of the
-    permutations.
+    The weights, the limits or both are permuted between objects. Both policies are tuned again for
+    each permutation. The interval is the middle 95 % of the permutations.
     """
     names = sorted(set(tables.judged.kinds))
     rng = np.random.default_rng([seed, mass, damage])
@@ -327,10 +331,10 @@ def _pressed(
 
 
 def _given(table: Table, by_mass: Mapping[str, str], by_limit: Mapping[str, str]) -> Table:
-    """Return the picks with the mass and limit of other objects.
+    """Return the table with the needed force and the limit of other kinds of object.
 
-    ``by_mass`` and ``by_limit`` map each object to the one that it gets them from. Hand and
-    specimen number stay.
+    ``by_mass`` and ``by_limit`` name the other kind for each kind. Hand and specimen number of a
+    pick stay.
     """
     place = {(p.kind, p.hand, p.specimen): i for i, p in enumerate(table.picks)}
 

@@ -1,4 +1,7 @@
-"""Judged policies of the household part: also with noisy labels and with reflexes."""
+"""Judgement of the policies for household objects, each tuned separately.
+
+The policies get live estimates, or labels with noise as estimates, and have a slip reflex or none.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,7 @@ from firstcontact_lab.grasping._household_numbers import (
     labelled,
 )
 
-#: RMSE of the noise on labels, Shore A; 0 is the exact label.
+#: RMSE of the noise that is added to labels, Shore A; 0 for exact labels.
 NOISES = (0.0, 3.0, 5.0, 10.0)
 #: Lift and detection latency of full closings with a reflex.
 FULL = ("gradual", DETECTION[0])
@@ -34,11 +37,11 @@ class Judgement:
     Parameters
     ----------
     plain
-        Policies without a reflex, and those that act on noisy labels, by name.
+        Judged policies without a reflex, by name. Some get labels with noise as estimates.
     reflexes
-        Policies with a reflex, without and with stiffness, by the name of lift and detection delay.
+        Judged policies with a reflex, without and with stiffness, by lift and detection latency.
     fold_of
-        Fold in which each object is left out.
+        Fold of each object. The settings of a fold were tuned without its objects.
     """
 
     plain: Mapping[str, Judged]
@@ -47,7 +50,7 @@ class Judgement:
 
     @property
     def blind(self) -> Judged:
-        """Policy that knows nothing of the object."""
+        """Policy that uses no stiffness."""
         return self.plain[baseline().name]
 
     @property
@@ -57,12 +60,12 @@ class Judgement:
 
     @property
     def everyone(self) -> dict[str, Judged]:
-        """Judged policies by name. Reflexes are those for lift and detection delay in ``FULL``."""
+        """Judged policies by name. Policies with a reflex have the lift and latency of ``FULL``."""
         names = (baseline(True).name, candidate(True).name)
         return {**self.plain, **dict(zip(names, self.reflexes[_full()], strict=True))}
 
     def chosen(self) -> dict[str, SettingsOf]:
-        """Chosen settings of every policy."""
+        """Return for each policy a function from an object to the settings tuned without it."""
         return {name: self._fold_settings(policy) for name, policy in self.everyone.items()}
 
     def _fold_settings(self, policy: Judged) -> SettingsOf:

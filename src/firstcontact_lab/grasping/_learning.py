@@ -1,4 +1,4 @@
-"""Detector and models of the study's hand, trained on other pinches of the same hand."""
+"""Training of the detector and the models that the study's hand uses, on its other pinches."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ CONDITION = "paper-rig"
 
 
 def learn(settings: GraspStudySettings, out: Path) -> fc.Model:
-    """Simulate pinches, and train and save a detector and a model for each length of window.
+    """Simulate pinches, train a detector and a model for each window length, and save them.
 
     Parameters
     ----------
     settings
         Size and seed.
     out
-        Folder of the study; recordings and models go below it.
+        Folder of the study, for the recordings and the models.
 
     Returns
     -------
@@ -37,7 +37,7 @@ def learn(settings: GraspStudySettings, out: Path) -> fc.Model:
         The folder holds recordings or models that no study made.
     """
     models = out / "models"
-    # Models come after recordings that bear the mark: without these, they are somebody's own.
+    # A study makes models after marked recordings. Without these, the models are somebody else's.
     if models.exists() and not (out / "recordings" / MARK).exists():
         raise InputError(
             f"{models} was not made by a grasp study: choose another --out, or move it away"

@@ -1,4 +1,4 @@
-"""Means and shares over closings, with intervals."""
+"""Means and shares over the closings of the payload task, with intervals."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ def _breaks(row: Row) -> bool:
     return KINDS[row.kind].fragility is not None
 
 
-#: Groups of objects with common statistics. The peak force of a broken object is only its breaking
-#: force.
+#: Groups of objects whose closings are summarised together. Brittle objects are apart, because the
+#: peak force on an object that broke is only its breaking force.
 GROUPS: Mapping[str, Callable[[Row], bool]] = {
     "soft": lambda row: not _breaks(row) and row.shore_a <= SOFT,
     "firm": lambda row: not _breaks(row) and row.shore_a > SOFT,
@@ -55,7 +55,7 @@ def summary(rows: Sequence[Row], seed: int) -> Summary:
         "broken": lambda s: s[..., 6] / s[..., 0],
     }
     if steady.any():
-        # A resample without a steady grasp has no time: it counts as the mean.
+        # A resample without a steady grasp has no mean time: use that of all closings.
         mean_time = columns[:, 3].sum() / steady.sum()
         means["time_ms"] = lambda s: np.where(
             s[..., 4] > 0, s[..., 3] / np.maximum(s[..., 4], 1), mean_time
@@ -71,7 +71,7 @@ def summary(rows: Sequence[Row], seed: int) -> Summary:
 
 
 def by_policy(rows: Sequence[Row], seed: int) -> Policies:
-    """Return :func:`summary` by variant, latency (ms) and group."""
+    """Return the :func:`summary` of each variant, latency (ms) and group of objects."""
     policies: Policies = {}
     for variant, latency in dict.fromkeys((r.variant, r.latency) for r in rows):
         selected = [r for r in rows if r.variant == variant and r.latency == latency]

@@ -38,9 +38,9 @@ class OwnHand:
     model
         Network, conditioned on the hand and averaged with a regression on its pinches.
     pinches
-        Number of pinches.
+        Number of block pinches.
     rmse
-        RMSE on held-out pinches, Shore A.
+        RMSE on held-out block pinches, Shore A.
     """
 
     detector: Detector
@@ -51,16 +51,17 @@ class OwnHand:
 
 @dataclass(frozen=True, slots=True)
 class HandSeed:
-    """Random hand and its approach speed, m/s."""
+    """Seed of a random hand, and its approach speed, m/s."""
 
     seed: int
     speed: float
 
 
 def own_hand(hand: HandSeed, pinches: int) -> OwnHand:
-    """Simulate pinches of the twin's five blocks with one hand, and fit its models.
+    """Close a hand ``pinches`` times on each of the five blocks, and fit its detector and model.
 
-    The hand approaches as in later closings, and the detector finds the contacts.
+    The hand approaches as in later closings. The model learns from the contacts that the detector
+    finds.
     """
     made = [_block(hand, place, n) for place in range(len(BLOCKS)) for n in range(pinches)]
     dataset = Dataset(tuple(made), "twin")
@@ -74,7 +75,7 @@ def own_hand(hand: HandSeed, pinches: int) -> OwnHand:
 
 
 def _block(hand: HandSeed, place: int, number: int) -> Pinch:
-    """Return one closing on a block at the hand's approach speed, until shortly after contact."""
+    """Return one closing on a block at the hand's approach speed, until ``AFTER`` the contact."""
     rig = condition(CONDITION)
     specimen = draw_specimen(hand.seed, rig, BLOCKS[place], 0)
     session = f"blocks-{number % 3}"

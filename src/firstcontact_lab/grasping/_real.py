@@ -1,4 +1,4 @@
-"""Full closing, with plant, filter, detector, estimator, deadline and slips, not from the table."""
+"""Simulation of a full closing: plant, filter, detector, model, loop with deadline, and slips."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ LOOK = 10
 
 @dataclass(frozen=True, slots=True)
 class RealJob:
-    """Pick with its policy and lift.
+    """Full closing to simulate: pick, policy with its settings, lift and slip detector.
 
-    ``detection`` is the assumed latency of an ideal slip detector, s; None without one.
+    ``detection`` is the assumed latency of the slip detector, s; None without one.
     """
 
     pick: Pick
@@ -38,7 +38,7 @@ class RealJob:
 
 @dataclass(frozen=True, slots=True)
 class RealRow:
-    """Outcome of a closing; times in s, forces in N."""
+    """Outcome of a full closing. ``steady`` is the time to a steady grasp, s; None without one."""
 
     job: RealJob
     dropped: bool
@@ -49,7 +49,7 @@ class RealRow:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Played:
-    """Recorded closing: its plant at the end, and the commands of the hand."""
+    """Course of a full closing: plant at the end, commands, contact forces (N), and outcome."""
 
     plant: GraspPlant
     orders: tuple[Order, ...]
@@ -58,19 +58,19 @@ class Played:
 
 
 def real(job: RealJob, hands: Mapping[tuple[int, float], OwnHand]) -> RealRow:
-    """Simulate a full closing: approach, press and lift."""
+    """Simulate a full closing, and return its outcome."""
     return played(job, hands).row
 
 
 def played(job: RealJob, hands: Mapping[tuple[int, float], OwnHand]) -> Played:
-    """Simulate a pick with the trained network. Return its whole course for plots."""
+    """Simulate a full closing, and return its whole course for plots."""
     own_hand = hands[job.pick.hand, job.settings["approach"]]
     plant = make_plant(job.pick, lift=LIFTS[job.lift])
     numbers = household_named(job.pick.kind).numbers
     truth = Truth(numbers.shore_a.value, numbers.mass.value)
     policy = make_policy(POLICIES[job.policy], Grip(), truth, job.settings)
     if not isinstance(policy, FinalForce):
-        raise TypeError(f"{job.policy} is no policy of the household")
+        raise TypeError(f"{job.policy} is not a policy for household objects: use a FinalForce")
     hand = PlantHand(plant)
     grasping = Grasping(policy, hand, LAYOUT)
     predictor = NetworkPredictor(own_hand.model)

@@ -1,4 +1,4 @@
-"""Search for the best settings of the payload task, on pinches that are in no report."""
+"""Search for the best settings in the payload task, on pinches that the report leaves out."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from firstcontact_lab.grasping.settings import HEADLINE, KINDS, SOFT, GraspStudy
 
 #: Number of finalists of the first round, which are compared on more pinches.
 FINALISTS = 12
-#: Largest additional time relative to closing without modulation.
+#: Largest additional time to a steady grasp, relative to a closing without modulation.
 SLOWER = 0.10
 #: Objects of the first round: a soft one, and the heaviest one.
 FIRST_ROUND = ("block 10", "orange 1")
@@ -32,9 +32,9 @@ class _Try:
 def search(settings: GraspStudySettings, runner: Runner) -> dict[str, Tuning]:
     """Choose the settings of every tunable policy, for each force array.
 
-    Settings qualify if every object is held steadily and the time is at most a tenth longer than
-    without modulation. Among these, the setting with the lowest mean peak force on soft objects is
-    chosen. The choice uses the reported latency and no breakable objects.
+    Candidates hold every object steadily, and take at most a tenth longer than the policy without
+    modulation. The best candidate has the lowest mean peak force on soft objects. The search uses
+    the latency :data:`HEADLINE` and no breakable objects.
     """
     everything = tuple(k for k in settings.kinds if KINDS[k].fragility is None)
     numbers = range(settings.tuning)
@@ -90,6 +90,9 @@ def _summary(rows: list[Row]) -> tuple[float, float, float]:
 
 
 def _worth(summary: tuple[float, float, float], limit: float) -> tuple[float, float, float, float]:
-    """Return a sort key, best first: violations of the constraints, then peak force."""
+    """Return a sort key: violation of the constraints, peak force, time, unsteady share.
+
+    The best settings come first.
+    """
     peak, time, unsteady = summary
     return (unsteady + max(time / limit - 1, 0.0), peak, time, unsteady)

@@ -1,4 +1,4 @@
-"""Sensitivity of the gain to estimated numbers of the objects."""
+"""Sensitivity of the gain from stiffness to the objects' numbers that are estimates."""
 
 from __future__ import annotations
 
@@ -19,13 +19,17 @@ from firstcontact_lab.grasping._household_numbers import (
 from firstcontact_lab.grasping._table import Table, Values
 from firstcontact_lab.grasping.results import Between
 
-#: Factors by which estimates are changed, and number of draws with random changes.
+#: Factors by which the estimated limits, masses and friction coefficients are multiplied.
 LIMITS, MASSES, FRICTIONS = (0.7, 1.4), (0.8, 1.25), (0.8, 1.25)
+#: Number of draws with random factors on the limits, and standard deviation of these factors.
 DRAWS, SPREAD = 8, 0.3
 
 
 def sensitivity(tables: Tables) -> dict[str, Between]:
-    """Return the gain over ``blind`` if estimated numbers change and both are tuned again."""
+    """Return the gain from stiffness for each change of the estimated numbers.
+
+    The policies without and with stiffness are tuned again for each change.
+    """
     gain_by_case = {}
     names = sorted(set(tables.judged.kinds) | set(tables.tuning.kinds))
     for title, of, factors in (

@@ -19,7 +19,7 @@ class SlipWatch:
         self._told = -float("inf")
 
     def slips(self, plant: GraspPlant) -> bool:
-        """Return True if the detector reports a slip now."""
+        """Return True if the detector reports a slip at the plant's newest sample."""
         since = plant.slipping_since
         if since is None or plant.now - max(since, self._told) < self._latency:
             return False

@@ -1,4 +1,4 @@
-"""Table of branches: outcomes of every force for every pick."""
+"""Table of the outcomes of every grip force for every pick."""
 
 from __future__ import annotations
 
@@ -18,10 +18,7 @@ Values = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reflexed:
-    """Slip reflex: lift, latency of slip detection, and force factor.
-
-    All values are indices into the table.
-    """
+    """Slip reflex: table indices of its lift, its latency of slip detection and its boost."""
 
     lift: int
     detection: int
@@ -30,10 +27,10 @@ class Reflexed:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Outcomes:
-    """Outcomes of picks at given forces. Arrays have the shape of the forces, (..., picks).
+    """Outcomes of every pick: dropped or not, damaged or not.
 
-    Values are 1 if the outcome happened and 0 if not. They are probabilities if picks represent
-    scattered specimens.
+    The arrays have the shape of the forces, (..., picks). Values are 1 for yes and 0 for no. They
+    are probabilities if a pick represents specimens that scatter.
     """
 
     dropped: Values
@@ -42,25 +39,26 @@ class Outcomes:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Table:
-    """Every pick at every speed and force.
+    """Simulated forces and estimates of every pick at every approach speed and grip force.
 
     Parameters
     ----------
     how
-        Speeds, forces and boosts.
+        Approach speeds, grip forces and boosts.
     picks
         Picks in order, shape (picks,).
     needed
         Force that both fingers need to hold the object, N, shape (picks,).
     limit
-        Contact force at which it is damaged, N, shape (picks,).
+        Contact force at which the object is damaged, N, shape (picks,).
     estimates
         Estimate at the second contact, by speed and pick; None if there is none.
     peak, hold
-        Largest contact force and final holding force, N, by speed, pick and force.
+        Largest contact force and sum of both contact forces at the end, N, with the axes speed,
+        pick and grip force.
     slip_peak, slip_drop
-        Largest contact force, N, and share of drops with a slip reflex, by speed, pick, lift,
-        detection delay, boost and force; NaN if the object does not slip.
+        Largest contact force with a slip reflex, N, and 1 if the object is dropped, with the axes
+        speed, pick, lift, detection latency, boost and grip force. NaN without a slip.
     """
 
     how: Branching
@@ -75,7 +73,7 @@ class Table:
 
     @classmethod
     def from_branches(cls, rows: Sequence[Branches], how: Branching) -> Table:
-        """Return a table from the branches of every pick at every speed."""
+        """Return the table of the outcomes of every pick at every speed, in any order."""
         by = {(row.speed, row.pick): row for row in rows}
         picks = tuple(sorted({row.pick for row in rows}))
         first = [by[how.speeds[0], pick] for pick in picks]
@@ -111,7 +109,7 @@ class Table:
         return np.array([household_named(p.kind).numbers.shore_a.value for p in self.picks])
 
     def otherwise(self, needed: Values | None = None, limit: Values | None = None) -> Table:
-        """Return the table with other holding or damaging forces of the picks."""
+        """Return the table with other needed or damaging forces of the picks."""
         return replace(
             self,
             needed=self.needed if needed is None else needed,
@@ -119,14 +117,14 @@ class Table:
         )
 
     def pressed(self, speed: int, forces: Values) -> tuple[Values, Values]:
-        """Return the largest contact force and the final holding force, N.
+        """Return the largest contact force and the sum of both contact forces at the end, N.
 
         Parameters
         ----------
         speed
             Index of the approach speed.
         forces
-            Forces, N, shape (..., picks). Results between the table's forces are interpolated.
+            Grip forces, N, shape (..., picks). Between the forces of the table, interpolate.
 
         Returns
         -------
@@ -143,7 +141,10 @@ class Table:
         return between(self.peak[speed]), between(self.hold[speed])
 
     def judge(self, peak: Values, hold: Values, scatter: float = 0.0) -> Outcomes:
-        """Return the outcomes of picks for these largest and holding forces, N, without reflex."""
+        """Return the outcomes without a reflex, from what :meth:`pressed` returns.
+
+        For ``scatter`` see :meth:`outcomes`.
+        """
         return Outcomes(exceeds(self.needed, hold, scatter), exceeds(peak, self.limit, scatter))
 
     def _places(self, forces: Values) -> tuple[NDArray[np.intp], Values]:
@@ -155,26 +156,26 @@ class Table:
     def outcomes(
         self, speed: int, forces: Values, reflex: Reflexed | None = None, scatter: float = 0.0
     ) -> Outcomes:
-        """Return the outcomes of every pick at these forces, shape (..., picks).
+        """Return the outcomes of every pick at the given grip forces, shape (..., picks).
 
         Parameters
         ----------
         speed
             Index of the approach speed.
         forces
-            Forces, N, shape (..., picks).
+            Grip forces, N, shape (..., picks).
         reflex
             Slip reflex; None without one.
         scatter
-            Relative scatter of needed and damaging force between specimens; 0 for exactly these
-            specimens.
+            Relative scatter of the needed and damaging forces of the specimens that a pick
+            represents; 0 if it represents one specimen.
         """
         peak, hold = self.pressed(speed, forces)
         plain = self.judge(peak, hold, scatter)
         if reflex is None:
             return plain
         dropped, damaged = plain.dropped, plain.damaged
-        # Of the forces of the table at which it slips, the nearest.
+        # Use the nearest force of the table at which the object slips.
         place, part = self._places(forces)
         rows = np.arange(len(self.picks))
         at = (speed, slice(None), reflex.lift, reflex.detection, reflex.boost)
@@ -184,7 +185,7 @@ class Table:
         slips = ~np.isnan(drops[rows, near])
         saved = slips & (drops[rows, near] < 0.5)
         harder = exceeds(np.where(slips, peaks[rows, near], 0.0), self.limit, scatter)
-        # Who does not slip is not pressed harder.
+        # The reflex presses only objects that slip harder.
         damaged = np.maximum(damaged, harder * dropped)
         return Outcomes(np.where(saved, 0.0, dropped), damaged)
 
@@ -195,6 +196,6 @@ def exceeds(one: Values, other: Values, scatter: float) -> Values:
         return (one > other).astype(np.float64)
     with np.errstate(divide="ignore"):
         away = (np.log(one) - np.log(other)) / scatter
-    # As a normal's distribution, within a hundredth.
+    # Logistic function, which is within a hundredth of the normal distribution function.
     share: Values = 1 / (1 + np.exp(-1.702 * np.clip(away, -30, 30)))
     return share

@@ -1,4 +1,4 @@
-"""Trials: the same pinch closed by every policy, with outcomes as rows."""
+"""Trials of the payload task: every policy closes the same pinch, with one row per outcome."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from firstcontact_lab.grasping._learning import CONDITION
 from firstcontact_lab.grasping._variants import Variant
 from firstcontact_lab.grasping.settings import KINDS
 
-#: Tuned settings of each variant's policy.
+#: Tuned settings of the policy of each variant, by the key of the variant.
 Tuned = Mapping[str, Mapping[str, float]]
 
 
@@ -27,9 +27,9 @@ class PinchSetup:
     kind
         Name of the object.
     session
-        Number of the session. Together with ``group`` and ``seed`` it determines all random draws.
+        Number of the session. Object, session, group and seed determine all random draws.
     group
-        Group of sessions: for the report, or for the search.
+        Name of a group of sessions: those of the report, or those of the search.
     seed
         Random seed of the hand and all draws.
     """
@@ -42,7 +42,7 @@ class PinchSetup:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """Outcome of one closing. Times in s, forces in N."""
+    """Outcome of one closing. Times are in s, forces in N."""
 
     kind: str
     shore_a: float
@@ -63,9 +63,9 @@ class Row:
 
 
 def trial_plant(setup: PinchSetup, variant: Variant, latency: float) -> GraspPlant:
-    """Return the simulated hand before closing. Setup and latency determine all random draws."""
+    """Return the hand before closing. Its random draws do not depend on the policy."""
     rig = condition(CONDITION)
-    # A specimen for each session, none of them learned from: those are the first ones.
+    # Each session has another specimen. The first ones are left out: models were trained on them.
     specimen = draw_specimen(setup.seed, rig, KINDS[setup.kind], 1 + _specimen(setup))
     draw = draw_pinch(setup.seed, rig, f"{setup.group}-{setup.session}", specimen, setup.kind)
     return GraspPlant(draw, Drive(latency=latency), specimen, variant.velostat)
@@ -82,8 +82,8 @@ def played(
     tuned: Tuned,
     model: Model | None,
 ) -> ClosingRecord:
-    """Simulate a closing on a pinch's object with the variant's policy."""
-    # The approach is as it was drawn; the policy is told so.
+    """Simulate a closing of the setup, with the policy of the variant."""
+    # The policy knows the drawn approach speed.
     grip = Grip(speed=plant.nominal.speed, force=plant.nominal.force)
     policy = variant.make(grip, KINDS[setup.kind].shore_a, tuned.get(variant.key, {}))
     feels = policy.uses_force()
@@ -97,7 +97,7 @@ def played(
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """Job of one setup with all variants and latencies."""
+    """Job that closes one setup with all variants at all latencies."""
 
     setup: PinchSetup
     variants: tuple[Variant, ...]
@@ -106,7 +106,7 @@ class Trial:
 
 
 def run_trial(trial: Trial, model: Model | None = None) -> list[Row]:
-    """Return the outcome (:class:`Row`) for each latency and variant, in this order."""
+    """Return the outcome of each variant at each latency; all variants of a latency in a row."""
     return [
         _row(trial, model, variant, latency)
         for latency in trial.latencies

@@ -1,4 +1,4 @@
-"""Choice of the settings of each policy from the table, with the same budget for all."""
+"""Choice of each policy's settings by its outcomes in the table, with the same budget for all."""
 
 from __future__ import annotations
 
@@ -15,17 +15,18 @@ from firstcontact.twin import household_named
 from firstcontact_lab.grasping._front import AROUND, SCALES, Front, find_scale, front
 from firstcontact_lab.grasping._table import Outcomes, Reflexed, Table, Values
 
-#: Relative scatter of the needs and limits of specimens that a pick for tuning represents. It is
-#: the scatter of the household's specimens, so that a setting does not depend on single ones.
+#: Relative scatter of needed and damaging force between the specimens that a pick for tuning
+#: represents. Household specimens scatter as much. With it a setting does not depend on single
+#: specimens.
 SCATTER = 0.2
 Settings = Mapping[str, float]
-#: Input of a policy for each pick.
+#: Estimate that a policy gets for each pick; None without one.
 Told = Sequence[Estimate | None]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidate:
-    """Setting of a policy, with its outcomes for every pick at every scale of the forces.
+    """Settings of a policy, with their outcomes for every pick at every scale.
 
     Parameters
     ----------
@@ -41,16 +42,16 @@ class Candidate:
 
 @dataclass(frozen=True, slots=True)
 class Chosen:
-    """Settings chosen in one fold.
+    """Settings that were chosen for one fold.
 
     Parameters
     ----------
     settings
-        Settings, including the scale of the forces with 10 % damage.
+        Chosen settings, including the scale at which 10 % of the picks are damaged.
     tried
-        Number of tried settings.
+        Number of settings that were compared.
     drops, damage
-        Shares of dropped and damaged picks, among those used for the choice.
+        Shares of dropped and of damaged picks, of the picks that were used for the choice.
     """
 
     settings: dict[str, float]
@@ -62,7 +63,7 @@ class Chosen:
 def policy_settings(
     kind: type[Policy], budget: int, few: bool, seed: int
 ) -> list[dict[str, float]]:
-    """Return at most ``budget`` settings of a policy: all of them, or a random sample."""
+    """Return all settings of a policy; if there are more than ``budget``, a random sample."""
     names = list(kind.tunables)
     values = [t.few if few else t.tried for t in kind.tunables.values()]
     total = int(np.prod([len(v) for v in values]))
@@ -85,7 +86,7 @@ def policy_forces(kind: type[Policy], settings: Settings, table: Table, estimate
         policy = make_policy(kind, Grip(), truth, settings)
         if not isinstance(policy, FinalForce):
             raise TypeError(
-                f"{kind.name} is no policy of this household: derive it from FinalForce"
+                f"{kind.name} is not a policy for household objects: derive it from FinalForce"
             )
         policy.begin()
         estimate = estimates[place]
@@ -96,7 +97,7 @@ def policy_forces(kind: type[Policy], settings: Settings, table: Table, estimate
 
 
 def speed_place(table: Table, settings: Settings) -> int:
-    """Return the index of a setting's approach speed in the table."""
+    """Return the table's index of the approach speed in the settings."""
     return table.how.speeds.index(settings["approach"])
 
 
@@ -108,7 +109,10 @@ def swept(
     reflex: tuple[int, int] | None,
     scatter: float = 0.0,
 ) -> Outcomes:
-    """Return outcomes by scale and pick. ``reflex`` has the indices of lift and detection."""
+    """Return the outcomes of a policy by scale and pick.
+
+    ``reflex`` holds the table's indices of the lift and of the detection latency.
+    """
     forces = policy_forces(kind, settings, table, estimates) * settings.get("scale", 1.0)
     acting = None
     if reflex is not None and kind.has_reflex():
@@ -124,7 +128,10 @@ def candidates(
     estimates: Sequence[Told],
     reflex: tuple[int, int] | None = None,
 ) -> list[Candidate]:
-    """Return every setting with its outcomes on a table. ``estimates`` are by speed."""
+    """Return each of the settings with its outcomes in a table.
+
+    ``estimates`` holds the estimates for each approach speed of the table.
+    """
     return [
         Candidate(s, swept(kind, s, table, estimates[speed_place(table, s)], reflex, SCATTER))
         for s in tried
@@ -132,7 +139,7 @@ def candidates(
 
 
 def choose(tried: Sequence[Candidate], selected: NDArray[np.bool_]) -> Chosen:
-    """Choose the setting with the fewest drops among the selected picks, at about 10 % damage."""
+    """Choose the settings with the fewest drops of the selected picks at about 10 % damage."""
     weights = selected.astype(np.float64)
     fronts = [front(c.outcomes, weights) for c in tried]
     worth = [np.mean([f.drop_share(d) for d in AROUND]) for f in fronts]

@@ -1,4 +1,4 @@
-"""Compared variants: a policy and its force array."""
+"""Variants that the payload task compares: a policy with one kind of force array."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Variant:
     policy
         Class of the policy.
     velostat
-        Parameters of both force arrays; None for the twin's arrays, drawn for each pinch.
+        Force array of both fingers; None for the arrays that are drawn for each pinch.
     """
 
     key: str
@@ -55,7 +55,7 @@ class Variant:
 
 
 def variants() -> dict[str, Variant]:
-    """Return the compared variants by key: policies for a payload with each of their sensors."""
+    """Return the compared variants by key: each policy of the task with each of its sensors."""
     by_key: dict[str, Variant] = {}
     for policy in POLICIES.values():
         if policy.task is not Task.PAYLOAD:

@@ -28,7 +28,7 @@ from firstcontact_lab.report.page import Column, Page, Section
 from firstcontact_lab.report.state import duration
 from firstcontact_lab.report.tables import Cell, Line, Row, Table, Value, format_cell, matrix
 
-#: Approximate Shore A of the firmest object in the network's training.
+#: Approximate Shore A of the firmest object in the training of the network.
 MET = 80.0
 CONTROLS = {
     "mass_permuted": "Weights of other objects",
@@ -54,13 +54,13 @@ def tables(results: GraspResults) -> list[Table]:
 
 
 def _table(caption: str, rows: Sequence[Row[str]], entries: Mapping[str, str]) -> Table:
-    """Return a table. ``entries`` are its columns: keys of the results, with their titles."""
+    """Return a table with one line per entry. ``entries`` maps the keys that rows use to titles."""
     lines = [(Cell(title), key, False) for key, title in entries.items()]
     return matrix(caption, rows, lines) or Table(caption, ["", *(row.label for row in rows)], [])
 
 
 def policies_table(household: Household) -> Table:
-    """Return drops and success of each policy."""
+    """Return the table of drops and successes of each policy."""
 
     def drops(name: str) -> Value:
         between = household.drops_between.get(name)
@@ -86,7 +86,7 @@ def policies_table(household: Household) -> Table:
 
 
 def reflex_table(household: Household) -> Table:
-    """Return the effect of stiffness with a slip reflex."""
+    """Return the table of the effect of stiffness with a slip reflex."""
 
     def lookup(value: Callable[[Reflexes], Value]) -> Callable[[str], Value]:
         return lambda name: value(household.slip_reflex[name])
@@ -115,10 +115,11 @@ def _gains(
 
 
 def controls_table(household: Household) -> Table:
-    """Return the gain that remains in each control."""
+    """Return the table of the gain that remains in the controls."""
     return _gains(
-        "Controls: reduction of drops if the objects get random weights or limits of others. Every "
-        "policy is tuned again. Mean and middle 95 % of the permutations.",
+        "Controls: reduction of drops if each object gets the weight or the damage limit of "
+        "another object, drawn at random. Both policies are tuned again. Mean and middle 95 % of "
+        "the permutations.",
         household.controls,
         "gain",
         {name: CONTROLS.get(name, name) for name in household.controls},
@@ -126,10 +127,11 @@ def controls_table(household: Household) -> Table:
 
 
 def sensitivity_table(household: Household) -> Table:
-    """Return the gain with changed estimated numbers of the objects."""
+    """Return the table of the gain if the objects' estimated numbers are changed."""
     return _gains(
-        "Reduction of drops with changed values of the estimated numbers. Every policy is tuned "
-        "again. The last row has the smallest and largest of its draws instead of an interval.",
+        "Reduction of drops if those numbers of the objects that are estimates have other values. "
+        "Both policies are tuned again. The last row has the smallest and the largest value of its "
+        "draws instead of an interval.",
         household.sensitivity,
         "whole",
         {name: name[0].upper() + name[1:] for name in household.sensitivity},
@@ -137,7 +139,7 @@ def sensitivity_table(household: Household) -> Table:
 
 
 def closings_table(household: Household) -> Table:
-    """Return the outcomes of full closings."""
+    """Return the table of the outcomes of full closings."""
 
     def lookup(value: Callable[[RealClosings], Value]) -> Callable[[str], Value]:
         return lambda name: value(household.closings[name])
@@ -160,7 +162,7 @@ def closings_table(household: Household) -> Table:
 
 
 def estimates_table(household: Household) -> Table:
-    """Return the error and the time of the live estimates."""
+    """Return the table of errors and times of the live estimates."""
     entry = household.estimates
     windows = list(entry.rmse)
 
@@ -200,7 +202,7 @@ def _firm(household: Household) -> str:
 
 
 def objects_table(household: Household) -> Table:
-    """Return error, drops and damage of each object."""
+    """Return the table of errors, drops and damage of each object."""
 
     def lookup(value: Callable[[ObjectErrors], Value]) -> Callable[[str], Value]:
         return lambda name: value(household.by_object[name])
@@ -212,8 +214,8 @@ def objects_table(household: Household) -> Table:
         return lambda o: o.rmse.get(window)
 
     return _table(
-        "By object: RMSE by window, mean error of what was used, and the shares dropped / damaged "
-        "as tuned without its family.",
+        "By object: RMSE for each window, mean error of the estimates that were used, and the "
+        "shares dropped / damaged with settings tuned without the object's family.",
         [
             Row("Shore A", lookup(lambda o: f"{o.shore_a:g}")),
             *(
@@ -249,9 +251,10 @@ def _tuned(household: Household) -> list[Table]:
         titles = [tunable.title for tunable in policy.tunables.values()]
         made.append(
             Table(
-                f"Settings of {policy.title}, by the fold whose families were left out; chosen on "
-                f"{on.picks} pinches of hands {on.hands[0]} to {on.hands[-1]}, of which none is "
-                "judged. Last: dropped / damaged there.",
+                f"Settings of {policy.title}, one row for each fold. The families of the fold were "
+                f"left out of the choice. It used {on.picks} pinches by the hands {on.hands[0]} to "
+                f"{on.hands[-1]}; none of these pinches is judged. Last column: shares dropped / "
+                "damaged in these pinches.",
                 ("Fold", *titles, "Scale", "Tried", "There"),
                 lines,
             )
@@ -265,7 +268,7 @@ def _setting(policy: type[Policy], key: str, value: float) -> str:
 
 
 def payload_table(results: GraspResults) -> Table:
-    """Return the numbers of the payload task."""
+    """Return the table of the payload task."""
     payload, ms = results.payload, results.latency
 
     def group(key: str, name: str) -> Callable[[str], Value]:
@@ -276,9 +279,9 @@ def payload_table(results: GraspResults) -> Table:
         return value
 
     return _table(
-        "Earlier task: hold a declared payload of 0.2 kg with little peak force on soft blocks, "
-        f"{payload.data.closings} closings at {ms} ms brake latency. There is little to gain, "
-        "because one force holds the payload with every object.",
+        "Earlier task: hold a known payload of 0.2 kg with little peak force on soft blocks, "
+        f"{payload.data.closings} closings at {ms} ms brake latency. Stiffness helps little here, "
+        "because the same force holds the payload for every object.",
         [
             Row("Peak, soft", group("peak_n", "soft"), "newton"),
             Row("Time to grasp", group("time_ms", "lasting"), "whole ms"),
@@ -294,12 +297,13 @@ def fronts(results: GraspResults) -> Figure:
     household = results.household
     return Figure(
         "fronts",
-        "Dropped against damaged",
+        "Dropped and damaged objects, from cautious to bold",
         f"Each line is one policy from cautious (left) to bold, on {household.picks} pinches of "
-        f"{household.objects} objects by {household.hands} hands. Blind presses with one force; "
-        "stiffness uses the estimate from the first contact; a reflex presses harder on slip "
-        "(gradual lift, slip detected after 100 ms). Points have 95 % intervals over objects "
-        "and hands. The ceiling is the best choice for each single specimen, found by search.",
+        f"{household.objects} objects by {household.hands} hands. Blind presses every object with "
+        "the same force; stiffness uses the estimate from the first contact; a reflex presses "
+        "harder on slip (gradual lift, slip detected after 100 ms). Points have 95 % intervals "
+        "over objects and hands. The ceiling is the best choice for each single specimen, found "
+        "by search.",
         fronts_figure(household),
     )
 
@@ -309,9 +313,9 @@ def _film(results: GraspResults, film: Path) -> Figure:
     return Figure(
         "film",
         f"{' and '.join(shown_objects).capitalize()}, picked up by the same hand",
-        "Left without stiffness, right with it, both tuned without these objects' families. "
-        f"Hand {hand}, specimen {specimen}; lifted 450 ms after the first contact. Dotted: the "
-        "second contact; dashed: lifted.",
+        "Left: without stiffness; right: with it. Both policies were tuned without the families of "
+        f"these objects. Hand {hand}, specimen {specimen}. Dotted line: second contact; dashed "
+        "line: the object is lifted, 450 ms after the first contact.",
         f"data:image/gif;base64,{base64.b64encode(film.read_bytes()).decode()}",
     )
 
@@ -334,9 +338,9 @@ def render(results: GraspResults, film: Path) -> str:
         title="First contact: grasping (twin results)",
         heading="First contact: what stiffness is worth to a hand",
         intro="Does a hand that knows early how stiff an object is drop and crush less of what "
-        "people pick up? The twin's hand closes on a household from raspberry to hammer, with the "
-        "live detector and the network in the loop. These are twin results: they show what follows "
-        "under the model's assumptions, not what a real hand reaches.",
+        "people pick up? The twin's hand closes on household objects, from raspberry to hammer, "
+        "with the live detector and the network in the loop. These are results of the twin: they "
+        "follow from its assumptions, and do not show what a real hand reaches.",
         badges=[
             "Twin results",
             f"{household.objects} objects, {household.hands} hands, {household.picks} judged "
@@ -345,7 +349,7 @@ def render(results: GraspResults, film: Path) -> str:
             duration(run.seconds),
             f"seed {run.seed}",
         ],
-        warning="Quick study: few pinches; not to be quoted" if run.quick else "",
+        warning="Quick study with few pinches: do not quote its numbers" if run.quick else "",
         sections=[
             Section(
                 "results",
@@ -373,23 +377,24 @@ def _how(results: GraspResults) -> dict[str, str]:
     errors = [f"{ms} ms window {rmse:.1f}" for ms, rmse in payload.models.rmse.items()]
     families = "; ".join(map(listed, tuned.families))
     return {
-        "Every policy": "slows down at the first contact, and presses with one force from the "
-        "second on. Only this force depends on the policy's knowledge. The estimate is the live "
+        "Every policy": "slows down at the first contact, and presses with one force after the "
+        "second. Only this force depends on what the policy knows. The estimate is the live "
         "pipeline's last one before the second contact. A command acts 20 ms after the block of "
         "samples that caused it.",
         "Tuned on": f"{tuned.picks} pinches by the hands {listed(tuned.hands)}, specimen "
         f"{listed(tuned.specimens)} of each object; {tuned.budget} settings of each policy, or all "
-        "if there are fewer. Their outcomes come from closings on a grid of approach, force and "
-        "object. The best setting has the fewest drops at 7, 10 and 13 % damage. Each pinch "
-        "represents specimens that scatter by a fifth. Nothing else was tuned.",
+        "if there are fewer. Their outcomes come from a table of simulated closings with each "
+        "approach speed, force and object. The best setting has the fewest drops at 7, 10 and 13 % "
+        "damage. Each pinch represents specimens whose needed and tolerated forces scatter by a "
+        "fifth. Nothing else was tuned.",
         "Judged on": f"{judged.picks} pinches by the hands {listed(judged.hands)}, specimens "
         f"{listed(judged.specimens)}. Families of similar objects are divided into {tuned.folds} "
         "folds, and each fold is judged with settings tuned without it. "
         f"Families: {families}. Each other object is a family by itself.",
-        "Models of a hand": "come from its own pinches of five blocks, at the judged approach, "
-        "with contacts from its detector.",
-        "Fronts": "come from closings of the judged pinches on the same grid. The table of full "
-        "closings states how often a policy in the loop has the same outcome.",
+        "Models of a hand": "come from its own pinches of five blocks, at the judged approach "
+        "speed, with contacts from its detector.",
+        "Fronts": "come from a table of simulated closings of the judged pinches. The table of "
+        "full closings states how often a policy in the loop has the same outcome.",
         "Earlier task": f"{listed(payload.data.objects)}; each in {payload.data.sessions} "
         f"sessions. Its models were trained on {payload.data.training} pinches. RMSE on held-out "
         f"sessions: {', '.join(errors)} Shore A.",

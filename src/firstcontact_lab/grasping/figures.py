@@ -1,4 +1,4 @@
-"""Figures of the grasp report. Matplotlib is imported when a figure is drawn."""
+"""Figures of the grasp report. They import matplotlib only when they are drawn."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ APART = 0.35
 
 
 def fronts_figure(household: Household) -> str:
-    """Draw the fronts, as a data URI."""
+    """Draw the fronts of all policies. Return the figure as a data URI."""
     with canvas(size=SIZE) as (figure, axes):
         _draw(axes[0, 0], household)
         return uri(figure)
 
 
 def fronts_picture(household: Household, image: Path) -> None:
-    """Write the fronts as a PNG."""
+    """Draw the fronts of all policies, and write them as a PNG."""
     with canvas(size=SIZE) as (figure, axes):
         _draw(axes[0, 0], household)
         figure.savefig(image, format="png", dpi=150, metadata={"Software": None})

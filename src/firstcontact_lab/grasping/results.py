@@ -14,20 +14,20 @@ CEILING = "ceiling"
 
 
 class Summary(Record, frozen=True, kw_only=True):
-    """Means and shares over closings. Intervals are from a bootstrap over whole sessions.
+    """Means and shares over closings. For the intervals, whole sessions were resampled.
 
     Parameters
     ----------
     peak_n, squeeze_mm
         Mean peak force, N, and mean compression, mm, over all closings.
     steady, dropped, broken
-        Share of closings with a steady grasp, a dropped object, and a broken object.
+        Shares of the closings with a steady grasp, with a dropped and with a broken object.
     time_ms
-        Mean time of the steady grasps, ms; None without any.
+        Mean time to a steady grasp, ms; None without any.
     n, misses
-        Number of closings, and of missed deadlines.
+        Number of closings, and number of missed deadlines.
     intervals
-        Intervals by the name of the number.
+        Interval of each mean and share, by its field's name.
     """
 
     peak_n: float
@@ -65,7 +65,7 @@ class GraspRun(Record, frozen=True, kw_only=True):
 
 
 class GraspData(Record, frozen=True, kw_only=True):
-    """Objects of the closings, and number of pinches for training."""
+    """Objects and closings of the payload task, and number of pinches for training."""
 
     source: str
     objects: list[str]
@@ -96,7 +96,7 @@ Policies = dict[str, dict[str, dict[str, Summary]]]
 
 
 class Between(Record, frozen=True, kw_only=True):
-    """Number with the ends of its 95 % interval."""
+    """Number and bounds of its 95 % interval."""
 
     value: float
     low: float
@@ -109,7 +109,7 @@ class Between(Record, frozen=True, kw_only=True):
 
 
 class FrontPoints(Record, frozen=True, kw_only=True):
-    """Points of a front: shares of dropped and damaged picks, from the most cautious scale on."""
+    """Shares of dropped and damaged picks at each scale, from the most cautious scale on."""
 
     dropped: list[float]
     damaged: list[float]
@@ -126,7 +126,7 @@ class ChosenSettings(Record, frozen=True, kw_only=True):
 
 
 class TunedOn(Record, frozen=True, kw_only=True):
-    """Data for tuning: seeds of the hands, numbers of the specimens, and number of picks."""
+    """Picks for tuning or for judging: seeds of the hands, numbers of the specimens, and counts."""
 
     hands: list[int]
     specimens: list[int]
@@ -137,11 +137,12 @@ class TunedOn(Record, frozen=True, kw_only=True):
 
 
 class RealClosings(Record, frozen=True, kw_only=True):
-    """Full closings of a tuned policy, with plant, detector, estimator and loop.
+    """Full closings of a tuned policy, with plant, detector, model and loop.
 
-    ``success``: share neither dropped nor damaged. ``steady``: share with a steady grasp;
-    ``steady_ms``: mean time to it. ``as_table``: share with the outcome that the table predicts.
-    ``in_time``: share in which an estimate met the policy's deadline, if the policy has one.
+    ``success`` is the share neither dropped nor damaged; ``steady`` the share with a steady grasp,
+    and ``steady_ms`` the mean time to it; ``as_table`` the share with the outcome that the table
+    of closings has; ``in_time`` the share in which an estimate met the policy's deadline, None
+    without a deadline.
     """
 
     n: int
@@ -163,10 +164,10 @@ class ReflexSuccess(Record, frozen=True, kw_only=True):
 
 
 class Reflexes(Record, frozen=True, kw_only=True):
-    """Drops with a reflex, for one kind of lift and one detection latency.
+    """Drops with a slip reflex, for one kind of lift and one latency of the slip detection.
 
-    ``blind`` and ``stiffness`` are the shares of drops of these policies, at the same damage as the
-    main result. ``fewer`` is the relative reduction of drops by stiffness.
+    ``blind`` and ``stiffness`` are the shares of drops of these two policies at
+    :attr:`Household.damage`; ``fewer`` is the relative reduction by stiffness.
     """
 
     blind: Between
@@ -176,10 +177,10 @@ class Reflexes(Record, frozen=True, kw_only=True):
 
 
 class ObjectErrors(Record, frozen=True, kw_only=True):
-    """Errors of the estimates of one object.
+    """Errors of the estimates of one object, and its outcomes.
 
-    ``rmse`` has an entry for each window, ms, and an entry "used" for the estimates that policies
-    used. ``bias`` is the mean error of the used estimates.
+    ``rmse`` has a key for each window, in ms, and "used" for the estimates that policies used.
+    ``bias`` is the mean error of the used estimates. ``drops`` and ``damage`` are by policy.
     """
 
     shore_a: float
@@ -196,9 +197,10 @@ class ObjectErrors(Record, frozen=True, kw_only=True):
 class Estimates(Record, frozen=True, kw_only=True):
     """Errors and times of the live estimates on judged picks.
 
-    ``rmse``: over all objects, by window, ms, and for "used" estimates. ``bearing``: the same over
-    objects up to 70 Shore A. ``decided``: share of pinches with a complete window before the second
-    contact.
+    ``rmse`` is over all objects, with a key for each window, in ms, and "used" for the estimates
+    that policies used. ``bearing`` is the same over objects up to 70 Shore A. ``decided`` is the
+    share of pinches whose window is complete before the second contact. ``unanswered`` is the share
+    without an estimate, ``heard`` the share whose second contact was detected.
     """
 
     rmse: dict[str, float]
@@ -219,31 +221,31 @@ class Household(Record, frozen=True, kw_only=True):
     picks
         Number of judged picks: objects times hands times specimens.
     damage
-        Share of damage at which drops are compared.
+        Share of damaged picks at which drops are compared.
     success
         Share neither dropped nor damaged, by tuned policy; from full closings if there are some.
     drops_at_10_damage
-        Drops at 10 % damage, by policy.
+        Share of drops at 10 % damage, by policy.
     drops_between
-        The same shares with intervals over objects and hands.
+        Share of drops at 10 % damage, with intervals over objects and hands, by policy.
     fewer_drops_than_blind
-        Relative reduction of drops by the policy with live estimates, compared with ``blind``. In
-        each resample both policies damage 10 %.
+        Relative reduction of drops by live estimates, at 10 % damage. In each resample the forces
+        of both policies are scaled until they damage 10 %.
     fewer_drops_as_bold
-        The same reduction with the same scales of the forces in all resamples. Each additional
-        damaged object counts as dropped.
+        Relative reduction of drops by live estimates, with the same forces in each resample. Each
+        additional damaged object counts as dropped.
     success_gain
-        Gain in success from stiffness with tuned policies, over the same full closings.
+        Increase of the share of successes by live estimates, in full closings with tuned settings.
     fewer
-        Like ``fewer_drops_than_blind``, for every policy without a reflex.
+        Relative reduction of drops as in ``fewer_drops_than_blind``, by policy without a reflex.
     target
-        Target of the reduction.
+        Reduction of drops that the study aims at.
     controls
-        Gain that remains if weights, limits, or both are those of other objects.
+        Reduction of drops that remains if weights, limits, or both are those of other objects.
     slip_reflex
         Drops with a slip reflex, by lift and detection latency.
     sensitivity
-        Gain with changed estimated numbers of the objects.
+        Reduction of drops if numbers of the objects that are estimates are changed.
     """
 
     objects: int

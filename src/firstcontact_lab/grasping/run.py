@@ -41,9 +41,9 @@ def run_grasp_study(settings: GraspStudySettings, out: Path, quick: bool, comman
     settings
         Size and seed.
     out
-        Folder of the study. Recordings and models in it are made again.
+        Folder of the study. Its recordings and models are made again.
     quick
-        True for the quick settings. The report states this.
+        True for the settings of a quick study, which the report then says.
     command
         Command line, for the report.
 
@@ -55,7 +55,7 @@ def run_grasp_study(settings: GraspStudySettings, out: Path, quick: bool, comman
     Raises
     ------
     InputError
-        ``out`` cannot be written, or belongs to another running study. Or it holds results of
+        ``out`` cannot be written to, or another study uses it now. Or it holds the results of
         another study, or recordings or models that no study made.
     """
     options = _options(settings)
@@ -82,7 +82,7 @@ def _run(
             bar.update(0)
 
         stage("models")
-        model = learn(settings, out)  # it starts and ends workers of its own
+        model = learn(settings, out)  # starts and ends its own workers
         with parallel(settings.workers, within) as runner:
             work = household(settings.household, settings.seed, runner, stage)
             stage("film")

@@ -1,4 +1,4 @@
-"""Sentences about the results of the grasp study, and titles, shares and intervals as text."""
+"""Sentences with the results of the grasp study, and titles, shares and intervals as text."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from firstcontact.grasp import POLICIES
 from firstcontact_lab.grasping._household_numbers import baseline, candidate
 from firstcontact_lab.grasping.results import CEILING, Between, GraspResults, Household
 
-#: Titles of references that are not policies.
+#: Titles of the references in tables and figures that are not policies.
 REFERENCES = {
     "label": "exact label",
     "label_rmse_3": "label with noise, RMSE 3",
@@ -58,7 +58,7 @@ def headline(household: Household) -> str:
 
 
 def reflex_sentence(household: Household) -> str:
-    """Return the remaining gain with a slip reflex, in a sentence."""
+    """Return sentences on the gain from stiffness for a hand with a slip reflex."""
     parts = [
         f"{percent(reflex.blind.value)} to {percent(reflex.stiffness.value)} ({name})"
         for name, reflex in household.slip_reflex.items()
@@ -70,7 +70,7 @@ def reflex_sentence(household: Household) -> str:
 
 
 def shortly(household: Household) -> str:
-    """Return the gain, and the gain with a slip reflex, in short form."""
+    """Return two sentences for the README: the gain, and the gain with a slip reflex."""
     gain = household.fewer_drops_than_blind
     proof = "" if gain.low > 0 else ", an interval that includes zero"
     by = household.slip_reflex
@@ -99,11 +99,11 @@ def sentences(results: GraspResults) -> list[str]:
         headline(household),
         reflex_sentence(household),
         "For the intervals, objects and hands are resampled, and the forces of both policies are "
-        f"scaled each time until {percent(household.damage)} are damaged. If the forces are not "
-        "scaled again and additional damage counts as drops, the gain is "
+        f"scaled each time until {percent(household.damage)} of the objects are damaged. If the "
+        "forces are not scaled again, and damage above this share counts as drops, the gain is "
         f"{ends(household.fewer_drops_as_bold)}.",
-        f"In full closings with tuned settings, {ends(household.success_gain, True)} more succeed "
-        "with stiffness: neither dropped nor damaged.",
-        "Control: if each object has the weight and the limit of another, no gain is possible. The "
-        f"measured gain is {ends(household.controls['both_permuted'], True)}.",
+        "In full closings with tuned settings, stiffness raises the share without drop or damage "
+        f"by {ends(household.success_gain, True)}.",
+        "Control: if each object has the weight and the damage limit of another one, no gain is "
+        f"possible. The measured gain is {ends(household.controls['both_permuted'], True)}.",
     ]

@@ -8,9 +8,9 @@ from firstcontact.grasp import APPROACH, BOOST
 from firstcontact.models import ESTIMATORS
 from firstcontact.twin import BRITTLE, EVERYDAY_OBJECTS, HOUSEHOLD, TwinObject, block
 
-#: Largest Shore A of the soft objects in the headline.
+#: Largest Shore A of the objects that the payload task counts as soft.
 SOFT = 20.0
-#: Brake latency of the headline and of the search for force feedback, s.
+#: Brake latency that the main table and the search for force feedback use, s.
 HEADLINE = 0.020
 #: Blocks that cannot break, from the softest to the firmest.
 BLOCKS = tuple(block(s) for s in (5, 10, 15, 20, 30, 43, 60, 70))
@@ -36,7 +36,7 @@ class HouseholdSettings:
     folds
         Number of folds of object families for the tuning.
     budget
-        Number of settings tried per policy.
+        Largest number of settings to try per policy.
     few
         True to try few values of each setting.
     permutations
@@ -66,7 +66,7 @@ class HouseholdSettings:
         return tuning, [first + 200 + n for n in range(self.judged_hands)]
 
     def quick(self) -> HouseholdSettings:
-        """Return these settings reduced to a quick trial. Do not quote its numbers."""
+        """Return the settings of a quick trial. Do not quote its numbers."""
         return replace(
             self,
             tuning_hands=1,
@@ -91,7 +91,8 @@ class GraspStudySettings:
     Parameters
     ----------
     household
-        Settings of the household part. All other fields belong to the payload task.
+        Settings of the household part. The settings below are those of the payload task, apart
+        from ``seed`` and ``workers``.
     sessions
         Number of sessions. Each session has one pinch of every object, with a new specimen.
     latencies
@@ -103,11 +104,11 @@ class GraspStudySettings:
     tuning
         Number of tuning pinches of each object, for force feedback.
     coarse
-        True for a small search for force feedback.
+        True for a small search for the settings of force feedback.
     kinds
         Names of the objects.
     model, detector
-        Names of the estimator and of the contact detector; None for the default.
+        Names of the estimator and of the contact detector; None for the default detector.
     seed
         Random seed.
     workers

@@ -62,7 +62,7 @@ def draw_batch(
     samples: int | None = None,
     context: int | None = None,
 ) -> Batch:
-    """Draw contacts with random errors of placement, lengths and contexts.
+    """Return inputs for some contacts, with random placement errors, signal lengths and contexts.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def draw_batch(
         general[:, GENERAL - 1] = has_speed
         radii[rng.random(n) < TOLD_RADIUS] = 1.0
         radii *= examples.radii[indices]
-        # Nothing is known of the rig: nor its usual speed, nor its level, nor its wiring.
+        # Without a context, the usual speed, the level and the sign of the rig are unknown.
         speed, alike = np.where(has_context, speed, 0.0), np.where(has_context, alike, 0.0)
         level, sign = np.where(has_context, level, USUAL_LEVEL), np.where(has_context, sign, 1.0)
         general[~has_context] = 0.0
@@ -123,7 +123,7 @@ def token_rows(examples: Examples) -> tuple[NDArray[np.float32], NDArray[np.floa
     Returns
     -------
     tokens, there : ndarray
-        Tokens, shape (rows, LEVELS, TOKEN), and mask, shape (rows, LEVELS).
+        Tokens, shape (rows, LEVELS, TOKEN), and mask of existing levels, shape (rows, LEVELS).
     """
     present = np.arange(LEVELS) < examples.levels.reshape(-1, 1)
     return (

@@ -47,9 +47,9 @@ from firstcontact.twin import (
 #: detectors on the twin.
 MARGIN = 8
 PLACED = (2.0, 1.2)
-#: Block pinches of a context: smallest number of each Shore A level, and upper limit (exclusive).
+#: Range of the number of block pinches of each Shore A level in a context, without its upper end.
 CONTEXT = (4, 20)
-#: Numbers of objects and further block pinches to predict, and pinches of each.
+#: Number of random objects to predict, and number of pinches of each object and of each block.
 THINGS, ASKED = 24, 2
 #: Number of contexts from a rig's block pinches: one of all pinches, the others of some.
 CONTEXTS = 2
@@ -196,7 +196,7 @@ def _touches(signals: NDArray[np.int16], rng: Rng) -> Touches:
     shortest, longest = lengths(_RATE)
     for signal, late in zip(volts(signals), placing(rng, len(signals)), strict=True):
         signal_cut = cut_touch(signal, _BEFORE + MARGIN + int(late), _RATE)
-        if signal_cut is None:  # a sensor that does not move
+        if signal_cut is None:  # the signal is constant
             signal_cut = np.zeros(_BEFORE + _AFTER, np.float32)
         cut.append(signal_cut)
         second = round(draw_offset(rng) * _RATE) - int(late)

@@ -34,7 +34,10 @@ LEVEL = 0.9
 def answers(
     network: Network, examples: Examples, samples: int, seed: int = 0
 ) -> tuple[Values, Values]:
-    """Return predictions and spreads after a number of samples with full context, shape (n,)."""
+    """Return predictions and spreads from the first samples of each contact, shape (n,) each.
+
+    ``samples`` is their number. The context of a contact is all block pinches of its rig.
+    """
     rng = np.random.default_rng([seed, samples])
     everything = np.arange(len(examples))
     batch = draw_batch(examples, everything, rng, samples, context=0)

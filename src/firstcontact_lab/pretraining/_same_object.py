@@ -18,7 +18,10 @@ PINCHES = 5
 def object_estimates(
     model: InContextModel, examples: Examples, samples: int, seed: int
 ) -> tuple[Values, Values, Values]:
-    """Return predictions and half widths (objects, PINCHES), and the Shore A of each object."""
+    """Return predictions and half widths of their intervals, and the Shore A of each object.
+
+    The first two have the shape (objects, PINCHES), the last one (objects,).
+    """
     values, spreads = answers(model.network, examples, samples, seed)
     half = model.half_widths(spreads, samples)
     is_object = examples.object_ids >= 0
@@ -41,7 +44,7 @@ def shared_part(values: Values, half_widths: Values, truth: Values) -> float:
 
 
 def coverage(values: Values, half_widths: Values, truth: Values, pinches: int) -> float:
-    """Return the share of objects whose Shore A is inside the pooled interval of some pinches."""
+    """Return the share of objects whose Shore A is inside the pooled interval of ``pinches``."""
     combined = [combine(v[:pinches], h[:pinches]) for v, h in zip(values, half_widths, strict=True)]
     covered = [
         estimates.low <= y <= estimates.high for estimates, y in zip(combined, truth, strict=True)

@@ -82,7 +82,7 @@ class TorchNetwork(nn.Module):
         fit = (query * keys).sum(-1) / query.shape[-1] ** 0.5
         share = torch.softmax(fit - 1e4 * (1 - present[:, None, :]), dim=-1) * present[:, None, :]
         attended = (share[..., None] * values).sum(2).reshape(n, -1)
-        # No mean where there is no level: the bias of the layer is not to show.
+        # Without levels the mean is zero, so that the bias of its layer has no effect.
         any_ = (present.sum(1, keepdim=True) > 0).float()
         body = torch.cat([h, mean * any_, attended, general.clamp(-FARTHEST, FARTHEST)], 1)
         for name in ("body1", "body2", "body3"):

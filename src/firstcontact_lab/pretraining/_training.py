@@ -49,7 +49,7 @@ class Training:
         self._examples, self._epochs, self._seed, self._state = examples, epochs, seed, state
         self._network = TorchNetwork()
         self._optimizer = torch.optim.AdamW(self._network.parameters(), RATE, weight_decay=DECAY)
-        self._done = 0  # epochs
+        self._done = 0  # number of complete epochs
         self._scales = _scales(examples, seed)
         tokens, present = token_rows(examples)
         scaled = self._scaled("token", tokens) * present[..., None]
@@ -63,7 +63,7 @@ class Training:
             losses = []
             lots = list(self._order(epoch))
             for place, indices in enumerate(lots):
-                # Each lot draws from its own seed: what was stopped draws what it would have.
+                # Each lot draws from its own seed, so a resumed training draws the same numbers.
                 rng = np.random.default_rng([self._seed, epoch, place])
                 for part, lot in enumerate(self._lots(indices, rng)):
                     gone = (epoch + (place + part * BATCH / PREPARED) / len(lots)) / self._epochs

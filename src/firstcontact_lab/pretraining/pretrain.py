@@ -89,7 +89,7 @@ def pretrain(
     def made(first: int, rigs: int, family: str = "", again: int = 0) -> Examples:
         return example_set(work, first, rigs, seed, runner, family, again)
 
-    torch.set_num_threads(1)  # how sums are cut decides their last bits
+    torch.set_num_threads(1)  # the number of threads decides the last bits of sums
     examples = made(TRAINED, size.rigs)
     say(f"{size.rigs} rigs, {len(examples)} contacts for training")
     state = work / f"training-{seed}-{size.rigs}-{size.epochs}.safetensors"

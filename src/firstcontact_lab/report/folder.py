@@ -59,7 +59,7 @@ def sole_use(out: Path, options: Mapping[str, Any]) -> Iterator[None]:
         yield
     except InputError:
         if made:
-            with suppress(OSError):  # something is in it: it stays
+            with suppress(OSError):  # a folder with files in it stays
                 out.rmdir()
         raise
     finally:

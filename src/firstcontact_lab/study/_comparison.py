@@ -17,7 +17,7 @@ from firstcontact_lab.study._rig_sets import RigSet, Sizes, Use, rig_set
 #: Shore A levels that are left out in turn.
 LEVELS = (20.0, 29.0, 43.0)
 BRIEF = Sizes(blocks=16, held_out=4, objects=6, other_blocks=6, kinds=16)
-#: Queries other than the left-out levels.
+#: Names of the queries, besides those that leave out a level.
 HOME, OTHER, FLOOR = "home", "other hand", "floor"
 
 #: Competitors with additional knowledge, and those trained on the same kinds of object on the same
@@ -40,10 +40,10 @@ NETWORK = (
 class Generalised(Record, frozen=True, kw_only=True):
     """Scores of competitors on rigs with separate seeds, mostly for single pinches.
 
-    ``floor``: the estimator trained on the same objects on the same rig. ``ceiling``: estimators
-    that know the modulus, or the stiffness of the contact. ``pinches``: their number in each set,
-    by use. ``too_short``: share of pinches without any estimate before the second contact; they are
-    not scored.
+    ``floor``: scores of the estimator that is trained on the same kinds of object on the same rig.
+    ``ceiling``: scores of estimators that know the modulus, or the stiffness of the contact.
+    ``pinches``: number of pinches in each set, by use. ``too_short``: share of pinches without any
+    estimate before the second contact; they are not scored.
     """
 
     sets: int
@@ -92,7 +92,7 @@ def compared(
     queries = [
         Query(entrant, place, *sides(sets[place], question)) for entrant, place, question in places
     ]
-    # What takes longest first, so that nobody waits for it at the end.
+    # Start the longest queries first, so that none of them runs alone at the end.
     order = sorted(range(len(queries)), key=lambda i: not _slow(queries[i].entrant))
     predictions = runner.map(answer, [queries[i] for i in order], sets, seed)
     answers = dict(zip(order, predictions, strict=True))
@@ -127,7 +127,7 @@ _OWN = ("estimator", "radii", "regressor")
 
 
 def sides(rig_data: RigSet, question: str) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return the pinches to fit, and the pinches to predict."""
+    """Return the indices of the pinches to fit, and of the pinches to predict, for a query."""
     home = rig_data.indices(Use.BLOCKS)
     if question == HOME:
         return home, np.concatenate([rig_data.indices(Use.HELD), rig_data.indices(Use.OBJECTS)])

@@ -33,7 +33,7 @@ def delay_figure(
     with canvas(len(delays), 1, (6.2, 1.2 + 1.4 * len(delays)), sharex=True) as (figure, axes):
         for ax, (name, values) in zip(axes[:, 0], delays.items(), strict=True):
             detections = values[np.isfinite(values)] + waited
-            # Whole samples to a bar, or bars would differ by what falls into them.
+            # Each bar covers a whole number of samples, the same number in each bar.
             width = 1e3 * max(1, round(0.0005 * rate)) / rate
             reach = np.ceil(EDGE / width - 0.5) + 0.5
             bins = width * np.arange(-reach, reach + 1)
@@ -92,7 +92,7 @@ def detectors_figure(
     visible = (time >= -1e3 * n_early) & (time <= 1e3 * suffix)
     steady = values[start - pinch.first_sample :][: WindowDetector.sizes(rate).steady]
     if not len(steady) or np.ptp(steady) == 0.0:
-        steady = values  # nothing to measure: the picture is drawn all the same
+        steady = values  # without a steady state, draw the figure with the whole signal
     mean, sigma = float(steady.mean()), float(steady.std()) or 1.0
     with canvas(2, 1, (6.2, 4.2), sharex=True, gridspec_kw={"height_ratios": [3, 1]}) as (
         figure,
@@ -114,7 +114,7 @@ def detectors_figure(
             lw=1.0,
             label=pinch.layout.vibration[column].sensor,
         )
-        # Zoomed to where detectors decide: the contact itself runs out of the picture.
+        # The axis shows the level at which detectors decide; the contact itself exceeds it.
         top.set_ylim(mean - 12 * sigma, mean + 20 * sigma)
         top.set_ylabel(label)
         top.legend(loc="upper left", ncols=2)
@@ -145,9 +145,9 @@ def detectors_figure(
         image = uri(figure)
     return Figure(
         "detectors",
-        "What the detectors say",
-        "One pinch, zoomed to its noise. Below, each circle is a 20 ms window, drawn at its end; "
-        "filled: the detector says contact. "
+        "Decisions of the detectors in one pinch",
+        "One pinch, zoomed to its noise. Below, each circle is a 20 ms window, drawn at its end. A "
+        "filled circle means that the detector reports a contact. "
         + (
             f"The dashed line is the label, up to {1e3 * early:g} ms after the contact; a filled "
             "circle further left than that is a false alarm."

@@ -47,7 +47,10 @@ class Entrant:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Query:
-    """Query to one competitor: positions, in one set, of pinches to learn from and to predict."""
+    """Query to one competitor on one set: pinches to learn from, and pinches to predict.
+
+    ``place`` is the index of the set; ``learn`` and ``ask`` are indices of pinches in it.
+    """
 
     entrant: Entrant
     place: int
@@ -56,7 +59,7 @@ class Query:
 
 
 def answer(query: Query, sets: Sequence[RigSet], seed: int) -> Values:
-    """Return the predicted Shore A of each queried pinch, shape (n,)."""
+    """Return the predicted Shore A of each pinch in ``query.ask``, shape (n,)."""
     entrant = query.entrant
     return WAYS[entrant.method](entrant, sets[query.place], query.learn, query.ask, seed)
 
@@ -82,7 +85,10 @@ def _in_context(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: 
 
 
 def _anybody(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int) -> Values:
-    """Predict with a user's regressor: one model per length, the longest complete window."""
+    """Predict with a user's regressor, by the model of the longest complete window.
+
+    One model is trained for each window length.
+    """
     return fit_on_set(entrant, rigs, learn, seed).predict(rigs.touches.take(ask)).value
 
 
@@ -120,12 +126,15 @@ def fit_predictor(
 
 
 def _modulus(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int) -> Values:
-    """Return the Shore A for the true modulus of each pinch, by Gent's formula."""
+    """Predict the Shore A from the true modulus of each pinch, by Gent's formula."""
     return np.array([gent_shore_a(modulus) for modulus in rigs.moduli[ask]])
 
 
 def _stiffness(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int) -> Values:
-    """Predict with a parabola in the logarithm of the contact's true stiffness."""
+    """Predict with a parabola in the logarithm of the true contact stiffness.
+
+    It is fitted to the pinches ``learn``.
+    """
     logarithms = np.log(rigs.stiffnesses)
     shore_a = rigs.windows.y[learn]
     degree = min(2, len(np.unique(shore_a)) - 1)

@@ -45,7 +45,7 @@ class OffBlocks(Record, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Answered:
-    """Predictions for one query on one set. Arrays share their first axis."""
+    """Predictions for one query on one set, whose index is ``place``. Arrays share their axis."""
 
     question: str
     place: int
@@ -98,7 +98,7 @@ def _ends(parts: Sequence[Answered]) -> tuple[float, float]:
 
 
 def _together(answered: Answered, seed: int) -> Values:
-    """Return errors of the mean prediction over three pinches of one object, drawn randomly."""
+    """Return the errors of mean predictions, each over three random pinches of an object."""
     rng = np.random.default_rng([seed, answered.place])
     errors = []
     for specimen in np.unique(answered.queries.specimens):
@@ -109,7 +109,7 @@ def _together(answered: Answered, seed: int) -> Values:
 
 
 def _nearest(answered: Answered) -> Values:
-    """Return 1 if a prediction is nearest to the true level of its block, else 0, shape (n,)."""
+    """Return 1 for each prediction that is nearest to the level of its own block, otherwise 0."""
     levels = np.unique(answered.queries.y)
     if not len(levels):
         return np.empty(0)
@@ -119,7 +119,10 @@ def _nearest(answered: Answered) -> Values:
 
 
 def _rmse(groups: int) -> Callable[[Values], Values]:
-    """Return the mean of the groups' root mean squares, from counts, sums and sums of squares."""
+    """Return a function for the mean of the groups' root mean squares.
+
+    It takes counts, sums and sums of squares of the errors.
+    """
 
     def statistic(sums: Values) -> Values:
         by_group = sums.reshape(*sums.shape[:-1], groups, 3)

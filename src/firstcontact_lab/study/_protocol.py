@@ -135,7 +135,7 @@ def run(
     except Exception as error:
         state.stopped = f"{title}: {str(error) or type(error).__name__}"
         if state.completed:
-            # What ended the study is to be read, not what went wrong after it.
+            # Show the error that ended the study, not an error while the report is written.
             with suppress(OSError):
                 write(state, out, page)
         raise

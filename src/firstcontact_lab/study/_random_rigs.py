@@ -37,12 +37,13 @@ Values = NDArray[np.float64]
 DELAY, MARGIN = (3.0, 2.5), 12
 #: Standard deviation of a label, Shore A.
 LABEL = 2.0
-#: Pinches of each block, and their sessions: one pair for each rig in turn.
+#: Number of pinches of each block, and number of sessions. Rigs use the pairs in turn.
 CONTEXTS = (6, 3), (12, 4), (20, 6)
 #: Numbers of pinches and sessions of each predicted block, of random objects, and of pinches of
 #: each object.
 HELD_OUT, OBJECTS, AGAIN = (4, 2), 24, 3
-#: Uses of a pinch.
+#: Uses of a pinch: block pinches of the rig itself to learn from, and blocks, everyday objects and
+#: random objects to predict.
 OWN, BLOCK, EVERYDAY, RANDOM = "own", "blocks", "everyday", "random"
 #: Factors between which the closing speed of a rig with free speed is drawn for each pinch,
 #: log-uniform.

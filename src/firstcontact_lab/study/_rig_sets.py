@@ -34,7 +34,7 @@ BEFORE, LENGTH = 0.045, 0.070
 OTHER_HAND = 1_000_000
 
 
-#: Radius from which an object counts as flat, m: that of blocks.
+#: Radius from which an object counts as flat, m.
 FLAT = 1.0
 
 
@@ -158,7 +158,7 @@ def _planned(seed: int, condition: Condition, sizes: Sizes) -> Iterator[_Drawn]:
         (Use.OBJECTS, seed, EVERYDAY_OBJECTS, sizes.objects, 2, 0, 1),
         (Use.OTHER_BLOCKS, other, BLOCKS, sizes.other_blocks, 2, 0, copies),
         (Use.OTHER_OBJECTS, other, EVERYDAY_OBJECTS, sizes.objects, 2, 0, 1),
-        # Other specimens than those that are asked about, in sessions of their own.
+        # Other specimens than those to predict, in separate sessions.
         (Use.KINDS, seed, EVERYDAY_OBJECTS, sizes.kinds, 8, 1, 8),
     ):
         for kind in kinds:

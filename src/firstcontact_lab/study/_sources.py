@@ -114,7 +114,7 @@ def _imported(path: Path, out: Path) -> Dataset:
         assumed = import_path(path, directory / "pinches").notes
     except InputError:
         shutil.rmtree(directory)
-        with suppress(OSError):  # other recordings are in it
+        with suppress(OSError):  # a folder with other recordings stays
             directory.parent.rmdir()
         raise
     dataset = load_dataset(directory)

@@ -51,10 +51,10 @@ AFTER = 0.15
 LEAD = 0.012
 #: Standard deviation of the labels of objects, Shore A.
 LABEL = 2.0
-#: Hard block's peak over the RMS of the motor (range).
+#: Range of the ratio between the peak of a hard block and the RMS of the motor.
 CLEAR = (80.0, 400.0)
-#: Clicks and swells of any motor: their numbers in a second (largest), the median peak of a click
-#: and the largest growth of a swell, both in RMS of the motor.
+#: Clicks and swells of any motor: largest number per second of each, median peak of a click, and
+#: largest growth of a swell. The last two are multiples of the motor's RMS.
 CLICKS, CLICK = 2.0, 10.0
 SWELLS, SWELL = 0.5, 3.0
 
@@ -342,7 +342,7 @@ def draw_structured(seed: int, motor: str) -> StructuredRig:
     )
     peak = _hard_peak(seed, replace(rig, finger=finger))
     coarse = int(rng.choice([1, 1, 2]))
-    # A motor below the steps of its converter is not heard, and no closing would begin.
+    # If the motor were below the steps of the converter, no gate would detect a closing.
     step = 32 * fingertip_layout().channels[0].scale
     loud = max(peak / math.exp(rng.uniform(*np.log(CLEAR))), 1.2 * coarse * step)
     return StructuredRig(

@@ -89,7 +89,7 @@ def recorded_parts(results: RecordedData) -> list[tuple[str, Table, Figure]]:
     caption = (
         f'Pinches of role "train". Each of {group_scores.folds} folds holds out whole '
         f"{group_scores.cluster}s and "
-        f"learns from the others, {group_scores.learned:,.0f} pinches on average."
+        f"trains on the others, {group_scores.learned:,.0f} pinches on average."
     )
     if group_scores.cluster == "session":
         caption += " The same specimens may be in other sessions."
@@ -132,8 +132,8 @@ def about(results: BenchmarkResults) -> list[str]:
     """Return sentences about the data."""
     outcome = results.recordings
     if outcome is None:
-        return ["Twin results: contacts of simulated rigs, with hands and specimens of their own "
-                "seeds."]  # fmt: skip
+        return ["Twin results: contacts of simulated rigs. Hands and specimens have other seeds "
+                "than in any training."]  # fmt: skip
     levels = ", ".join(f"{level:g}" for level in outcome.levels)
     lines = [
         f"{_SOURCES.get(outcome.source, 'Recordings')}: {outcome.path}, "
@@ -160,8 +160,8 @@ def by_time(results: Mapping[str, AnytimeScores], caption: str) -> Table:
         lines.append(Line([Cell("90 % interval"), *shares]))
     caption += (
         " First rows: RMSE in Shore A. Second rows: share of truths in the 90 % interval, and half "
-        "its mean width. Estimators of a fixed window have one model a length. Signal from the "
-        "second finger's contact on is left out."
+        "its mean width. Estimators with a fixed window have one model for each length. Signal "
+        "from the second finger's contact on is left out."
     )
     return Table(caption, ["", *(f"{ms} ms" for ms in times)], lines)
 
@@ -184,7 +184,7 @@ def render(results: BenchmarkResults) -> str:
         heading=f"Benchmark of {results.contender}",
         intro=" ".join(about(results)),
         badges=["Benchmark", f"seed {results.seed}", duration(results.seconds)],
-        warning="Quick: one small set, not to be quoted" if results.quick else "",
+        warning="Quick benchmark: do not quote its numbers" if results.quick else "",
         sections=[
             Section(f"part-{place}", name, "", [Column(name, tables, figures)])
             for place, (name, tables, figures) in enumerate(parts)

@@ -1,4 +1,4 @@
-"""Out-of-fold contacts: by detectors that did not learn from the pinches."""
+"""Contacts from detectors that were not trained on the same pinches (out-of-fold)."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from firstcontact.core import ChannelKind, Contact, Dataset, InputError, Runner
 from firstcontact.models import Split, by_session, judge_pinches
 from firstcontact_lab.study.splits import random_folds
 
-#: Folds: a detector needs fewer than an estimator, and takes longer to train.
+#: Number of folds: fewer than for an estimator, because a detector takes longer to train.
 FOLDS = 3
 
 
 def detection_splits(dataset: Dataset, seed: int) -> list[Split]:
     """Return folds over all pinches, with training pinches of role ``train`` only.
 
-    Whole sessions are held out if known. Otherwise folds are random, and declare that sessions and
-    specimens are on both sides. Return no fold for a single pinch.
+    Whole sessions are held out if they are known. Otherwise folds are random, and state that
+    sessions and specimens are on both sides. A single pinch gives no folds.
     """
     if len(dataset) < 2:
         return []
@@ -68,7 +68,7 @@ def judge_detectors(
     failed: dict[str, str] = {}
     for name, kind in DETECTORS.items():
         if kind.learns and not (splits and len(splits[0].train)):
-            failed[name] = "it takes two pinches or more to train it on some and judge it by others"
+            failed[name] = "at least two pinches are needed: one for training, one for testing"
     for split in splits:
         if len(split.train):
             split.check(dataset.sessions, dataset.specimens)

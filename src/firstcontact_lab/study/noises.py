@@ -139,9 +139,10 @@ def noise_tables(subjects: Subjects) -> list[Table]:
     """Return tables of detection and errors on the twin's pinches with each noise."""
     noises = {name.replace("_", " "): r[NOISE] for name, r in subjects.items() if r[NOISE]}
     caption = (
-        "Twin results: the same simulated pinches over the modelled electronics and over a real "
-        "sensor's quiet, with the modelled motor on top. Detectors and the estimator learned from "
-        "other pinches, of other rigs, over the modelled noise."
+        "Twin results: the same simulated pinches, with the modelled noise of the electronics, and "
+        "with the noise of real sensors at rest. The noise of the motor is modelled in each. "
+        "Detectors and the estimator were trained on other pinches of other rigs, with the "
+        "modelled noise."
     )
     detection = matrix(
         caption,
@@ -152,7 +153,7 @@ def noise_tables(subjects: Subjects) -> list[Table]:
             for kind, scores in (record.detectors if record else {}).items()
         ],
     )
-    caption = "Errors from the contacts of the default detector."
+    caption = "Errors of estimates at the contacts of the default detector."
     errors = matrix(
         caption, _ERRORS, [(Cell(name), record, False) for name, record in noises.items()]
     )
@@ -167,4 +168,4 @@ def _table(place: int) -> Callable[[SubjectResults], Table | None]:
     return make
 
 
-NOISE_PART = Part("noise", "The twin over other noises", (), tables=[_table(0), _table(1)])
+NOISE_PART = Part("noise", "The twin with other noises", (), tables=[_table(0), _table(1)])

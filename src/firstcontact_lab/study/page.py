@@ -121,7 +121,7 @@ def render(state: State) -> str:
     twin = any(map(is_twin, subjects.values()))
     data = kind(subjects)
     few = "few pinches" if twin else "few folds"
-    quick = f"Quick study: {few}, briefly trained networks; not to be quoted"
+    quick = f"Quick study: {few}, briefly trained networks; do not quote its numbers"
     return Page(
         title=f"First contact: {data.lower()}{' (running)' if state.pending else ''}",
         heading=_TWIN_HEADING if twin else _HEADING,
@@ -153,7 +153,7 @@ _TERMS = [
     ("Interval", "95 % bootstrap interval over sessions or objects, in small numbers or as a bar"),
 ]
 _TWIN_HEADING = "First contact: stiffness in the first 15 ms"
-_HEADING = "First contact: what the first 15 ms after contact tell"
+_HEADING = "First contact: stiffness from the first 15 ms after contact"
 _TWIN_INTRO = (
     "Every experiment of “At First Contact” (Pimpalkar, Slepyan, Thakor), repeated on pinches of "
     "a simulated hand (the twin). The results show what the method does under the assumptions of "
@@ -191,7 +191,7 @@ def _how(state: State, subjects: Subjects, twin: bool) -> list[tuple[str, list[s
     scope = "" if twin else ", not on these recordings"
     estimators = (
         "Hyper-parameters are searched inside the training side of each split: no training and no "
-        "search sees what the split holds back. Fixed choices (gamma, cost and youngest contact of "
+        "search uses the test side. Fixed choices (gamma, cost and youngest contact of "
         "the SVM detector, the form of the stiffness SVM's input, the size of the network) were "
         f"made beforehand on twin sessions of seeds 11 and 77{scope}."
     )
@@ -218,8 +218,8 @@ def shared(subjects: Subjects) -> str:
         )
     if any(is_learned(results) and _leaves_out(results) for results in subjects.values()):
         sentences.append(
-            "The detector places the windows of a Shore A level or material that is left out, and "
-            "has learned from it; only the estimator has not."
+            "If a Shore A level or a material is left out, only the estimator was not trained on "
+            "it. The detector that places the windows was."
         )
     return " ".join(sentences)
 

@@ -194,8 +194,8 @@ def _groups(
     specimens = [dataset.pinches[place].label.specimen for place in labelled.rows[learn]]
     if len(set(specimens)) < 2 or "" in specimens:
         raise InputError(
-            f"{path}: neither several named sessions nor several named specimens with contacts and "
-            "a Shore A exist, so none can be held out: record two sessions or more"
+            f"{path}: contacts with a Shore A are all of one session and one specimen (or have no "
+            "names), so none can be held out: record two sessions or more"
         )
     return "specimen", labelled.specimens
 

@@ -55,7 +55,7 @@ def run_study(
     from tqdm import tqdm
 
     options = _options(settings, recordings)
-    # A log is no terminal: there, a line every ten seconds is enough.
+    # In a log, which is no terminal, a line every ten seconds is enough.
     often = 0.1 if sys.stderr.isatty() else 10.0
     with ExitStack() as opened:
         opened.enter_context(sole_use(out, options))

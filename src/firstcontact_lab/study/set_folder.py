@@ -64,7 +64,7 @@ def find_sets(folder: Path) -> list[RealSet]:
     places = sorted(p for p in folder.iterdir() if (p / RECORDINGS).is_dir())
     if not places:
         raise InputError(
-            f"{folder} has no set in it: import one into {folder / 'NAME' / RECORDINGS}"
+            f"{folder} contains no set: import recordings into {folder / 'NAME' / RECORDINGS}"
         )
     return [_read(place) for place in places]
 

@@ -112,7 +112,7 @@ class SetResults(Record, frozen=True, kw_only=True):
         Scores by detector and training data: the ``twin``, or ``others`` (all specimens of the set
         except the tested one).
     files
-        Scores by recording, with the same detector and training.
+        Scores by recording, of the default detector with ``training``.
     finder
         Scores of the onset finder, which looks ahead.
     order_rho, order_p
@@ -120,7 +120,7 @@ class SetResults(Record, frozen=True, kw_only=True):
     class_held_out
         Balanced accuracy of the hardness class with the material held out, by length in ms.
     chance
-        Balanced accuracy of any constant prediction; it is the same for all.
+        Balanced accuracy of a constant prediction; it is the same for all constants.
     """
 
     n: int

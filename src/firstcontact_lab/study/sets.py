@@ -126,10 +126,11 @@ def overview(subjects: Subjects) -> Table:
     title = DETECTORS[DETECTORS.default].title
     sets = {name: results for name, results in subjects.items() if results[SET]}
     caption = (
-        f"Contacts by the {title} detector, at the rate of the recordings; it learned from the "
-        "set's other specimens where there are some. Early: contacts with a trigger more than 2 ms "
-        "before the label. Delay: from the label to the decision. Order: Spearman over materials "
-        "of a score that nothing was fitted to. Hardness class: balanced accuracy."
+        f"Contacts by the {title} detector, at the rate of the recordings. It was trained on the "
+        "set's other specimens if there are some, otherwise on the twin. Early: contacts with a "
+        "trigger more than 2 ms before the label. Delay: time from the label to the decision. "
+        "Order: Spearman's correlation over materials between hardness and a score without "
+        "training. Hardness class: balanced accuracy."
     )
     return row_table(set_rows(sets), sets, caption)
 
@@ -160,8 +161,9 @@ def _finder_table(results: SubjectResults) -> Table | None:
     """Return a table of the distances of the onset finder, which may look ahead."""
     set_results = results[SET]
     caption = (
-        "The onset finder that labelling starts from, which looks ahead: share of the labels with "
-        "an onset within 2 ms, and distance of onsets from the label and from the detector's."
+        "The onset finder that suggests marks for labelling, and looks ahead: share of the labels "
+        "with an onset within 2 ms, and distance of onsets from the label and from the detector's "
+        "contact."
     )
     finder = set_results.finder if set_results else None
     return matrix(caption, _FINDER_ROWS, [(Cell("onset finder"), finder, False)])
@@ -192,8 +194,8 @@ SET_PART = Part(
     "Detectors on each set",
     (),
     lambda subjects: (
-        "Nothing was tuned on what is tested here: a detector that learned from the set had the "
-        "tested specimen left out."
+        "No detector was tuned or trained on the data on which it is tested: if it was trained on "
+        "the set, the tested specimen was left out."
     ),
     [_trainings_table, _finder_table, _file_table],
     set_rows,
@@ -267,8 +269,8 @@ def sets_page(state: State) -> str:
     return Page(
         title="First contact: real sets",
         heading="First contact: real sets",
-        intro="Recordings of others, with other sensors. Numbers that are missing are not in that "
-        "set.",
+        intro="Recordings by others, with other sensors. A number is missing where a set does not "
+        "permit it.",
         badges=["Real recordings", state.started, elapsed(state)],
         notice=notice(state),
         sections=[*opening, *sections(state.findings, SET_PARTS)],

@@ -23,14 +23,14 @@ class StudySettings:
     folds
         Number of folds of a split by session.
     brief
-        True for quick trainings with worse models.
+        True for short trainings, which give worse models.
     calls
         Number of single-window predictions to time.
     detector
         Name of the contact detector that places the windows.
     early
-        Longest time by which a contact may come before its label, s. Labels that come from a
-        trigger are late.
+        Longest time by which a contact may come before its label, s. Labels from a trigger come
+        after their contacts.
     rig_seeds
         Seeds of the twin's rigs for scores beyond the blocks.
     board

@@ -18,7 +18,7 @@ from firstcontact.models import Reference, WindowModel, Windows
 
 #: Number of calls before the measurement, which fill caches.
 WARM_UP = 200
-#: Divisor of the number of calls for the slow reference. A tenth suffices for its percentiles.
+#: Divisor of the number of calls to the slow reference: a tenth of them is enough for percentiles.
 REFERENCE_SHARE = 10
 
 Call = Callable[[Any], object]

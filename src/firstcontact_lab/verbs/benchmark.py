@@ -59,13 +59,13 @@ class Benchmark:
 
         names = [self.condition] if self.condition else list(CONDITIONS)
         if (self.out / RESULTS).exists():
-            read_results(self.out / RESULTS, BenchmarkResults)  # nothing else is written over
+            read_results(self.out / RESULTS, BenchmarkResults)  # refuse to overwrite other results
         elif (self.out / REPORT).exists():
             raise InputError(
                 f"{self.out / REPORT} was not made by a benchmark: choose another --out"
             )
         began = time.monotonic()
-        # The folder of the command is where one's own class most likely is.
+        # The user's class is most likely in the folder where the command runs.
         sys.path.insert(0, "")
         try:
             with parallel(worker_count(self.workers)) as runner:

@@ -32,10 +32,10 @@ from firstcontact_lab.study.settings import StudySettings
 
 
 class Answers(Record, frozen=True, kw_only=True):
-    """Times from the contact to a complete window, ms. ``n`` of ``of`` pinches have one.
+    """Times from the contact to a complete window, ms. ``n`` of ``of`` pinches have such a window.
 
-    ``before_second``: share of the ``with_second`` pinches whose window is complete before the
-    second contact.
+    ``before_second``: share of pinches whose window is complete before the second contact.
+    ``with_second``: number of pinches with a known second contact.
     """
 
     n: int
@@ -173,9 +173,9 @@ def answer_table(results: SubjectResults) -> Table | None:
     lengths = sorted(times.window_length_ms.items(), key=lambda item: float(item[0]))
     place = Accepted.from_results({"": results}).place
     caption = (
-        f"From the {place} to a complete window: including the wait for the decision and the "
-        "look-ahead of the filters, without computing and transport. A pinch whose first trigger "
-        "is missed, early or on the wrong finger has no estimate."
+        f"Time from the {place} to a complete window. It includes the wait for the decision and "
+        "the look-ahead of the filters, but not computing and transport. A pinch whose first "
+        "trigger is missed, early or on the wrong finger has no estimate."
     )
     if is_twin(results):
         caption += " Twin results."
@@ -194,8 +194,8 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
             f"From the {label} to the end of a 15 ms window, median",
             optional(lambda r: r[ANSWER], lambda a: a.median),
             "ms",
-            remark="With the look-ahead of the filters and the wait for the decision, without the "
-            "estimate's arithmetic.",
+            remark="Including the look-ahead of the filters and the wait for the decision, but not "
+            "the computing of the estimate.",
         ),
         Row(
             "15 ms window complete before the second contact",

@@ -112,19 +112,19 @@ def anytime(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
     model = pretrained()
     rate = subject.dataset.layout.rate
     if not is_same_rate(rate, model.rate):
-        return _none(f"the network takes {model.rate:g} Hz and these have {rate:g} Hz")
+        return _none(f"the network takes {model.rate:g} Hz, but the pinches have {rate:g} Hz")
     if len(subject.levels) < 2:
-        return _none("fewer than two Shore A levels to know the rig by")
+        return _none("conditioning needs training pinches of two Shore A levels or more")
     labelled = LabelledTouches.cut(subject.dataset, subject.starts)
     home = conditioning_contacts(labelled, subject)
     if home is None:
-        return _none("too few contacts were found to know the rig by")
+        return _none("too few contacts were found for conditioning")
     long_enough = labelled.touches.answerable
     learn = ~subject.dataset.test[labelled.rows]
     objects = labelled.take(long_enough & ~learn)
     folds = _folds(home, settings)
     if not folds and not len(objects):
-        return _none("neither unseen objects nor sessions that could be held out")
+        return _none("there are no unseen objects, and no sessions that could be held out")
     # The job with all contacts takes the longest, and goes first.
     everyone = np.arange(len(home))
     splits = [Split("all", everyone, everyone[:0]), *folds]
@@ -198,7 +198,7 @@ def _predict(
     learned = home.take(split.train)
     queries = home.take(split.test) if len(split.test) else objects
     adapted = conditioned_model(RIG_ESTIMATOR.name, learned, seed)
-    # The default contains the network, conditioned as it would be alone.
+    # The default estimator contains the network, conditioned on the same contacts.
     models = {
         NetworkEstimator.name: adapted.model.network_alone(),
         RIG_ESTIMATOR.name: adapted.model,
@@ -225,7 +225,7 @@ def _block_scores(
 
 
 def _fixed(subject: Subject, queries: LabelledTouches, seed: int) -> FixedWindow | None:
-    """Return the error of the default window estimator on those pinches with a whole window."""
+    """Return the error of the default window estimator on the pinches with a whole window."""
     name = ESTIMATORS.default
     if (name, UNSEEN) not in subject.predictions:
         return None
@@ -263,6 +263,8 @@ def _before_second(subject: Subject, early: float) -> tuple[float | None, int | 
     )
 
 
+#: Conditioning schemes of results, in words.
+_SCHEMES = {"one": "one context for all fingers", "each finger": "one context for each finger"}
 _SIDES = {"objects": ("o-", "unseen objects"), "blocks": ("s--", "blocks of other sessions")}
 
 
@@ -340,9 +342,9 @@ def anytime_table(results: SubjectResults) -> Table | None:
             "transport."
         )
     caption += (
-        f" The model is conditioned on the blocks of the rig (contexts: {by_time.scheme}). Not "
-        f"scored: {counted(by_time.too_short, 'pinch')} whose second contact came before any "
-        "estimate."
+        " The model is conditioned on the blocks of the rig "
+        f"({_SCHEMES.get(by_time.scheme, by_time.scheme)}). Not scored: "
+        f"{counted(by_time.too_short, 'pinch')} whose second contact came before any estimate."
     )
     return Table(caption, ["", *(f"{ms} ms" for ms in by_time.rmse)], lines)
 
@@ -380,8 +382,8 @@ BEFORE_SECOND = Row[SubjectResults](
     "Pinches with enough signal for a first estimate before the second contact",
     optional(lambda r: r[ANYTIME], lambda a: a.before_second),
     "share",
-    remark="From 2 ms on, by the model that is conditioned on the rig. Computing and cable are "
-    "left out.",
+    remark="First estimate at 2 ms, by the model that is conditioned on the rig. Computing and "
+    "transport are not counted.",
     headline=True,
 )
 
@@ -409,9 +411,9 @@ PART = Part(
     "Estimates at any time",
     [Step("estimates at any time", anytime, cost=4)],
     lambda subjects: (
-        "One pre-trained network, conditioned on the rig by its own block pinches, predicts at "
-        "any moment. A regression on the same pinches is averaged with it. Later signal is not "
-        "used, nor any after the second contact."
+        "One pre-trained network, conditioned on block pinches of the rig, predicts at any time. "
+        "Its prediction is averaged with that of a regression on the same pinches. No estimate "
+        "uses signal after its time, or after the second contact."
     ),
     [anytime_table],
     _rows,

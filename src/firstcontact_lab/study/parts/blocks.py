@@ -122,7 +122,7 @@ def blocks(
     reference = ESTIMATORS.default
     strip = bool(subject.detections) and reference in models and len(aligned) > 0
     if strip:
-        # Leaving a level out is about levels, not about alignment: the two pinch splits do.
+        # The effect of the alignment is measured in the other two splits only.
         strip_splits = {
             place: folds
             for place, folds in _splits(aligned, settings)[0].items()
@@ -170,7 +170,7 @@ def _splits(data: LabelledWindows, settings: StudySettings) -> tuple[Splits, lis
         folds = random_90_10(data.y, settings.seed)
         out[RANDOM, Task.CLASSIFICATION] = out[RANDOM, Task.REGRESSION] = folds
     else:
-        left_out.append("Random 90/10 split: too few pinches for ten a level.")
+        left_out.append("Random 90/10 split: some level has fewer than ten pinches.")
     if data.has_sessions:
         folds = by_session(data.sessions, data.y, settings.seed, settings.folds)
         if learns_one_value(folds, data.y):
@@ -186,7 +186,7 @@ def _splits(data: LabelledWindows, settings: StudySettings) -> tuple[Splits, lis
             else:
                 out[SESSION, Task.CLASSIFICATION] = folds
     else:
-        left_out.append("Split by session: the windows do not lie in two named sessions.")
+        left_out.append("Split by session: the windows are not from two or more named sessions.")
     if len(counts) >= 3:
         out[LEVEL, Task.REGRESSION] = leave_one_out(data.y)
     else:
@@ -200,7 +200,7 @@ def _one_session(levels: Values, data: LabelledWindows) -> str:
     return (
         f"Discrimination by session: the levels {', '.join(f'{v:g}' for v in levels)} lie "
         f"{interval_place}, "
-        "so no model could have learned them before it is asked about them."
+        "so no model could be trained on them before it predicts them."
     )
 
 
@@ -289,7 +289,7 @@ def confusion_figure(model: str, split: str, scores: SplitScores, unit: str = "S
     return Figure(
         f"confusion-{model}",
         f"Confusion, {names.estimator(model).title}, {names.SPLITS.get(split, split)}",
-        f"{scores.n:,} pinches, each predicted by a model that did not learn from "
+        f"{scores.n:,} pinches, each predicted by a model that was not trained on "
         + ("its session." if split == "by_session" else "it."),
         image,
     )
@@ -329,8 +329,8 @@ def leave_one_out_figure(drawn: Mapping[str, tuple[LabelledWindows, Values]]) ->
     return Figure(
         "levels",
         "A Shore level left out",
-        "Each level is estimated by models that learned from the other levels only. The softest "
-        "and the stiffest lie outside of what was learned.",
+        "Each level is estimated by models that were trained on the other levels only. The "
+        "softest and the stiffest level lie outside of the training range.",
         image,
     )
 
@@ -396,7 +396,7 @@ def block_table(results: SubjectResults, split: str, variants: bool = True) -> T
             entries.append((aligned, scores.strip_aligned.split(split), False))
     caption = _CAPTIONS[split]
     if split == LEVEL and is_learned(results):
-        caption += " The detector that places the windows has learned from that level too."
+        caption += " The detector that places the windows was trained on that level too."
     return matrix(caption, _SCORES, entries)
 
 
@@ -473,8 +473,8 @@ PART = Part(
         ),
     ],
     lambda subjects: (
-        "Which of the blocks was touched, and how stiff it is, from one 15 ms window. Pale lines "
-        "are baselines."
+        "One 15 ms window predicts which of the blocks was touched (discrimination), and its "
+        "Shore A (regression). Pale lines are baselines."
     ),
     [
         lambda results: block_table(results, SESSION, variants=False),

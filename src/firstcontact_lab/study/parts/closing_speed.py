@@ -39,8 +39,8 @@ SEED, RIGS = 9108, 2
 TIMES, MIDDLE = (2, 5, 15), 5
 #: Resamples of the rigs.
 RESAMPLES = 2000
-#: Relative standard error of the measured speeds, and False where nobody states it; None without a
-#: measurement.
+#: Relative standard error of the measured speeds, and False if the model does not get this error;
+#: None without a measurement.
 MEASUREMENTS: dict[str, tuple[float, bool] | None] = {
     "not measured": None,
     "exact": (0.0, True),
@@ -205,8 +205,8 @@ def _table(judged: ClosingSpeeds | None, kind: str) -> Table | None:
     caption = (
         f"{SPEEDS[kind]}: RMSE of one pinch, {judged.rigs} rigs of each of "
         f"{len(judged.families)} families (seed {judged.seed}). After each value: its 95 % "
-        "bootstrap interval over rigs, and in brackets that of the difference from the model "
-        "without a measurement."
+        "bootstrap interval over rigs; in brackets the interval of the difference from the same "
+        "model without a measurement."
     )
     lines = [
         Line([Cell(f"{title}, {name}"), *(_cell(scores, key) for _, key in _COLUMNS)])
@@ -231,9 +231,9 @@ PART = Part(
     "Measured closing speed",
     [Step("measured closing speed", measure, late=True, cost=60)],
     lambda subjects: (
-        "Random rigs as in the part above. Their hands measure the closing speed of each pinch, "
-        "of the rig's own blocks and of the objects. Without a stated error the model takes a "
-        "speed as exact."
+        "Random rigs of other structure, as in the section on these. Their hands measure the "
+        "closing speed of each pinch, on the rig's own blocks and on the objects. The model takes "
+        "a speed without a stated error as exact."
     ),
     [usual_table, free_table],
     needs=(),

@@ -1,4 +1,4 @@
-"""Contact detection, scored on sessions that the detector did not learn from."""
+"""Contact detection, scored on sessions that the detector was not trained on."""
 
 from __future__ import annotations
 
@@ -124,7 +124,7 @@ class ContactConditions(Record, frozen=True, kw_only=True):
 ContactResults = ByName[DetectionScores, ContactConditions]
 
 
-#: Where windows start when the detector asked for cannot be trained but labels know the contacts.
+#: Start of windows if the chosen detector cannot be trained: the labelled contacts.
 KNOWN = "known"
 
 
@@ -245,17 +245,17 @@ def _start_text(start: str) -> str:
     title = names.detector(start).title
     if names.learned(start):
         return (
-            f"A detector ({title}) that did not learn from a pinch places its contact, and "
-            f"{windows} there."
+            f"The contact of each pinch comes from a detector ({title}) that was not trained on "
+            f"this pinch, and {windows} there."
         )
     if start in DETECTORS:
-        return f"{windows.capitalize()} where the {title} fires, which learns nothing."
-    return f"No detector that learns could be trained: {windows} at the known contacts."
+        return f"{windows.capitalize()} where the {title} fires, which needs no training."
+    return f"No detector could be trained: {windows} at the known contacts."
 
 
 def _text(subjects: Subjects) -> str:
     sentences = [
-        "Detectors judge windows of 20 ms, of which 3 ms are new.",
+        "Detectors decide on windows of 20 ms.",
         *map(_start_text, window_starts(subjects)),
     ]
     if any(names.detectors(results[CONTACT]) for results in subjects.values()):
@@ -274,21 +274,21 @@ def detector_rows(accepted: Accepted) -> list[Row[DetectionScores]]:
             "contact windows found",
             lambda s: s.contact_windows_found,
             "share",
-            remark="The first window with 1 ms of the contact, at most one per pinch. A missed "
-            "window costs time; the next one may find the contact.",
+            remark="The first window that includes at least 1 ms after the contact, at most one "
+            "per pinch. If it is missed, the next window may find the contact, but later.",
         ),
         Row(
             f"placed {accepted.placed}",
             lambda s: s.pinch_success,
             "share",
-            remark="Share of pinches. First trigger on the right finger, placing the contact "
-            f"{accepted.placed_fully}, nothing before it.",
+            remark="Share of pinches whose first trigger is on the right finger and places the "
+            f"contact {accepted.placed_fully}.",
         ),
         Row(
             f"and decided {accepted.decided}",
             lambda s: s.decided_within_3_ms,
             "share",
-            remark=f"The stricter count: the trigger itself comes {accepted.decided_fully}.",
+            remark=f"A stricter count: the decision also comes {accepted.decided_fully}.",
         ),
         Row(
             "false alarms a minute",
@@ -312,7 +312,7 @@ _DETAILS: Sequence[Row[DetectionScores]] = (
     Row(
         "pinches: contact too soon to be seen",
         lambda s: s.too_soon,
-        remark="before the motor had settled and its steady state was known; counted below, too",
+        remark="before the motor had settled and its steady state was known; also counted below",
     ),
     Row("pinches: placed too early", lambda s: s.false_alarms),
     Row("pinches: wrong finger", lambda s: s.wrong_finger),

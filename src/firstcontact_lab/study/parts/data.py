@@ -76,13 +76,13 @@ def describe(subject: Subject) -> PartResult:
     )
     spread = None
     figures: list[Figure] = []
-    # What is missing is told where people look for it, not among what was assumed.
+    # Notes on missing data go to the list of parts left out, not to the list of assumptions.
     left_out = [f"{loss.rstrip('.')}." for loss in _merged(dataset.losses)]
     offsets = np.array([1e3 * p.offset for p in dataset.pinches if p.offset is not None])
     if len(offsets):
         spread = Offsets(
             mean=float(offsets.mean()),
-            # Of a single offset there is no spread to tell.
+            # A single offset has no standard deviation.
             sd=float(offsets.std(ddof=1)) if len(offsets) > 1 else None,
             share_below_15=float((offsets < 1e3 * DURATION).mean()),
             share_below_8=float((offsets < 8.0).mean()),
@@ -107,7 +107,7 @@ def _merged(notes: Sequence[str], most: int = 12) -> list[str]:
     unique = list(dict.fromkeys(notes))
     if len(unique) <= most:
         return unique
-    return [*unique[:most], f"... and {len(unique) - most} notes more of this kind."]
+    return [*unique[:most], f"... and {len(unique) - most} more notes of this kind."]
 
 
 COLOURS = {Finger.INDEX: BLUE, Finger.THUMB: ORANGE, None: BLUE}
@@ -164,9 +164,8 @@ def timing_figure(pinch: Pinch, before_s: float = 0.030, after_s: float = 0.110)
     return Figure(
         "timing",
         "One pinch, both fingers",
-        f"A pinch of {name}, the one whose offset is the closest to the mean: {content} traces, "
-        "with "
-        "the known contacts as dashed lines in the colour of the finger.",
+        f"A pinch of {name}, the one whose offset is closest to the mean: {content} over time. "
+        "Dashed lines are the known contacts, in the colour of the finger.",
         image,
     )
 
@@ -217,7 +216,7 @@ def offset_figure(offsets: NDArray[np.float64]) -> Figure:
         "offsets",
         "Time between the two contacts",
         f"{len(offsets):,} pinches. In {percent(share, 0)} of them (pale bars) the second contact "
-        "falls inside the 15 ms window that stiffness is read from.",
+        "falls inside the 15 ms window from which the stiffness is estimated.",
         image,
     )
 

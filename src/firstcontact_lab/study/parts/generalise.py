@@ -29,7 +29,7 @@ from firstcontact_lab.study._subject import Subject
 from firstcontact_lab.study.part import Part, Step
 from firstcontact_lab.study.settings import StudySettings
 
-#: Number of sets for slow estimators, which train quickly there.
+#: Number of sets on which slow estimators are scored. Their training there is brief.
 SLOW_SETS = 1
 
 
@@ -114,9 +114,9 @@ def generalise_figure(generalised: Generalised) -> Figure:
     return Figure(
         "generalise",
         "Errors off the blocks",
-        f"{rigs} with hands and specimens of their own; bars are 95 % bootstrap intervals over "
-        "rigs. Lines know more: other specimens of these kinds on the same rig, "
-        "the modulus, or the contact's stiffness.",
+        f"{rigs}, each with another hand and other specimens; bars are 95 % bootstrap intervals "
+        "over rigs. Lines are estimators with more information: other specimens of these kinds on "
+        "the same rig, the modulus, or the contact's stiffness.",
         image,
     )
 
@@ -197,13 +197,13 @@ PART = Part(
     "Beyond the blocks",
     [Step("beyond the blocks", generalise, late=True, cost=100)],
     lambda subjects: (
-        "Hands, objects and sessions that no choice of the project was made on. All estimators "
-        "learn from the same block pinches. They predict at the same contacts: the known ones, "
-        "delayed as the detector above places them. Three pinches: the mean of three estimates of "
+        "Hands, objects and sessions on which nothing in this project was chosen. All estimators "
+        "learn from the same block pinches. They predict at the same contacts: the known contacts, "
+        "with the delays of the detector above. Three pinches: the mean of three estimates of "
         "one object. Another hand: the estimators learn from 30 block pinches of that hand. Level "
         "left out: one of 20, 29 and 43 Shore A is missing in training, and is predicted. Pale "
-        "rows know more than a signal tells: the object's modulus, so that only the label's error "
-        "is left, or the stiffness of the contact."
+        "rows have information that the signal does not contain: the object's modulus, so that "
+        "only the label's error is left, or the stiffness of the contact."
     ),
     [objects_off_blocks, others_off_blocks],
     by_default=False,

@@ -129,7 +129,7 @@ def spectral_centroid(X: np.ndarray[Any, np.dtype[np.float32]], rate: float) -> 
         Centroids, Hz, shape (n,).
     """
     waves = X[:, :, 0].astype(np.float64)
-    # The contact is at the window's start: only its end is weighed down.
+    # The contact is at the start of the window, so only the end of the window is tapered.
     fade = np.hanning(2 * waves.shape[1])[waves.shape[1] :]
     power = np.abs(np.fft.rfft(waves * fade, axis=1)) ** 2
     frequencies = np.fft.rfftfreq(waves.shape[1], 1.0 / rate)
@@ -148,8 +148,8 @@ def hardness(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
     if len(np.unique(data.y)) < 2 or len(np.unique(data.objects)) < 3:
         return PartResult(
             left_out=[
-                "Hardness order: fewer than three materials or two hardness ranks, counting those "
-                "of which a window was found."
+                "Hardness order: the pinches with a window have fewer than three materials, or "
+                "fewer than two hardness ranks."
             ]
         )
     centroid = spectral_centroid(data.X, data.rate)
@@ -212,8 +212,8 @@ def _questions(
     left_out_material = leave_one_out(data.objects)
     if learns_one_value(left_out_material, data.y):
         left_out.append(
-            "Order of hardness by regression: without one of the materials, a single hardness rank "
-            "is left to learn from."
+            "Order of hardness by regression: if one of the materials is left out, only one "
+            "hardness rank is left for training."
         )
     else:
         out[HELD, "rank"] = Question(
@@ -223,8 +223,8 @@ def _questions(
     if len(unknown):
         left_out.append(
             "Hardness class with a material left out: the ranks "
-            f"{', '.join(f'{r:g}' for r in unknown)} have one material each, so no model could "
-            "have learned them without it."
+            f"{', '.join(f'{r:g}' for r in unknown)} have one material each, so no model could be "
+            "trained on them without it."
         )
     elif not learns_one_value(left_out_material, data.y):
         for model in _classifiers():
@@ -299,9 +299,10 @@ def hardness_figure(data: LabelledWindows, centroid: Values) -> Figure:
         image = uri(figure)
     return Figure(
         "hardness",
-        "Order of hardness, nothing learned",
-        "One point a pinch; bars are the means that the rank correlation is taken over. The score "
-        "was declared beforehand: a harder surface is expected further to the right.",
+        "Order of hardness, without training",
+        "Each point is a pinch; bars are the means of materials, from which the rank correlation "
+        "is computed. The score was chosen before any result was seen: a harder surface is "
+        "expected further to the right.",
         image,
     )
 
@@ -345,9 +346,9 @@ def materials_figure(left_out: ClassificationScores, random: ClassificationScore
     return Figure(
         "materials",
         "A material left out",
-        "Random folds let a model recognise the material it learned from. With the whole "
-        "material left out, the question is about hardness. Lines are 95 % intervals (materials "
-        "drawn whole).",
+        "With random folds a model can recognise the material on which it was trained. With the "
+        "whole material left out, it has to recognise the hardness. Lines are 95 % intervals over "
+        "materials.",
         image,
     )
 
@@ -368,8 +369,8 @@ _ORDER: Sequence[Row[RankCorrelation]] = (
 def _text(subjects: Subjects) -> str:
     order = "whether materials come in the right order of hardness"
     if any(results[BLOCKS] or results[OBJECTS] for results in subjects.values()):
-        return f"By their ranks: {order}. Errors in Shore A stand above."
-    return f"No error in Shore A can be given from these labels: only {order}."
+        return f"This section uses ranks: {order}. Errors in Shore A are above."
+    return f"These labels give no errors in Shore A; they only show {order}."
 
 
 def order_table(results: SubjectResults) -> Table | None:
@@ -404,8 +405,8 @@ def class_table(results: SubjectResults) -> Table | None:
     caption = "Class of hardness."
     if is_learned(results):
         caption += (
-            " For a material left out, the detector that places the windows has learned from that "
-            "material too."
+            " If a material is left out, the detector that places the windows was trained on it "
+            "nevertheless."
         )
     return matrix(caption, _CLASS, entries)
 

@@ -103,7 +103,8 @@ class BoardTime(Record, frozen=True, kw_only=True):
 
 
 class _Row(msgspec.Struct):
-    # Detectors have no estimator, whole models that no board takes no instructions.
+    # The entry of a detector has no estimator. That of a model too large for the board has no
+    # instructions.
     estimator: Name | None = None
     task: Name | None = None
     samples: _Positive | None = None
@@ -203,7 +204,7 @@ def _anytime(subject: Subject, settings: StudySettings) -> InferenceTime | None:
     if home is None:
         return None
     adapted = subject.adapted or conditioned_model(RIG_ESTIMATOR.name, home, settings.seed)
-    # As live asks: how fast the hand closes is worked out once a contact, before any answer.
+    # As in live, the closing speed is computed once per contact, before the first estimate.
     first = moments(model.rate)[0]
     queries = [home.touches.take(np.array([k])).until(first) for k in range(min(len(home), ASKED))]
     inputs = [(touch, adapted.model.rig_features(touch)) for touch in queries]
@@ -216,7 +217,7 @@ def _train(job: tuple[str, Task], blocks: LabelledWindows, seed: int) -> WindowM
     model, task = job
     entry = ESTIMATORS.find(model)
     options = dict(entry.quick)
-    if entry.slow:  # its time does not depend on what it learned
+    if entry.slow:  # its inference time does not depend on the training data
         blocks = blocks.take(np.arange(0, len(blocks), max(1, len(blocks) // SLOW_WINDOWS)))
     return fit_model(Fit(model, task, blocks, blocks.X, seed, options))
 
@@ -267,8 +268,8 @@ def inference_table(results: SubjectResults) -> Table | None:
     busiest = max(timed, key=lambda time: time.load)
     caption = (
         f"One window at a time, one thread, this machine; {min(t.calls for t in timed):,} calls or "
-        "more each. Calls during which another process took the core are apart. Load of the "
-        f"machine: {busiest.load:.1f} on {busiest.cores} cores."
+        "more each. Calls that another process interrupted are not included, except where stated. "
+        f"Load of the machine: {busiest.load:.1f} on {busiest.cores} cores."
     )
     return matrix(caption, (_MEDIAN, _P99, _SPEEDUP), entries)
 
@@ -280,11 +281,12 @@ def _remarks(time: InferenceTime) -> str:
 
 
 _CAPTION = (
-    "Contact to estimate: the samples that it takes and the arithmetic, on the emulated Cortex-M7 "
-    "(instructions counted by make embedded, 1.5 cycles each at 600 MHz assumed) and here (p99). "
-    "Neither has the time until the contact is decided; here the cable and waiting for packets "
-    "come on top, which firstcontact live measures. The network: its first estimate. Of "
-    "models with several forms the cheapest and the dearest."
+    "Time from the contact to an estimate: the samples that it takes, and the computing, on the "
+    "emulated Cortex-M7 (instructions counted by make embedded; 1.5 cycles each at 600 MHz are "
+    "assumed) and on this machine (p99). Neither includes the time until the contact is decided. "
+    "On this machine the times of cable and packets come on top; firstcontact live measures them. "
+    "For the network it is the first estimate. Of models with several forms, the cheapest and the "
+    "most expensive are shown."
 )
 
 
@@ -395,13 +397,13 @@ def _busy(times: Sequence[InferenceTimes]) -> str:
     preempted, calls = sum(t.preempted for t in times), sum(t.calls for t in times)
     if preempted > MOST_PREEMPTED * calls:
         return (
-            f"{preempted:,} of {calls:,} calls were preempted: {percent(preempted / calls)}, and "
-            f"at most {percent(MOST_PREEMPTED, 0)} may be"
+            f"{preempted:,} of {calls:,} calls were preempted: {percent(preempted / calls)}, more "
+            f"than the {percent(MOST_PREEMPTED, 0)} that are allowed"
         )
     busiest = max(times, key=lambda time: time.load / max(time.cores, 1), default=None)
     if busiest is not None and busiest.load > MOST_LOAD * busiest.cores:
         most = MOST_LOAD * busiest.cores
-        return f"load {busiest.load:.1f} on {busiest.cores} cores; at most {most:g} may be"
+        return f"the load was {busiest.load:.1f} on {busiest.cores} cores; {most:g} is allowed"
     return ""
 
 

@@ -90,8 +90,8 @@ def objects(
     if not splits:
         return PartResult(
             left_out=[
-                "Unseen objects: windows were found of no unseen object, or of fewer than two "
-                "Shore A levels to learn from."
+                "Unseen objects: no unseen object has a window, or the training pinches with a "
+                "window have fewer than two Shore A levels."
             ]
         )
     reference = ESTIMATORS.default
@@ -158,7 +158,7 @@ def why_not_unseen(subject: Subject) -> str:
     if not (dataset.test & np.isfinite(dataset.shore_a)).any():
         return "Unseen objects: no pinch has the role `test` and a Shore A."
     if len(subject.levels) < 2:
-        return "Unseen objects: fewer than two Shore A levels to learn from."
+        return "Unseen objects: the training pinches have fewer than two Shore A levels."
     specimens = _specimens(dataset.take(dataset.test)) & _specimens(dataset.take(~dataset.test))
     if specimens:
         kind, name = min(specimens)
@@ -217,8 +217,8 @@ def errors_figure(subjects: Subjects) -> Figure | None:
     return dot_figure(
         "objects",
         "Error on unseen objects",
-        "Bars are 95 % intervals over whole objects. The line predicts the mean of the training "
-        "data for each object.",
+        "Bars are 95 % intervals over whole objects. The line is the error if the mean of the "
+        "training data is predicted for each object.",
         "RMSE (Shore A)",
         panels,
     )
@@ -229,7 +229,7 @@ def _text(subjects: Subjects) -> str:
     counts = distinct(str(s.over_objects.n) for s in scores)
     many = f" ({' and '.join(counts)} here)" if counts else ""
     return (
-        "No model has learned from these objects. Small numbers are 95 % bootstrap intervals over "
+        "No model was trained on these objects. Small numbers are 95 % bootstrap intervals over "
         f"whole objects{many}."
     )
 
@@ -243,7 +243,7 @@ def object_table(results: SubjectResults, variants: bool = True) -> Table | None
         entries.append((Cell(title), scores, names.is_baseline(name)))
         if variants:
             entries.append((aligned, scores.strip_aligned, False))
-    return matrix("Objects that no model learned from; Shore A.", _SCORES, entries)
+    return matrix("Objects on which no model was trained; Shore A.", _SCORES, entries)
 
 
 def per_object_table(results: SubjectResults) -> Table | None:
@@ -320,8 +320,8 @@ def _error_remark(name: str, subjects: Subjects, value: float) -> str:
     if not verdicts:
         return "Shore A."
     return (
-        f"Shore A. The published {value} would be an RMSE of {root:.2f} if it is an MSE, of "
-        f"{value} if it is one already; {'; '.join(verdicts)}."
+        f"Shore A. The published {value} stands for an RMSE of {root:.2f} if it is an MSE, and of "
+        f"{value} if it is an RMSE; {'; '.join(verdicts)}."
     )
 
 

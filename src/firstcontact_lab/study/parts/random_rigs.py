@@ -244,7 +244,7 @@ _MORE = [
     ("Coverage of three, random", f"{RANDOM} three coverage", "share"),
     ("Width of three, everyday", f"{EVERYDAY} three width", "shore"),
 ]
-#: Methods that have intervals of their own.
+#: Methods that predict an interval.
 _WITH_INTERVALS = (
     "network",
     "network_radius",
@@ -272,8 +272,8 @@ def _table(
         return None
     caption = (
         f"{title}, {judged.rigs} rigs of each of {len(judged.families)} families "
-        f"(seed {judged.seed}). After each value: its 95 % bootstrap interval over rigs, and "
-        "in brackets that of the difference from the network."
+        f"(seed {judged.seed}). After each value: its 95 % bootstrap interval over rigs; in "
+        "brackets the interval of the difference from the network."
     )
     lines = []
     for name, scores in judged.methods.items():

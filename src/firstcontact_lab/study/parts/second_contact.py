@@ -109,7 +109,7 @@ def samples_to_spare(subject: Subject) -> Values:
     out = np.full(len(subject.dataset), np.nan)
     for i, (pinch, start) in enumerate(zip(subject.dataset.pinches, subject.starts, strict=True)):
         if pinch.second is not None and start is not None:
-            # The filter has looked at the samples just beyond the window, too.
+            # The filter also uses the samples just after the window.
             ahead = Conditioner(pinch.layout).lookahead
             end = start.sample + samples_in(DURATION, pinch.layout.rate) + ahead
             out[i] = pinch.second.sample - end
@@ -151,8 +151,8 @@ def second_figure(subjects: Subjects) -> Figure | None:
     return dot_figure(
         "second",
         "With and without the second contact in the window",
-        "The same predictions, divided by whether the other finger touched within the 15 ms. Bars "
-        "are 95 % intervals. Blocks are split by session, objects are unseen.",
+        "The same predictions, in two groups: the other finger touched within the 15 ms window, or "
+        "not. Bars are 95 % intervals. Blocks are split by session, objects are unseen.",
         "RMSE (Shore A)",
         panels,
     )
@@ -170,7 +170,7 @@ def second_table(results: SubjectResults, variants: bool = True) -> Table | None
         for name, side, content, scores in by_side(divided or {})
         if variants or (name in PUBLISHED and content in _DRAWN)
     ]
-    return matrix("The same predictions, divided; Shore A.", _SCORES, entries)
+    return matrix("The same predictions, by what the window contains; Shore A.", _SCORES, entries)
 
 
 PART = Part(

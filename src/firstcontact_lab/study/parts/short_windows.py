@@ -354,8 +354,8 @@ def accuracy_figure(real: RealSet) -> Figure:
     return Figure(
         "short",
         "Hardness from the first milliseconds",
-        "Each material was left out of what its model learned from. Balanced: the mean over "
-        "materials, then over classes.",
+        "Each material was left out of the training of the model that predicts it. Balanced: the "
+        "mean over materials, then over classes.",
         image,
     )
 
@@ -378,14 +378,14 @@ def by_material_figure(real: RealSet) -> Figure:
         ax.set_yticks(
             range(len(order)), [_named(m, material) for m, material in order], fontsize=8.5
         )
-        ax.set(xlabel="Length of the window; numbers are % classed right")
+        ax.set(xlabel="Length of the window; numbers are % correctly classified")
         ax.grid(visible=False)
         image = uri(figure)
     return Figure(
         "short-materials",
-        "Which materials are told when they were never met",
+        "Hardness class of each material that was left out of training",
         f"{_label(real.readings[0])}. Softest above. A row near 0 % is a material that sounds "
-        "like those of another class.",
+        "like the materials of another class.",
         image,
     )
 
@@ -418,7 +418,7 @@ def order_figure(real: RealSet) -> Figure:
         image = uri(figure)
     return Figure(
         "short-order",
-        "What the smoothing leaves of the order",
+        "Order of the materials, with and without the published smoothing",
         "Means of the materials, softest above, coloured by rank. Nothing was fitted; a harder "
         "material is expected further to the right.",
         image,
@@ -450,15 +450,15 @@ REAL = Field.optional("real", dict[str, RealSet])
 
 def _text(subjects: Subjects) -> str:
     text = (
-        "The class of hardness from the first milliseconds, by models that never met the material. "
-        "Accuracy is the mean over materials, then over classes: a material counts once, with few "
-        "pinches or many. One rule holds for all materials: kind of input and regularisation are "
-        "chosen on the other materials, each left out in turn."
+        "The class of hardness from the first milliseconds, by models that were not trained on the "
+        "material. Accuracy is the mean over materials, then over classes, so a material with many "
+        "pinches counts as much as one with few. For each left-out material, the kind of input and "
+        "the regularisation are chosen on the other materials, each left out in turn."
     )
     if any(map(is_learned, subjects.values())):
         text += (
-            " The detector that places windows never learned from the session, but may have met "
-            "the material in another."
+            " The detector that places windows was not trained on the session, but perhaps on the "
+            "material in another session."
         )
     return text
 

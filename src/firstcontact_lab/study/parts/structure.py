@@ -53,7 +53,7 @@ LEVELS = (20.0, 29.0, 43.0, 52.0, 60.0)
 LASTS, HEARD = 3.0, 0.25
 #: Time after the contact of the scored estimates, s.
 AT = 0.005
-#: Times of the estimates of the model that knows no rig, s.
+#: Times of the estimates of the unconditioned model, s.
 TIMES = (0.002, 0.003, 0.005, 0.008, 0.015)
 OUTCOMES = ("success", "false_alarms", "late", "misses", "wrong_finger")
 
@@ -234,7 +234,7 @@ def _alarms(detector: Detector, empty: Dataset, *, confirm: bool) -> tuple[int, 
                 alarms += bool(events) and not isinstance(events[-1], Withdrawal)
             else:
                 alarms += bool(detector.update(block))
-            seconds += HEARD - 0.04  # the steady state, in which nothing is detected
+            seconds += HEARD - 0.04  # nothing is detected in 40 ms, until the steady state is known
     return alarms, seconds / 60.0
 
 
@@ -302,16 +302,16 @@ def unknown_table(results: SubjectResults) -> Table | None:
         return Row(f"{ms} ms", lambda s: s.unknown_rig[ms], "shore")
 
     rows = [time_row(ms) for ms in structures.unknown_rig]
-    caption = "RMSE in Shore A of the model that knows no rig, by the time after the contact."
+    caption = "RMSE in Shore A of the unconditioned model, by the time after the contact."
     return matrix(caption, rows, [(Cell("rig not known"), structures, False)])
 
 
 def _text(subjects: Subjects) -> str:
     return (
         "Simulated hands whose motor, noise floor, start-up, pad and sensor follow other laws than "
-        "the twin's. Nothing was trained on them. Their objects lose more energy, and their labels "
-        "scatter by 2 Shore A. A first contact is withdrawn if the signal shows no push within "
-        "3 ms after it; the rows “all count” keep such contacts."
+        "the twin's. No model was trained on such hands. Their objects lose more energy, and their "
+        "labels scatter by 2 Shore A. A first contact is withdrawn if the signal shows no push "
+        "within 3 ms after it; the rows “all count” keep such contacts."
     )
 
 

@@ -29,12 +29,12 @@ def waveforms(subject: Subject) -> PartResult:
     """Plot representative responses and the peak amplitude against Shore A."""
     if len(subject.levels) < 2:
         return PartResult(
-            left_out=["Responses by stiffness: the data have no two Shore A levels to learn from."]
+            left_out=["Responses by stiffness: the training pinches have only one Shore A level."]
         )
     data = subject.windows(DURATION)
     blocks = data.take(~data.test)
     if len(blocks) < 2:
-        return PartResult(left_out=["Responses by stiffness: no contact was found to start from."])
+        return PartResult(left_out=["Responses by stiffness: no contact was found."])
     unit = vibration_unit(subject.dataset.layout)
     peaks = np.abs(blocks.X[:, :, 0]).max(axis=1).astype(np.float64)
     by_level = {f"{level:g}": _peaks(peaks[blocks.y == level]) for level in np.unique(blocks.y)}
@@ -105,8 +105,8 @@ def peak_figure(shore_a: NDArray[np.float64], peaks: NDArray[np.float64], unit: 
     return Figure(
         "peaks",
         "Peak amplitude against stiffness",
-        "One point a pinch, spread sideways to be seen. Where levels overlap, the peak alone "
-        "cannot tell them apart.",
+        "Each point is a pinch. Points are spread sideways so that they do not cover each other. "
+        "The peak alone cannot distinguish levels that overlap.",
         image,
     )
 

@@ -71,9 +71,8 @@ def window_length(subject: Subject, settings: StudySettings, runner: Runner) -> 
     if missing:
         lengths_text = f" ({', '.join(missing)} ms)" if scored else ""
         left_out.append(
-            f"Error against window length{lengths_text}: it needs windows of two Shore A levels "
-            "to learn "
-            "from whichever sessions are held out."
+            f"Error against window length{lengths_text}: some training side has windows of fewer "
+            "than two Shore A levels."
         )
     if not scored:
         return PartResult(left_out=left_out)
@@ -139,8 +138,7 @@ def lengths_figure(
     return Figure(
         f"lengths-{model}",
         f"Error against window length, {title}",
-        f"{title} regression; bands are 95 % bootstrap intervals (sessions or objects drawn "
-        "whole).",
+        f"{title} regression; bands are 95 % bootstrap intervals over sessions or objects.",
         image,
     )
 
@@ -171,8 +169,8 @@ def length_table(results: SubjectResults) -> Table | None:
     search = results[WINDOW_SEARCH]
     if search:
         caption += (
-            f" Hyper-parameters are searched on up to {search.windows} windows here, on more "
-            "elsewhere, so the row of 15 ms can differ from the number above."
+            f" Hyper-parameters are searched on up to {search.windows} windows here, and on more "
+            "in other sections, so the row of 15 ms can differ from the number above."
         )
     entries = [(Cell(f"{ms} ms"), lengths[ms][model], False) for ms in sorted(lengths, key=float)]
     return matrix(caption, [*_errors("blocks"), *_errors("objects")], entries)

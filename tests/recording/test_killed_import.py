@@ -38,7 +38,7 @@ def arrays(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def killed_folder(tmp_path: Path, arrays: Path) -> Path:
-    """Folder in which an import to ``o`` was killed."""
+    """Folder in which an import into its subfolder ``o`` was killed."""
     folder = tmp_path / "data"
     folder.mkdir()
     command = [sys.executable, "-c", KILLED, str(arrays), str(folder / "o")]

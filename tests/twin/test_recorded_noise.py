@@ -43,7 +43,7 @@ def tone(hertz: float, rate: float, seconds: float = 4.0, level: float = 0.02) -
 
 
 def line(x: np.ndarray, hertz: float) -> float:
-    """Return the amplitude at a frequency."""
+    """Return the amplitude of a signal at a frequency."""
     t = np.arange(len(x)) / 4936.0
     window = np.hanning(len(x))
     return float(2 * abs(np.sum(window * x * np.exp(-2j * np.pi * hertz * t))) / window.sum())

@@ -157,7 +157,10 @@ class RealClosings(Record, frozen=True, kw_only=True):
 
 
 class ReflexSuccess(Record, frozen=True, kw_only=True):
-    """Shares neither dropped nor damaged with a reflex, without and with stiffness."""
+    """Shares of picks neither dropped nor damaged, by two policies with a slip reflex.
+
+    One policy uses no stiffness (``blind``), the other does.
+    """
 
     blind: float
     stiffness: float

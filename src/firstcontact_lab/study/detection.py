@@ -106,7 +106,7 @@ def _vibration_only(dataset: Dataset) -> Dataset:
 def trigger_delays(
     dataset: Dataset, triggers: Sequence[Contact | None]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the times from the known contact to the placed one and to the decision, s.
+    """Return the times from the known contact to the detected contact and to its decision, s.
 
     They are NaN if the contact is unknown or was missed.
     """

@@ -47,7 +47,7 @@ class Answers(Record, frozen=True, kw_only=True):
 
 
 class AnswerTimes(Answers, frozen=True, kw_only=True):
-    """Times for the default window, and for each window length by its name, ms."""
+    """Times for the default window, and for each window length, by the length in ms."""
 
     window_length_ms: dict[str, Answers]
 
@@ -89,10 +89,10 @@ def waits(
     answer_sample: Callable[[Pinch, Contact], int],
     early: float,
 ) -> Iterator[tuple[Pinch, float | None]]:
-    """Yield each pinch with a known first contact, and the time from that to its estimate, s.
+    """Yield each pinch with a known first contact, and the time from there to an estimate, s.
 
-    The resampler's look-ahead is added. The time is None if the contact is early or on the other
-    finger.
+    The resampler's look-ahead is added. The time is None if the detected contact is early or on the
+    other finger.
 
     Parameters
     ----------

@@ -315,7 +315,7 @@ ANYTIME = Field.optional("anytime", AnytimeResults)
 
 
 def anytime_table(results: SubjectResults) -> Table | None:
-    """Return error, coverage, width and share out of range at each time."""
+    """Return a table of error, coverage, width and share out of range at each time."""
     by_time = results[ANYTIME]
     if by_time is None:
         return None

@@ -49,7 +49,7 @@ class WindowCounts(Record, frozen=True, kw_only=True):
 
 
 class SplitScores(Record, frozen=True, kw_only=True):
-    """Scores of regression and of classification in one split, each if computed.
+    """Scores of regression and of classification in one split; None for those not computed.
 
     ``per_level`` has the errors of each Shore A level.
     """
@@ -296,7 +296,7 @@ def confusion_figure(model: str, split: str, scores: SplitScores, unit: str = "S
 
 
 def leave_one_out_figure(drawn: Mapping[str, tuple[LabelledWindows, Values]]) -> Figure:
-    """Draw predictions by models trained without the level of Shore A of the predicted pinch."""
+    """Draw predictions; the pinch's own Shore A level was left out of the model's training."""
     with canvas() as (figure, axes):
         ax = axes[0, 0]
         levels = np.unique(next(iter(drawn.values()))[0].y)

@@ -308,7 +308,10 @@ def hardness_figure(data: LabelledWindows, centroid: Values) -> Figure:
 
 
 def materials_figure(left_out: ClassificationScores, random: ClassificationScores) -> Figure:
-    """Draw the accuracy with a material left out, in random folds, and of the best constant."""
+    """Draw the accuracy with a material left out and in random folds.
+
+    A line is the accuracy of the best constant prediction.
+    """
     chance = left_out.best_constant
     with canvas(size=(6.2, 2.6)) as (figure, axes):
         ax = axes[0, 0]

@@ -73,9 +73,9 @@ def test_the_data_have_times_only_with_contact_labels() -> None:
 @pytest.mark.parametrize(
     ("route", "expected", "never"),
     [
-        ("svm", "did not learn from", "threshold fires"),
-        ("three_sigma", "threshold fires", "did not learn from"),
-        ("known", "at the known contacts", "did not learn from"),
+        ("svm", "was not trained on", "threshold fires"),
+        ("three_sigma", "threshold fires", "was not trained on"),
+        ("known", "at the known contacts", "was not trained on"),
     ],
 )
 def test_the_start_of_windows_is_explained(route: str, expected: str, never: str) -> None:
@@ -91,9 +91,9 @@ def test_objects_are_counted() -> None:
 
 
 def test_ranks_beside_shore_values_do_not_stand_alone() -> None:
-    assert "No error in Shore A" in text("hardness", results(hardness_order={}))
+    assert "no errors in Shore A" in text("hardness", results(hardness_order={}))
     both = results(hardness_order={}, blocks={"svm": {}})
-    assert "No error" not in text("hardness", both)
+    assert "no errors" not in text("hardness", both)
 
 
 def test_an_answer_before_the_second_contact_needs_second_contacts() -> None:
@@ -119,7 +119,7 @@ def test_the_training_data_of_the_detector_are_named_where_it_learned() -> None:
         assert levels is not None
         assert classes_table is not None
         for caption in (levels.caption, classes_table.caption, shared({"A": contacts})):
-            assert ("has learned from" in caption) == learned
+            assert ("detector that places the windows" in caption) == learned
 
 
 def test_the_size_of_the_search_is_in_the_caption() -> None:

@@ -73,5 +73,5 @@ def test_a_folder_without_sets_is_refused_in_one_sentence(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["sets", str(tmp_path), "--twin", str(tmp_path)]) == 2
-    assert "has no set in it" in capsys.readouterr().err
+    assert "contains no set" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []

@@ -31,11 +31,11 @@ BAD_ARRAYS: list[tuple[dict[str, Any], tuple[str, ...]]] = [
     ({"force": np.zeros((4, LENGTH, 12))}, ("force", "(4, 60, 12)")),
     ({"force": np.zeros((3, LENGTH, 2, 6))}, ("force", "4 pinches")),
     ({"force": np.full((4, LENGTH, 2, 6), nan)}, ("force", "NaN")),
-    ({"force": np.full((4, LENGTH, 2, 6), 300)}, ("force", "300 V", "force_unit counts")),
+    ({"force": np.full((4, LENGTH, 2, 6), 300)}, ("force", "300 V", "force_unit to counts")),
     ({"force": np.full((4, LENGTH, 2, 6), -11.0)}, ("force", "11 V", "leave it out")),
     (
         {"force": np.full((4, LENGTH, 2, 6), 65535), "force_unit": np.array("counts")},
-        ("force", "65535 counts", "force_unit V"),
+        ("force", "65535 counts", "force_unit to V"),
     ),
     ({"force_unit": np.array("N")}, ("force_unit", "'N'", "V, counts")),
     ({"sample_rate_hz": np.array(1999)}, ("sample_rate_hz", "1999")),

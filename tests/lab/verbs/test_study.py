@@ -105,7 +105,7 @@ def test_the_same_study_may_run_again_and_no_other_meanwhile_or_over_it(
     os.killpg(first.pid, signal.SIGKILL)
     first.communicate()
     for other in (Study(recordings=arrays, out=out), Study(out=out, quick=True)):
-        with pytest.raises(InputError, match=f"{folder} holds another"):
+        with pytest.raises(InputError, match=f"{folder} holds the results of another"):
             other.run()
     assert (out / "results.json").read_bytes() == original
     again = start(arrays, out, *words)

@@ -1,9 +1,9 @@
 """Speed of the live pipeline and latency of its estimates.
 
 The twin's running hand (60 s with some 30 closings) is replayed through the pipeline in blocks of
-0.1 s and of 5 samples, as a device sends them, with the network and with a window model. For
-comparison, the naive form processes the whole closing so far again for each estimate, and calls
-scikit-learn's ``predict``.
+0.1 s and of 5 samples, as a device sends them, with the network and with a window model, once by
+NumPy and once by the compiled kernels. For comparison, the naive form processes the whole closing
+so far again for each estimate, and calls scikit-learn's ``predict``.
 
 ``firstcontact live --device twin`` then runs in real time over a pseudo terminal, several
 times without a page and several times with a page and a client of it. The main result is the share
@@ -42,7 +42,9 @@ from firstcontact.core import (
     Physical,
     Pinch,
     VibrationCalibration,
+    _native,
     fingertip_layout,
+    kernels,
 )
 from firstcontact.models import (
     BEFORE,
@@ -260,12 +262,19 @@ def main() -> None:
         )
 
         print(one_answer(anytime, settings.seed))
-        for size, predictor in itertools.product((LONG, FRAME), (network, windows)):
+        engines = {"NumPy": None, "compiled kernels": kernels()}
+        if engines["compiled kernels"] is None:
+            print("the kernels are not compiled here: install a C compiler, then the package again")
+            del engines["compiled kernels"]
+        for engine, size, predictor in itertools.product(
+            engines, (LONG, FRAME), (network, windows)
+        ):
+            _native._compiled = engines[engine]
             pipeline = Pipeline(LAYOUT, detector, predictor, calibration, real_time=False)
             spent, pinches = replayed(pipeline, split(data, size))
             figures = pipeline.ledger.summary()
             print(
-                f"{predictor.name}, blocks of {size} samples: "
+                f"{engine}, {predictor.name}, blocks of {size} samples: "
                 f"{settings.seconds / spent:.0f} x real time; block to estimate "
                 f"p50 {1e6 * figures['compute_p50']:.0f} us, "
                 f"p99 {1e6 * figures['compute_p99']:.0f} us, {len(pinches)} pinches"

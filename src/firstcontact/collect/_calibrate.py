@@ -94,7 +94,9 @@ def calibrate(
     if not 0 <= patience <= longest:
         raise InputError(f"it must lie between 0 and {longest:g} s", parameter="patience")
     if weigh and confirmed is None:
-        raise InputError("weighing needs a person: pass confirmed, too", parameter="weigh")
+        raise InputError(
+            "weighing needs a person: pass confirmed, which waits for Enter", parameter="weigh"
+        )
     if isinstance(weights, str | os.PathLike):
         weights = read_weights(Path(weights))
     curves = () if weights is None else _curves(weights)

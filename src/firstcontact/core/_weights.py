@@ -174,7 +174,7 @@ def read_verified(path: Path, sha256: str, card: str, most: int) -> bytes:
     try:
         raw = read_regular(path, most)
     except OSError:
-        raise InputError(f"{path}: cannot be read: copy the folder whole") from None
+        raise InputError(f"{path}: cannot be read: copy the whole folder again") from None
     if digest(raw) != sha256:
         raise InputError(
             f"{path}: its content does not match sha256 in {card}: "

@@ -60,7 +60,9 @@ class Interval:
             or list(self.edges) != sorted(self.edges)
             or (self.limits is not None and self.limits[0] >= self.limits[1])
         ):
-            raise ValueError("level, edges, half_widths or limits of an interval do not fit")
+            raise ValueError(
+                "level, edges, half_widths or limits of an interval do not fit together"
+            )
 
     def around(self, value: float, spread: float = 1.0) -> tuple[float, float]:
         """Return the lower and upper bound for a prediction.

@@ -96,7 +96,7 @@ class GraspPlant:
         self._run = PinchRun(draw, longest, BURN_IN, drive, damped=True, calm_steps=calm_steps)
         times = self._run.times[BURN_IN:] - BURN_IN / FINGERTIP_RATE
         if times[-1] <= draw.timing.second:
-            raise ValueError(f"{longest} s ends before the second contact of the pinch")
+            raise ValueError(f"a pinch of {longest} s ends before its second contact")
         sheets = None if velostat is None else (velostat, velostat)
         self._readings = PinchReadings(PinchFingertips(draw, times, sheets))
         self._run.limit = (

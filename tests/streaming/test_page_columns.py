@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from page_feed import LAYOUT, RATE
 
@@ -26,6 +26,7 @@ def volts(raw: float) -> float:
     return (raw - ZERO) * VOLT
 
 
+@settings(max_examples=20)  # each compares thousands of columns
 @given(st.lists(st.integers(1, 300), min_size=1, max_size=30), st.integers(0, 2**40))
 def test_every_sample_is_in_its_column(sizes: list[int], start: int) -> None:
     columns = Columns(LAYOUT)

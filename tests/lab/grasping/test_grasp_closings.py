@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 
@@ -10,13 +12,13 @@ from firstcontact.models import Model
 from firstcontact_lab.grasping._learning import learn
 from firstcontact_lab.grasping._search import search
 from firstcontact_lab.grasping._trials import PinchSetup, Row, Trial, played, run_trial, trial_plant
-from firstcontact_lab.grasping._variants import unmodulated, variants
+from firstcontact_lab.grasping._variants import Variant, unmodulated, variants
 from firstcontact_lab.grasping.settings import KINDS, GraspStudySettings
 
 SMALL = GraspStudySettings(
     sessions=2,
     latencies=(0.020,),
-    training=20,
+    training=10,
     windows=(0.003, 0.015),
     tuning=1,
     coarse=True,
@@ -89,11 +91,20 @@ def test_gentle_at_touch_presses_less_than_no_modulation(rows: dict[str, Row]) -
         assert not rows[variant].dropped
 
 
+def trials(variants: Sequence[Variant]) -> list[Trial]:
+    return [Trial(PinchSetup(kind, 0), tuple(variants), (0.020,), TUNED) for kind in SMALL.kinds]
+
+
+def test_same_seed_same_rows_in_any_order(model: Model) -> None:
+    rows = Serial().map(run_trial, trials(VARIANTS[:2]), model)
+    assert Serial().map(run_trial, trials(VARIANTS[:2])[::-1], model)[::-1] == rows
+
+
+@pytest.mark.slow  # each worker imports for seconds
 def test_same_seed_same_rows_on_one_worker_and_two(model: Model) -> None:
-    trials = [Trial(PinchSetup(kind, 0), VARIANTS, (0.020,), TUNED) for kind in SMALL.kinds]
-    alone = Serial().map(run_trial, trials, model)
+    alone = Serial().map(run_trial, trials(VARIANTS), model)
     with parallel(2) as runner:
-        assert runner.map(run_trial, trials, model) == alone
+        assert runner.map(run_trial, trials(VARIANTS), model) == alone
 
 
 def test_the_search_finds_what_holds_and_asks_other_pinches_than_the_report() -> None:

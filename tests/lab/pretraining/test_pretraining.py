@@ -89,6 +89,18 @@ def test_shapes_fit_and_numbers_are_finite() -> None:
     assert set(np.unique(examples.scale[..., 1])) <= {-1.0, 1.0}
 
 
+def test_a_set_is_the_same_in_parts_of_any_size(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sets = []
+    for size in (1, 2):
+        monkeypatch.setattr(_sets, "PART", size)
+        sets.append(example_set(tmp_path / str(size), 10, 2, SEED, Serial()))
+        assert len(list((tmp_path / str(size)).iterdir())) == 2 // size
+    assert same(*sets)
+
+
+@pytest.mark.slow  # each worker imports for seconds
 def test_a_set_is_the_same_whatever_the_workers(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -61,7 +61,7 @@ def import_recordings(
     Parameters
     ----------
     path
-        File or folder: WAV, FLAC, XDF, MATLAB, HDF5, NPZ, CSV, or what a plug-in reads.
+        File or folder: WAV, FLAC, XDF, MATLAB, HDF5, NPZ, CSV, or a format that a plug-in reads.
     out
         Folder for the recordings; it must be empty or new.
     rate

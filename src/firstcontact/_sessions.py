@@ -36,7 +36,7 @@ def open(
     condition, seed
         Condition and random seed of the twin.
     objects
-        Objects that the twin picks up: "paper", "household", or the name of one.
+        Objects that the twin picks up: the set "paper" or "household", or the name of one object.
 
     Raises
     ------
@@ -143,8 +143,8 @@ def live(
     is_live = real_time and not recorded
     if hand is not None and HANDS.find(hand).begins is Begins.US:
         raise InputError(
-            f"{hand} closes only on request, which `firstcontact live --hand {hand}` "
-            "offers on its page and keyboard",
+            f"{hand} closes only on request, and this function sends none: run "
+            f"`firstcontact live --hand {hand}`",
             parameter="hand",
         )
     check_hand(hand, hand_port, policy, device=source.name, is_live=is_live)

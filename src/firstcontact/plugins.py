@@ -1,7 +1,8 @@
 """Registries, base classes and conformance checks for code that extends firstcontact.
 
 A registry maps names to entries. Entries come from this package and, by entry points, from other
-installed packages. ``check_*`` functions test an entry of your own against what its users rely on.
+installed packages. The ``check_*`` functions test whether your own entry behaves as the package
+expects.
 
 Examples
 --------

@@ -48,7 +48,7 @@ def temporary_path(path: Path) -> Iterator[Path]:
 
 
 def sweep(folder: Path, name: str | None = None) -> None:
-    """Remove the leftovers of killed writers in a folder, for one name or for all.
+    """Remove the leftovers of killed writers in a folder, for one target ``name`` or for all.
 
     A folder stays if a running writer has locked it, or if it cannot be locked or removed.
     """
@@ -59,7 +59,9 @@ def sweep(folder: Path, name: str | None = None) -> None:
 
 
 def temporaries(folder: Path, name: str | None = None) -> list[Path]:
-    """Return the temporary folders in a folder, of running and killed writers.
+    """Return the temporary folders of running and killed writers in a folder.
+
+    If ``name`` is given, only the temporary folders for this target are returned.
 
     Raises
     ------
@@ -71,7 +73,7 @@ def temporaries(folder: Path, name: str | None = None) -> list[Path]:
 
 
 def _make(path: Path) -> tuple[Path, int]:
-    """Create a new temporary folder and lock it. Return both."""
+    """Create a temporary folder and lock it. Return the folder and the descriptor of the lock."""
     while True:
         folder = path.with_name(f".{path.name}.{uuid4().hex[:8]}.part")
         folder.mkdir()

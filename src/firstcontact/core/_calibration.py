@@ -48,8 +48,8 @@ class VibrationCalibration:
 class ForceCurve:
     """Force curve of one finger's Velostat: converts the divider's voltage to newtons.
 
-    The conductance g of the sheet rises with the force: ``g = leak + gain F^exponent``. Over the
-    divider's resistor R it gives ``V = 3.3 R g / (1 + R g)``.
+    The conductance g of the sheet rises with the force F: ``g = leak + gain F^exponent``. The
+    voltage over the divider's resistor R is then ``V = 3.3 R g / (1 + R g)``.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ class ForceCurve:
     resistor: Positive = DIVIDER_OHM
 
     def newtons(self, volts: NDArray[Any]) -> NDArray[np.float64]:
-        """Return the force on a taxel, N, for voltages over the divider, same shape."""
+        """Return the force on a taxel, N, for each voltage over the divider's resistor."""
         ratio = np.clip(np.asarray(volts, dtype=np.float64) / ADC_VOLTS, 0.0, 0.999)
         conductance = ratio / (1.0 - ratio) / self.resistor
         newtons: NDArray[np.float64] = (np.maximum(conductance - self.leak, 0.0) / self.gain) ** (

@@ -38,7 +38,8 @@ class Child:
         number = signal.SIGCONT if wakes else signal.SIGKILL
         arguments = [str(os.getpid()), str(int(number)), module, *options]
         started: Future[subprocess.Popen[bytes]] = Future()
-        # The kernel treats the thread that starts a child as its parent. This thread waits for it.
+        # The kernel treats the thread that starts a child as its parent, so the thread must live
+        # as long as the child.
         self._keeper = threading.Thread(
             target=_keep, args=(arguments, started), name=f"keeper of {module}", daemon=True
         )

@@ -29,7 +29,7 @@ PATIENCE = 10.0
 PACKAGES = ("firstcontact", "numpy", "scipy", "scikit-learn", "numba", "torch")
 #: Arrays of this many bytes and more are sent separately, and only once.
 LARGE = 100_000
-GONE = "the cluster is gone: start it and this command again"
+GONE = "the connection to the cluster is lost: start the cluster and this command again"
 
 
 class ClusterBackend(ParallelBackendBase):  # type: ignore[misc]  # joblib states no types

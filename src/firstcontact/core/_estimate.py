@@ -20,7 +20,7 @@ class Estimate(msgspec.Struct, frozen=True, kw_only=True, tag="estimate"):
         Nominal coverage: share of intervals that contain the truth, on objects like the training
         objects; 0 without an interval.
     elapsed
-        Length of the signal after the contact that was used, s.
+        Length of the signal after the contact from which the value was predicted, s.
     available
         Time from the contact until the estimate was available, s. It is the time until the signal
         and the contact were known, plus ``waited``, ``transport`` and ``compute``.
@@ -29,14 +29,14 @@ class Estimate(msgspec.Struct, frozen=True, kw_only=True, tag="estimate"):
     final
         True if no better estimate of this closing follows.
     in_time
-        True if it was available before the second contact; null until that is known, and for
-        samples that do not come in real time.
+        True if the estimate was available before the second contact. It is null until that is
+        known, and for samples that do not come in real time.
     model
         Name of the estimator. If a device predicts by itself, the digest of its model.
     contact
         First contact of the closing.
     complete
-        Sample after which the signal and the contact were known.
+        Number of the sample with which both the signal and the contact were known.
     epoch
         Epoch of the samples.
     host

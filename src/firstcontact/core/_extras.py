@@ -23,11 +23,11 @@ _CLONE = Path(__file__).parents[3]
 
 
 class HasRequirements(Protocol):
-    """Registered entry that may need more than the base install."""
+    """Registered entry that may need packages beyond the base install."""
 
     @property
     def extra(self) -> str:
-        """Extra of this package that the entry needs; "" for the base install."""
+        """Extra of this package that the entry needs; "" if the base install suffices."""
 
     @property
     def modules(self) -> tuple[str, ...]:

@@ -19,7 +19,7 @@ AnyPath = str | os.PathLike[str]
 
 #: Error numbers of disks without hard links.
 _NO_LINKS = (errno.EPERM, errno.ENOTSUP, errno.EMLINK, errno.ENOSYS)
-#: Most files and folders that a search visits.
+#: Largest number of files and folders that a search visits.
 MOST_ENTRIES = 100_000
 
 
@@ -84,7 +84,7 @@ def read_regular(path: Path, most: int) -> bytes:
     Raises
     ------
     InputError
-        See :func:`open_regular`. Also raised if the file is longer.
+        The path names no regular file, see :func:`open_regular`, or the file is longer.
     OSError
         The file does not exist or cannot be read.
     """
@@ -101,7 +101,7 @@ def read_regular(path: Path, most: int) -> bytes:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Yield a temporary path of the same name, which becomes ``path`` on success.
+    """Yield a temporary path with the same file name. On success its file replaces ``path``.
 
     On an exception the temporary file is removed and ``path`` stays unchanged.
     """

@@ -16,7 +16,7 @@ from types import TracebackType
 
 from firstcontact.core._errors import InputError
 
-#: Names of foreign modules and their titles in messages.
+#: Titles of foreign modules for messages, by the name of the module.
 _modules: dict[str, str] = {}
 
 
@@ -26,7 +26,7 @@ _MARK = "_firstcontact_signal"
 
 
 class ForeignCode:
-    """Context manager that turns any exception of foreign code into an InputError.
+    """Context manager that converts any exception of foreign code into an InputError.
 
     An InputError passes unchanged, and so do an OSError that names a path and a real Ctrl-C. On
     exit the import path and the working folder are restored.

@@ -25,11 +25,12 @@ A = TypeVar("A")
 B = TypeVar("B")
 Tick = Callable[[int, int], object]
 
-#: Variables that libraries read when they load. Loaded libraries need threadpoolctl instead.
+#: Environment variables that numerical libraries read when they are loaded. Libraries that are
+#: loaded already need threadpoolctl instead.
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
-#: Idle time after which a worker ends, s. Workers end with their runner, so the value only has to
-#: be long. The longest timeout of the system is 24 days.
+#: Idle time after which a worker ends, s. Workers end with their runner anyway, so any long time
+#: below the system's longest timeout of 24 days will do.
 IDLE = 7 * 86_400
 
 #: Largest number of worker processes on one machine.
@@ -183,8 +184,8 @@ def _init_worker(parent: int) -> None:
     """Prepare a worker process."""
     from joblib.externals.loky import process_executor
 
-    # Loky takes 300 MB of growth after the first job as a leak and replaces the worker during its
-    # jobs. Here the growth is a library that a later job loads, or shared data.
+    # If a worker grows by 300 MB after its first job, Loky assumes a memory leak and replaces it.
+    # Here the growth is shared data, or a library that a later job loads.
     process_executor._MAX_MEMORY_LEAK_SIZE = math.inf
     # The terminal's signals reach the whole process group. Only the parent handles them ...
     for name in ("SIGINT", "SIGHUP", "SIGQUIT"):

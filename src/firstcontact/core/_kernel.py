@@ -37,14 +37,14 @@ class RbfKernel:
         return len(self._norms)
 
     def rows(self, x: Real) -> Real:
-        """Return the kernel of inputs (n, inputs), shape (n, vectors)."""
+        """Return the kernel values, shape (n, vectors), of inputs with shape (n, inputs)."""
         exponent = x @ self._scaled.T
         exponent += self._norms
         exponent -= self._gamma * np.einsum("ij,ij->i", x, x)[:, None]
         return np.exp(exponent, out=exponent)
 
     def row(self, x: Real, square: float) -> Real:
-        """Return the kernel of one input (inputs,) with squared norm ``square``: (vectors,)."""
+        """Return the kernel values of an input with squared norm ``square``, shape (vectors,)."""
         exponent: Real = self._scaled.dot(x)
         exponent += self._norms
         exponent -= self._gamma * square

@@ -15,7 +15,7 @@ from firstcontact.core._records import Name
 
 #: Mean sampling rate of the published fingertip, Hz.
 FINGERTIP_RATE = 4936.0
-#: Signal after the first contact that stiffness is predicted from, s.
+#: Length of the signal after the first contact from which stiffness is predicted, s.
 FINGERTIP_WINDOW = 0.015
 #: Coefficient of the exponential smoothing on the microcontroller.
 FINGERTIP_SMOOTHING = 0.5
@@ -121,9 +121,11 @@ class Channel:
 
     def __post_init__(self) -> None:
         if not SCALES[0] <= abs(self.scale) <= SCALES[1]:
-            raise ValueError(f"scale is {self.scale:g}")
+            raise ValueError(
+                f"scale is {self.scale:g}; its size must be {SCALES[0]:g} to {SCALES[1]:g}"
+            )
         if self.axis >= self.axes:
-            raise ValueError(f"axis is {self.axis} of {self.axes}, counted from 0")
+            raise ValueError(f"axis is {self.axis} but must be below axes, {self.axes}")
         if self.kind is ChannelKind.VIBRATION:
             object.__setattr__(self, "sensor", self.sensor or VibrationSensor.PIEZO)
         elif self.sensor is not None:
@@ -140,10 +142,10 @@ class Channel:
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """Group of slower channels with its own sample count and rate.
+    """Group of slower channels, whose samples have their own numbers and rate.
 
-    Sample ``k`` was taken at ``k / layout.rate``. Sample ``n`` of the main layout was taken at
-    ``n / rate`` on the same clock.
+    Its sample ``k`` was taken at the time ``k / layout.rate``. Sample ``n`` of the main layout was
+    taken at ``n / rate`` on the same clock.
     """
 
     name: Name
@@ -205,7 +207,7 @@ class Layout:
         return sum(c.axes for c in self.channels)
 
     def columns(self, kind: ChannelKind, *fingers: Finger | None) -> tuple[int, ...]:
-        """Return the columns of channels of one kind, for all fingers or for ``fingers`` only.
+        """Return the column numbers of channels of one kind, of all fingers or of ``fingers``.
 
         None in ``fingers`` selects channels that belong to no finger. A vector gives one column,
         its :attr:`~Channel.axis`.

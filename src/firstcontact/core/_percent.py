@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-#: Most decimals, used when fewer would round a share below 1 up to 100 %.
+#: Largest number of decimals. It is used if fewer would round a share below 1 up to 100 %.
 MOST_DECIMALS = 2
 
 

@@ -1,4 +1,4 @@
-"""Reader for JSON from outside, with bounded size and checked types.
+"""Reader for untrusted JSON, with bounded size and checked types.
 
 All JSON files, messages and descriptors are read here. The types are frozen dataclasses of this
 package; ``Annotated`` fields carry their bounds.

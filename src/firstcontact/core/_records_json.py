@@ -14,7 +14,7 @@ About = TypeVar("About")
 class Record(
     msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True
 ):
-    """JSON object with declared fields only. It omits fields that are None.
+    """JSON object with declared fields only. Fields that have their default value are not written.
 
     A subclass must repeat ``frozen=True, kw_only=True`` for type checkers and msgspec.
     """

@@ -30,8 +30,9 @@ E = TypeVar("E", bound=Named)
 class Registry(Mapping[str, E], Generic[E]):
     """Registry of named entries, in the order of figures and tables, imported on first use.
 
-    Looking up a name imports its plug-in; iterating imports all. A plug-in that fails to load is
-    left out. The log and :attr:`failed` hold its name and the reason. Other entries stay usable.
+    Figures and tables show the entries in the order of the registry. Looking up a name imports its
+    plug-in; iterating imports all plug-ins. A plug-in that fails to load is left out. The log and
+    :attr:`failed` hold its name and the reason. Other entries stay usable.
 
     Parameters
     ----------
@@ -173,7 +174,7 @@ class Registry(Mapping[str, E], Generic[E]):
         return self._plugins
 
     def _load(self, name: str) -> bool:
-        """Load a plug-in. Return False if it fails, and drop it."""
+        """Load a plug-in. If that fails, drop the plug-in and return False."""
         try:
             with ForeignCode(self._title(name)):
                 point = self._find_plugins()[name]

@@ -24,7 +24,8 @@ from firstcontact.core._records import Name, read_record
 
 T = TypeVar("T")
 
-#: Card of the detector of the models in the same folder and below.
+#: File name of a detector's card. Models in the same folder and in folders below it use this
+#: detector.
 DETECTOR_CARD = "detector.json"
 #: Longest card and largest weights file that are read, bytes. A card lists sessions and
 #: specimens; an SVM of 100,000 support vectors has 30 MB.
@@ -34,7 +35,7 @@ LONGEST_WEIGHTS = 1 << 28
 LARGEST = 1e30
 #: SHA-256 digest, as :func:`digest` returns it.
 Sha256 = Annotated[str, msgspec.Meta(pattern="^[0-9a-f]{64}$")]
-#: Sampling rate of a model or detector, Hz. Their shortest step, 3 ms, has a sample at least.
+#: Sampling rate of a model or detector, Hz. At the lowest rate a step of 3 ms still holds a sample.
 Rate = Annotated[float, msgspec.Meta(ge=500.0, le=1e7)]
 
 _LIBRARIES = ("firstcontact", "numpy", "scikit-learn", "skops", "torch", "onnxruntime", "mapie")
@@ -143,7 +144,10 @@ def read_card(
     remedy = "train again or copy it again"
     head = read_record(text, _Head, str(path), remedy, LONGEST_CARD)
     if head.format != expected_format:
-        raise InputError(f"{path}: not the card of a firstcontact {noun} (field format)")
+        raise InputError(
+            f"{path}: its format is {head.format!r}, not {expected_format!r}: "
+            f"choose the folder of a {noun}"
+        )
     if head.format_version != expected_version:
         raise InputError(
             f"{path}: format_version is {head.format_version} but this program reads "
@@ -218,7 +222,9 @@ def read_weights(path: Path, sha256: str, card: str) -> dict[str, NDArray[Any]]:
         if array.dtype == np.uint8:  # raw bytes: their reader checks them
             continue
         if not np.issubdtype(array.dtype, np.floating) or not np.isfinite(array).all():
-            raise InputError(f"{path}: the array {name} holds values that are not finite numbers")
+            raise InputError(
+                f"{path}: the array {name} holds values that are not finite numbers: train again"
+            )
     return arrays
 
 

@@ -1,4 +1,4 @@
-"""Steps of convolutional networks. Each has a C kernel with the same name.
+"""Steps of convolutional networks, for exported programs. Each has a C kernel with the same name.
 
 A vector holds all channels of the first sample, then all of the next. So the inputs of a
 convolution are adjacent.
@@ -38,7 +38,10 @@ def conv(takes: str, gives: str, samples: int, weight: Real, bias: Real, stride:
 
 
 def _conv_cost(samples: int, inputs: int, outputs: int, taps: int, stride: int) -> int:
-    """Return the instructions of ``conv``. Its kernel takes blocks of samples and four outputs."""
+    """Return the number of instructions of :func:`conv`.
+
+    Its kernel computes blocks of samples, and four outputs at a time.
+    """
     fours, rest_outputs = divmod(outputs, 4)
     reach = taps // 2
     full_outputs = (samples - taps + reach) // stride + 1  # outputs before this one use all taps

@@ -52,8 +52,9 @@ def shares_above(
 ) -> Step:
     """Return the step for MiniRocket's features: shares above biases after each of 84 kernels.
 
-    ``takes`` is the window. The last value is the logarithm of its RMS. ``biases`` has shape
-    (steps, 84, biases per kernel).
+    The window is convolved with each of the 84 kernels. A feature is the proportion of values above
+    a bias. ``takes`` is the window, and the last value is the logarithm of its RMS. ``steps`` holds
+    the dilations; ``biases`` has shape (dilations, 84, biases per kernel).
     """
     each = biases.shape[2]
     constants: Constants = {

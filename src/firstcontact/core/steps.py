@@ -29,7 +29,7 @@ LEAST_DECISION = 1e-30
 def _rows(n: int, inputs: int) -> int:
     """Return the number of instructions of a product of ``n`` rows with a vector.
 
-    The kernel takes 8, 4 or 1 rows at a time.
+    The kernel computes 8, 4 or 1 rows at a time.
     """
     rows, each, overhead = (8, 20, 54) if n >= 8 else (4, 11, 45) if n >= 4 else (1, 5, 30)
     return -(-n // rows) * (each * inputs + overhead) + 35
@@ -121,7 +121,8 @@ def nearness(takes: str, gives: str, places: Real) -> Step:
 def deviation(takes: str, gives: str, lower: Real, most: float, least: float, scale: float) -> Step:
     """Return the step ``scale sqrt(max(most - |L x|², least))``; L is lower triangular, (n, n).
 
-    This is the standard deviation of a Gaussian process's prediction, one value.
+    L is lower triangular. The result is the standard deviation of a Gaussian process's prediction,
+    one value.
     """
     n = len(lower)
     packed = flat32(lower[np.tril_indices(n)])

@@ -9,12 +9,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from firstcontact.core import FASTEST, SLOWEST, ClosingSpeed
 
-#: Time before the contact whose positions are used, s, and time just before it that is left out: a
-#: contact may be placed late, and it slows the finger down.
+#: Positions are used from WINDOW to GUARD before the contact, s. The last positions are left out,
+#: because a contact may be detected late and slows the finger down.
 WINDOW, GUARD = 0.050, 0.003
-#: Fewest positions of a line with a known error.
+#: Fewest positions for a line whose error can be estimated.
 FEWEST = 3
-#: Positions that are nearer than this are the same, m.
+#: Positions that differ by less than this count as equal, m.
 SAME = 1e-9
 #: Probability of a normal variable below 2 standard deviations.
 BELOW_TWO = 0.97725

@@ -16,15 +16,15 @@ from firstcontact.core import ChannelKind, Contact, Dataset, InputError, Pinch
 HALF_LENGTH = 10
 #: Shape parameter of the filter's Kaiser window.
 BETA = 5.0
-#: Points of the spectrum per tap from which the minimum phase is computed.
+#: Number of points per tap in the spectrum from which the minimum phase is computed.
 FINE = 16
-#: Largest denominator of the ratio of the rates. It approximates usual rates within 2 ppm, and any
-#: rate up to 1 MHz within 250 ppm: 0.08 ms in a pinch of 0.3 s. A larger one makes the filter too
-#: long.
+#: Largest denominator of the ratio of the rates. The ratio is then exact within 2 ppm for usual
+#: rates, and within 250 ppm for any rate up to 1 MHz: 0.08 ms in a pinch of 0.3 s. A larger
+#: denominator makes the filter too long.
 LARGEST_RATIO = 2000
 #: Largest relative error of the ratio.
 FARTHEST_OFF = 0.001
-#: Largest ratio of upsampling. It bounds the memory, and nobody measured the samples in between.
+#: Largest factor of upsampling. It bounds the memory, and interpolated samples add no information.
 MOST_OF_ONE = 10
 
 
@@ -55,13 +55,13 @@ def check_rates(old: float, new: float) -> None:
     """
     if new > MOST_OF_ONE * old:
         raise InputError(
-            f"samples at {old:g} Hz cannot be resampled to {new:g} Hz, more than "
-            f"{MOST_OF_ONE} times as many: train a model at their rate"
+            f"samples at {old:g} Hz cannot be resampled to {new:g} Hz, which is more than "
+            f"{MOST_OF_ONE} times their rate: train a model at {old:g} Hz"
         )
     if abs(_ratio(old, new) * old / new - 1) > FARTHEST_OFF:
         raise InputError(
-            f"samples at {old:g} Hz are too many for a filter to {new:g} Hz: set the device to a "
-            "lower rate, or train a model at its rate"
+            f"samples at {old:g} Hz cannot be resampled to {new:g} Hz, because the rates differ "
+            "too much: set the device to a lower rate, or train a model at its rate"
         )
 
 
@@ -71,7 +71,7 @@ def _ratio(old: float, new: float) -> Fraction:
 
 @lru_cache(maxsize=16)
 def _low_pass(ratio: Fraction, old: float) -> tuple[NDArray[np.float64], int]:
-    """Return the anti-aliasing filter at the common rate, and its look-ahead in samples.
+    """Return the anti-aliasing filter and its look-ahead in samples, at the common rate.
 
     The amplitude response is that of SciPy's Kaiser-windowed resampling filter. The phase is
     minimal, so ringing comes only after an onset. The filter's lag at low frequencies is subtracted

@@ -19,7 +19,7 @@ BASELINE = 0.020
 BASELINE_GUARD = 0.002
 #: Shortest baseline, s. Windows with less quiet are refused.
 BASELINE_LEAST = 0.002
-#: Longest time from a contact to the newest sample when a stream learns of it, s.
+#: Longest time from a contact to the newest sample when the contact is passed to a stream, s.
 MEMORY = 0.050
 
 
@@ -29,7 +29,7 @@ def samples_in(duration: float, rate: float) -> int:
 
 
 class Conditioner:
-    """Filters that prepare a vibration for windows.
+    """Filters that prepare vibration signals for windows.
 
     The first filter is exponential smoothing, unless the device has already done it; the second is
     Savitzky–Golay. Output i belongs to input i and comes :attr:`lookahead` samples later.
@@ -162,7 +162,7 @@ class ContactWindow:
     duration
         Length of the window, s.
     samples
-        Shape (samples, 1), V, baseline removed.
+        Samples of the window without the baseline, shape (samples, 1), V.
     complete
         Number of the device sample that completed the window, including the look-ahead of the
         filter.
@@ -194,7 +194,8 @@ class WindowStream:
         self._volts = Physical(layout, self._columns)
         longest = max(self._lengths, default=0)
         self._remember = longest + samples_in(MEMORY + BASELINE + BASELINE_GUARD, layout.rate)
-        #: Number of windows refused: across a gap, not finite, constant, or reported too late.
+        #: Number of windows that were refused: they span a gap, are not finite or constant, or
+        #: their contact was reported too late.
         self.refused = 0
         self._pending: list[tuple[Contact, int]] = []
         self._restart(0, 0)

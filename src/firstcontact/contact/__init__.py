@@ -1,4 +1,4 @@
-"""Contact detectors, one a file."""
+"""Contact detectors, one per file."""
 
 import lazy_loader
 

@@ -45,7 +45,7 @@ class ClosingSamples:
 class ClosingEnded:
     """End of a closing before this sample.
 
-    ``is_complete`` is False if samples are missing after it, so the closing did not end by itself.
+    ``is_complete`` is False if the closing did not end by itself, but samples are missing after it.
     """
 
     sample: int
@@ -115,8 +115,8 @@ class Closings:
 
         The caller must exhaust this iterator before the next block.
         """
-        # Without a motor, the gate must know of a contact before REARM has passed. Short pieces do
-        # that.
+        # Without a motor, the gate must know of a contact before REARM has passed. So the block is
+        # processed in pieces shorter than that.
         for start in range(0, max(1, len(block.data)), self._piece):
             data = block.data[start : start + self._piece]
             yield from self._process(Block(data, block.first_sample + start, block.epoch))
@@ -125,7 +125,8 @@ class Closings:
         follows = block.first_sample == self._end and block.epoch == self._epoch
         self._end, self._epoch_before, self._epoch = block.end, self._epoch, block.epoch
         position = block.first_sample
-        # A closing continues up to the gate's next decision. Its contacts need not wait for that.
+        # The gate cannot end the closing before its next decision, so contacts need not wait for
+        # it.
         if self._open and follows and len(block.data) <= self._gate.undecided + 1:
             yield from self._extend(block, position, block.end)
             position = block.end

@@ -59,7 +59,7 @@ def closing_start(pinch: Pinch, floors: Calibration | None = None) -> ClosingSta
         return ClosingStart(min(max(first, pinch.motor_start + settling_samples), end), How.LABEL)
     for calibration, how in ((pinch.calibration, How.CALIBRATION), (floors, How.REST)):
         if how is How.CALIBRATION and None in pinch.layout.vibration_fingers:
-            break  # recorded at rest from the opening of the gate: there is no motor to hear
+            break  # a sensor that a person moves: there is no motor to hear
         if calibration is not None and _has_all_floors(calibration, pinch.layout):
             audible_start = _audible_start(pinch, calibration)
             return (
@@ -89,8 +89,8 @@ def cut_closings(dataset: Dataset, starts: Sequence[ClosingStart] | None = None)
     Returns
     -------
     Dataset
-        The cut pinches. Samples and contacts keep their numbers. Each ``motor_start`` says that
-        the motor runs from the first sample on, so a second cut changes nothing.
+        The cut pinches. Samples and contacts keep their numbers. Each ``motor_start`` becomes the
+        first sample, so a second cut changes nothing.
     """
     all_starts = closing_starts(dataset) if starts is None else starts
     pairs = zip(dataset.pinches, all_starts, strict=True)

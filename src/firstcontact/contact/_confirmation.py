@@ -21,18 +21,21 @@ from firstcontact.signal import DeviceSmoothing, samples_in
 
 #: Time after a first contact at which it is confirmed or withdrawn, s.
 CONFIRMED = 0.003
-#: Newest part of that time, s.
+#: Length of the newest part of that time, s.
 LASTING = 0.002
-#: Least RMS of that part relative to the peak since the contact. A finger that pushes gives 0.75 to
-#: 0.95, a steady tone 0.71, noise 0.4, and a click less.
+#: Least ratio of the RMS of that part to the peak since the contact. A finger that pushes gives
+#: 0.75 to 0.95, a steady tone 0.71, noise 0.4, and a click less.
 PUSHING = 0.65
-#: Factor over the signal before the contact above which no click is assumed.
+#: Least ratio of the same RMS to the signal before the contact at which the contact is confirmed
+#: too. Clicks are not that loud.
 CLEAR = 12.0
-#: Part of the signal before the contact that it is compared with, s, and the end of this part.
+#: The signal before the contact is taken from BEFORE to GUARD before it, s.
 BEFORE, GUARD = 0.017, 0.001
-#: Part of a closing that is kept, s. It is longer than all these times and the delay of a decision.
+#: Length of the newest part of a closing that is stored, s. It is longer than the times above and
+#: the delay of a decision together.
 KEPT = 0.1
-#: Length of the pieces in which pinches are judged, s. Samples after the last contact are not read.
+#: Length of the pieces in which pinches are judged, s. Pieces after the last contact are not
+#: judged.
 PIECE = 0.05
 
 
@@ -84,7 +87,7 @@ class ConfirmingLatch:
         self._past: list[NDArray[np.float64]] = []
         self._past_first = self._end = self._epoch = 0
         self._first: Contact | None = None  # waiting for its confirmation
-        self._not_before = 0  # contacts up to the withdrawn one are the same again
+        self._not_before = 0  # earlier onsets repeat the withdrawn contact
         self.latched: set[Finger | None] = set()
         self.is_confirmed = None in layout.vibration_fingers
 
@@ -94,7 +97,7 @@ class ConfirmingLatch:
         return None if self._first is None else self._due_sample(self._first) + 1 - self._end
 
     def update(self, block: Block, decisions: WindowDecisions) -> list[Contact | Withdrawal]:
-        """Return contacts and withdrawals in order.
+        """Return the contacts and withdrawals that a block reveals, in order.
 
         Parameters
         ----------
@@ -152,7 +155,7 @@ class ConfirmingLatch:
         if block.first_sample != self._end or block.epoch != self._epoch:
             self._smoothing = DeviceSmoothing(self._layout)
             self._past, self._past_first = [], block.first_sample
-            if self._first is not None:  # what would confirm or withdraw it is lost: it stands
+            if self._first is not None:  # samples that would decide are lost: the contact stands
                 self.is_confirmed, self._first = True, None
         self._past.append(self._smoothed(self._volts(block.data)))
         self._end, self._epoch = block.end, block.epoch
@@ -258,7 +261,7 @@ def judge_pinch(detector: Detector, pinch: Pinch, until: int) -> PinchDecisions:
     Returns
     -------
     PinchDecisions
-        Decisions for these windows, and the first contact among them that is not withdrawn.
+        Decisions for these windows, and the first contact in them that is not withdrawn.
     """
     detector.start(pinch.layout)
     latch = ConfirmingLatch(pinch.layout)
@@ -301,7 +304,7 @@ def _block(pinch: Pinch, start: int | None = None) -> Block:
 
 
 def detect(detector: Detector, pinch: Pinch, *, confirm: bool = True) -> list[Contact]:
-    """Return all contacts in a pinch from the start of its closing, as a stream would.
+    """Return all contacts in a pinch after the start of its closing, as in a live session.
 
     The start of the closing is found from this pinch alone. To use the other pinches of the rig as
     well, see :func:`firstcontact.contact._closing_start.cut_closings`.

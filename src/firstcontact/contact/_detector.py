@@ -24,7 +24,8 @@ class WindowDecisions:
         Mask of the windows with a contact in their newest part, shape (windows, vibration
         channels).
     onsets
-        Sample at which that contact began, -1 without a contact, same shape.
+        Number of the sample at which that contact began, -1 without a contact; same shape as
+        ``fired``.
     """
 
     ends: NDArray[np.int64]
@@ -130,8 +131,8 @@ class Detector(Protocol):
     def judge(self, block: Block) -> WindowDecisions:
         """Return the decisions for the windows that this block completes.
 
-        A block that does not follow the previous one starts a new steady state. No window spans a
-        gap, an epoch or a sample that is not finite.
+        After a gap, the detector measures the noise of the motor (its steady state) again. No
+        window spans a gap, two epochs or a sample that is not finite.
         """
 
     def update(self, block: Block) -> list[Contact]:

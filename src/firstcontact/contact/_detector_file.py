@@ -28,7 +28,7 @@ from firstcontact.core import (
 )
 
 DETECTOR_FORMAT = "firstcontact-detector"
-#: Version of the format, raised when older files can no longer be read.
+#: Version of the format. It increases when older files can no longer be read.
 FORMAT_VERSION = 1
 CARD = DETECTOR_CARD
 DETECTOR_WEIGHTS = "detector.safetensors"
@@ -45,7 +45,7 @@ class DetectorCard:
     rate_hz
         Sampling rate of the detector; None accepts any.
     sigmas
-        Height of the threshold, in cards of older versions.
+        Threshold in sigmas, only in cards of older versions.
     sha256
         Checksum of the weights; None without weights.
     """
@@ -110,13 +110,13 @@ def pretrained_detector() -> Detector:
 
 
 def general_detector(layout: Layout) -> Detector:
-    """Return the detector for a rig of which no contact is known.
+    """Return the detector for a rig without known contacts.
 
     For a hand at the rate of the package's detector, this is that detector. Other rates, and
     sensors that a person moves, get a detector that needs no training.
     """
     shipped = pretrained_detector()
-    # A trained detector takes its own rate alone, whatever the error of a clock.
+    # A trained detector accepts its own rate only, without tolerance for the error of a clock.
     if layout.rate == shipped.rate and None not in layout.vibration_fingers:
         return shipped
     return untrained_detector(layout)

@@ -8,9 +8,10 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-#: Number of parts of the quiet side, and of each step of the recent side.
+#: Number of parts into which the quiet part of a window, and each of its two recent steps, is
+#: divided.
 PARTS = 3
-#: Number of averages over the step before the newest one.
+#: Number of means that describe the step before the newest step.
 COARSE = 5
 #: Added to an RMS, in sigmas, before its logarithm. Smaller levels do not matter.
 FLOOR = 0.1
@@ -67,14 +68,14 @@ def window_features(windows: NDArray[np.float64], step: int) -> NDArray[np.float
 
     - the samples of the newest step and the means of the step before, compressed by asinh, so that
       loud and faint contacts lie close together;
-    - the logarithmic RMS of three quiet and six recent parts, of the signal and of its differences,
-      because short clicks and slow contacts differ in their ratio;
-    - the excess of the recent peaks over the quiet ones.
+    - the logarithmic RMS of three quiet and six recent parts, of the signal and of its differences:
+      the ratio of these two separates short clicks from slow contacts;
+    - the logarithmic ratio of the recent to the quiet peak, of the signal and of its differences.
 
     Parameters
     ----------
     windows
-        Shape (windows, samples), in sigmas of the steady state. More samples than two steps.
+        Shape (windows, samples), in sigmas of the steady state. A window is longer than two steps.
     step
         Number of samples in the new part.
 

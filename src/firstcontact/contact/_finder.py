@@ -10,17 +10,18 @@ from numpy.typing import NDArray
 from firstcontact.contact._onset import pick_onset
 from firstcontact.signal import samples_in
 
-#: Spans after and before an onset that are compared, s. The latter is one period of 50 Hz hum.
+#: Lengths of the spans after and before an onset that are compared, s. The span before is one
+#: period of 50 Hz hum.
 AHEAD, BEHIND = 0.003, 0.020
 #: Shortest time between contacts of one sensor, s. Ringing and rebounds are shorter.
 APART = 0.050
 #: Least loudness of a contact relative to the signal's quiet level, and to the signal right before.
 ABOVE_QUIET, ABOVE_BEFORE = 8.0, 3.0
-#: Span of a change, s, and least growth of changes at a contact, which is abrupt. A finger that
-#: swings back moves the signal as far, but slowly. Over these spans any slow swing is a parabola,
-#: whose changes grow by a factor of 2.
+#: A change is the difference between two samples CHANGE apart, s. At a contact, which is abrupt,
+#: changes grow at least by the factor ABRUPT. A finger that swings back moves the signal as far,
+#: but slowly: such a swing looks like a parabola, whose changes grow by a factor of 2.
 CHANGE, ABRUPT = 0.001, 2.5
-#: Range around a leap in loudness in which the onset is searched, s.
+#: The onset is searched from EARLIER before a leap in loudness to LATER after it, s.
 EARLIER, LATER = 0.012, 0.004
 #: The quiet level is this quantile of the signal's levels in pieces of this length, s.
 QUIET_SHARE, PIECE = 0.2, 0.010
@@ -101,9 +102,10 @@ def _find_in_channel(signal: NDArray[np.float64], rate: float) -> list[tuple[int
 def _levels(
     signal: NDArray[np.float64], places: NDArray[np.intp], ahead: int, behind: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the deviation before each place, and the RMS after it around the mean before it.
+    """Return two levels for each place: the deviation before it, and the RMS after it.
 
-    The drift of a sensor then causes no contact.
+    Both are taken around the mean before the place, so that the drift of a sensor causes no
+    contact.
     """
     x = signal - signal.mean()
     sums, power = (np.concatenate([[0.0], np.cumsum(v)]) for v in (x, x**2))

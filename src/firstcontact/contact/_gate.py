@@ -20,13 +20,14 @@ from firstcontact.signal import samples_in
 STEP = 0.003
 #: Number of steps, 39 ms, over which rest and the settling of the motor are judged.
 STEPS = 13
-#: A motor that most of these steps show has run for at least this many steps.
+#: When most of STEPS steps are loud, the motor has run for at least this many steps.
 HEARD_SINCE = STEPS // 2
 #: The motor runs if the RMS of a piezo exceeds its noise floor by this factor. At rest the RMS
 #: varies up to 1.3 times the floor. A quieter motor cannot disturb a detector.
 RUNNING = 1.4
-#: A taxel is loaded this far above its unloaded level, V: some 0.1 N more than Velostat needs to
-#: conduct. After a firm grip, creep keeps it about 0.1 V high for a second.
+#: A taxel counts as loaded this far above its unloaded voltage, V. This takes some 0.1 N more than
+#: the force at which Velostat begins to conduct. After a firm grip, creep keeps the voltage about
+#: 0.1 V too high for a second.
 LOADED = 0.3
 #: Without a motor, rest opens the gate again this long after a contact, s.
 REARM = 0.3
@@ -60,9 +61,9 @@ class ClosingGate:
     """Gate that opens when the motor has run for 39 ms without a held object, and shuts at rest.
 
     All decisions lie on a grid of 3 ms, which begins with an epoch and continues after a gap. So
-    the result does not depend on block sizes, or on samples lost elsewhere. The gate needs the
-    noise floors of the calibration. Without them it opens at the first sample of each epoch and
-    shuts at its end, as for recordings with one closing per epoch.
+    the result depends neither on block sizes nor on samples that were lost at another time. The
+    gate needs the noise floors of the calibration. Without them it opens at the first sample of
+    each epoch and shuts at the end of the epoch. This suits recordings with one closing per epoch.
 
     A sensor that belongs to no finger is moved by a person, so no motor runs before a contact. With
     such a layout the gate opens at rest. After a contact that :meth:`touched` reported, it opens
@@ -112,7 +113,7 @@ class ClosingGate:
 
     @property
     def undecided(self) -> int:
-        """Number of further samples that only fill the current step and change nothing."""
+        """Number of further samples that the current step takes before the gate decides again."""
         return self._skipped + self._step - 1 - self._waiting_samples if self._started else 0
 
     def touched(self, sample: int) -> None:
@@ -218,7 +219,7 @@ class ClosingGate:
         """
         events: list[GateEvent] = []
         if self._state is _State.OPEN and not quiet.any():
-            return events  # most of a closing: held objects do not matter here
+            return events  # the usual case: held objects matter only before the gate opens
         force = felt.mean(axis=1)
         k = 0
         while k < len(quiet):
@@ -297,7 +298,10 @@ class ClosingGate:
 
 
 def step_sums(piezo: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return sums and sums of squares, (steps, samples, fingers) to (steps, 2, fingers)."""
+    """Return the sum and the sum of squares of each step, shape (steps, 2, fingers).
+
+    ``piezo`` has shape (steps, samples, fingers).
+    """
     sums = np.empty((len(piezo), 2, piezo.shape[2]))
     sums[:, 0] = piezo.sum(axis=1)
     sums[:, 1] = (piezo**2).sum(axis=1)
@@ -305,9 +309,10 @@ def step_sums(piezo: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def step_powers(sums: NDArray[np.float64], samples: int) -> NDArray[np.float64]:
-    """Return the power of 13 consecutive steps around their common mean, for each such run.
+    """Return the power of the steps in each run of 13 consecutive steps.
 
-    The common mean is the median of the steps' means: a knock is loud, but lasts less than 7 steps.
+    The power is taken around a mean of the run. This is the median of its steps' means, because a
+    knock is loud but lasts less than 7 steps.
 
     Parameters
     ----------

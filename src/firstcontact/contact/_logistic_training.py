@@ -17,9 +17,9 @@ from firstcontact.signal import DeviceSmoothing, samples_in
 
 #: Number of consecutive looks that must agree: 1.2 ms, longer than most clicks.
 LOOKS = 4
-#: Youngest and oldest contact that a look must show, s.
+#: In training, a look must show a contact whose age is between these, s.
 YOUNGEST, OLDEST = 0.0008, 0.0030
-#: Age of a contact at which the decision is due, s.
+#: Latest age of a contact at which its detection counts as in time, s.
 DUE = 0.0026
 #: Clicks added to a channel of a pinch of average length: their mean number, their median peak in
 #: sigmas of the prediction error, their longest duration in samples, and the share of the ringing
@@ -59,7 +59,10 @@ class Looks:
     begins: tuple[int, ...]
 
     def levels(self, line: NDArray[np.float64]) -> tuple[float, float]:
-        """Return the highest scores of :data:`LOOKS` consecutive looks, before and at a contact."""
+        """Return the highest score on which consecutive looks agree, before and at a contact.
+
+        The agreed score of :data:`LOOKS` consecutive looks is the lowest of their scores.
+        """
         score = scores(self.features, line)
         agreed = np.full(len(score), -np.inf)
         for a, b in zip(self.begins[:-1], self.begins[1:], strict=True):
@@ -112,7 +115,7 @@ def cut_looks(pinch: Pinch, sizes: WindowSizes, early: float, rng: np.random.Gen
     pinch
         Pinch with enough samples before the first contact for a steady state.
     sizes
-        Lengths at the pinch's rate.
+        Lengths of a window, a step and the steady state at the pinch's rate.
     early
         Longest time by which a contact may precede its label, s.
     rng
@@ -159,7 +162,10 @@ def cut_looks(pinch: Pinch, sizes: WindowSizes, early: float, rng: np.random.Gen
 
 
 def scores(features: NDArray[np.float64], line: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return scores of looks, (looks, features) to (looks,). Positive means a contact."""
+    """Return the score of each look, shape (looks,). A positive score means a contact.
+
+    ``line`` holds the weights of the features, then the intercept.
+    """
     # A matrix product would round differently for other numbers of rows.
     out: NDArray[np.float64] = (features * line[:-1]).sum(axis=1) + line[-1]
     return out

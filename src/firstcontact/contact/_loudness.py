@@ -12,16 +12,16 @@ from firstcontact.signal import samples_in
 
 #: Lengths of the newest parts, s: from two samples to three milliseconds.
 PARTS = (0.0004, 0.0008, 0.0014, 0.0022, 0.003)
-#: Length of the part at the end of a window that is not quiet after a contact, s.
+#: Length of the recent part at the end of a window, s. The rest is the quiet part.
 RECENT = 0.006
 #: Order of the linear prediction, and the share of white noise that regularises it.
 ORDER = 12
 RIDGE = 1e-3
 #: Added to a level, in sigmas, before its logarithm. Smaller levels do not matter.
 FLOOR = 0.1
-#: Up to this number of windows, the prediction error of all taps fits into the fastest cache.
+#: Up to this number of windows, the samples for all taps fit into the fastest cache.
 FEW = 8
-#: Number of features of each of the two signals.
+#: Number of features of the signal, and of its prediction error.
 EACH = len(PARTS) + 3
 
 

@@ -1,4 +1,4 @@
-"""Picker for the onset of a contact in a window."""
+"""Function that locates the onset of a contact in a window."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def pick_onset(windows: NDArray[np.float64], search: int) -> NDArray[np.intp]:
 
 @lru_cache(maxsize=64)
 def _sides(n: int, first: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the samples and the weights of both sides of each split, shape (2, 1, splits)."""
+    """Return the sample count and the weight of both sides of each split, shape (2, 1, splits)."""
     left = np.arange(first, n - LEAST_LOUD + 1, dtype=np.float64)
     counts = np.stack([left, n - left])[:, None]
     weights = np.stack([left, n - left - 1])[:, None]

@@ -1,4 +1,4 @@
-"""Registry of contact detectors. A new one is one file and one line here."""
+"""Registry of contact detectors. A new detector is one file and one line here."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def make_detector(name: str, **options: Any) -> Detector:
 
 
 def untrained_name() -> str:
-    """Return the name of the first detector that needs no training."""
+    """Return the name of the first registered detector that needs no training."""
     return next(name for name, kind in DETECTORS.items() if not kind.learns)
 
 

@@ -13,14 +13,16 @@ from firstcontact.core import Calibration, Pinch, VibrationCalibration
 from firstcontact.signal import samples_in
 
 #: Least loudness of the contact relative to the motor before it. On the twin the factor is 12 or
-#: more. Signals after a contact reach 2 at most.
+#: more. If the first rise is not the motor but the contact, later signals reach a factor of 2 at
+#: most.
 LOUDER = 3.0
-#: Least share of pinches with an audible start. From rest 80 % and more have one. If the motor runs
-#: from the first sample, its changing loudness looks like a start in up to 15 %.
+#: Least share of pinches with an audible start of the motor. If pinches begin at rest, 80 % and
+#: more have one. If the motor runs from the first sample, its changing loudness looks like a start
+#: in up to 15 %.
 MOST = 0.5
 #: Number of pinches below which chance could decide.
 FEW = 8
-#: Least loudness of the motor relative to rest, if there are that few pinches.
+#: Least loudness of the motor relative to rest if there are fewer than FEW pinches.
 RUNNING_OF_FEW = 2.0
 
 
@@ -87,7 +89,7 @@ def _start(pinch: Pinch, running: float) -> _Start | None:
         return None
     sums = step_sums(volts[: steps * samples].reshape(steps, samples, -1))
     power = step_powers(sums, samples)
-    lasting = np.sqrt(np.maximum(median(power), 0.0))  # RMS of most of 13 steps, from each step on
+    lasting = np.sqrt(np.maximum(median(power), 0.0))  # median RMS of 13 steps, from each step on
     single = np.concatenate([power[0].T, power[1:, :, -1]])  # power of each single step
     single = np.sqrt(np.maximum(single, 0.0))
     motor = np.zeros(lasting.shape[1])

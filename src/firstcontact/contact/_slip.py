@@ -23,8 +23,8 @@ LEARNED = 0.1
 FOLLOWED = 1.0
 #: Interval between reports of a slip that continues, s.
 AGAIN = 0.05
-#: Mean square relative to rest. Chosen for one false alarm per minute of quiet holds of one
-#: simulated hand, without any slip data (``benchmarks/slip.py``).
+#: Mean square relative to rest above which a piece is loud. It was chosen for one false alarm per
+#: minute of quiet holds with one simulated hand, without any slip data (``benchmarks/slip.py``).
 THRESHOLD = 1.5
 
 
@@ -60,13 +60,14 @@ class SlipDetector(ABC):
 class PowerSlipDetector(SlipDetector):
     """Slip detector that fires if both fingers are loud above 400 Hz for 10 ms on end.
 
-    It is causal, and the block sizes do not matter. A vibration shorter than 7.5 ms is no slip. A
-    motor that starts is as loud as a slip: call :meth:`hold` again after a command.
+    The loudness is the mean of both fingers. The detector is causal, and block sizes do not matter.
+    A vibration shorter than 7.5 ms is no slip. A starting motor is as loud as a slip, so call
+    :meth:`hold` again after each command to the hand.
 
     Parameters
     ----------
     threshold
-        Mean square relative to rest.
+        Mean square relative to rest above which a piece is loud.
     """
 
     name = "power"

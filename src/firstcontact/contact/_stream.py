@@ -1,4 +1,4 @@
-"""Base class of detectors that judge sliding windows: stream, steady state and latch."""
+"""Base class of detectors that judge sliding windows. It handles stream, steady state and latch."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from firstcontact.signal import DeviceSmoothing, samples_in
 
 #: Longest piece of a block that is processed at once, samples. It bounds the memory.
 PIECE = 30_000
-#: Up to this number of windows a loop is quicker than a view of all windows.
+#: Up to this number of windows, copying them one by one is faster than a view of all windows.
 FEW = 4
 
 
@@ -135,12 +135,12 @@ class WindowDetector(ABC):
         """
 
     def settled(self, quiet: NDArray[np.float64]) -> None:  # noqa: B027
-        """Learn from the steady state at the start of a stream. By default do nothing.
+        """Learn from the steady state when it is complete. By default do nothing.
 
         Parameters
         ----------
         quiet
-            Steady state in its own sigmas, shape (samples, fingers).
+            Samples of the steady state, in its sigmas, shape (samples, fingers).
         """
 
     def wakes(self, x: NDArray[np.float64], ends: NDArray[np.intp]) -> NDArray[np.bool_]:
@@ -206,7 +206,7 @@ class WindowDetector(ABC):
     def _restart(self, first_sample: int) -> None:
         self._smoothing = DeviceSmoothing(self._layout)
         self._state: SteadyState | None = None
-        #: Samples still needed, and the number of the first of them.
+        #: Samples that later windows need, and the number of the first of these samples.
         self._past = np.zeros((0, len(self._columns)))
         self._past_first = first_sample
         self._next = first_sample
@@ -218,7 +218,7 @@ class WindowDetector(ABC):
         return self._window_end - self._next
 
     def skip(self, fingers: Iterable[Finger | None]) -> None:
-        """Judge these fingers no more in this closing, because their contacts are known."""
+        """Stop judging these fingers in this closing, because their contacts are known."""
         self._latched = set(fingers)
 
     def judge(self, block: Block) -> WindowDecisions:
@@ -292,7 +292,7 @@ class WindowDetector(ABC):
 def _windows(
     x: NDArray[np.float64], starts: NDArray[np.int64], samples: int
 ) -> NDArray[np.float64]:
-    """Cut windows from samples (samples, fingers); shape (windows, fingers, samples)."""
+    """Return the windows of ``x`` at ``starts``, shape (windows, fingers, samples)."""
     if len(starts) > FEW:
         return np.ascontiguousarray(sliding_window_view(x, samples, axis=0)[starts])
     out = np.empty((len(starts), x.shape[1], samples))

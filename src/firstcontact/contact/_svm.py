@@ -16,7 +16,8 @@ from firstcontact.contact._training import PHASES, TrainingWindows, session_grou
 from firstcontact.core import BLUE, Constants, Dataset, InputError, Judgement
 from firstcontact.core.steps import rbf
 
-#: Limits on the training data, so that training takes less than a minute.
+#: Limits on the training data, so that training takes less than a minute: pinches, windows per
+#: class at first, hard windows added per class and round, and rounds.
 PINCHES = 1500
 EACH = 2000
 HARD = 500
@@ -89,7 +90,7 @@ class SvmDetector(TrainedDetector):
         return self.decision(windows) > self._threshold
 
     def decision(self, windows: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the decision values, (windows, fingers, samples) to (windows, fingers)."""
+        """Return the decision value of each window of each finger, shape (windows, fingers)."""
         assert self._machine is not None
         n, fingers, samples = windows.shape
         features = window_features(windows.reshape(n * fingers, samples), self._sizes.step)
@@ -173,10 +174,11 @@ def _fit(data: TrainingWindows, chosen: NDArray[np.intp]) -> RbfMachine:
 
 
 def _best_threshold(data: TrainingWindows, decision: NDArray[np.float64]) -> float:
-    """Return the middle of the lowest threshold range that detects the most first contacts.
+    """Return the threshold that detects the most first contacts correctly.
 
-    A pinch is detected correctly if all windows before the contact stay below the threshold, and
-    one window with the contact exceeds it for any position of the window grid.
+    It is the middle of the lowest range with this property. The first contact is detected correctly
+    if all windows before it stay below the threshold, and one window with the contact exceeds it
+    for every position of the window grid.
     """
     is_quiet = data.first & ~data.positive
     is_loud = data.first & data.positive

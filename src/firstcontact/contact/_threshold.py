@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from firstcontact.contact._stream import WindowDetector
 from firstcontact.core import ORANGE, InputError, Judgement, Layout
 
-#: Threshold for contacts from rest instead of from a motor's noise.
+#: Threshold in sigmas for contacts from rest. Without a motor's noise, the sigma is small.
 ABOVE_REST = 10.0
-#: Largest threshold that files may hold.
+#: Largest threshold in a file.
 HIGHEST = 1e6
 
 
@@ -58,7 +58,9 @@ class ThresholdDetector(WindowDetector):
         """Restore a detector from :meth:`to_arrays`."""
         sigmas = np.asarray(arrays.get("sigmas", np.nan))
         if sigmas.shape != () or not 0.0 < sigmas <= HIGHEST:
-            raise InputError("the detector's array 'sigmas' is missing or out of range: train it")
+            raise InputError(
+                "the detector's array 'sigmas' is missing or out of range: save it again"
+            )
         return cls(float(sigmas))
 
     def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:

@@ -86,7 +86,7 @@ def training_windows(
     dataset
         Pinches, each from the start of its closing.
     sizes
-        Lengths at the pinches' rate.
+        Lengths of a window, a step and the steady state at the pinches' rate.
     early
         Longest time by which a contact may precede its label, s.
     seed

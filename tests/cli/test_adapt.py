@@ -62,7 +62,7 @@ def test_recordings_make_a_model_that_knows_the_rig(
     assert run("adapt", blocks, "--out", out) == 0
     output = capsys.readouterr().out
     assert "3 Shore A levels" in output
-    assert "held out" in output
+    assert "held-out pinches" in output
     assert str(out) in output
     card = read_card(out)
     assert card.trained_on.levels == (10.0, 29.0, 60.0)
@@ -109,7 +109,7 @@ def test_another_rate_is_resampled(blocks: Path, tmp_path: Path, capsys: Any) ->
     assert load_detector(tmp_path / "m").rate in (None, model.rate)
     capsys.readouterr()
     assert run("evaluate", tmp_path / "m", blocks, "--contacts", "detected") == 0
-    assert "the same resampled or cut anew" in capsys.readouterr().out
+    assert "resampled or cut again" in capsys.readouterr().out
 
 
 def test_what_cannot_be_used_is_refused_and_nothing_written(
@@ -168,7 +168,7 @@ def test_a_rig_that_the_model_cannot_read_is_refused(
     errors = capsys.readouterr().err
     assert errors.count("\n") == 1
     assert "own: " in errors
-    assert "always answering their mean" in errors
+    assert "always predicting their mean" in errors
     assert not Path("rig").exists()
 
 

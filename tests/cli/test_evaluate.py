@@ -43,7 +43,7 @@ def test_seen_and_unseen_are_told_apart(
     capsys.readouterr()
     assert run("evaluate", svm, data) == 0
     output = capsys.readouterr().out
-    assert "warning: 60 pinches are ones that the model learned from, sample by sample" in output
+    assert "warning: 60 pinches have the same samples as training pinches" in output
     # Of the any-time model first, then of the one of a window.
     unseen, seen = output[output.index("\n15 ms, ") :].split("\nseen in training:")
     assert "4 pinches" in unseen
@@ -156,7 +156,7 @@ def test_names_alone_do_not_make_a_training_pinch(
     assert run("evaluate", peak, folder) == 0
     output = capsys.readouterr().out
     assert "warning" not in output
-    assert "note: 15 pinches have the session and specimen of others" in output
+    assert "note: 15 pinches have the session and specimen of training pinches" in output
     assert "names as in the training, other samples: " in output
     assert "seen in training: " not in output.replace("not seen in training", "")
 
@@ -179,7 +179,7 @@ def test_pinches_learned_from_are_known_by_any_name(
     capsys.readouterr()
     assert run("evaluate", peak, again) == 0
     output = capsys.readouterr().out
-    assert "warning: 60 pinches are ones that the model learned from, sample by sample" in output
+    assert "warning: 60 pinches have the same samples as training pinches" in output
     assert "\nseen in training: " in output
 
 
@@ -194,7 +194,7 @@ def test_an_any_time_model_is_scored_by_the_time_after_contact(
     assert [line.split()[0] for line in output.splitlines()[-5:]] == ["2", "3", "5", "8", "15"]
     assert "rmse" in output
     # The rig is known by all but the test object, and these are told apart.
-    assert "60 pinches are ones that the model learned from, sample by sample" in output
+    assert "60 pinches have the same samples as training pinches" in output
     assert "not seen in training: 4 pinches" in output
     assert "\nseen in training: 60 pinches" in output
 

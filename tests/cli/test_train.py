@@ -80,7 +80,7 @@ def test_every_model_classifies_from_the_command_line(
     assert run("evaluate", out, data) == 0
     output = capsys.readouterr().out
     assert "accuracy" in output
-    assert "4 pinches are of no class" in output
+    assert "left out 4 pinches of classes" in output
 
 
 def test_unknown_contacts_are_detected(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -107,9 +107,9 @@ def test_one_session_is_split_at_random_and_says_so(
 ) -> None:
     data = recordings(tmp_path / "pinches", ("a",))
     assert run("train", data, "--estimator", "peak", "--out", tmp_path / "m") == 0
-    assert "random pinches, which flatters" in capsys.readouterr().out
+    assert "random pinches; without two known sessions" in capsys.readouterr().out
     assert (
-        "random pinches, which flatters"
+        "random pinches; without two known sessions"
         in load_card(tmp_path / "m")["predictors"][0]["record"]["split"]
     )
 
@@ -171,7 +171,7 @@ def test_a_regression_has_an_interval_that_was_checked_on_other_folds(
     ("sessions", "words", "why"),
     [
         (("a", "b"), (), "2 known sessions are too few"),
-        (("a", "b", "c", "d"), ("--task", "classification"), "answers one of its classes"),
+        (("a", "b", "c", "d"), ("--task", "classification"), "predicts one of its classes"),
         (("a", "b", "c", "d"), ("--level", 0.95), "60 pinches are too few"),
     ],
 )
@@ -287,7 +287,7 @@ def test_a_model_is_made_for_another_rate_and_says_so(
     # What it learned from is known by the samples as they were recorded.
     capsys.readouterr()
     assert run("evaluate", tmp_path / "m", data) == 0
-    assert "warning: 60 pinches are ones that the model learned from" in capsys.readouterr().out
+    assert "warning: 60 pinches have the same samples as training pinches" in capsys.readouterr().out
 
 
 def test_shore_a_is_trained_at_the_rate_of_the_network_unless_another_is_given(

@@ -178,7 +178,7 @@ def test_a_network_that_scored_better_is_named(
     made = replace(adapted, scores=scores)
     monkeypatch.setattr(CombinedEstimator, "fit_contacts", lambda *_: made)
     assert any(
-        "the network alone scored better" in note for note in fc.train(data, "combined").notes
+        "the network alone had a lower error" in note for note in fc.train(data, "combined").notes
     )
 
 

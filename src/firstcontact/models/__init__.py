@@ -1,4 +1,4 @@
-"""Models: estimators, one a file; training, evaluation, intervals; the model folder."""
+"""Models: estimators, one per file; training, evaluation, intervals; the model folder."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Alignment of training windows to contacts, and the fitted contact detector."""
+"""Contacts at which training windows start, and the fitting of the contact detector."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from firstcontact.models._splits import inner_folds
 
 Places = NDArray[np.intp]
 
-#: Number of folds of detectors, so that each places contacts of pinches outside its training.
+#: Number of folds. A detector is fitted without one fold, and then finds the contacts of that fold.
 FOLDS = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Alignment:
-    """First contacts of pinches.
+    """First contacts of pinches, at which their windows start.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def label_alignment(dataset: Dataset) -> Alignment:
 
 
 def detect_alignment(dataset: Dataset, detector: Detector, how: str = "") -> Alignment:
-    """Return the contacts that a detector finds, from the start of each closing."""
+    """Return the first contacts that a detector finds after the start of each closing."""
     starts = closing_starts(dataset)
     heard = cut_closings(dataset, starts).pinches
     contacts = [first_contact(detector, pinch) for pinch in heard]

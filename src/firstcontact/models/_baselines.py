@@ -143,6 +143,6 @@ class Peak(Estimator):
             return PeakModel(spec, np.array([peak[y == c].mean() for c in spec.classes]))
         powers = np.vander(peak - peak.mean(), 3)
         a, b, c = np.linalg.lstsq(powers, y, rcond=None)[0]
-        m = peak.mean()  # back from the centred parabola, which is better conditioned
+        m = peak.mean()  # undo the centring, which made the fit better conditioned
         weights = [a, b - 2 * a * m, c - b * m + a * m * m, y.min(), y.max()]
         return PeakModel(spec, np.array(weights))

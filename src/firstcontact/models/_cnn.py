@@ -31,14 +31,14 @@ if TYPE_CHECKING:
 
 Inputs = NDArray[np.float32]
 
-#: Largest rate of a one-cycle schedule, and the share of its steps in which the rate rises.
+#: Largest learning rate of a one-cycle schedule, and the share of its steps in which it rises.
 #: Smith and Topin: Super-Convergence, 2018 (arXiv:1708.07120).
 LEARNING_RATE = 4e-3
 RISE = 0.25
 #: Schedule of the paper: rate of Adam, epochs between halvings, and epochs in all.
 PUBLISHED_RATE, HALVE_EVERY, PUBLISHED_EPOCHS = 1e-3, 5, 40
-#: Smallest number of batches in an epoch, and smallest batch. Small batches train better in few
-#: epochs, and the windows of a batch are normalised together.
+#: Largest batch, least number of batches in an epoch, and smallest batch, which takes precedence.
+#: Small batches train better in few epochs, but the windows of a batch are normalised together.
 BATCH = 64
 STEPS = 16
 SMALLEST = 8
@@ -48,8 +48,8 @@ SMALLEST = 8
 class Cnn(Estimator):
     """EfficientNetV2 for one dimension: Adam with a one-cycle schedule, MSE loss.
 
-    For classification the loss is the MSE against one-hot targets. Without augmentation and
-    hyper-parameter search, ``groups`` is not used.
+    For classification the loss is the MSE against one-hot targets. There is no augmentation and no
+    hyper-parameter search, so ``groups`` is not used.
 
     Parameters
     ----------
@@ -177,6 +177,11 @@ def _train(
         Inputs and targets of each network, with equal batch sizes and numbers of steps.
     epochs, published, seed
         As in :class:`Cnn`, and the random seed of each network.
+
+    Returns
+    -------
+    list of EfficientNet
+        Trained networks in evaluation mode.
     """
     import torch
 
@@ -196,7 +201,8 @@ def _train(
     rate = PUBLISHED_RATE if published else LEARNING_RATE
     optimiser = torch.optim.Adam(trained.parameters(), lr=rate, fused=True)
     loss = torch.nn.MSELoss()
-    # The rest of a shuffled epoch is left out: a normalisation needs a whole batch.
+    # Windows that do not fill a batch are left out of an epoch: the normalisation needs whole
+    # batches.
     batch = _batch(len(X[0]))
     steps = len(X[0]) // batch
     halving = HALVE_EVERY * steps

@@ -19,7 +19,7 @@ _BATCH = 256
 
 
 def compress(X: NDArray[Any], scale: NDArray[np.float64]) -> NDArray[np.float32]:
-    """Return the input of the network: arcsinh of the window over a typical amplitude.
+    """Return the input of the network: arcsinh of the window divided by a typical amplitude.
 
     Amplitudes span decades from soft, slow contacts to hard, fast ones. The arcsinh is linear
     around zero and logarithmic above the typical amplitude.
@@ -116,5 +116,5 @@ class CnnModel(ArraysModel):
         return Program(n, (first, *network.steps), network.output)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # A session cannot travel between processes; what it is built from can.
+        # A session of ONNX Runtime cannot be pickled, but the arrays that it is built from can.
         return type(self).from_arrays, (self.spec, self.to_arrays())

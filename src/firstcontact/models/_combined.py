@@ -31,7 +31,7 @@ from firstcontact.signal import samples_in
 
 #: Smallest numbers of pinches and of Shore A levels. With fewer the network predicts alone.
 LEAST_PINCHES, LEAST_LEVELS = 20, 3
-#: Range of the factor of the regression's spread.
+#: Range of the factor by which the regression's spread is scaled.
 _SCALES = 0.1, 10.0
 
 
@@ -39,8 +39,8 @@ class CombinedModel(InContextModel):
     """Network that is averaged with a regression on the pinches of the rig.
 
     Each prediction is a mixture of both, weighted by the inverse of their variances. Its spread is
-    the standard deviation of the mixture, so it grows where they differ. The regression dominates
-    near the rig's blocks, the network far from them.
+    the standard deviation of the mixture, so it grows where network and regression differ. The
+    regression dominates near the rig's blocks, the network far from them.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ class CombinedModel(InContextModel):
         value: float,
         spread: float,
     ) -> tuple[float, float]:
-        """Return the mixture of the network's prediction and the regression's."""
+        """Return value and spread of the mixture of both predictions."""
         regressed, own_spread = self._regressions[finger].predict(x[INPUTS], stage)
         share = own_spread**2 / (own_spread**2 + spread**2)
         mixed = share * value + (1 - share) * regressed

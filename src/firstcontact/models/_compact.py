@@ -23,7 +23,8 @@ from firstcontact.models._network_inputs import network_inputs
 from firstcontact.models._rig import GENERAL, stage_index
 from firstcontact.models._touches import Touches, lengths
 
-#: Layers that become thin. Others have few weights, or disappear once the rig is known.
+#: Layers that are replaced by thin ones. The other layers have few weights, or are computed once
+#: for a rig.
 THIN = ("query1", "query2", "body1", "body2", "body3")
 #: Limit on the sum of a row's integer magnitudes, so that it stays below 2^31 after multiplication
 #: by 2^15.
@@ -128,7 +129,7 @@ class CompactNetwork(Network):
         arrays = super().to_arrays()
         for name, layer in self.thin.items():
             for part, rounded in (("into", layer.into), ("out", layer.out)):
-                # As all weights in files: floats, which hold these integers exactly.
+                # Files store all weights as floats, which hold these integers exactly.
                 arrays[f"thin.{name}.{part}.weight"] = rounded.integers.astype(np.float32)
                 arrays[f"thin.{name}.{part}.scale"] = rounded.scale
                 arrays[f"thin.{name}.{part}.bias"] = rounded.bias
@@ -163,7 +164,7 @@ class CompactNetwork(Network):
 
     @property
     def answer(self) -> tuple[Matrix, Matrix]:
-        """Weight and bias of the last layer, not rounded, because that would change predictions."""
+        """Weight and bias of the last layer. Rounding them would change predictions."""
         return self._layers["answer"]
 
     def along(self, context: Context, stage: int) -> Matrix:
@@ -228,7 +229,7 @@ def deaf(model: InContextModel) -> InContextModel:
 
 
 def _told_nothing(model: InContextModel, listening: bool) -> InContextModel:
-    """Return a model without the closing speed as an input."""
+    """Return a model without measured speeds, and without the pitch unless ``listening``."""
     rigs = {
         finger: replace(rig, pitch=rig.pitch if listening else None, speeds=None)
         for finger, rig in model.rigs.items()
@@ -259,8 +260,8 @@ def compacted(
     """
     if len(touches) < FEWEST:
         raise InputError(
-            f"{len(touches)} contacts are too few for the compact network: give training "
-            f"pinches, {FEWEST} or more"
+            f"{len(touches)} contacts are too few for the compact network: give {FEWEST} training "
+            "pinches or more"
         )
     model = _told_nothing(model, listening)
     ears = _Listening(model.network)

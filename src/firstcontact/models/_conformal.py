@@ -1,7 +1,8 @@
 """Conformal intervals by MAPIE, from predictions for held-out sessions.
 
-Split conformal prediction with absolute residuals (Lei et al. 2018), separately in each range of
-predictions (Mondrian; Vovk et al. 2005). So soft objects get their own bounds.
+The method is split conformal prediction with absolute residuals (Lei et al. 2018), applied
+separately in each range of predictions (Mondrian; Vovk et al. 2005). So soft objects get their own
+bounds.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from firstcontact.models._interval import SHORE_A, Interval
 from firstcontact.models._spec import Values
 
-#: Largest number of ranges of predictions, and smallest number of pinches in one.
+#: Largest number of ranges of predictions, and smallest number of pinches in a range.
 RANGES = 5
 RANGE_PINCHES = 40
 #: Smallest number of known sessions. With fewer, the difference between sessions is unknown.
@@ -56,7 +57,7 @@ def conformal_interval(
         Ends of the scale; None if it has none.
     spreads
         Predicted standard deviation of each prediction (Papadopoulos et al. 2008), shape (n,). Half
-        widths are then multiples of it. None if the models predict none.
+        widths are then multiples of it. None if the models predict no standard deviation.
 
     Returns
     -------
@@ -74,7 +75,7 @@ def conformal_interval(
     ranges = min(RANGES, len(answers) // least)
     edges = np.unique(np.quantile(answers, np.arange(1, ranges) / ranges))
     member = np.searchsorted(edges, answers, side="right")
-    # Answers that are all alike fill one range and leave others thin: those are joined.
+    # Equal predictions crowd one range, which may leave too few for others: those are joined.
     while len(edges) and (few := np.bincount(member, minlength=len(edges) + 1)).min() < least:
         edges = np.delete(edges, max(0, int(few.argmin()) - 1))
         member = np.searchsorted(edges, answers, side="right")
@@ -161,7 +162,7 @@ def coverage(
     truth: Values,
     spreads: Values | None = None,
 ) -> dict[str, float]:
-    """Return the share of truths within their bounds, and the mean width.
+    """Return the share of truths within their bounds, and the mean width of the intervals.
 
     Returns
     -------

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from firstcontact.models._spec import Values
 
-#: Share of the level below which an amplitude counts as this share, so that its logarithm exists.
+#: Smallest amplitude, as a share of the rig's level. Smaller amplitudes count as this one, so that
+#: a logarithm exists.
 LEAST = 1e-4
 NAMES = (
     "peak",
@@ -110,7 +111,8 @@ class Shape:
     Parameters
     ----------
     v
-        Masked, positive in the direction of the first swing, V, shape (n, samples).
+        Signals after the contact, masked, positive in the direction of the first swing, V, shape
+        (n, samples).
     is_valid
         Mask of the valid samples, shape (n, samples).
     features

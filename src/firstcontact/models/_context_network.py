@@ -21,7 +21,7 @@ Matrix = NDArray[np.float32]
 FARTHEST = 6.0
 #: Number of components of the predicted mixture, and number of attention heads.
 COMPONENTS, HEADS = 3, 4
-#: Unit of the outputs: Shore A is CENTRE + UNIT times them.
+#: Scale of the outputs: Shore A is CENTRE + UNIT times an output.
 CENTRE, UNIT = 40.0, 40.0
 #: Names of the layers. Their shapes are checked when weights are read.
 LAYERS = ("token1", "token2", "mean", "key", "value", "query1", "query2", "body1", "body2",
@@ -35,7 +35,7 @@ class Context:
     Parameters
     ----------
     mean
-        Mean over the levels of Shore A, shape (stages, width).
+        Mean of the encoded levels of Shore A, shape (stages, width).
     keys, values
         Attention keys and values of each level, shape (stages, HEADS, levels, width).
     general
@@ -54,8 +54,8 @@ class Network:
     Parameters
     ----------
     arrays
-        ``LAYER.weight`` (outputs, inputs) and ``LAYER.bias`` of each of ``LAYERS``, and
-        ``inputs.mean``, ``inputs.sd``; also for ``token`` and ``general``.
+        ``LAYER.weight`` (outputs, inputs) and ``LAYER.bias`` for each of ``LAYERS``; ``NAME.mean``
+        and ``NAME.sd`` for the names ``inputs``, ``token`` and ``general``.
 
     Raises
     ------
@@ -98,8 +98,8 @@ class Network:
             fits = outputs % (HEADS if name in ("key", "value") else 1) == 0 < outputs
             if wide[name] != (outputs, inputs) or not fits:
                 raise InputError(
-                    f"the array {name}.weight has the shape {wide[name]}, which does not fit to "
-                    f"its {inputs} inputs, {HEADS} heads and the layers behind it"
+                    f"the array {name}.weight has the shape {wide[name]}, which does not fit "
+                    f"{inputs} inputs, {HEADS} heads and the layers after it"
                 )
 
     def check_reach(self) -> None:
@@ -268,7 +268,7 @@ class Network:
 
     def _silu(self, name: str, x: Matrix) -> Matrix:
         y = self._linear(name, x)
-        # Bounded from below alone: far above 0 the exponential vanishes.
+        # Only a lower bound is needed: far above 0 the exponential vanishes.
         e = np.maximum(y, _FAR_BELOW)
         np.negative(e, out=e)
         np.exp(e, out=e)
@@ -277,7 +277,7 @@ class Network:
         return y
 
 
-#: Bounds of ln(standard deviation / UNIT), and the unit of the means at the start of training.
+#: Bounds of ln(standard deviation / UNIT), and the scale of the means at the start of training.
 SPREAD = (-4.0, 2.0)
 MEAN_SCALE = 0.6
 

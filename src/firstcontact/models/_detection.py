@@ -177,7 +177,7 @@ def score_detector(
 
 
 def judge_pinches(detector: Detector, dataset: Dataset) -> list[PinchDecisions]:
-    """Run the detector over each pinch from its first sample, as :func:`score_decisions` needs."""
+    """Return the decisions on each pinch, from its first sample on, for :func:`score_decisions`."""
     margin = samples_in(JUDGED, dataset.layout.rate)
     return [
         judge_pinch(detector, pinch, 0 if pinch.first is None else pinch.first.sample + margin)
@@ -197,8 +197,8 @@ def score_decisions(
     Parameters
     ----------
     decisions
-        Decisions for each pinch, of a detector that did not learn from it. All windows up to the
-        known contact plus :data:`JUDGED` are judged, as by :func:`judge_pinches`.
+        Result of :func:`judge_pinches` for each pinch, from a detector that did not learn from it.
+        All windows up to :data:`JUDGED` after the known contact are judged.
     dataset
         The pinches.
     step
@@ -272,7 +272,7 @@ def score_decisions(
 
 
 def resampler_lookahead(dataset: Dataset) -> float:
-    """Return the delay of a resampled dataset's filter, s; 0 if it was not resampled."""
+    """Return the delay of the filter that resampled a dataset, s; 0 without resampling."""
     rate = dataset.layout.rate
     return lookahead(dataset.recorded_rate or rate, rate)
 
@@ -280,7 +280,7 @@ def resampler_lookahead(dataset: Dataset) -> float:
 def right_and_not_early(
     contact: Contact, truth: Contact, rate: float, early: float, tolerance: float = TOLERANCE
 ) -> bool:
-    """Return True if the first trigger is of the touching finger and not before the contact.
+    """Return True if a detected contact is on the touching finger and not too early.
 
     The trigger must be placed at most ``tolerance`` before the contact, and decided after it. A
     decision before the contact is right only by chance.
@@ -294,7 +294,7 @@ def right_and_not_early(
     early
         Longest time by which a contact may precede its label, s.
     tolerance
-        Largest additional time by which it may be placed early, s.
+        Largest additional time by which the detected contact may be placed early, s.
     """
     placed = (contact.sample - truth.sample) / rate
     return (

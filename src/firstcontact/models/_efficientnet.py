@@ -35,7 +35,7 @@ class Stage:
         True for Fused-MBConv (one wide convolution instead of expansion and depthwise convolution),
         False for MBConv with squeeze-excitation.
     expand
-        Factor by which the inner layers are wider.
+        Factor by which the inner layers are wider than the input.
     channels
         Number of output channels.
     stride
@@ -94,7 +94,7 @@ class ConvNorm(nn.Sequential):
 
 
 class SqueezeExcitation(nn.Module):
-    """Squeeze-excitation: weights each channel by its mean over the window."""
+    """Squeeze-excitation: weights for the channels, computed from their means over time."""
 
     def __init__(self, channels: int, squeezed: int) -> None:
         super().__init__()
@@ -148,7 +148,7 @@ class MBConv(nn.Module):
 
 
 class EfficientNet(nn.Module):
-    """Stem, stages, head, mean over time, and one linear layer.
+    """EfficientNetV2: stem, stages, head, mean over time, and one linear layer.
 
     Parameters
     ----------

@@ -40,7 +40,7 @@ class Estimator(ABC):
     #: Title for readers, and colour in figures.
     title: ClassVar[str]
     colour: ClassVar[str] = SKY
-    #: Class of its models.
+    #: Class of the models that it fits.
     model: ClassVar[type[WindowModel]]
     #: Supported tasks.
     tasks: ClassVar[tuple[Task, ...]] = tuple(Task)
@@ -54,7 +54,7 @@ class Estimator(ABC):
     takes_windows: ClassVar[bool] = True
     #: Number of folds for the interval of a final model.
     folds: ClassVar[int] = 5
-    #: Largest number of sets in one call of :meth:`fit_several`, which takes less time together.
+    #: Largest number of sets in one call of :meth:`fit_several`. Together they train faster.
     together: ClassVar[int] = 1
     #: Modules that training needs beyond the base install, and the extra that contains them.
     modules: ClassVar[tuple[str, ...]] = ()
@@ -162,11 +162,11 @@ def training_spec(
     """
     if X.ndim != 3 or len(X) < 2:
         raise InputError(
-            f"training needs at least two windows of shape (samples, channels), got {X.shape}: "
+            f"training needs windows of shape (2 or more, samples, channels), got {X.shape}: "
             "give it more pinches"
         )
     if y.shape != (len(X),) or (groups is not None and groups.shape != (len(X),)):
-        raise InputError(f"{len(X)} windows need as many targets and sessions, got {y.shape}")
+        raise InputError(f"{len(X)} windows need {len(X)} targets and sessions, got {y.shape}")
     if not np.isfinite(y).all():
         raise InputError("some pinches have no target: leave those without a Shore A out")
     classes = tuple(float(c) for c in np.unique(y)) if task is Task.CLASSIFICATION else ()

@@ -77,7 +77,7 @@ class Evaluation:
     predictor
         Name of the estimator, or of the network.
     target
-        Label that is predicted.
+        Label that the predictor predicts.
     contacts
         Description of how the contacts were detected.
     scored, left_out
@@ -122,7 +122,7 @@ class Evaluation:
 
     @property
     def _unseen(self) -> GroupScores | None:
-        """Return the first group that is not training data."""
+        """First group whose pinches are not training pinches."""
         return next((group for group in self.groups if group.title != SEEN), None)
 
 
@@ -229,8 +229,8 @@ def _evaluation(
         unknown = int((members & has_both & ~is_known).sum())
         if unknown:
             warnings.append(
-                f"{title}: {counted(unknown, 'pinch')} are of no class that the model knows and "
-                "are left out"
+                f"{title}: left out {counted(unknown, 'pinch')} of classes that the model does not "
+                "know"
             )
         rows = members & has_both & is_known
         if rows.any():

@@ -45,7 +45,7 @@ class FinalModel:
     split
         Description of the folds.
     interval
-        Interval from the same held-out predictions; None without one.
+        Interval from the predictions that also give the scores; None without one.
     conformal
         Text about the calibration of the interval, for the card.
     """
@@ -120,21 +120,21 @@ def train_final_model(
 
 
 def _none(data: LabelledWindows, task: Task, level: float) -> dict[str, Any]:
-    """Return the reason for a missing interval, empty if there is one."""
+    """Return the reason why the model has no interval; empty if it has one."""
     if task is Task.CLASSIFICATION:
-        return {"none": "a classification answers one of its classes"}
+        return {"none": "a classification predicts one of its classes"}
     why = refusal(data.y, data.sessions, level)
     return {"none": why} if why else {}
 
 
 def _splits(data: LabelledWindows, folds: int, seed: int) -> tuple[list[Split], str]:
-    """Return folds of whole sessions if known, otherwise of random fifths."""
+    """Return folds of whole sessions and their description; without sessions one random fifth."""
     if data.has_sessions:
         splits = by_session(data.sessions, data.y, seed, folds)
         return splits, f"{len(np.unique(data.sessions))} sessions in {len(splits)} folds"
     learn, ask = next(inner_folds(data.y, None, seed, k=5))
     shares = frozenset({Group.SESSION, Group.SPECIMEN})
-    words = "random pinches, which flatters: there are no two known sessions"
+    words = "random pinches; without two known sessions the scores are too good"
     return [Split("random fifth", learn, ask, shares)], words
 
 
@@ -161,13 +161,14 @@ def scores_in_words(scores: TaskScores, target: Target) -> str:
 
 
 def interval_in_words(final: FinalModel, target: Target) -> str:
+    """Format the interval and its held-out coverage on one line."""
     if final.interval is None:
         return f"no interval: {final.conformal['none']}"
     checked = final.conformal["held_out"]
     if not checked:
         return f"interval at level {final.interval.level:g}: too few pinches to check it on"
     return (
-        f"held out, interval from other folds: interval at level {final.interval.level:g} held "
-        f"{percent(checked['coverage'])} of {checked['n']} pinches, mean width "
-        f"{checked['mean_width']:.1f} {UNITS[target]}"
+        f"held out, interval from other folds: the interval at level {final.interval.level:g} "
+        f"contained the truth of {percent(checked['coverage'])} of {checked['n']} pinches, mean "
+        f"width {checked['mean_width']:.1f} {UNITS[target]}"
     )

@@ -36,7 +36,7 @@ from firstcontact.models._touches import Touches, lengths
 
 #: Finger number of the rig that holds for any finger.
 ANY = -1
-#: Lowest and highest level of a rig, V.
+#: Lowest and highest level of a rig that a file may hold, V.
 LOUD = 1e-9, 1e9
 
 
@@ -278,7 +278,7 @@ def mean_and_spread(mixture: NDArray[np.float64]) -> tuple[Values, Values]:
 
 def _rig_arrays(rig: Rig) -> Arrays:
     arrays: Arrays = {
-        # A speed of 0 stands for one that was not told.
+        # A speed of 0 stands for an unknown speed.
         "scalars": np.array([rig.level, rig.sign, rig.speeds.usual if rig.speeds else 0.0]),
         "tokens": rig.tokens.astype(np.float32),
         "general": rig.general,

@@ -26,8 +26,8 @@ from firstcontact.models._window_model import TARGET, ArrayCheck, ArraysModel, W
 #: on held-out groups.
 C_GRID = (1e-3, 1e-2, 1e-1, 1.0)
 SEARCH_WINDOWS = 1000
-#: Stopping criteria of the solver: for the final fit, and a coarser one that ranks candidates
-#: equally.
+#: Stopping criterion of the solver in the final fit, and a coarser one for the search, which ranks
+#: candidates equally.
 ACCURACY, SEARCH_ACCURACY = 1e-4, 1e-2
 #: Number of groups up to which each is left out in turn. More groups are divided into this number
 #: of folds.
@@ -37,7 +37,7 @@ LEAST = 1e-3
 
 
 class LogSpectrumModel(ArraysModel):
-    """Linear model on standardised features.
+    """Linear model on standardised features of the log spectrum.
 
     Parameters
     ----------
@@ -235,7 +235,7 @@ def _fit(
     share = _evenly(task, y, groups)
     mean = np.average(inputs, axis=0, weights=share)
     deviation = np.sqrt(np.average((inputs - mean) ** 2, axis=0, weights=share))
-    # What does not vary says nothing, and what hardly does is not blown up.
+    # A feature that hardly varies is not scaled up.
     deviation = np.where(deviation > 1e-9, deviation, 1.0)
     scaled = (inputs - mean) / deviation
     scale = np.stack([mean, deviation])

@@ -17,7 +17,7 @@ from firstcontact.models._scores import (
 )
 
 Values = NDArray[np.float64]
-#: Number of resamples for a bootstrap interval.
+#: Number of resamples of a bootstrap interval.
 RESAMPLES = 2000
 #: Coverage of every interval.
 CONFIDENCE = 0.95
@@ -37,7 +37,7 @@ def cluster_intervals(
     clusters: NDArray[Any],
     seed: int,
 ) -> dict[str, Ends]:
-    """Return percentile bootstrap intervals over whole clusters (Davison and Hinkley 1997, 3.8).
+    """Return percentile bootstrap intervals that resample clusters (Davison and Hinkley 1997, 3.8).
 
     Pinches of one session or specimen are alike, so they are drawn together. If single pinches were
     drawn, the intervals would be too narrow.
@@ -127,8 +127,8 @@ def classification_scores(
     right = (truth == predicted).astype(np.float64)
     columns = np.stack([np.ones_like(right), right], axis=1)
     classes = np.unique(np.concatenate([truth, predicted]))
-    numbers = range(len(classes))  # scikit-learn takes values with a fraction for no classes
-    with warnings.catch_warnings(action="ignore"):  # of a single class, though it is named
+    numbers = range(len(classes))  # scikit-learn refuses classes with fractional values
+    with warnings.catch_warnings(action="ignore"):  # it warns if there is one class
         confusion = confusion_matrix(
             np.searchsorted(classes, truth), np.searchsorted(classes, predicted), labels=numbers
         )
@@ -156,7 +156,7 @@ def per_object(
             n=int(of_specimen.sum()),
             true=float(truth[of_specimen].mean()),
             mean=float(predicted[of_specimen].mean()),
-            # Of a single pinch there is no spread to tell.
+            # A single pinch has no standard deviation.
             sd=float(predicted[of_specimen].std(ddof=1)) if of_specimen.sum() > 1 else None,
             bias=float(error.mean()),
             rmse=float(np.sqrt((error**2).mean())),

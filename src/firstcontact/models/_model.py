@@ -63,7 +63,7 @@ class Model:
     detector_data
         Data that the detector was fitted to, for its card.
     folder
-        Folder that the model was loaded from; None for one that was just trained.
+        Folder that the model was loaded from; None for a model that was just trained.
 
     Examples
     --------
@@ -142,7 +142,7 @@ class Model:
         Raises
         ------
         InputError
-            ``at`` is shorter than the first moment, or ``data`` has another kind of signal.
+            ``at`` is out of range, ``contacts`` do not fit ``data``, or the model cannot predict.
         """
         require_dataset(data)
         if contacts is not None and len(contacts) != len(data):
@@ -166,8 +166,8 @@ class Model:
         if not is_same_rate(data.layout.rate, self.rate):
             if contacts is not None:
                 raise InputError(
-                    f"contacts: they count samples at {data.layout.rate:g} Hz and the model takes "
-                    f"{self.rate:g} Hz: resample the pinches first"
+                    f"contacts: their samples are numbered at {data.layout.rate:g} Hz, but the "
+                    f"model takes {self.rate:g} Hz: resample the pinches first"
                 )
             data = resample_dataset(data, self.rate)
         firsts = (

@@ -33,19 +33,19 @@ from firstcontact.models._train_overlap import Digests, from_array, to_array
 from firstcontact.signal import samples_in
 
 FORMAT = "firstcontact-model"
-#: Version of the format, raised when older folders can no longer be read.
+#: Version of the format. It increases when older folders can no longer be read.
 FORMAT_VERSION = 2
 CARD = "model.json"
 WEIGHTS = "weights.safetensors"
 #: Array of the digests of the training pinches.
 PINCHES = "pinches"
-#: Cards of format version 1, in the folder or one below.
+#: Cards of format version 1, in a model folder or in a folder in it.
 _FORMER = ("card.json", "anytime.json", "*/card.json")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SavedModel:
-    """Content of a model folder without its detector.
+    """Content of a model folder, except the detector.
 
     Parameters
     ----------
@@ -271,8 +271,8 @@ def _check_made_again(out: Path, windows: Sequence[float], network: bool) -> Non
         lost = []  # one window replaces another
     if lost or (len(former) < len(parts) and not network):
         raise InputError(
-            f"{out}: the folder holds a model that would be lost: name another folder for --out, "
-            "or remove it"
+            f"{out}: the folder holds a model that the new one would not replace: name another "
+            "folder for --out, or remove the old model"
         )
 
 
@@ -289,6 +289,6 @@ def _check_format(path: Path, expected: str) -> None:
 
 def _foreign(path: Path) -> InputError:
     return InputError(
-        f"{path.parent} holds {path.name}, which no training wrote, and would be replaced whole: "
-        "name another folder for --out, or move it away"
+        f"{path.parent} would be replaced, but it holds {path.name}, which no training wrote: "
+        "name another folder for --out, or move that file away"
     )

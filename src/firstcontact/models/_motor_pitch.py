@@ -58,7 +58,7 @@ def spectra(signals: Signals, lead: int, rate: float) -> Spectra:
     quiet = signals[:, : quiet_samples(lead, rate)].astype(np.float64)
     quiet = (quiet - quiet.mean(axis=1, keepdims=True)) * _fade(quiet.shape[1])
     power = np.abs(np.fft.rfft(quiet, _FFT, axis=1)) ** 2
-    # In converter counts, so that what is added is far below any noise.
+    # In squared counts of the converter: the 1e-3 added below is then far below any noise.
     power = power / COUNT**2
     cell, part = _places(rate)
     level = np.log(power[:, cell] * (1 - part) + power[:, cell + 1] * part + 1e-3)

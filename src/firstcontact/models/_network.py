@@ -14,10 +14,10 @@ from firstcontact.core import InputError, import_onnxruntime
 OPSET = 18
 #: Name of the input in the graph.
 INPUT = "window"
-#: Operators that our exporter uses. All others are refused.
+#: Operators that this package's exporter uses. All others are refused.
 OPERATORS = frozenset({"Add", "Conv", "Gemm", "Mul", "ReduceMean", "Sigmoid", "Unsqueeze"})
-#: Largest graph, bytes (ours has 200 kB), largest number in an attribute, and largest size of an
-#: inner value relative to the window.
+#: Largest graph, bytes (a trained one has 200 kB), largest number in an attribute, and largest size
+#: of an intermediate value: _GROWTH times the window, plus _SMALL.
 LARGEST = 1 << 20
 _ATTRIBUTE = 1024
 _GROWTH, _SMALL = 64, 4096
@@ -56,7 +56,7 @@ class Network:
             )
             for n in (1, 2):
                 got = self.run(np.zeros((n, channels, 1, samples), dtype=np.float32))
-                _require(got.shape == (n, outputs), "its answers have another shape")
+                _require(got.shape == (n, outputs), "its outputs have another shape")
         except InputError:
             raise
         except Exception:  # ONNX Runtime's errors have no common class
@@ -69,7 +69,7 @@ class Network:
 
 
 def _refusal(why: str) -> InputError:
-    return InputError(f"the network of the CNN is not one of ours ({why}): train it again")
+    return InputError(f"the network of the CNN cannot be used ({why}): train it again")
 
 
 def _require(fulfilled: bool, why: str) -> None:
@@ -100,13 +100,15 @@ def _checked(raw: bytes, window: tuple[int, ...], outputs: int) -> Any:
             node.domain == "" and node.op_type in OPERATORS,
             f"it holds the operator {node.op_type[:40]!r}",
         )
-        _require(all(map(_plain, node.attribute)), f"an attribute of its {node.op_type}")
+        _require(
+            all(map(_plain, node.attribute)), f"an attribute of its {node.op_type} is out of bounds"
+        )
     for tensor in graph.initializer:
-        _require(_is_intact(tensor), "a weight is not plain, finite numbers in the graph itself")
+        _require(_is_intact(tensor), "a weight does not hold finite numbers in the graph itself")
     _require(
         _shapes(graph.input) == [(INPUT, "n", *window)]
         and [shape[1:] for shape in _shapes(graph.output)] == [("n", outputs)],
-        "it takes or answers something else",
+        "it has other inputs or outputs than a CNN of this package",
     )
     try:
         checker.check_model(model)

@@ -26,8 +26,8 @@ from firstcontact.signal import samples_in
 
 #: Smallest number of pinches with which a finger is conditioned separately.
 LEAST_OF_FINGER = 8
-#: Largest number of pinches of a level. The network was trained with about this many. On held-out
-#: sessions, twenty-five times as many scored equally.
+#: Largest number of pinches of a level of Shore A. The network was trained with about this many. On
+#: held-out sessions, twenty-five times as many gave equal scores.
 MOST_OF_LEVEL = 20
 #: Number of folds in which the conditioning schemes are compared.
 FOLDS = 3
@@ -49,7 +49,7 @@ class Adapted:
     mean_rmse
         RMSE of a constant prediction, the mean of the other pinches; NaN without held-out pinches.
     check
-        Check of the intervals on held-out pinches; None without any.
+        Check of the intervals on held-out pinches; None without held-out pinches.
     notes
         Further sentences about the model.
     """
@@ -80,10 +80,10 @@ class Adapted:
         if rmse < self.mean_rmse:
             return ""
         return (
-            f"on held-out pinches the RMSE is {rmse:.1f} Shore A, and always "
-            f"answering their mean scores {self.mean_rmse:.1f}: the model cannot read this rig. "
-            "Check the Shore A labels, the contacts and that the sensor touches as a fingertip "
-            "does, or use `firstcontact train`"
+            f"on held-out pinches the RMSE is {rmse:.1f} Shore A, and always predicting their mean "
+            f"scores {self.mean_rmse:.1f}: the model does not work for this rig. Check the Shore A "
+            "labels, the contacts, and that the sensor touches objects as a fingertip does, or use "
+            "`firstcontact train`"
         )
 
 
@@ -377,13 +377,13 @@ def condition(
     base = pretrained()
     if not is_same_rate(dataset.layout.rate, base.rate):
         raise UnknownRigError(
-            f"it takes {base.rate:g} Hz and these pinches have {dataset.layout.rate:g} Hz",
+            f"the network takes {base.rate:g} Hz but these pinches have {dataset.layout.rate:g} Hz",
             parameter="data",
         )
     if not np.isfinite(dataset.shore_a).any():
         raise UnknownRigError(
-            "no pinch has a Shore A, which the network needs: record with "
-            "--shore-a or a plan with a column shore, or import with a column shore_a",
+            "no pinch has a Shore A, which the network needs: record with --shore-a, or with a "
+            "plan that has a column shore, or import labels with a column shore_a",
             parameter="data",
         )
     labelled = LabelledTouches.cut(dataset, contacts.contacts)
@@ -442,7 +442,7 @@ def _against_network(made: Adapted) -> list[str]:
     alone = made.scores[made.scheme]
     is_worse = made.rmse > alone
     advice = (
-        f"; the network alone scored better ({alone:.2f}): make the model with `train ... "
+        f"; the network alone had a lower error ({alone:.2f}): make the model with `train ... "
         "--estimator network`, or use `live --estimator network`"
     )
     return [f"{kind}, on the same pinches: rmse {made.rmse:.2f} Shore A{advice * is_worse}"]
@@ -457,10 +457,10 @@ def _checked_in_words(base: InContextModel, made: Adapted) -> list[str]:
     widest = made.check.scales.max()
     widened = f"now up to {widest:.2f} times as wide" if widest > 1 else "not widened"
     return [
-        f"both fingers as one or each alone, on pinches held out: {compared} Shore A (if every "
-        f"answer were the mean: {made.mean_rmse:.2f}); used: {made.scheme}",
+        f"held-out pinches, both fingers as one rig or each finger as its own: {compared} Shore A "
+        f"(always predicting the mean: {made.mean_rmse:.2f}); used: {made.scheme}",
         *_against_network(made),
         f"intervals contained the truth in at least {percent(made.check.coverage)} of "
-        f"{counted(made.check.n, 'pinch')} held out, at each time (promised: "
+        f"{counted(made.check.n, 'held-out pinch')} at each time (nominal: "
         f"{100 * base.level:.0f} %): {widened}",
     ]

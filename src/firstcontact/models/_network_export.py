@@ -1,4 +1,4 @@
-"""Export of the network to ONNX, without PyTorch's exporter. Importing this imports PyTorch.
+"""Export of the CNN to ONNX, without PyTorch's exporter. Importing this module imports PyTorch.
 
 PyTorch's exporter takes seconds in each process. So the graph that it made is shipped, and only the
 weights are filled in. After a change of the network, run ``python -m
@@ -117,7 +117,7 @@ def trace() -> Any:
 def _quiet() -> Iterator[None]:
     """Suppress the exporter's messages on torchvision and on deprecations."""
     # PyTorch makes a progress bar that it never shows. Its lock is a semaphore between processes,
-    # which a worker that is ended leaves behind; threads are all that there is to lock out.
+    # which would stay behind when a worker is ended. A lock between threads suffices here.
     tqdm.set_lock(RLock())
     log = logging.getLogger("torch.onnx")
     level = log.level

@@ -11,7 +11,7 @@ from firstcontact.models._rig import STAGES, Rig
 from firstcontact.models._spec import Values
 from firstcontact.models._touches import Touches
 
-#: Unit of the curvature input, as a radius in m: that of a fingertip.
+#: Radius of a fingertip, m. The curvature of an object is relative to it.
 TIP = 0.010
 #: Number of inputs for closing speed and radius.
 BESIDE = 5
@@ -98,7 +98,7 @@ def network_inputs(shape: Shape, rig_features: NDArray[np.float64]) -> NDArray[n
     """Return the inputs for contacts whose shape has already been computed."""
     v = shape.v
     peak = np.maximum(v.max(axis=1), LEAST * shape.level)[:, None]
-    # A hard thing on a soft rig is many times the level: its logarithm keeps it in bounds.
+    # A hard object on a soft rig gives many times the level. The logarithm keeps it in bounds.
     scaled = np.copysign(np.log1p(np.abs(v) * (2 / shape.level[:, None])), v) / 2
     waves = [_resampled(w) for w in (scaled, v / peak, shape.is_valid)]
     return np.concatenate([*waves, shape.features, rig_features], axis=1)

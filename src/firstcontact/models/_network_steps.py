@@ -44,7 +44,8 @@ class NetworkSteps:
         self._constants = {t.name: numpy_helper.to_array(t) for t in graph.initializer}
         self._vectors = {graph.input[0].name: compressed}
         self._shapes: dict[str, Shape] = {graph.input[0].name: (samples, channels)}
-        #: Inputs of logistic functions. Each becomes a step together with its product.
+        #: Inputs of logistic functions, by the name of the output. Each is merged into the step of
+        #: the product that follows it.
         self._logistic: dict[str, str] = {}
         for node in graph.node:
             self._known[node.op_type](self, node)

@@ -19,10 +19,11 @@ TRAITS = len(NAMES) + 2
 STILL = 0.5
 #: Share of the training contacts that is marked out of range.
 FALSE_ALARMS = 0.01
-#: Direction in which all traits move when the gain of the sensor changes.
+#: Mask of the traits that move when the gain of the sensor changes: the direction of the gain.
 GAIN = np.isin(np.arange(TRAITS), [NAMES.index(n) for n in ("peak", "steepest rise", "power")])
 GAIN[len(NAMES)] = True  # the noise before the contact
-#: Distance that differences of gain between sessions can cause. Smaller distances are ignored.
+#: Added to the variance of each trait, so that small differences of gain between sessions do not
+#: count.
 _SHRINK = 1e-3
 
 
@@ -47,7 +48,7 @@ def traits(
 
 def shape_traits(shape: Shape, lead_signals: NDArray[np.floating]) -> NDArray[np.float64]:
     """Return the traits of contacts from their `Shape` and the signal before them."""
-    # A converter at its end, or a dead one, repeats itself.
+    # A saturated or dead converter repeats its value.
     counted = shape.is_valid[:, 1:]
     still = (shape.v[:, 1:] == shape.v[:, :-1]) & counted
     flat = still.sum(axis=1) / counted.sum(axis=1)
@@ -77,7 +78,8 @@ class Familiar:
     Parameters
     ----------
     mean, whitening
-        Mean and whitening of the traits, shape (stages, TRAITS) and (stages, TRAITS, TRAITS).
+        Centre (median) and whitening matrix of the traits, shape (stages, TRAITS) and (stages,
+        TRAITS, TRAITS).
     limit
         Largest distance from the mean for a familiar contact, shape (stages,).
 
@@ -122,7 +124,8 @@ class Familiar:
         contact. Signals of a dead or clipped sensor are always out of range.
         """
         far = trait_values - self.mean[stages]
-        # At a stage all have the same length: between stages it would be the strangest of all.
+        # The training contacts of a stage have one length, so any other length would count as
+        # unfamiliar.
         far[:, NAMES.index("length")] = 0.0
         away = np.einsum("nij,nj->ni", self.whitening[stages], far)
         square = (away * away).sum(axis=1)

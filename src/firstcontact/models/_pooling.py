@@ -29,7 +29,7 @@ class Combined:
     half_width
         Half width of the interval before clipping to the scale, Shore A.
     pinches
-        Number of combined pinches.
+        Number of pooled pinches.
     """
 
     value: float

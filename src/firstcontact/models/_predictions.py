@@ -30,7 +30,7 @@ class Predictions:
     out_of_range
         Mask of contacts that are unlike the training data, shape (n,).
     elapsed
-        Length of the signal after the contact that was used, s, shape (n,).
+        Length of the signal after the contact from which the value was predicted, s, shape (n,).
     contacts
         First contact of each pinch (None without one); empty if the predictions were made from
         contacts.

@@ -26,13 +26,13 @@ from firstcontact.signal import SavitzkyGolay, contact_windows, samples_in
 MOMENTS = tuple(n / 1000 for n in range(round(SHORTEST / STEP), round(LONGEST / STEP) + 1))
 #: Longest window that a model may require, s.
 LONGEST_WINDOW = 10.0
-#: Content of the channels of a window.
+#: Content of each channel of a window.
 _CHANNELS = ("piezo of the finger that touched", "piezo of the other finger")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WindowPredictor:
-    """Model of windows of one length, with its interval.
+    """Predictor that uses windows of one length, with its interval.
 
     Parameters
     ----------
@@ -145,7 +145,7 @@ class WindowPredictor:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NetworkPredictor:
-    """Pre-trained network conditioned on a rig.
+    """Predictor that uses the pre-trained network, conditioned on a rig.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
 """Reduced sets of a kernel machine: fewer vectors, with refitted weights.
 
-B. Schölkopf et al.: Input space versus feature space in kernel-based methods, 1999, section V: a
-reduced set. The fit minimises the error of the machine's outputs on its training windows, by
-orthogonal matching pursuit: each step adds the vector that explains most of the residual.
+See B. Schölkopf et al.: Input space versus feature space in kernel-based methods, 1999, section V.
+The fit minimises the error of the machine's outputs on its training windows, by orthogonal matching
+pursuit: each step adds the vector that explains most of the residual.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ def reduced_sets(
     Parameters
     ----------
     vectors, gamma, weights
-        Vectors of the machine, shape (m, inputs), its gamma, and its weights without bias, shape
-        (rows, m).
+        Support vectors of the machine, shape (m, inputs), its gamma, and its weights without
+        biases, shape (rows, m).
     inputs
         Inputs on which the outputs are fitted, shape (n, inputs).
     sizes

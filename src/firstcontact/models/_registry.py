@@ -1,4 +1,4 @@
-"""Registry of estimators; a new one is one file and one line here."""
+"""Registry of estimators. A new estimator is one file and one line here."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def model_kind(kind: str) -> type[WindowModel]:
 
     if kind == RegressorModel.kind:
         return RegressorModel
-    # Those of this package come first: no plug-in is imported for them.
+    # The package's own kinds come first, so that no plug-in is imported for them.
     models = (entry.model for entry in ESTIMATORS.values() if entry.takes_windows)
     model_class = next((model for model in models if model.kind == kind), None)
     if model_class is None:

@@ -1,6 +1,6 @@
 """Estimator around any scikit-learn regressor or classifier, saved by skops.
 
-skops writes objects as a ZIP file of JSON and arrays. Only the types that it trusts, and those in
+skops writes objects as a ZIP file of JSON and arrays. Only types that skops trusts, and types in
 ``TRUSTED``, are restored. No code in the file runs.
 """
 
@@ -30,8 +30,8 @@ from firstcontact.models._estimator import Estimator, training_spec
 from firstcontact.models._spec import Arrays, Spec, Task, Values, Windows
 from firstcontact.models._window_model import WindowModel
 
-#: Trusted scikit-learn types that hold numbers only, besides those of skops: trees of forests and
-#: boosting, and kernels of Gaussian processes.
+#: Types of scikit-learn that hold numbers only and are trusted in addition to those of skops: trees
+#: of forests and boosting, and kernels of Gaussian processes.
 TRUSTED = (
     "sklearn.tree._tree.Tree",
     "sklearn.ensemble._hist_gradient_boosting.predictor.TreePredictor",
@@ -122,7 +122,7 @@ class RegressorModel(WindowModel):
 
 @dataclass(frozen=True)
 class RegressorEstimator(Estimator):
-    """Estimator around a regressor or classifier; :func:`regressor_estimator` makes its subclass.
+    """Base of the estimators that :func:`regressor_estimator` makes from regressors.
 
     Every training uses an unfitted copy. Random states that are not set get the training's seed.
     """
@@ -174,7 +174,7 @@ def regressor_estimator(regressor: Any, name: str = "") -> type[RegressorEstimat
         task = Task.CLASSIFICATION if _classifies(regressor) else Task.REGRESSION
     if not fits:
         raise InputError(
-            f"{title} is no regressor: name a class or an instance with fit(X, y) and predict(X)"
+            f"{title} is no regressor: give a class or an instance with fit(X, y) and predict(X)"
         )
     attributes = {
         "name": title,
@@ -204,8 +204,8 @@ def imported(name: str) -> Any:
         if is_interrupt(error):
             raise
         raise InputError(
-            f"{name} cannot be imported ({summarize_error(error.__cause__ or error)}): name it "
-            "PACKAGE:NAME, from a folder or an environment that Python finds it in"
+            f"{name} cannot be imported ({summarize_error(error.__cause__ or error)}): write it as "
+            "PACKAGE:NAME, and make sure that Python finds the package"
         ) from None
     return regressor
 
@@ -248,7 +248,9 @@ def to_skops(fitted: Any, title: str) -> bytes:
     try:
         raw = dumps(fitted)
     except Exception as error:
-        raise InputError(f"{title} cannot be saved by skops ({summarize_error(error)})") from None
+        raise InputError(
+            f"{title} cannot be saved by skops ({summarize_error(error)}): choose another one"
+        ) from None
     _check_types(raw, title)
     return _renumbered(raw)
 
@@ -286,8 +288,8 @@ def _check_types(raw: bytes, title: str) -> None:
     unknown = sorted(set(get_untrusted_types(data=raw)) - set(TRUSTED))
     if unknown:
         raise InputError(
-            f"{title} holds {', '.join(unknown[:5])}, which is not among the types of "
-            "scikit-learn, SciPy and NumPy that are trusted: use these, or write an estimator",
+            f"{title} holds the type {', '.join(unknown[:5])}, which is not trusted: use the "
+            "trusted types of scikit-learn, SciPy and NumPy, or write an estimator",
             parameter="estimator",
         )
 
@@ -341,5 +343,5 @@ def _classifies(regressor: Any) -> bool:
 def _takes_seed(regressor: Callable[..., Any]) -> bool:
     try:
         return "random_state" in inspect.signature(regressor).parameters
-    except ValueError:  # classes of C tell nothing
+    except ValueError:  # a class written in C has no signature
         return False

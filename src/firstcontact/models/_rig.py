@@ -15,20 +15,20 @@ from firstcontact.models._spec import Values
 from firstcontact.models._touches import Touches, lengths
 
 #: Stages at which the context is stored, in samples after the contact at the fingertip's rate. A
-#: prediction uses the next longer one.
+#: prediction between two stages uses the longer one.
 STAGES = (10, 12, 15, 18, 22, 26, 32, 40, 50, 61, 74)
 #: Largest number of Shore A levels in a context. More levels are merged.
 LEVELS = 8
 #: Number of points of a level's median waveform.
 WAVE = 25
-#: Number of values of a level at a stage: Shore A, number of pinches, medians and spreads of
-#: features, waveform.
+#: Length of a token, which describes the pinches of one level of Shore A at one stage: Shore A,
+#: number of pinches, medians and interquartile ranges of features, median waveform.
 TOKEN = 2 + 2 * len(NAMES) + WAVE
-#: Number of values about the rig as a whole.
+#: Number of features of the rig as a whole.
 GENERAL = 6
-#: Level of an unknown rig, V.
+#: Level (typical peak of a contact) of an unknown rig, V.
 USUAL_LEVEL = 0.35
-#: Largest spread. Larger ones are clipped.
+#: Largest interquartile range of a feature in a token. Larger ranges are clipped.
 _WIDEST = 3.0
 
 
@@ -39,11 +39,12 @@ class Rig:
     Parameters
     ----------
     level
-        Geometric mean of the median peaks at each level of Shore A, V.
+        Typical peak of a contact, V: the geometric mean over the median peaks at each level of
+        Shore A.
     sign
         Sign of the largest swing in the first 15 ms, 1 or -1. It shows the polarity of the disc.
     pitch
-        Spectrum of its motor; None if the motor is not audible.
+        Spectrum of its motor; None if unknown or not used.
     speeds
         Closing speeds of the rig, as its hand measured them; None if unknown.
     tokens

@@ -15,12 +15,13 @@ from firstcontact.models._interval import SHORE_A
 from firstcontact.models._rig import STAGES
 from firstcontact.models._spec import Arrays, Values
 
-#: Inputs taken from the network's: the features, and the closing speed by the motor's pitch.
+#: Positions of the regression's inputs in those of the network: the features and the closing speed.
 INPUTS = slice(3 * STAGES[-1], 3 * STAGES[-1] + len(NAMES) + 1)
 WIDTH = INPUTS.stop - INPUTS.start
 #: Length scale in standard deviations of an input, and variances of the linear part and of the
-#: noise. The smooth part and the constant have variance 1. The values hold for every rig. A search
-#: on held-out pinches of the rig scored no better on rigs of other structure.
+#: noise. The smooth part and the constant have variance 1. All rigs have the same values. Values
+#: that were chosen on held-out pinches of each rig scored no better on rigs whose structure differs
+#: from that of the network's training rigs.
 LENGTH, LINEAR, NOISE = 2.0, 1.0, 0.3
 #: Added to the standard deviation of each input.
 _LEAST_SPREAD = 0.1
@@ -30,7 +31,7 @@ MOST, LARGEST = 160, 10.0
 
 
 class RigRegression:
-    """Regression of Shore A on features, fitted to the pinches of one rig alone.
+    """Regression from features to Shore A, fitted to the pinches of one rig alone.
 
     Parameters
     ----------

@@ -10,18 +10,18 @@ from numpy.typing import NDArray
 
 from firstcontact.models._spec import Values
 
-#: Smallest and largest spread and error of ln(speed). No rig or measurement is more exact than the
-#: first, and no speeds differ by more than the second.
+#: Smallest and largest value of a spread or an error of ln(speed). No rig and no measurement is
+#: more exact than LEAST, and no speeds differ by more than MOST.
 LEAST, MOST = 0.01, 10.0
 #: Largest variance of the measurements' errors, as a share of the variance of the rig's speeds.
 #: Noisier measurements are not used. Higher limits cost more on rigs with one closing speed than
 #: they gained elsewhere.
 MOST_NOISE = 0.5
-#: Assumed spread of a rig with fewer pinches than the second number, as in old files.
+#: Spread of ln(speed) that is assumed for a rig with fewer than FEWEST pinches, and for old files.
 ASSUMED, FEWEST = 0.2, 4
 #: Relative error above which a measurement is ignored for the rig.
 USELESS = 0.5
-#: Distance from the quartiles, in interquartile ranges, above which a value counts as a mistake:
+#: Distance from the quartiles, in interquartile ranges, above which a value counts as an outlier:
 #: 3.4 standard deviations of a normal variable.
 FENCE = 2.0
 

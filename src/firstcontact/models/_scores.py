@@ -41,7 +41,7 @@ class ClassificationScores(Record, frozen=True, kw_only=True):
         return max(map(sum, self.confusion), default=0) / self.n
 
 
-#: Scores of any kind, by name.
+#: Scores of a regression or a classification.
 TaskScores = RegressionScores | ClassificationScores
 
 

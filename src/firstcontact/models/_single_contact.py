@@ -64,7 +64,7 @@ class SingleContactPredictor:
     def __init__(
         self, model: InContextModel, touches: Touches, features: NDArray[np.float64]
     ) -> None:
-        #: Inputs besides the signal, of one row.
+        #: Inputs besides the signal, one row.
         self.features = features
         finger = model.by_rig(touches)[0][0]
         #: True if :meth:`predict` can be used: it does not resample contacts of another rate.

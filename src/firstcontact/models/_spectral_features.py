@@ -18,10 +18,10 @@ from firstcontact.models._spec import Values, Windows
 BANDS = 16
 LOWEST = 100.0
 PADDED = 256
-#: Value added to each share of the energy before the logarithm, as part of an even share. Lines 30
-#: dB below it are noise, whose level depends on the sensor.
+#: Added to a line's share of the energy before the logarithm, relative to an even share. Lines 30
+#: dB below an even share are noise, whose level depends on the sensor.
 FLOOR = 1e-3
-#: Quantiles of the energy whose times describe the window.
+#: Quantiles of the energy. The times at which they are reached describe the window.
 QUANTILES = (0.10, 0.25, 0.50, 0.75, 0.90)
 _TINY = 1e-300
 
@@ -31,7 +31,7 @@ Features = Callable[[Values, float], Values]
 def features(kind: str, X: Windows, rate: float) -> Values:
     """Return the features (n, inputs) of windows (n, samples, channels); ``kind`` is in KINDS."""
     waves = X.astype(np.float64)
-    # Squares of the largest and the smallest floats stay within range.
+    # Then the squares of any finite floats stay within range.
     waves /= np.maximum(np.abs(waves).max(axis=(1, 2), keepdims=True), _TINY)
     return np.concatenate([KINDS[kind](waves[:, :, c], rate) for c in range(X.shape[2])], axis=1)
 
@@ -48,7 +48,7 @@ def padded_length(samples: int) -> int:
 
 
 def log_bins(waves: Values, rate: float) -> Values:
-    """Return the level-free log spectrum, line by line, shape (n, samples // 2 + 1)."""
+    """Return the log spectrum without its level, line by line, shape (n, samples // 2 + 1)."""
     return _level_free(_power(waves, waves.shape[1]))
 
 

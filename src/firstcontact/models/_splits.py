@@ -42,7 +42,7 @@ class Split:
     shares: frozenset[Group] = field(default_factory=frozenset)
 
     def check(self, sessions: NDArray[np.str_], specimens: NDArray[np.str_]) -> None:
-        """Refuse a split with undeclared groups on both sides.
+        """Refuse a split if a group is on both sides that ``shares`` does not declare.
 
         Parameters
         ----------
@@ -63,8 +63,8 @@ class Split:
             both = set(names[self.train]) & set(names[self.test])
             if both and group not in self.shares:
                 raise ValueError(
-                    f"split {self.name!r} has the {group} {str(min(both))!r} on both sides "
-                    "and does not say so"
+                    f"split {self.name!r} has the {group} {str(min(both))!r} on both sides, "
+                    "which its shares do not declare"
                 )
 
 
@@ -102,7 +102,7 @@ def by_session(
 
 
 def leave_one_out(values: NDArray[Any], shares: Sequence[Group] = (Group.SESSION,)) -> list[Split]:
-    """Hold out each level, material or specimen in turn.
+    """Return splits that hold out each level, material or specimen in turn.
 
     Parameters
     ----------

@@ -25,8 +25,8 @@ SEARCH_WINDOWS = 800
 C_GRID = (1.0, 10.0, 100.0)
 GAMMA_GRID = (0.1, 0.3, 1.0, 3.0)
 EPSILON_GRID = (0.3, 0.15, 0.05)
-#: Relative loss up to which a candidate counts as the best. The first such candidate is taken: wide
-#: tubes and small C come first, because they need fewer support vectors.
+#: Loss, relative to the lowest, up to which a candidate counts as best. The first such candidate is
+#: taken: wide tubes and small C come first, because they need fewer support vectors.
 TOLERANCE = 1.02
 #: Stopping criterion of the solver in the search. Ten times the usual one ranks candidates equally.
 SEARCH_ACCURACY = 1e-2
@@ -126,7 +126,7 @@ def search(
         if len(np.unique(y[train])) > 1
     ]
     gammas = [multiple / inputs.shape[1] for multiple in GAMMA_GRID]
-    # Widest tube first: see TOLERANCE.
+    # The widest tube is first: see TOLERANCE.
     epsilons = EPSILON_GRID if task is Task.REGRESSION else (0.0,)
     if not folds:
         return C_GRID[0], gammas[0], epsilons[0]
@@ -188,7 +188,7 @@ def _model(
     """Return a model of this package from scikit-learn's machine."""
     weights, bias = machine.dual_coef_, machine.intercept_
     if spec.task is Task.CLASSIFICATION:
-        if len(spec.classes) == 2:  # the one case in which a positive value means the second class
+        if len(spec.classes) == 2:  # only here a positive value means the second class
             weights, bias = -weights, -bias
         weights = _one_against_one(weights, machine.n_support_)
     return SvmModel(

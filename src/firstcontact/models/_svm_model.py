@@ -15,10 +15,10 @@ from firstcontact.models._reduced_set import reduced_sets
 from firstcontact.models._spec import Spec, Task, Windows
 from firstcontact.models._window_model import TARGET, ArrayCheck, ArraysModel
 
-#: Weight of the level beside the samples of the shape, each of unit variance. With 74 samples the
-#: level then carries about a tenth of all variance.
+#: Weight of the level relative to a sample of the shape, all with unit variance. With 74 samples
+#: the level then carries about a tenth of all variance.
 LEVEL_WEIGHT = 3.0
-#: Numbers of support vectors of smaller models.
+#: Numbers of support vectors of the models that :meth:`SvmModel.smaller` yields.
 SIZES = (25, 50, 75, 100, 150, 200, 300, 500)
 
 
@@ -134,7 +134,7 @@ class SvmModel(ArraysModel):
         """Return the decision values for one window (samples, channels), shape (rows,)."""
         flat = window.ravel()
         power = float(flat.dot(flat))
-        # What float32 cannot hold has no level, and there is no decision.
+        # If float32 cannot hold the power, there is no level and no decision.
         if not steps.LEAST_POWER < power < steps.MOST_POWER:
             return np.full(self._bias.shape, nan, dtype=np.float32)
         rms = sqrt(power / len(flat))
@@ -147,7 +147,7 @@ class SvmModel(ArraysModel):
         return decisions
 
     def program(self) -> Program:
-        """Return the program: shape and level, kernel, weights, and votes of pairs of classes."""
+        """Return the program: shape and level, kernel, weights, and votes of class pairs."""
         a, spec = self._arrays, self.spec
         n = spec.samples * spec.channels
         chain = (

@@ -57,11 +57,11 @@ class TouchStream:
         self._remember = samples_in(BEFORE + MEMORY + LONGEST, layout.rate)
         self._contact: Contact | None = None
         self._left: tuple[int, ...] = moments(layout.rate)
-        self._signal: Signals | None = None  # of the contact so far ...
-        self._cut = 0  # ... with so many samples after it
+        self._signal: Signals | None = None  # signal of the contact so far
+        self._cut = 0  # number of its samples after the contact
         self._baseline = 0.0
         self._longest = lengths(layout.rate)[1]
-        #: Reason why no further prediction comes, "" if none is missing.
+        #: Reason why further predictions are missing; "" if none is missing.
         self.refused = ""
         self._restart(0, 0)
 
@@ -75,7 +75,7 @@ class TouchStream:
 
     @property
     def ended(self) -> bool:
-        """Return True if no further prediction will come."""
+        """True if no further prediction will come."""
         return not self._left
 
     @property

@@ -54,7 +54,8 @@ class Touches:
     speed_errors
         Relative standard error of these speeds; NaN stands for an exact speed, shape (n,).
     radii
-        Radius of the object at the contact, m; infinite for a flat one, NaN if unknown, shape (n,).
+        Radius of the object at the contact, m; infinite for a flat object, NaN if unknown, shape
+        (n,).
     rate
         Sampling rate, Hz.
     """
@@ -80,7 +81,7 @@ class Touches:
 
     @property
     def answerable(self) -> NDArray[np.bool_]:
-        """Return a mask of contacts with enough valid samples for a prediction, shape (n,)."""
+        """Mask of the contacts with enough valid samples for a prediction, shape (n,)."""
         return self.valid >= lengths(self.rate)[0]
 
     @property
@@ -249,8 +250,8 @@ def _signal(pinch: Pinch, contact: Contact) -> Signals | None:
 
 #: Shape hint of a flat object.
 FLAT = "flat"
-#: Smallest and largest radius of a hint, mm. No rounder objects were in the training, and larger
-#: radii count as flat.
+#: Smallest and largest radius of a hint, mm. The training had no smaller radii, and objects with
+#: larger radii are as good as flat.
 LEAST, MOST = 5.0, 200.0
 
 

@@ -81,19 +81,21 @@ def train(
         Pinches. Pinches with role "test" are ignored.
     estimator
         Name in the registry of estimators; ``PACKAGE:NAME`` of a scikit-learn regressor or
-        classifier; or such an object, as a class or an instance (a pipeline). It is trained on rows
-        of volts and saved by skops, which takes types of scikit-learn only. "combined" makes the
-        model of :func:`adapt`, "network" that without the regression.
+        classifier; or a regressor or classifier itself, as a class or as an instance, such as a
+        pipeline. A regressor is trained on rows of volts and saved by skops, which accepts types of
+        scikit-learn only. "combined" makes the model of :func:`adapt`; "network" makes that model
+        without the regression.
     detector
         Name of the contact detector; None for the default one.
     task
         "regression" of Shore A, or "classification" into the levels of ``data``.
     contacts
-        Signals start at "detected" contacts, as live, or at "known" ones (strips or labels). No
-        contact is detected by a detector that learned from its session (from the pinch itself if
-        there is only one session, or one has no name).
+        Windows start at "detected" contacts, as in live use, or at "known" contacts from strips or
+        labels. A contact is detected by a detector that did not learn from the session of its
+        pinch. If there is only one session, or one has no name, the detector did not learn from the
+        pinch itself.
     windows
-        Lengths of the windows after the contact, s; one model each. The network has none.
+        Lengths of the windows after the contact, s; each gives one model. The network uses none.
     level
         Coverage of the intervals. The network's coverage is fixed.
     rate
@@ -102,7 +104,7 @@ def train(
     seed
         Random seed of folds, hyper-parameter search and training.
     workers
-        Processes; 0 takes all cores.
+        Number of processes; 0 means one per core.
     progress
         True shows a bar; a function is called with the number of steps just finished. The steps
         are the detector, the contacts, each window model and the network.
@@ -140,7 +142,7 @@ def train(
     digests = pinch_digests(dataset.pinches)
     has_shore = bool(np.isfinite(dataset.shore_a).any())
     if rate is None and (has_shore or not takes_windows):
-        rate = pretrained().rate  # also of the detector: all listen to one stream
+        rate = pretrained().rate  # the detector needs this rate too, because all use one stream
     dataset, notes = _resampled(dataset, rate)
     lengths = sorted(windows) if takes_windows else []
     with (
@@ -206,7 +208,7 @@ def train_detector(
     detector
         Name of the detector; None for the default one.
     rate
-        Sampling rate to resample the pinches to first, Hz; by default their own.
+        Sampling rate to which the pinches are resampled first, Hz; by default their own rate.
 
     Raises
     ------
@@ -266,7 +268,7 @@ def adapt(
         if detector is not None and detector != fallback.name:
             if DETECTORS.find(detector).learns:
                 raise InputError(
-                    f"{detector} has to be trained: give recordings, too", parameter="detector"
+                    f"{detector} must be trained: give recordings", parameter="detector"
                 )
             fallback = make_detector(detector)
         return Model(fallback, (NetworkPredictor(pretrained()),))
@@ -274,7 +276,7 @@ def adapt(
 
 
 def at_known_contacts(contacts: str, dataset: Dataset) -> bool:
-    """Return True if signals start at known contacts instead of detected ones.
+    """Return True if windows start at known contacts instead of detected contacts.
 
     Raises
     ------
@@ -287,7 +289,8 @@ def at_known_contacts(contacts: str, dataset: Dataset) -> bool:
         )
     if contacts == "known" and all(p.first is None for p in dataset.pinches):
         raise InputError(
-            'no pinch has a known first contact: use "detected", or import with first_contact',
+            'no pinch has a known first contact: use "detected", or import recordings with a '
+            "first_contact",
             parameter="contacts",
         )
     return contacts == "known"
@@ -334,7 +337,7 @@ def _training_pinches(data: Dataset) -> Dataset:
 
 
 def _resampled(dataset: Dataset, rate: float | None) -> tuple[Dataset, list[str]]:
-    """Resample pinches if their rate differs. Return a note on it."""
+    """Resample pinches if their rate differs. Return them with a note on the resampling."""
     check_rate("data: the rate", dataset.layout.rate)
     if rate is None or is_same_rate(rate, dataset.layout.rate):
         return dataset, []

@@ -45,7 +45,7 @@ def to_array(digests: Digests) -> NDArray[np.uint8]:
 
 
 def from_array(array: NDArray[Any] | None) -> Digests:
-    """Return the digests in a file's array. Raise InputError if it holds none."""
+    """Return the digests in a file's array. Raise InputError if the array is invalid."""
     if array is None:
         return np.zeros(0, np.uint64)
     if array.dtype != np.uint8 or array.ndim != 1 or len(array) % SIZE:
@@ -70,7 +70,7 @@ class TrainOverlap:
         Pinches with the source, session and specimen of a training pinch, but other samples. They
         may be new, or resampled, filtered or newly cut training pinches.
     same_session, same_specimen
-        Pinches of a training session, or else of a training specimen, by name.
+        Pinches with the session of training pinches, or with the specimen, but not with both.
     new
         All other pinches.
     """
@@ -94,18 +94,18 @@ class TrainOverlap:
     def warnings(self, scored: NDArray[np.intp]) -> list[str]:
         """Return warnings about the pinches at these positions, one line each."""
         seen, namesakes = int(self.seen[scored].sum()), int(self.namesakes[scored].sum())
-        apart = "reported apart and say nothing of its errors in use"
+        apart = "scored separately and do not show the errors in use"
         lines = []
         if seen:
             lines.append(
-                f"warning: {seen} pinches are ones that the model learned from, sample by sample: "
+                f"warning: {seen} pinches have the same samples as training pinches of the model: "
                 f"they are {apart}"
             )
         if namesakes:
             lines.append(
-                f"note: {namesakes} pinches have the session and specimen of others that the model "
-                "learned from, and other samples: new ones, or the same resampled or cut anew; "
-                "they are reported apart"
+                f"note: {namesakes} pinches have the session and specimen of training pinches, but "
+                "other samples: they may be new, or training pinches that were resampled or cut "
+                "again: they are scored separately"
             )
         return lines
 
@@ -118,11 +118,11 @@ def train_overlap(dataset: Dataset, trained_on: TrainingData, digests: Digests) 
     dataset
         Pinches as loaded, because resampled pinches have other digests.
     trained_on, digests
-        Training data of the model, and their digests.
+        Training data of the model, and the digests of its training pinches.
     """
     seen = np.isin(pinch_digests(dataset.pinches), digests)
     specimen = np.isin(dataset.specimens, trained_on.specimens) & ~dataset.test & ~seen
-    # Other people's sessions have the same names: only of the same source do they say anything.
+    # Sessions of other sources may have the same names by chance.
     session = np.isin(dataset.sessions, trained_on.sessions) & ~dataset.test & ~seen
     session &= trained_on.source == dataset.source
     return TrainOverlap(

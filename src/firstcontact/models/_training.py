@@ -37,7 +37,7 @@ class LabelledWindows:
     test
         Mask of the windows with role ``test``, shape (n,).
     rows
-        Position in the dataset, shape (n,).
+        Position of each window's pinch in the dataset, shape (n,).
     rate
         Sampling rate of the windows, Hz.
     """
@@ -56,7 +56,7 @@ class LabelledWindows:
 
     @property
     def has_sessions(self) -> bool:
-        """Return True if these windows come from two or more known sessions."""
+        """True if all sessions are known and there are two or more."""
         return _tells_apart(self.sessions)
 
     @property
@@ -100,8 +100,9 @@ def _tells_apart(names: NDArray[np.str_]) -> bool:
 def distinct_specimens(dataset: Dataset) -> NDArray[np.str_]:
     """Return a unique specimen name for each pinch, shape (pinches,).
 
-    People number the specimens of each object, or name all of them after the material. A name with
-    several objects, levels or ranks means several specimens and gets these as a suffix.
+    People number the specimens of each object, or name all specimens after the material. So a name
+    with several objects, levels or ranks means several specimens; object and level are then
+    appended to it.
     """
 
     def kind(label: Label) -> tuple[str, ...]:
@@ -136,7 +137,7 @@ def labelled_windows(
     dataset
         The pinches.
     contacts
-        Start of each window; None if no contact was detected.
+        Contact at which the window of each pinch starts; None if no contact was detected.
     duration
         Length of the windows, s.
     target
@@ -206,7 +207,7 @@ class LabelledTouches:
         )
 
     def take(self, rows: NDArray[Any]) -> LabelledTouches:
-        """Return the rows at these positions, or where a mask is true."""
+        """Return the contacts at these positions, or where a mask is true."""
         arrays = [getattr(self, f.name)[rows] for f in fields(self)[1:]]
         return LabelledTouches(self.touches.take(rows), *arrays)
 
@@ -217,18 +218,18 @@ class LabelledTouches:
 
     @property
     def clusters(self) -> NDArray[np.str_]:
-        """Return the cluster of each contact: its specimen, or the pinch itself without a name."""
+        """Cluster of each contact: its specimen, or its pinch if the specimen has no name."""
         return np.where(self.specimens == "", self.rows.astype(np.str_), self.specimens)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fit:
-    """One training, and the windows to predict with its model.
+    """Description of one training, and the windows to predict with the trained model.
 
     Parameters
     ----------
     model
-        Name of an estimator, or a regressor in scikit-learn's form.
+        Name of an estimator, or a regressor with scikit-learn's interface.
     task
         Regression or classification.
     learn
@@ -255,7 +256,7 @@ def fit_model(fit: Fit) -> WindowModel:
 
 
 def fit_models(fits: Sequence[Fit]) -> Sequence[WindowModel]:
-    """Train models that differ in their windows only."""
+    """Train the models of several :class:`Fit` that differ in their windows only."""
     from firstcontact.models._registry import ESTIMATORS, make_estimator
     from firstcontact.models._window_model import WindowModel
 
@@ -274,7 +275,7 @@ def fit_models(fits: Sequence[Fit]) -> Sequence[WindowModel]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Question:
-    """Estimator, task, splits and options of a held-out prediction."""
+    """Estimator, task, data, splits and options of a held-out prediction."""
 
     model: object
     task: Task
@@ -284,12 +285,12 @@ class Question:
 
 
 def held_out(runner: Runner, questions: Sequence[Question], seed: int) -> list[Values]:
-    """Return predictions for each pinch by a model that did not learn from it.
+    """Return predictions for each window by a model that did not learn from its pinch.
 
     Returns
     -------
     list of ndarray
-        Predictions for each query, shape (n,); NaN for pinches in no test side.
+        Predictions for each question, shape (n,); NaN for windows in no test side.
 
     Raises
     ------
@@ -309,10 +310,11 @@ def held_out_with_spread(
     for number, question in enumerate(questions):
         for split in question.splits:
             split.check(question.data.sessions, question.data.specimens)
-        # The same sets share a job with any number of workers: the weights depend on it.
+        # Weights depend on which sets train together, so jobs do not depend on the number of
+        # workers.
         places, size = range(len(question.splits)), find_estimator(question.model).together
         jobs += [(number, places[i : i + size]) for i in range(0, len(places), size)]
-    # Views of mappings, as registries have them, do not travel.
+    # Read-only views of mappings, as estimators declare them, cannot be pickled.
     plain = [replace(question, options=dict(question.options)) for question in questions]
     answers = runner.map(_held_out, jobs, plain, seed)
     out = [np.full((2, len(q.data)), np.nan) for q in questions]

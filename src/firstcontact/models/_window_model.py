@@ -28,7 +28,7 @@ class WindowModel(ABC):
 
     #: Name of the runtime in model files.
     kind: ClassVar[str]
-    #: Modules that it needs beyond the base install, and the extra that contains them.
+    #: Modules that the model needs beyond the base install, and the extra that contains them.
     modules: ClassVar[tuple[str, ...]] = ()
     extra: ClassVar[str] = ""
     #: Specification of its inputs and predictions.
@@ -56,8 +56,8 @@ class WindowModel(ABC):
     def spread(self, X: Windows) -> Values | None:
         """Return the model's own standard deviation of each prediction, or None.
 
-        For usable windows (n, samples, channels), shape (n,), above 0, in the unit of the
-        prediction. Conformal intervals are then multiples of it.
+        Windows (n, samples, channels) must be usable. The values have shape (n,), are above 0 and
+        in the unit of the prediction. Conformal intervals are then multiples of them.
         """
         return None
 
@@ -70,8 +70,8 @@ class WindowModel(ABC):
             The model has no such form. The message gives the reason.
         """
         raise InputError(
-            f"a model of kind {self.kind!r} does not describe its arithmetic in steps, which an "
-            "export needs: train another estimator"
+            f"a model of kind {self.kind!r} cannot be exported, because it does not describe its "
+            "arithmetic in steps: train another estimator"
         )
 
     def smaller(self, X: Windows) -> Iterator[WindowModel]:
@@ -106,7 +106,7 @@ class WindowModel(ABC):
             A window cannot be used, or its prediction is not finite.
         """
         self.spec.check(X)
-        with np.errstate(all="ignore"):  # what overflows is refused below
+        with np.errstate(all="ignore"):  # predictions that overflow are refused below
             outputs = self.outputs(X)
             sure = np.isfinite(outputs).all(axis=1)
             if self.spec.task is Task.REGRESSION:
@@ -150,7 +150,7 @@ class ArrayCheck:
     Parameters
     ----------
     shape
-        Length of each axis: a number or a symbol. A symbol stands for a length from
+        Length of each axis: a number or a name. A name stands for a length from
         :meth:`ArraysModel.sizes`, or for any length that is the same in all arrays.
     positive
         Index of values that must be above 0; ``...`` means all values, None means none.
@@ -163,9 +163,9 @@ class ArrayCheck:
     dtype: type[np.generic] = np.floating
 
     def is_met(self, array: NDArray[Any], sizes: dict[str, int]) -> bool:
-        """Return True if an array has the declared shape and values.
+        """Return True if an array has the declared type, shape and values.
 
-        Lengths of symbols that are not yet in ``sizes`` are added to it.
+        The length of a name in the shape is taken from ``sizes``. For a new name it is added there.
         """
         if array.ndim != len(self.shape) or not np.issubdtype(array.dtype, self.dtype):
             return False
@@ -211,7 +211,7 @@ class ArraysModel(WindowModel):
     def sizes(cls, spec: Spec) -> dict[str, int]:
         """Return the lengths that the spec determines, by their names in the declared shapes.
 
-        ``inputs`` are the samples of a window, ``outputs`` the classes or the one output.
+        ``inputs`` is the number of values in a window; ``outputs`` is the number of classes, or 1.
         """
         return {"inputs": spec.samples * spec.channels, "outputs": len(spec.classes) or 1}
 
@@ -229,6 +229,6 @@ class ArraysModel(WindowModel):
 TARGET = ArrayCheck((2,), positive=1)
 
 _NO_ANSWER = (
-    "the model's answer is not a finite number below 1e9: leave this pinch out, or train the model "
+    "the prediction is not a finite number below 1e9: leave this pinch out, or train the model "
     "again"
 )

@@ -287,7 +287,9 @@ def test_a_model_is_made_for_another_rate_and_says_so(
     # What it learned from is known by the samples as they were recorded.
     capsys.readouterr()
     assert run("evaluate", tmp_path / "m", data) == 0
-    assert "warning: 60 pinches have the same samples as training pinches" in capsys.readouterr().out
+    assert (
+        "warning: 60 pinches have the same samples as training pinches" in capsys.readouterr().out
+    )
 
 
 def test_shore_a_is_trained_at_the_rate_of_the_network_unless_another_is_given(

@@ -58,7 +58,7 @@ class SlipDetector(ABC):
 
 
 class PowerSlipDetector(SlipDetector):
-    """Slip detector that fires if both fingers are loud above 400 Hz for 10 ms on end.
+    """Slip detector that fires if the fingers are loud above 400 Hz for 10 ms without a break.
 
     The loudness is the mean of both fingers. The detector is causal, and block sizes do not matter.
     A vibration shorter than 7.5 ms is no slip. A starting motor is as loud as a slip, so call

@@ -52,7 +52,7 @@ class Estimate(msgspec.Struct, frozen=True, kw_only=True, tag="estimate"):
         Shape that was given for the object, ``flat`` or ``radius 37 mm``; empty without one.
     half_width
         Half width of the interval before it was clipped to the scale; null if the model's estimates
-        are not combined over pinches.
+        are not pooled over pinches.
     """
 
     value: float

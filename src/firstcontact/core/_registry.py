@@ -28,7 +28,7 @@ E = TypeVar("E", bound=Named)
 
 
 class Registry(Mapping[str, E], Generic[E]):
-    """Registry of named entries, in the order of figures and tables, imported on first use.
+    """Registry of named entries. An entry is imported on first use.
 
     Figures and tables show the entries in the order of the registry. Looking up a name imports its
     plug-in; iterating imports all plug-ins. A plug-in that fails to load is left out. The log and

@@ -121,8 +121,7 @@ def nearness(takes: str, gives: str, places: Real) -> Step:
 def deviation(takes: str, gives: str, lower: Real, most: float, least: float, scale: float) -> Step:
     """Return the step ``scale sqrt(max(most - |L x|², least))``; L is lower triangular, (n, n).
 
-    L is lower triangular. The result is the standard deviation of a Gaussian process's prediction,
-    one value.
+    The result is the standard deviation of a Gaussian process's prediction, one value.
     """
     n = len(lower)
     packed = flat32(lower[np.tril_indices(n)])

@@ -47,7 +47,7 @@ class FinalModel:
     interval
         Interval from the predictions that also give the scores; None without one.
     conformal
-        Text about the calibration of the interval, for the card.
+        How the interval was calibrated, for the card.
     """
 
     model: WindowModel

@@ -50,7 +50,7 @@ class Rig:
     tokens
         Tokens: features of each level of Shore A at each stage, shape (stages, levels, TOKEN).
     general
-        General features of the rig, shape (GENERAL,).
+        Features of the rig as a whole, such as noise and number of pinches, shape (GENERAL,).
     """
 
     level: float

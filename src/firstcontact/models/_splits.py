@@ -47,8 +47,8 @@ class Split:
         Parameters
         ----------
         sessions, specimens
-            Session and specimen of each pinch, shape (pinches,). Unknown sessions and specimens
-            ("") count as shared.
+            Session and specimen of each pinch, shape (pinches,). All unknown names ("") count as
+            one group.
 
         Raises
         ------

@@ -139,7 +139,7 @@ def simulate(
     positions
         True for a hand that reports its positions: each pinch then has a measured closing speed.
     progress
-        True to show a bar, or a function that is called with the number of finished pinches.
+        True to show a bar, or a function that is called with the number of pinches just finished.
 
     Returns
     -------

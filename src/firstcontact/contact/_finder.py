@@ -49,11 +49,12 @@ class Onset:
 def find_onsets(signals: NDArray[np.float64], rate: float) -> list[Onset]:
     """Find all contacts in whole signals, in time order.
 
-    Unlike a detector, the finder knows the quiet level of the whole signal, compares past and
-    future at every sample, and takes the largest leaps first. So it finds more, but cannot run
-    live. A leap counts only if the signal also changes faster than before. This excludes slow
-    swings, but not rebounds. The onset is then located in the unfiltered signal. A causal filter
-    would delay it, and a filter in both directions would start a slow onset too early.
+    Unlike a detector, the finder knows the quiet level of the whole signal. At every sample it
+    compares the loudness before and after, and it accepts the largest leaps first. So it finds more
+    contacts, but cannot run live. A leap counts only if the signal also changes faster than before.
+    This excludes slow swings, but not rebounds. The onset is then located in the unfiltered signal.
+    A causal filter would delay it, and a filter in both directions would start a slow onset too
+    early.
 
     Parameters
     ----------

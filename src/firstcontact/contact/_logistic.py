@@ -176,7 +176,7 @@ class LogisticDetector(TrainedDetector):
         return np.asarray(loud[: len(ends) * step].reshape(-1, step).any(axis=1))
 
     def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return a mask of the windows whose last decisions are all above the threshold."""
+        """Return a mask of the windows whose last four looks all score above the threshold."""
         assert self._line is not None
         step = self._sizes.step
         length = windows.shape[2] - (LOOKS - 1) * step

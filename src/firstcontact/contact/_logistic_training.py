@@ -189,10 +189,10 @@ def fit_line(looks: Sequence[Looks], seed: int) -> NDArray[np.float64]:
 
 
 def best_threshold(levels: NDArray[np.float64]) -> float:
-    """Return the threshold with the fewest false alarms and late decisions, softly counted.
+    """Return the threshold with the fewest false alarms and late decisions.
 
-    A pinch on the wrong side of the threshold counts by a logistic function of its distance. So the
-    threshold lies in the middle of a gap between scores, not just above a single click.
+    The count is smooth: each level adds a logistic function of its distance beyond the threshold.
+    So the threshold lies in the middle of a gap between scores, not just above a single click.
 
     Parameters
     ----------

@@ -91,7 +91,7 @@ def _edges(n: int, rate: float) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
 
 
 def parts(rate: float) -> list[int]:
-    """Return the lengths of the newest parts in samples, ascending, without the quiet part."""
+    """Return the lengths of the newest parts, ascending, and of the recent part, in samples."""
     lengths: list[int] = []
     for part in (*PARTS, RECENT):
         lengths.append(max(samples_in(part, rate), lengths[-1] + 1 if lengths else 1))
@@ -115,8 +115,9 @@ def loudness_features(
 ) -> NDArray[np.float64]:
     """Return the logarithms of levels of the signal and of its prediction error.
 
-    For both signals: the level of the quiet part, then how far the newest parts, the 3 ms before
-    them, and the highest peak of the newest 3 ms exceed it.
+    Each of the two gives the level of the quiet part, then differences of logarithms: the newest
+    parts, and the 3 ms before them, relative to the quiet part; the peak of the newest 3 ms
+    relative to the peak of the quiet part.
 
     Parameters
     ----------

@@ -30,10 +30,10 @@ FOLDS = 3
 class SvmDetector(TrainedDetector):
     """Detector with one RBF-SVM for both fingers. Its inputs are features of the window.
 
-    Training uses windows after contacts at several ages, and windows before them. The negatives
-    closest to the margin are then added, and the machine is trained again. The threshold is chosen
-    on held-out folds of the training pinches, grouped by session: it is the middle of the range in
-    which the most first contacts are detected correctly.
+    Training uses windows at several times after contacts, and windows before contacts. The windows
+    that the machine classifies worst are then added, and the machine is trained again. The
+    threshold is chosen on held-out folds of the training pinches, grouped by session: it is the
+    middle of the range in which the most first contacts are detected correctly.
 
     Parameters
     ----------

@@ -45,7 +45,7 @@ def require_modules(extra: str, *modules: str) -> None:
     Raises
     ------
     InputError
-        A package of the extra is missing. The message names the extra.
+        A module is missing. The message holds the command that installs the extra.
     """
     missing = missing_modules(modules)
     if missing:
@@ -108,6 +108,6 @@ def require_extra(entry: HasRequirements) -> None:
     Raises
     ------
     InputError
-        A package of the extra is missing. The message names the extra.
+        A module is missing. The message holds the command that installs the extra.
     """
     require_modules(entry.extra, *entry.modules)

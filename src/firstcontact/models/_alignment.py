@@ -122,7 +122,7 @@ def found_as_live(dataset: Dataset, detector: Detector, seed: int, runner: Runne
 def _found_apart(
     fold: tuple[Places, Places], dataset: Dataset, detector: str
 ) -> Sequence[Contact | None]:
-    """Return the contacts in a fold's second dataset by a detector fitted to the first."""
+    """Fit a detector to one side of a fold. Return its contacts on the other side."""
     learn, ask = fold
     other = make_detector(detector).fit(dataset.take(learn))
     return detect_alignment(dataset.take(ask), other).contacts

@@ -78,7 +78,10 @@ def _log_peak(X: NDArray[Any]) -> Values:
 
 
 class PeakModel(ArraysModel):
-    """Model of the log peak: a parabola for regression, the nearest class mean for classes.
+    """Model of the log peak, the logarithm of a window's peak amplitude.
+
+    A regression predicts a parabola in the log peak. A classification predicts the class whose mean
+    log peak is nearest.
 
     For regression, ``weights`` holds the parabola (highest power first) and the range of the
     training targets, to which predictions are clipped. For classification it holds the mean log

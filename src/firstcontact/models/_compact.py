@@ -1,9 +1,9 @@
 """Compact network for a small processor: low-rank layers with integer weights.
 
-The outputs of a layer for the contacts of one rig lie close to a few directions. With P the first
-of these, ``y = W x + b`` becomes ``m + P (P' (W x + b - m))``: two thin layers. Their weights are
-rounded to integers whose sums cannot overflow 32 bits. This network in NumPy predicts the same as
-its C export.
+For the contacts of one rig, the outputs of a layer vary along a few directions only. Let P hold the
+first of these directions, and m the mean output. Then ``y = W x + b`` is close to ``m + P (P' (W x
++ b - m))``: two thin layers. Their weights are rounded to integers whose sums cannot overflow 32
+bits. This network in NumPy predicts the same as its C export.
 """
 
 from __future__ import annotations

@@ -40,7 +40,8 @@ class Delays(Record, frozen=True, kw_only=True):
 class DetectionScores(Record, frozen=True, kw_only=True):
     """Scores of a detector over pinches whose first contact is known.
 
-    A share is None if there are no windows of that kind.
+    The first trigger of a pinch is the first contact that the detector reports and does not
+    withdraw. A share is None if there are no windows of that kind.
 
     Windows are counted every 3 ms as published, independent of earlier decisions. For a detector
     with shorter steps, a 3 ms step fires if any of its windows fires. A window of either finger is

@@ -87,7 +87,10 @@ class InContextModel:
         }
 
     def follow(self, touches: Touches) -> SingleContactPredictor:
-        """Return the predictions for one contact (one row) while its signal arrives."""
+        """Return a predictor for one contact, which uses the signal as it arrives.
+
+        ``touches`` holds this contact alone.
+        """
         self._check(touches)
         rig = self.rigs[self.by_rig(touches)[0][0]]
         return SingleContactPredictor(self, touches, beside(touches, rig, one=True))
@@ -232,7 +235,7 @@ class InContextModel:
             )
 
     def by_rig(self, touches: Touches) -> list[tuple[int, NDArray[np.intp]]]:
-        """Yield the finger number of each rig, and the positions of its contacts."""
+        """Return the finger number of each rig, and the positions of its contacts."""
         numbers = [f if f in self.rigs else ANY for f in touches.fingers.tolist()]
         if len(set(numbers)) == 1:
             return [(numbers[0], np.arange(len(numbers)))]

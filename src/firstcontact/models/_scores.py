@@ -76,6 +76,6 @@ class Bounded(NamedTuple):
 
 
 def bounded(scores: Scores | None, name: str) -> Bounded | None:
-    """Return a score of a record with its interval; None if there is no record."""
+    """Return a score of a record with its interval; None if the record lacks the score."""
     value = getattr(scores, name, None)
     return None if scores is None or value is None else Bounded(value, scores.intervals.get(name))

@@ -119,7 +119,8 @@ def contact_windows(
     kept : ndarray
         Mask of the pinches with a window, shape (pinches,). A window needs a contact and a sensor
         on that finger. The pinch must contain the window, the look-ahead of the filter, and at
-        least 2 ms before the contact. The window must be finite and not constant.
+        least 2 ms of quiet that end 2 ms before the contact. The window must be finite and not
+        constant.
 
     Raises
     ------

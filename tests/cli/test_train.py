@@ -160,7 +160,7 @@ def test_a_regression_has_an_interval_that_was_checked_on_other_folds(
     # One fold of 15 is asked with bounds from the 45 others.
     assert checked["n"] == 60
     assert 0.6 < checked["coverage"] <= 1.0
-    assert f"held {100 * checked['coverage']:.1f} % of 60 pinches" in output
+    assert f"held the truth in {100 * checked['coverage']:.1f} % of 60 pinches" in output
 
     assert run("evaluate", tmp_path / "m", data) == 0
     output = capsys.readouterr().out

@@ -195,5 +195,5 @@ def test_a_model_folder_with_a_foreign_graph_is_refused_in_one_sentence(tmp_path
     arrays = load_arrays(folder)
     raw = changed(arrays["onnx"].tobytes(), external)
     replace_arrays(folder, arrays | {"onnx": np.frombuffer(raw, dtype=np.uint8)})
-    with pytest.raises(InputError, match=r"weights\.safetensors.*CNN is not one"):
+    with pytest.raises(InputError, match=r"weights\.safetensors.*CNN cannot be used"):
         load_window(folder)

@@ -169,6 +169,6 @@ def interval_in_words(final: FinalModel, target: Target) -> str:
         return f"interval at level {final.interval.level:g}: too few pinches to check it on"
     return (
         f"held out, interval from other folds: the interval at level {final.interval.level:g} "
-        f"contained the truth of {percent(checked['coverage'])} of {checked['n']} pinches, mean "
+        f"held the truth in {percent(checked['coverage'])} of {checked['n']} pinches, mean "
         f"width {checked['mean_width']:.1f} {UNITS[target]}"
     )

@@ -1,4 +1,4 @@
-"""Detectors on disk: a JSON card, and a safetensors file for trained ones."""
+"""Detectors on disk: a JSON card, and a safetensors file for trained detectors."""
 
 from __future__ import annotations
 

@@ -134,5 +134,5 @@ class RbfMachine:
 
 
 def _names(kind: type[RbfMachine]) -> list[str]:
-    """Return the names of the stored fields, without derived ones."""
+    """Return the names of the stored fields, without derived fields."""
     return [f.name for f in fields(kind) if f.init]

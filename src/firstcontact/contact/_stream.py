@@ -166,7 +166,7 @@ class WindowDetector(ABC):
         Raises
         ------
         InputError
-            The detector has no such form.
+            The detector has no sample-by-sample form.
         """
         raise InputError(
             f"the detector {self.name!r} has no sample-by-sample form, which an export needs: "

@@ -78,8 +78,8 @@ def training_windows(
     """Return the training windows of all usable pinches.
 
     Negatives are windows of each finger before its own contact, one per step, at a random phase. If
-    the second contact is unknown, they end before the first one. Positives end 1.4 ms after each
-    contact, and at several later times up to two steps.
+    the second contact is unknown, they end before the first contact. Positives end 1.4 ms after
+    each contact, and at several later times up to two steps.
 
     Parameters
     ----------

@@ -61,7 +61,7 @@ class ClusterBackend(ParallelBackendBase):  # type: ignore[misc]  # joblib state
             raise InputError(GONE) from error
 
     def submit(self, func: Any, callback: Callable[[Future[Any]], object]) -> Future[Any]:
-        """Submit a batch of calls. Large arrays are separate tasks: Dask can remake a lost one."""
+        """Submit a batch of calls. Large arrays are separate tasks, so Dask can remake them."""
         calls = [
             (
                 call,

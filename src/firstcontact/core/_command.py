@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """Command to a hand, valid until the next one.
+    """Command to a hand, valid until the next command.
 
     Parameters
     ----------

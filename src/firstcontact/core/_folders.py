@@ -103,7 +103,7 @@ def _displaced(path: Path) -> list[Path]:
 
 
 def _recover(path: Path) -> None:
-    """Restore the old folder if a writer was killed between the renames. Remove older ones."""
+    """Restore the old folder if a writer was killed between the renames. Remove older copies."""
     displaced = _displaced(path)
     if displaced and not path.exists():
         displaced.pop().rename(path)

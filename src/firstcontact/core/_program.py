@@ -64,7 +64,7 @@ class Program:
     Raises
     ------
     ValueError
-        A step uses a vector that does not exist yet, or overwrites an existing one.
+        A step uses a vector that does not exist yet, or overwrites an existing vector.
     """
 
     inputs: int

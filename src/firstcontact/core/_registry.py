@@ -1,4 +1,4 @@
-"""Registries of named entries: built-in ones, and plug-ins of other packages."""
+"""Registries of named entries: built-in entries, and plug-ins of other packages."""
 
 from __future__ import annotations
 

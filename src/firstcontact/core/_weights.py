@@ -66,7 +66,7 @@ def write_weights(
         Fields of the card, including ``format``. The function adds the ``versions`` of libraries
         and the ``sha256`` of the weights.
     arrays
-        Arrays by name. If empty, no weights are written and old ones are removed.
+        Arrays by name. If empty, no weights are written and an old file of weights is removed.
     kind
         Record type that will read the card.
 

@@ -86,7 +86,7 @@ class Thin:
     out
         Layer from the directions to the outputs.
     fixed
-        Weights of the inputs that do not change with the contact, float32, shape (directions, those
+        Weights of the inputs that do not change with the contact, float32, shape (directions, fixed
         inputs).
     """
 
@@ -120,7 +120,7 @@ class CompactNetwork(Network):
         return thin.out(thin.into(moving) + fixed @ thin.fixed.T)
 
     def _parted(self, name: str, x: Matrix) -> tuple[Matrix, Matrix]:
-        """Split the inputs of a layer into those that change with a contact, and fixed ones."""
+        """Split the inputs of a layer into inputs that change with a contact, and fixed inputs."""
         is_moving = moving(name, x.shape[-1], self._hidden, self._rest)
         return x[..., is_moving], x[..., ~is_moving]
 

@@ -142,7 +142,7 @@ def held_out_bounds(
 
     Yields
     ------
-    interval, asked
+    interval, in_fold
         Interval, and mask of the fold's predictions, shape (n,). A fold is skipped if the other
         folds have too few predictions.
     """

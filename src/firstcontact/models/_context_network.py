@@ -199,8 +199,8 @@ class Network:
         Returns
         -------
         ndarray
-            Weights, means and standard deviations of the components, the latter two in
-            Shore A, shape (3, n, COMPONENTS).
+            Weights, means (Shore A) and standard deviations (Shore A) of the components, shape (3,
+            n, COMPONENTS).
         """
         h = self._silu("query1", self._scaled("inputs", x))
         query = self._linear("query2", h).reshape(len(h), HEADS, 1, -1)

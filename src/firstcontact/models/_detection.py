@@ -59,7 +59,7 @@ class DetectionScores(Record, frozen=True, kw_only=True):
         Number of pinches whose contact came before any window could detect it, because the motor
         was settling or the steady state was being measured. They are included in ``n``.
     windows, quiet_windows
-        Number of counted windows, and of quiet ones.
+        Number of counted windows, and number of quiet windows among them.
     window_accuracy
         Share of correct decisions over all counted windows. Because most windows are quiet, read it
         together with the next two shares.

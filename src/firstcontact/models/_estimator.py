@@ -23,8 +23,8 @@ TrainingSet = tuple[Windows, Values, NDArray[Any] | None]
 class Estimator(ABC):
     """Estimator that fits a model to windows.
 
-    To add one, write a subclass with these class attributes in a new file, and add a line to
-    :mod:`firstcontact.models._registry`. Commands, studies, figures and reports read its
+    To add an estimator, write a subclass with these class attributes in a new file, and add a line
+    to :mod:`firstcontact.models._registry`. Commands, studies, figures and reports read its
     attributes.
 
     Parameters

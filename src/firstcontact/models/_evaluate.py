@@ -86,7 +86,7 @@ class Evaluation:
     warnings
         Sentences about pinches that the model was trained on.
     groups
-        Scores, pinches that were not seen in training first.
+        Scores of each group of pinches. Pinches that were not seen in training come first.
     duration
         Length of the window, s; None for the network.
     """

@@ -1,6 +1,6 @@
 """Model of a rig: a contact detector and predictors of stiffness.
 
-A model folder holds one such model. ``train`` and ``adapt`` return one.
+A model folder holds one such model. ``train`` and ``adapt`` return a model.
 """
 
 from __future__ import annotations

@@ -15,8 +15,8 @@ from firstcontact.models._touches import Touches
 TIP = 0.010
 #: Number of inputs for closing speed and radius.
 BESIDE = 5
-#: Number of inputs of the network: waveform over the rig's level and over its own peak, mask of the
-#: samples so far, features, closing speed and radius.
+#: Number of inputs of the network: waveform divided by the rig's level, waveform divided by its own
+#: peak, mask of the samples so far, features, closing speed and radius.
 INPUTS = 3 * STAGES[-1] + len(NAMES) + BESIDE
 
 

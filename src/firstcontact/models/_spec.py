@@ -99,7 +99,7 @@ class Spec:
         Raises
         ------
         InputError
-            A window cannot be used. The message names the first one.
+            A window cannot be used. The message names the first such window.
         """
         if X.ndim != 3 or X.shape[1:] != (self.samples, self.channels):
             raise InputError(

@@ -139,8 +139,8 @@ def inner_folds(
     y
         Targets, shape (n,).
     groups
-        Session of each window, shape (n,). With None or a single session, windows are assigned to
-        folds one by one.
+        Session of each window, shape (n,). With None or a single session, each window is assigned
+        to a fold by itself.
     seed
         Random seed of the shuffling.
     k

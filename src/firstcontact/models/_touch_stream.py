@@ -86,7 +86,7 @@ class TouchStream:
         return self._contact.sample + self._left[0] - self._end
 
     def withdraw(self) -> None:
-        """Discard the contact, and wait for another one."""
+        """Discard the contact, and wait for another contact."""
         self._contact = self._signal = self.speed = None
         self._left, self._cut, self.refused = moments(self._layout.rate), 0, ""
 

@@ -86,7 +86,7 @@ def train(
         scikit-learn only. "combined" makes the model of :func:`adapt`; "network" makes that model
         without the regression.
     detector
-        Name of the contact detector; None for the default one.
+        Name of the contact detector; None for the default detector.
     task
         "regression" of Shore A, or "classification" into the levels of ``data``.
     contacts
@@ -206,7 +206,7 @@ def train_detector(
     data
         Pinches. Pinches with role "test" are ignored. They need no label.
     detector
-        Name of the detector; None for the default one.
+        Name of the detector; None for the default detector.
     rate
         Sampling rate to which the pinches are resampled first, Hz; by default their own rate.
 
@@ -237,7 +237,7 @@ def adapt(
     data
         Pinches. Pinches with role "test" are ignored. None gives a model that knows no rig.
     detector
-        Name of the contact detector. None selects the default one, or the package's detector
+        Name of the contact detector. None selects the default detector, or the package's detector
         without data.
     seed
         Random seed of the folds that hold pinches out.

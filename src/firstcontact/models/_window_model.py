@@ -67,7 +67,7 @@ class WindowModel(ABC):
         Raises
         ------
         InputError
-            The model has no such form. The message gives the reason.
+            The model does not describe its arithmetic in steps. The message gives the reason.
         """
         raise InputError(
             f"a model of kind {self.kind!r} cannot be exported, because it does not describe its "

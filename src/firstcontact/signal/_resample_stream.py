@@ -62,7 +62,7 @@ class CausalResampler:
         Returns
         -------
         tuple
-            Output samples, shape (samples, channels), and the number of the first one.
+            Output samples, shape (samples, channels), and the number of the first output sample.
         """
         if not len(x):
             return np.zeros(x.shape), self._next

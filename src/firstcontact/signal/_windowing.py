@@ -229,7 +229,8 @@ class WindowStream:
         Returns
         -------
         list of ContactWindow
-            Windows that this block completed, in the order of their contacts, shorter ones first.
+            Windows that this block completed, in the order of their contacts, shorter windows
+            first.
         """
         if block.first_sample != self._end or block.epoch != self._epoch:
             self._restart(block.first_sample, block.epoch)

@@ -90,7 +90,7 @@ def _arrivals_with_marker(kind: SourceKind, source: Source, patience: float) -> 
 
 
 def _remaining_arrivals(source: Source, patience: float) -> list[Arrival]:
-    """Return what can still be read from a closed source."""
+    """Return the arrivals that can still be read from a closed source."""
     arrivals: list[Arrival] = []
     until = time.monotonic() + patience
     while not source.ended and time.monotonic() < until:

@@ -205,7 +205,10 @@ class PhalanxNoise:
         self._shaped = 0  # number of points with their loudness applied
 
     def shape(self, until: float) -> None:
-        """Apply the loudness up to an instant, s, and to the next point, to interpolate."""
+        """Scale the forces up to the time ``until``, s, by the loudness.
+
+        The point after it is scaled as well, because the kernel interpolates between points.
+        """
         stop = min(int(until / self.dt) + 2, self.points.shape[1])
         if stop > self._shaped and not self._reached == self.loudness == 1.0:
             slope = np.linspace(self._reached, self.loudness, stop - self._shaped + 1)[1:]

@@ -78,8 +78,8 @@ class MaterialLeftOut(Record, frozen=True, kw_only=True):
 class HardnessOrder(Record, frozen=True, kw_only=True):
     """Rank correlations over materials, and class scores, if the pinches permit them.
 
-    ``n_pinches`` of the ``pinches`` with a rank have a window. ``score`` describes the untrained
-    score that orders the materials.
+    ``pinches`` is the number of pinches with a rank, and ``n_pinches`` the number of these with a
+    window. ``score`` describes the score, without training, that orders the materials.
     """
 
     n_pinches: int

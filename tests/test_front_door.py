@@ -25,8 +25,16 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> fc.Dataset:
 
 
 @pytest.fixture(scope="module")
-def model(data: fc.Dataset) -> fc.Model:
-    return fc.train(data, "spectral_ridge" if "spectral_ridge" in plugins.ESTIMATORS else "svm")
+def training(data: fc.Dataset) -> tuple[fc.Model, list[int]]:
+    """Model and the progress of its training."""
+    steps: list[int] = []
+    name = "spectral_ridge" if "spectral_ridge" in plugins.ESTIMATORS else "svm"
+    return fc.train(data, name, progress=steps.append), steps
+
+
+@pytest.fixture(scope="module")
+def model(training: tuple[fc.Model, list[int]]) -> fc.Model:
+    return training[0]
 
 
 def test_every_public_name_exists() -> None:
@@ -58,11 +66,12 @@ def test_progress_counts_every_pinch(tmp_path: Path) -> None:
     assert sum(steps) == len(made) == 5
 
 
-def test_progress_counts_every_step(data: fc.Dataset) -> None:
+def test_progress_counts_every_step(
+    data: fc.Dataset, training: tuple[fc.Model, list[int]]
+) -> None:
+    model, progress = training
+    assert sum(progress) == 3 + len(model.windows)
     steps: list[int] = []
-    model = fc.train(data, "svm", progress=steps.append)
-    assert sum(steps) == 3 + len(model.windows)
-    steps.clear()
     fc.adapt(data, progress=steps.append)
     assert sum(steps) == 3
     steps.clear()

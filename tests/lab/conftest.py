@@ -19,17 +19,21 @@ def _quick_training(small_searches: None) -> Iterator[None]:
         yield
 
 
-@pytest.fixture
-def own_estimators(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture(scope="module")
+def own_estimators() -> Iterator[None]:
     """Hide estimators of other packages, because whole studies would train them."""
-    monkeypatch.setattr(ESTIMATORS, "_plugins", {})
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(ESTIMATORS, "_plugins", {})
+        yield
 
 
-@pytest.fixture
-def unpainted(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Build figures without rendering them, because rendering is slow and other tests cover it."""
+@pytest.fixture(scope="module")
+def unpainted() -> Iterator[None]:
+    """Build figures without rendering them. Rendering is slow, and other tests cover it."""
 
     def save(figure: object, file: StringIO, **options: object) -> None:
         file.write("<svg/>")
 
-    monkeypatch.setattr("matplotlib.figure.Figure.savefig", save)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("matplotlib.figure.Figure.savefig", save)
+        yield

@@ -44,9 +44,9 @@ def built_kernels() -> ModuleType:
 
 @contextmanager
 def using(module: ModuleType | None) -> Iterator[None]:
-    """Use these kernels; NumPy for None."""
-    before, _native._compiled = _native._compiled, module
+    """Use these kernels within the block, or NumPy if ``module`` is None."""
+    usual, _native._compiled = _native._compiled, module
     try:
         yield
     finally:
-        _native._compiled = before
+        _native._compiled = usual

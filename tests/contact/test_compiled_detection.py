@@ -1,4 +1,4 @@
-"""Decisions of the compiled kernels are those of NumPy."""
+"""The compiled kernels decide as the NumPy code does."""
 
 from __future__ import annotations
 

@@ -188,7 +188,7 @@ def test_marks_are_not_orders() -> None:
 
 
 def test_accelerated_twin_stays_close_to_its_reader() -> None:
-    """Otherwise a requested object would come late if the reader is slow."""
+    """If the twin ran ahead of a slow reader, a requested object would come late."""
     with TwinSource(seed=4, speed=50) as source:
         count = sum(len(a.block.data) for a in source.read(60.0))
         select.select([], [], [], 1.0)  # nobody reads: 50 s of the twin's time

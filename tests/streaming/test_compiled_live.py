@@ -22,13 +22,13 @@ def pinches(events: list[Event]) -> list[PinchDone]:
 def test_events_are_those_of_numpy(
     fresh: Dataset, detector: Detector, anytime: InContextModel, real_time: bool
 ) -> None:
-    found = []
+    by_kernel = []
     for module in (built_kernels(), None):
         with using(module):
             pipeline = Pipeline(LAYOUT, detector, NetworkPredictor(anytime), real_time=real_time)
-            found.append(pinches(run(pipeline, cut_frames(fresh))))
-    assert len(found[0]) == len(fresh)
-    for compiled, plain in zip(*found, strict=True):
+            by_kernel.append(pinches(run(pipeline, cut_frames(fresh))))
+    assert len(by_kernel[0]) == len(fresh)
+    for compiled, plain in zip(*by_kernel, strict=True):
         assert (compiled.start, compiled.end) == (plain.start, plain.end)
         assert compiled.contacts == plain.contacts
         assert len(compiled.estimates) == len(plain.estimates)

@@ -226,7 +226,7 @@ class GraspPlant:
             self._piece = min(2 * self._piece, PIECE[1])
 
     def _unmake(self) -> None:
-        """Return to the state before the newest piece. The newest sample can lie within it."""
+        """Return to the state before the newest piece, within which the newest sample can lie."""
         run, self._made = self._mark
         self._run = run.fork()
         contacts, self._contacts = self._contacts, []

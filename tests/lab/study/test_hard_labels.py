@@ -108,7 +108,7 @@ def test_one_specimen_name_at_every_level_and_object(
 
 def test_numbered_specimens_of_each_material(ranks: Dataset, tmp_path: Path) -> None:
     dataset = relabel(ranks, lambda i, label: replace(label, specimen=str(1 + i % 2)))
-    tree = whole_study(dataset, tmp_path)
+    tree = whole_study(dataset, tmp_path, "data", "contact detection", "hardness order")
     assert tree["hardness_order"]["leave_one_material_out"]["classification"]["svm"]["n"] == 36
     assert tree["data"]["specimens"] == 12
 

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from compiled_kernels import built_kernels, using
 from firstcontact.contact import detect
 from firstcontact.contact._gate import STEP, ClosingGate
+from firstcontact.contact._logistic import LogisticDetector
 from firstcontact.core import (
     Block,
     Calibration,
@@ -67,6 +68,18 @@ def test_contacts_are_those_of_numpy(fitted):
             contacts = detect(fitted["logistic"], closing(seed))
         with using(None):
             assert contacts == detect(fitted["logistic"], closing(seed))
+
+
+def test_a_subclass_judges_in_its_own_way(fitted):
+    class Deaf(LogisticDetector):
+        name = "deaf"
+
+        def fires(self, windows):
+            return np.zeros(windows.shape[:2], np.bool_)
+
+    with using(built_kernels()):
+        assert detect(fitted["logistic"], closing(5))
+        assert not detect(Deaf.from_arrays(fitted["logistic"].to_arrays()), closing(5))
 
 
 def test_a_detector_that_was_used_can_be_copied(fitted):

@@ -66,9 +66,7 @@ def test_progress_counts_every_pinch(tmp_path: Path) -> None:
     assert sum(steps) == len(made) == 5
 
 
-def test_progress_counts_every_step(
-    data: fc.Dataset, training: tuple[fc.Model, list[int]]
-) -> None:
+def test_progress_counts_every_step(data: fc.Dataset, training: tuple[fc.Model, list[int]]) -> None:
     model, progress = training
     assert sum(progress) == 3 + len(model.windows)
     steps: list[int] = []

@@ -79,7 +79,7 @@ def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
 
 
 def faults(driver: Any) -> list[str]:
-    """Return the errors of the scripts, except lost connections and pixel reads."""
+    """Return the errors in the browser's log, except lost connections and rendering warnings."""
     kinds = ("network", "rendering")
     return [e["message"] for e in driver.get_log("browser") if e["source"] not in kinds]
 

@@ -83,7 +83,10 @@ def test_twin_objects_have_the_values_of_the_table(item: object) -> None:
         ({"name": ""}, "name is empty"),
         ({"name": "raspberry"}, "the name 'raspberry' is taken"),
         ({"origin": "found"}, "origin is 'found'"),
-        ({"group": "firm fragile"}, "group is 'firm fragile', but its numbers fit 'soft fragile'"),
+        (
+            {"group": "firm fragile"},
+            "the group is 'firm fragile', but the object's numbers fit 'soft fragile'",
+        ),
         ({"mass": "5"}, "mass is '5': use a number from 0.0001 to 2"),
         ({"mass": "five grams"}, "mass is 'five grams'"),
         ({"mass": "nan"}, "mass is 'nan'"),

@@ -120,7 +120,7 @@ class Terminal:
             A person must place the object, but standard output is closed.
         """
         shore = "" if label.shore_a is None else f", {label.shore_a:g} Shore A"
-        self._say_and_wait(
+        self._say_and_reset_timer(
             f"next: {label.object}{shore}, specimen {label.specimen}, "
             f"{wanted - recorded} of {wanted} pinches to go"
             + (": put it in place and press Enter" if self._asks else "")
@@ -146,7 +146,7 @@ class Terminal:
         """Print the result of a closing."""
         name = judged.label.object
         if judged.faults:
-            self._say_and_wait(f"{name}: does not count: {'; '.join(judged.faults)}")
+            self._say_and_reset_timer(f"{name}: does not count: {'; '.join(judged.faults)}")
             return
         parts = [f"{name} {judged.k}/{judged.wanted}: contact"]
         if judged.disagreement is not None:
@@ -155,7 +155,7 @@ class Terminal:
             parts.append(f"offset {judged.offset * 1e3:.1f} ms")
         parts.append(f"noise {judged.noise:.2f} x floor")
         parts.append(f"{self._source.health.lost_samples} samples lost so far")
-        self._say_and_wait(", ".join(parts))
+        self._say_and_reset_timer(", ".join(parts))
 
     def going_on(self) -> None:
         """Refresh the status line. Print link changes and reminders."""
@@ -169,7 +169,7 @@ class Terminal:
             if is_tapped(guide.layout):
                 event, place = "a tap", "surroundings"
             advice = f": calibrate again, or quieten the {place}" if guide.noise > NOISY else ""
-            self._say_and_wait(f"waiting for {event}; {noise}{advice}")
+            self._say_and_reset_timer(f"waiting for {event}; {noise}{advice}")
         if self._live:
             line = (
                 f"{health.samples / guide.layout.rate:.0f} s, {noise}, {health.lost_samples} lost"
@@ -177,8 +177,8 @@ class Terminal:
             self._width = max(self._width, len(line))
             print(f"\r{line.ljust(self._width)}", end="", flush=True)
 
-    def _say_and_wait(self, line: str) -> None:
-        """Print a line about the hand; the next reminder is due :data:`REMIND` later."""
+    def _say_and_reset_timer(self, line: str) -> None:
+        """Print a line about the hand, and restart the time until the next "waiting for" line."""
         self.say(line)
         self._reminded_at = self._source.health.samples
 

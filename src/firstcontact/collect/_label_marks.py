@@ -166,7 +166,10 @@ class Marks:
     def _inside(self, mark: Mark, sample: int) -> int:
         length = self._lengths[mark.recording][mark.stretch]
         if not 0 <= sample < length:
-            raise InputError(f"sample {sample} is outside of the {length} samples of its stretch")
+            raise InputError(
+                f"sample {sample} is outside the unbroken signal (0 to {length - 1}): "
+                "place the onset within it"
+            )
         return sample
 
 

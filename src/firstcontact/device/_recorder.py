@@ -149,7 +149,7 @@ class Recorder:
             self._waiting = 0
 
     def _take(self) -> list[Block | Marker | PinchMark]:
-        """Return the whole queue. It is empty only when the recording ends."""
+        """Wait for queued items, and return them all. The list is empty once the recording ends."""
         with self._changed:
             self._changed.wait_for(lambda: self._queue or self._closing)
             waiting = list(self._queue)

@@ -84,10 +84,10 @@ class Predictions:
 
 
 class ContactPredictor(Protocol):
-    """Interface of predictors of stiffness from the valid part of contacts."""
+    """Interface of models that predict stiffness from the signal after contacts."""
 
     def predict(self, touches: Touches) -> Predictions:
-        """Return predictions from the valid part of each contact."""
+        """Return a prediction for each contact, from its samples before the second contact."""
         ...
 
 

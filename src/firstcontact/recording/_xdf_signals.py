@@ -50,9 +50,10 @@ def guessed_signals(
 def unbroken_parts(
     path: Path, streams: Sequence[Stream], signals: Sequence[Signal], notes: list[str]
 ) -> tuple[list[Part], Run]:
-    """Return the unbroken stretches of the vibration with all other signals, and its whole run.
+    """Return the unbroken parts of a recording, and one run from its first to its last sample.
 
-    A stretch in which another signal has no samples is left out.
+    The vibration has no gap within a part. A part in which another signal has no samples is left
+    out.
     """
     by_name = {s.name: s for s in streams}
     for signal in signals:

@@ -116,8 +116,8 @@ def read_household(
         )
         if one.group != fitting_group(one.numbers):
             raise InputError(
-                f"{place}: group is {one.group!r}, "
-                f"but its numbers fit {fitting_group(one.numbers)!r}"
+                f"{place}: the group is {one.group!r}, "
+                f"but the object's numbers fit {fitting_group(one.numbers)!r}"
             )
         by_name[one.name] = one
     return tuple(by_name.values())

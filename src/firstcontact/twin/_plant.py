@@ -160,7 +160,7 @@ class GraspPlant:
         -------
         ndarray
             Shape (samples, 16), in the order of :func:`firstcontact.core._layout.fingertip_layout`.
-            Fewer samples at the end of the longest duration.
+            It has fewer samples if the pinch reaches its longest duration.
         """
         first = self.sample
         self.move(samples)

@@ -56,7 +56,7 @@ class PlantHand(Hand):
 
 @dataclass(frozen=True, slots=True)
 class ClosingRecord:
-    """Commands of a closing, estimates of the pipeline, and counts of the loop.
+    """Commands and estimates of one closing, with the counts of its grasp loop.
 
     ``estimates`` include those that the policy did not use.
     """

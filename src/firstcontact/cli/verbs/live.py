@@ -43,7 +43,7 @@ class Live:
     port: Annotated[int, Option(group="output", advanced=True)] = 8765
     """TCP port of the page; 0 takes a free one."""
     address: Annotated[str, Option(group="output", advanced=True)] = "127.0.0.1"
-    """Address of the page; other machines then need a token."""
+    """Address at which the page is served; other machines need the token, too."""
     token: Annotated[str | None, Option(group="output", advanced=True)] = None
     """Token for viewers on other machines; random by default."""
     json: Annotated[bool, Option(group="output")] = False

@@ -119,7 +119,7 @@ class Marks:
         Raises
         ------
         InputError
-            There is no such onset, there is nothing to undo, or a sample is outside its stretch.
+            There is no such onset, there is nothing to undo, or a sample is outside the signal.
         """
         if action.do == "undo":
             if not self.done:

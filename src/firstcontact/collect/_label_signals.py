@@ -110,7 +110,7 @@ def piece(recording: Recording, stretch: int, middle: int, half: float) -> dict[
     Parameters
     ----------
     recording, stretch
-        Recording, and number of its stretch.
+        Recording, and number of the unbroken stretch in it.
     middle
         Sample in the middle, from the start of the stretch.
     half

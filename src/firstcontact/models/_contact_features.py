@@ -40,7 +40,7 @@ def masked(signals: NDArray[np.floating], valid: NDArray[np.intp]) -> NDArray[np
 
 
 def features(v: NDArray[np.float64], valid: NDArray[np.intp], level: Values) -> NDArray[np.float64]:
-    """Return features of the valid part of each signal.
+    """Return features of each signal, from its valid samples only.
 
     Parameters
     ----------

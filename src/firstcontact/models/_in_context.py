@@ -148,7 +148,7 @@ class InContextModel:
     def predict(
         self, touches: Touches, rig_features: NDArray[np.float64] | None = None
     ) -> Predictions:
-        """Return predictions from the valid part of each contact.
+        """Return a prediction for each contact, from its samples before the second contact.
 
         Parameters
         ----------

@@ -75,7 +75,7 @@ def relative_inputs(
     sign: Values,
     rig_features: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Return the network's inputs for the valid part of each contact.
+    """Return the network's inputs for each contact, from its valid samples only.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""One closing of the simulated hand, with the live pipeline and a policy in the loop."""
+"""One closing of the simulated hand, controlled by a policy with the live pipeline."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Outcomes of tuned policies in full closings, and the gain from stiffness, with intervals.
 
-A full closing simulates everything, the live pipeline and the loop included. It looks nothing up in
-the table of closings.
+A full closing simulates everything, the live pipeline and the grasp loop included. It looks nothing
+up in the table of closings.
 """
 
 from __future__ import annotations

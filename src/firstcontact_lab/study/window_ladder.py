@@ -97,7 +97,7 @@ class WindowLadder:
         return tuple(model.samples for model in self._models)
 
     def predict(self, touches: Touches) -> Predictions:
-        """Return predictions from the valid part of each contact.
+        """Return a prediction for each contact, from its samples before the second contact.
 
         If a window is constant, or shorter than all training windows, the prediction is the mean of
         the training contacts, its interval is the whole scale, and it is marked out of range.

@@ -3,7 +3,8 @@
 The fences of a page run one after the other, in one folder that holds only ``examples/``. A page
 stops at the first failure. A comment on the line before a ``sh`` fence states when it runs:
 
-- none: with the normal tests; the tutorials run one page after the other in one folder;
+- none: with the normal tests, or with ``make test-slow`` (``LONG_PAGES``); the tutorials run one
+  page after the other in one folder;
 - ``<!-- slow -->``: with ``make test-slow``;
 - ``<!-- data -->``: with the normal tests, if the real impacts exist (``FIRSTCONTACT_DATA``);
 - ``<!-- disc -->``: by ``test_two_euro_disc.py``, if there is a sound input;
@@ -212,7 +213,22 @@ def test_no_two_tutorials_write_to_the_same_place() -> None:
             assert written.setdefault(place, page) == page, place
 
 
-@pytest.mark.parametrize("page", [p for p in pages_with("") if p not in TUTORIALS], ids=name)
+#: Pages with commands that take long, and the fast tests of the same verbs with the same device.
+LONG_PAGES = {
+    "docs/how-to/calibrate.md": "tests/cli/test_calibrate.py",
+    "docs/how-to/drive-a-hand.md": "tests/cli/test_live.py",
+    "docs/how-to/record-a-dataset.md": "tests/cli/test_record.py, and a tutorial",
+}
+
+
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(p, id=name(p), marks=[pytest.mark.slow] if name(p) in LONG_PAGES else [])
+        for p in pages_with("")
+        if p not in TUTORIALS
+    ],
+)
 def test_commands_run(page: Path, tmp_path: Path, user_cache: Path) -> None:
     run(page, tmp_path, {""}, user_cache)
 
@@ -265,6 +281,7 @@ def test_what_runs_elsewhere_is_listed_and_the_list_has_no_more() -> None:
     displayed = {c for f in ALL if f.mark == "elsewhere" for c in f.commands}
     assert displayed - set(ELSEWHERE) == set()
     assert {c for c, place in ELSEWHERE.items() if c not in displayed} == set()
+    assert set(LONG_PAGES) <= {name(page) for page in pages_with("")}
 
 
 @pytest.mark.parametrize("command", [c for c in ELSEWHERE if c.startswith("make ")])

@@ -22,7 +22,7 @@ from firstcontact.contact import (
     first_contact,
     judge_pinch,
 )
-from firstcontact.contact._confirmation import CONFIRMED, KEPT, ConfirmingLatch
+from firstcontact.contact._confirmation import CONFIRMED, KEPT, ConfirmingLatch, is_push
 from firstcontact.contact._detector import WindowDecisions
 from firstcontact.core import Block, Contact, Finger, Pinch, fingertip_layout
 from firstcontact.signal import samples_in
@@ -182,3 +182,21 @@ def test_samples_after_a_withdrawal_belong_to_a_new_stage(clicked: Pinch) -> Non
     assert false.withdrawn == false.contacts[0]
     assert (true.block.first_sample, true.withdrawn) == (false.block.end, None)
     assert len(true.contacts) == 2
+
+
+@pytest.mark.parametrize(
+    ("frequency", "peak", "expected"),
+    [(90.0, 10.0, True), (90.0, 3.0, False), (900.0, 15.0, False), (900.0, 60.0, True)],
+    ids=["push", "swell", "click", "loud ringing"],
+)
+def test_push_is_slow_and_clear_of_the_motor(frequency: float, peak: float, expected: bool) -> None:
+    earlier = np.random.default_rng(2).standard_normal(80)
+    later = peak * np.sin(2 * np.pi * frequency * np.arange(AGE) / LAYOUT.rate)
+    signals = np.stack([earlier, -earlier]), np.stack([later, -later])
+    assert is_push(*signals, LAYOUT.rate).tolist() == [expected] * 2
+
+
+def test_samples_that_are_not_finite_or_too_few_count_as_a_push() -> None:
+    earlier = np.random.default_rng(2).standard_normal(80)
+    assert is_push(earlier, np.array([1.0, np.nan, -1.0]), LAYOUT.rate)
+    assert is_push(earlier, np.array([9.0]), 300.0)

@@ -1,4 +1,4 @@
-"""Confirmation of first contacts: a contact whose signal soon fades is withdrawn."""
+"""Confirmation of first contacts: a contact whose signal rings or swells is withdrawn."""
 
 from __future__ import annotations
 
@@ -21,19 +21,21 @@ from firstcontact.signal import DeviceSmoothing, samples_in
 
 #: Time after a first contact at which it is confirmed or withdrawn, s.
 CONFIRMED = 0.003
-#: Length of the newest part of that time, s.
+#: Length of the newest part of that time, s. Its RMS over that before the contact is the level.
 LASTING = 0.002
-#: Least ratio of the RMS of that part to the peak since the contact. A finger that pushes gives
-#: 0.75 to 0.95, a steady tone 0.71, noise 0.4, and a click less.
-PUSHING = 0.65
-#: Least ratio of the same RMS to the signal before the contact at which the contact is confirmed
-#: too. Clicks are not that loud.
-CLEAR = 12.0
+#: Least level of a push, and the level above which no click is assumed.
+FAINT, CLEAR = 4.0, 20.0
+#: Largest mean change of a push within ``LAG`` (s), relative to its mean deviation from the signal
+#: before it. A finger that pushes gives 0.1 to 0.2, a tone of 300 Hz 0.35, and a click 0.4 to 1.3.
+ROUGHEST, LAG = 0.35, 0.0002
 #: The signal before the contact is taken from BEFORE to GUARD before it, s.
 BEFORE, GUARD = 0.017, 0.001
 #: Length of the newest part of a closing that is stored, s. It is longer than the times above and
 #: the delay of a decision together.
 KEPT = 0.1
+#: Time between two steady states of a closing, and the age of the newest sample of each, s. A
+#: contact is detected before it is that old.
+RESETTLED, SETTLED = 0.01, 0.008
 #: Length of the pieces in which pinches are judged, s. Pieces after the last contact are not
 #: judged.
 PIECE = 0.05
@@ -59,10 +61,10 @@ class ConfirmingLatch:
     """Latch of the fingers in one closing. It withdraws a first contact that does not last.
 
     A finger that meets an object pushes for milliseconds. A click of the gears or a burst of
-    interference rings and fades. So a first contact is withdrawn after 3 ms, with all later ones,
-    if the finger does not push and the contact is not much louder than the motor. The fingers can
-    then report contacts again. Without a motor, as for a sensor that a person moves, all contacts
-    count.
+    interference changes faster, and a swell of the motor is faint. So a first contact is withdrawn
+    after 3 ms, with all later ones, if its signal changes faster than a push or is faint. The
+    fingers can then report contacts again. Without a motor, as for a sensor that a person moves,
+    all contacts count.
 
     The result does not depend on the sizes of the blocks.
 
@@ -120,6 +122,26 @@ class ConfirmingLatch:
             events += contacts
         return events + self._confirm(block.end)
 
+    def newest(self, count: int, age: int) -> NDArray[np.float64] | None:
+        """Return smoothed samples of this closing, V; None if there are too few.
+
+        Parameters
+        ----------
+        count
+            Number of samples.
+        age
+            Number of newer samples, which are left out.
+
+        Returns
+        -------
+        ndarray or None
+            Shape (count, fingers).
+        """
+        if self._end - self._past_first < count + age or not self._past:
+            return None
+        out: NDArray[np.float64] = np.concatenate(self._past)[-count - age :][:count]
+        return out
+
     def _due_sample(self, contact: Contact) -> int:
         """Return the last sample that the confirmation of a contact depends on."""
         return max(contact.sample + samples_in(CONFIRMED, self._rate) - 1, contact.decided)
@@ -130,7 +152,7 @@ class ConfirmingLatch:
         if first is None or self._due_sample(first) >= end:
             return []
         self._first = None
-        if self._lasts(first):
+        if self._pushes(first):
             self.is_confirmed = True
             self._past = []
             return []
@@ -138,7 +160,7 @@ class ConfirmingLatch:
         self._not_before = first.sample + 1
         return [Withdrawal(first, self._due_sample(first))]
 
-    def _lasts(self, contact: Contact) -> bool:
+    def _pushes(self, contact: Contact) -> bool:
         """Return True if the signal after a contact is a push, or much louder than the motor."""
         x = np.concatenate(self._past)[:, self._fingers.index(contact.finger)]
         place = contact.sample - self._past_first
@@ -146,10 +168,8 @@ class ConfirmingLatch:
         earlier = x[start : place - samples_in(GUARD, self._rate)]
         if not len(earlier):
             return True
-        later = x[place : place + samples_in(CONFIRMED, self._rate)] - earlier.mean()
-        newest = float(np.sqrt(np.mean(later[-samples_in(LASTING, self._rate) :] ** 2)))
-        least = min(PUSHING * float(np.abs(later).max()), CLEAR * float(earlier.std()))
-        return not newest <= least  # samples that are not finite withdraw nothing
+        later = x[place : place + samples_in(CONFIRMED, self._rate)]
+        return bool(is_push(earlier, later, self._rate))
 
     def _remember(self, block: Block) -> None:
         if block.first_sample != self._end or block.epoch != self._epoch:
@@ -178,6 +198,79 @@ class ConfirmingLatch:
         return out
 
 
+def is_push(
+    earlier: NDArray[np.float64], later: NDArray[np.float64], rate: float
+) -> NDArray[np.bool_]:
+    """Return a mask of the contacts whose signal looks like that of a finger that pushes.
+
+    Samples that are not finite count as a push.
+
+    Parameters
+    ----------
+    earlier
+        Signals in the ``BEFORE`` seconds before each contact without the last ``GUARD``, shape
+        (..., samples).
+    later
+        Signals in the ``CONFIRMED`` seconds from each contact on, shape (..., samples).
+    rate
+        Sampling rate, Hz.
+    """
+    later = later - earlier.mean(axis=-1, keepdims=True)
+    lag = max(1, samples_in(LAG, rate))
+    change = np.abs(later[..., lag:] - later[..., :-lag]).sum(axis=-1) / later.shape[-1]
+    is_rough = change > ROUGHEST * np.abs(later).mean(axis=-1)
+    newest = np.sqrt(np.mean(later[..., -samples_in(LASTING, rate) :] ** 2, axis=-1))
+    least = np.where(is_rough, CLEAR, FAINT) * earlier.std(axis=-1)
+    return np.asarray(~(newest <= least))
+
+
+class _Judge:
+    """Decisions of a detector whose steady state follows a motor that becomes quieter.
+
+    A motor is loudest when it starts, and the first steady state is measured soon after that.
+
+    Parameters
+    ----------
+    detector
+        Fitted or loaded detector.
+    layout
+        Columns of the blocks.
+    """
+
+    def __init__(self, detector: Detector, layout: Layout) -> None:
+        detector.start(layout)
+        self._detector = detector
+        # Other detectors do not announce their next decision: it may come with any sample.
+        self.windowed = detector if isinstance(detector, WindowDetector) else None
+        self.latch = ConfirmingLatch(layout)
+        self._every, self._age = (samples_in(t, layout.rate) for t in (RESETTLED, SETTLED))
+        self._left = self._every
+
+    def update(self, block: Block) -> Iterator[tuple[WindowDecisions, list[Contact | Withdrawal]]]:
+        """Yield the decisions and the events of each piece of a block.
+
+        The pieces end where the steady state is measured again, so results do not depend on the
+        sizes of blocks.
+        """
+        start = 0
+        while start < len(block.data) or not start:
+            data = block.data[start : start + self._left]
+            piece = Block(data, block.first_sample + start, block.epoch)
+            decisions = self._detector.judge(piece)
+            yield decisions, self.latch.update(piece, decisions)
+            self._left -= len(data)
+            start += max(len(data), 1)
+            if not self._left:
+                self._left = self._every
+                self._resettle()
+
+    def _resettle(self) -> None:
+        if self.windowed is not None and not self.latch.is_confirmed:
+            quiet = self.latch.newest(self.windowed.steady_samples, self._age)
+            if quiet is not None:
+                self.windowed.resettle(quiet)
+
+
 class ContactListener:
     """Listener for the contacts of one closing: a detector with a :class:`ConfirmingLatch`.
 
@@ -195,12 +288,9 @@ class ContactListener:
     """
 
     def __init__(self, detector: Detector, layout: Layout) -> None:
-        detector.start(layout)
-        self._detector = detector
-        # Other detectors do not announce their next decision: it may come with any sample.
-        self._windowed = detector if isinstance(detector, WindowDetector) else None
+        self._judge = _Judge(detector, layout)
+        self._latch = self._judge.latch
         self._fingers = len(layout.vibration_fingers)
-        self._latch = ConfirmingLatch(layout)
 
     @property
     def ended(self) -> bool:
@@ -215,15 +305,18 @@ class ContactListener:
     @property
     def due(self) -> int:
         """Number of samples until the next event is possible."""
-        due = 1 if self._windowed is None else self._windowed.due
+        windowed = self._judge.windowed
+        due = 1 if windowed is None else windowed.due
         latch_due = self._latch.due
         return due if latch_due is None else min(due, latch_due)
 
     def update(self, block: Block) -> list[Contact | Withdrawal]:
         """Return the contacts and withdrawals that this block reveals, in order."""
-        events = self._latch.update(block, self._detector.judge(block))
-        if self._latch.is_confirmed and self._windowed is not None:
-            self._windowed.skip(self._latch.latched)
+        events = []
+        for _, new in self._judge.update(block):
+            events += new
+            if self._latch.is_confirmed and self._judge.windowed is not None:
+                self._judge.windowed.skip(self._latch.latched)
         return events
 
 
@@ -263,14 +356,14 @@ def judge_pinch(detector: Detector, pinch: Pinch, until: int) -> PinchDecisions:
     PinchDecisions
         Decisions for these windows, and the first contact in them that is not withdrawn.
     """
-    detector.start(pinch.layout)
-    latch = ConfirmingLatch(pinch.layout)
+    judge = _Judge(detector, pinch.layout)
     windows: list[WindowDecisions] = []
     contacts: list[Contact] = []
     for piece in _pieces(_block(pinch), until, pinch.layout.rate):
-        windows.append(detector.judge(piece))
-        contacts = _standing(latch.update(piece, windows[-1]), contacts)
-        if contacts and latch.is_confirmed:
+        for decisions, events in judge.update(piece):
+            windows.append(decisions)
+            contacts = _standing(events, contacts)
+        if contacts and judge.latch.is_confirmed:
             break
     arrays = ([getattr(part, f.name) for part in windows] for f in fields(WindowDecisions))
     return PinchDecisions(WindowDecisions(*map(np.concatenate, arrays)), next(iter(contacts), None))

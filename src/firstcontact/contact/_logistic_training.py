@@ -10,8 +10,9 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
+from firstcontact.contact._confirmation import RESETTLED, SETTLED
 from firstcontact.contact._loudness import EACH, ORDER, loudness_features, prediction
-from firstcontact.contact._stream import SteadyState, WindowSizes
+from firstcontact.contact._stream import QUIETER, SteadyState, WindowSizes
 from firstcontact.core import Pinch
 from firstcontact.signal import DeviceSmoothing, samples_in
 
@@ -48,7 +49,8 @@ class Looks:
         Masks of looks that end before the pinch's first contact, and of looks that can still detect
         it in time, shape (looks,).
     begins
-        Number of the first look of each finger, then the total number of looks.
+        Number of the first look of each finger with each rule for its steady state, then the total
+        number of looks.
     """
 
     features: NDArray[np.float64]
@@ -132,33 +134,62 @@ def cut_looks(pinch: Pinch, sizes: WindowSizes, early: float, rng: np.random.Gen
         if not steady.alive[column]:
             continue
         x = steady.normalise(smooth)[:, column]
-        filtered = prediction(x[: sizes.steady])
+        ringing = prediction(x[: sizes.steady])
         contacts_of_finger = [
             c.sample - pinch.first_sample for c in pinch.truth if c.finger is finger
         ][:1]
         contact = (contacts_of_finger or [first])[0]
         oldest = samples_in(OLDEST, rate) if contacts_of_finger else -margin
         stop = min(len(x), contact + oldest)
-        x = add_clicks(x, filtered, contact - samples_in(0.02, rate), rng)
+        x = add_clicks(x, ringing, contact - samples_in(0.02, rate), rng)
         ends = np.arange(sizes.steady + sizes.step, stop + 1, sizes.step)
-        windows = np.ascontiguousarray(sliding_window_view(x, length)[ends - length])
-        weights = np.broadcast_to(filtered, (len(ends), ORDER + 1))
+        windows = sliding_window_view(x, length)[ends - length]
         age = ends - contact
         is_first = contacts_of_finger == [first]
-        parts.append(
-            (
-                loudness_features(windows, weights, rate),
-                age <= -margin,
-                (age >= samples_in(YOUNGEST, rate)) & bool(contacts_of_finger),
-                ends <= first - margin,
-                (age > 0) & (age <= samples_in(DUE, rate)) & is_first,
+        # A program on the hand keeps the first steady state.
+        for last in (0, len(x)):
+            parts.append(
+                (
+                    loudness_features(*_settled(windows, x, ends, sizes.steady, last, rate), rate),
+                    age <= -margin,
+                    (age >= samples_in(YOUNGEST, rate)) & bool(contacts_of_finger),
+                    ends <= first - margin,
+                    (age > 0) & (age <= samples_in(DUE, rate)) & is_first,
+                )
             )
-        )
     empty = (np.zeros((0, 2 * EACH)), *(np.zeros(0, np.bool_) for _ in range(4)))
     combined = [np.concatenate(kind) for kind in zip(empty, *parts, strict=True)]
     begins = np.cumsum([0, *(len(part[0]) for part in parts)]).tolist()
     features, quiet, shows, early_looks, due = combined
     return Looks(features, quiet, shows, early_looks, due, tuple(begins))
+
+
+def _settled(
+    windows: NDArray[np.float64],
+    x: NDArray[np.float64],
+    ends: NDArray[np.intp],
+    steady: int,
+    last: int,
+    rate: float,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return windows in sigmas of the steady state at their ends, and its prediction's weights.
+
+    Before the sample ``last``, the steady state follows a motor that becomes quieter, as in
+    :class:`firstcontact.contact._confirmation.ContactListener`.
+    """
+    every, age = samples_in(RESETTLED, rate), samples_in(SETTLED, rate)
+    quiet = x[:steady]
+    ringing = prediction((quiet - quiet.mean()) / quiet.std())
+    out, weights = np.empty(windows.shape), np.empty((len(ends), ORDER + 1))
+    for begin in range(0, int(ends[-1]) if len(ends) else 0, every):
+        later = x[max(begin - age - steady, 0) : max(begin - age, 0)]
+        if begin < last and len(later) == steady and 0.0 < later.std() < QUIETER * quiet.std():
+            quiet = later
+            ringing = prediction((quiet - quiet.mean()) / quiet.std())
+        rows = (ends > begin) & (ends <= begin + every)
+        out[rows] = (windows[rows] - quiet.mean()) / quiet.std()
+        weights[rows] = ringing
+    return out, weights
 
 
 def scores(features: NDArray[np.float64], line: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -30,6 +30,8 @@ from firstcontact.signal import DeviceSmoothing, samples_in
 
 #: Longest piece of a block that is processed at once, samples. It bounds the memory.
 PIECE = 30_000
+#: A later steady state counts if its sigma is below this share of the earlier one.
+QUIETER = 0.9
 #: Up to this number of windows, copying them one by one is faster than a view of all windows.
 FEW = 4
 
@@ -217,6 +219,31 @@ class WindowDetector(ABC):
         """Number of samples until the next decision."""
         return self._window_end - self._next
 
+    @property
+    def steady_samples(self) -> int:
+        """Number of samples of a steady state."""
+        return self._sizes.steady
+
+    def resettle(self, quiet: NDArray[np.float64]) -> None:
+        """Replace the steady state of the channels that have become quieter.
+
+        Parameters
+        ----------
+        quiet
+            Later samples without a contact, smoothed, V, shape (steady, fingers).
+        """
+        if self._state is None:
+            return
+        is_quieter = SteadyState.measure(quiet).sigma < QUIETER * self._state.sigma
+        is_quieter &= np.ptp(quiet, axis=0) > 0.0
+        if is_quieter.any():
+            self._settle(np.where(is_quieter, quiet, self._quiet))
+
+    def _settle(self, quiet: NDArray[np.float64]) -> None:
+        self._quiet = quiet
+        self._state = SteadyState.measure(quiet)
+        self.settled(self._state.normalise(quiet))
+
     def skip(self, fingers: Iterable[Finger | None]) -> None:
         """Stop judging these fingers in this closing, because their contacts are known."""
         self._latched = set(fingers)
@@ -254,8 +281,7 @@ class WindowDetector(ABC):
         self._past = np.concatenate([self._past, new])
         self._next += len(volts)
         if self._state is None and len(self._past) >= sizes.steady:
-            self._state = SteadyState.measure(self._past[: sizes.steady])
-            self.settled(self._state.normalise(self._past[: sizes.steady]))
+            self._settle(self._past[: sizes.steady].copy())
         ends = np.arange(self._window_end, self._next + 1, sizes.step)
         if self._state is None or not len(ends):
             none = np.zeros((0, len(self._columns)))

@@ -27,7 +27,7 @@ def closing(seed: int, *, touches: bool = True, session: str = "") -> Pinch:
         x[rng.integers(0, SAMPLES, 2)] += rng.normal(0, 30, 2)
         if touches:
             age = t[touched:] - touched
-            x[touched:] += rng.uniform(150, 400) * np.exp(-age / 12) * np.sin(0.5 * age + 0.3)
+            x[touched:] += rng.uniform(150, 400) * np.exp(-age / 20) * np.sin(0.25 * age + 0.3)
         counts[:, f] = ExponentialSmoothing(0.5).update(x[:, None])[:, 0]
     data = np.rint(np.clip(512 + counts, 0, 1023) * 32).astype(np.int16)
     start = 10_000 * (seed + 1)

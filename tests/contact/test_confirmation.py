@@ -200,3 +200,22 @@ def test_samples_that_are_not_finite_or_too_few_count_as_a_push() -> None:
     earlier = np.random.default_rng(2).standard_normal(80)
     assert is_push(earlier, np.array([1.0, np.nan, -1.0]), LAYOUT.rate)
     assert is_push(earlier, np.array([9.0]), 300.0)
+
+
+@given(st.lists(st.integers(0, 900), max_size=20))
+def test_contact_after_a_loud_start_of_the_motor_is_detected(edges: list[int]) -> None:
+    """The noise level falls by ten after the first steady state was measured."""
+    rng = np.random.default_rng(4)
+    data = np.zeros((900, LAYOUT.width))
+    data[:, :2] = 16384 + rng.normal(0, 40, (900, 2))
+    data[:250, :2] += rng.normal(0, 400, (250, 2))
+    age = np.arange(150)
+    data[750:, 0] += 900 * np.sin(2 * np.pi * 90 * age / LAYOUT.rate) * np.exp(-age / 60)
+    pinch = Pinch(data.astype(np.int16), LAYOUT)
+    assert detect(ThresholdDetector(8.0), pinch, confirm=False) == []
+    (contact,) = listen(pinch, edges)
+    assert isinstance(contact, Contact)
+    assert contact.finger is Finger.INDEX
+    assert abs(contact.sample - 750) <= 8
+    judged = judge_pinch(ThresholdDetector(8.0), pinch, 0)
+    assert judged.first == contact

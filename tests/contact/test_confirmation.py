@@ -87,8 +87,7 @@ def test_contact_of_the_twin_stands(seed: int) -> None:
 @pytest.mark.parametrize("until", [0, 100, 700, 10_000])
 def test_judging_ends_when_the_first_contact_stands(clicked: Pinch, until: int) -> None:
     detector = ThresholdDetector(8.0)
-    detector.start(LAYOUT)
-    every = detector.judge(Block(clicked.data, clicked.first_sample))
+    every = judge_pinch(detector, clicked, clicked.first_sample + len(clicked.data)).windows
     judged = judge_pinch(detector, clicked, clicked.first_sample + until)
     assert judged.first is not None
     assert judged.first == detect(detector, clicked)[0]

@@ -195,8 +195,9 @@ def test_push_is_slow_and_clear_of_the_motor(frequency: float, peak: float, expe
     assert is_push(*signals, LAYOUT.rate).tolist() == [expected] * 2
 
 
-def test_samples_that_are_not_finite_or_too_few_count_as_a_push() -> None:
+def test_samples_that_are_not_finite_constant_or_too_few_count_as_a_push() -> None:
     earlier = np.random.default_rng(2).standard_normal(80)
+    assert is_push(np.ones(80), np.ones(AGE), LAYOUT.rate)
     assert is_push(earlier, np.array([1.0, np.nan, -1.0]), LAYOUT.rate)
     assert is_push(earlier, np.array([9.0]), 300.0)
 

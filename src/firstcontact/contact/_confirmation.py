@@ -203,7 +203,7 @@ def is_push(
 ) -> NDArray[np.bool_]:
     """Return a mask of the contacts whose signal looks like that of a finger that pushes.
 
-    Samples that are not finite count as a push.
+    All contacts count after a constant signal, and with samples that are not finite.
 
     Parameters
     ----------
@@ -221,7 +221,7 @@ def is_push(
     is_rough = change > ROUGHEST * np.abs(later).mean(axis=-1)
     newest = np.sqrt(np.mean(later[..., -samples_in(LASTING, rate) :] ** 2, axis=-1))
     least = np.where(is_rough, CLEAR, FAINT) * earlier.std(axis=-1)
-    return np.asarray(~(newest <= least))
+    return np.asarray(~(newest <= least) | (np.ptp(earlier, axis=-1) == 0.0))
 
 
 class _Judge:

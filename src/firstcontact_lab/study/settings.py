@@ -62,8 +62,8 @@ class StudySettings:
         """Return settings of a quick trial that runs every part. Do not quote its numbers."""
         return replace(
             self,
-            block_pinches=40,
-            object_pinches=10,
+            block_pinches=20,
+            object_pinches=5,
             durations=(0.003, 0.008, 0.015),
             folds=3,
             brief=True,

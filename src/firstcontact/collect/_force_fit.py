@@ -53,7 +53,7 @@ def read_weights(path: Path) -> tuple[Weighing, ...]:
 
 
 def fit_force(weighings: Sequence[Weighing], resistor: float = DIVIDER_OHM) -> ForceCurve:
-    """Fit leak, gain and exponent of one finger's sheet.
+    """Fit the force curve of one finger's Velostat sheet: leak without load, gain and exponent.
 
     The fit is least squares on the conductance. Because the noise is in the voltage, each residual
     is weighted by the slope of the voltage.

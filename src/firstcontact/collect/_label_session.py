@@ -43,14 +43,14 @@ class Session:
     Parameters
     ----------
     recordings
-        Recordings that are labelled.
+        Recordings to label.
     out
         Folder for the new recordings and the journal.
     by
         Author, date and tool.
     is_new_allowed
-        True to accept a folder without labels. If False, such a folder is refused and stays
-        unchanged.
+        True to begin new labels if ``out`` has none. If False, an ``out`` without labels is refused
+        and stays unchanged.
 
     Raises
     ------

@@ -75,7 +75,8 @@ def model_image(
     detector, model
         Detector, and model in its compact form.
     calibration
-        Noise floor of each finger. Without noise floors, a closing begins only with each stream.
+        Noise floor of each finger. Without noise floors the hand cannot detect closings: each
+        stream counts as one closing.
 
     Raises
     ------

@@ -118,10 +118,11 @@ class Familiar:
     def out_of_range(
         self, trait_values: NDArray[np.float64], stages: NDArray[np.intp], has_level: bool = True
     ) -> NDArray[np.bool_]:
-        """Return a mask of traits (n, TRAITS) that are out of range at their stages, shape (n,).
+        """Return which of n contacts are out of range at their ``stages``, shape (n,).
 
-        If the level of the rig is unknown, the gain with the smallest distance is assumed for each
-        contact. Signals of a dead or clipped sensor are always out of range.
+        ``trait_values`` are the traits of the contacts, shape (n, TRAITS). If the signal level of
+        the rig is unknown, each contact gets the gain that brings it closest to the training
+        contacts. Signals of a dead or clipped sensor are always out of range.
         """
         far = trait_values - self.mean[stages]
         # The training contacts of a stage have one length, so any other length would count as

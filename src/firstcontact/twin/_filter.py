@@ -37,7 +37,11 @@ def _filter(
     sums: NDArray[np.int64],
     out: NDArray[np.int16],
 ) -> None:
-    """Filter scans. ``place`` is the number of the next scan in its round, -1 before any scan."""
+    """Filter scans.
+
+    ``place`` counts the scans, -1 before the first. It returns to 0 when each taxel has been read
+    as often as the sliding mean has readings.
+    """
     for i in range(len(scans)):
         if place[0] < 0:
             for f in range(2):

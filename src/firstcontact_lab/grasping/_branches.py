@@ -80,7 +80,10 @@ class Branches:
 def branches(
     job: tuple[Pick, float], hands: dict[tuple[int, float], OwnHand], how: Branching
 ) -> Branches:
-    """Simulate one approach, and from its end a closing for each force, lift and reflex."""
+    """Simulate one approach, then a grip with each force.
+
+    Where the object would slip, the grip is simulated with each combination of lift and reflex.
+    """
     pick, speed = job
     specimen = pick_specimen(pick)
     begun = approached(pick, speed, hands[pick.hand, speed])

@@ -112,7 +112,10 @@ def pretrain(
 
 
 def judged(model: InContextModel, examples: Examples, seed: int) -> Mapping[str, Any]:
-    """Return error, coverage and mean width on objects, with the full context of each rig."""
+    """Return RMSE, coverage and mean width of the intervals on objects, without the blocks.
+
+    The network is conditioned on all block pinches of each rig.
+    """
     is_object = examples.object_ids >= 0
     out: dict[str, Any] = {}
     for time, samples in SAMPLES.items():

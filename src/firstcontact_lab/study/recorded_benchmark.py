@@ -117,7 +117,7 @@ def benchmark_recordings(
     ]
     if learns_one_value(folds, labelled_touches.shore_a):
         raise InputError(
-            f"{path}: a fold without some {cluster}s leaves fewer than two Shore A levels for "
+            f"{path}: if some {cluster}s are held out, fewer than two Shore A levels are left for "
             f"training: record each level in several {cluster}s, or more levels"
         )
     say(f"{path}: {counted(len(learn), 'pinch')}, {counted(len(folds), 'fold')} by {cluster}")

@@ -27,7 +27,7 @@ class Calibrate:
     weights: Path | None = None
     """CSV file of known weights on a taxel: finger,newtons,volts."""
     weigh: tuple[float, ...] = ()
-    """Weights to ask for, N; their volts are measured."""
+    """Weights that you put on a taxel when asked, N; the voltage of each is measured."""
 
     former: ClassVar[dict[str, str]] = {"--tap": "the default; leave it out"}
 

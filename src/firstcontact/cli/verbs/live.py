@@ -33,7 +33,7 @@ class Live:
     model: Annotated[Path | None, Option(group="model")] = None
     """Folder of the model; by default the shipped one, or the twin's own."""
     estimator: Annotated[str | None, Option(group="model", advanced=True)] = None
-    """Estimator of the model that predicts; by default its network."""
+    """Which of the model's estimators predicts; by default its network."""
     detector: Annotated[Path | None, Option(group="model", advanced=True)] = None
     """Folder of a detector to use in place of the model's."""
     calibration: Annotated[Path | None, Option(group="model", advanced=True)] = None

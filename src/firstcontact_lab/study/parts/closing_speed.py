@@ -79,10 +79,10 @@ class SpeedScores(Record, frozen=True, kw_only=True):
 
 
 class ClosingSpeeds(Record, frozen=True, kw_only=True):
-    """Scores on ``rigs`` rigs of each of ``families``, drawn from ``seed``.
+    """Scores with a measured closing speed, on ``rigs`` rigs of each family of simulated rigs.
 
-    The scores are by kind of rig, model and measurement: keys of ``SPEEDS``, ``MODELS`` and
-    ``MEASUREMENTS``.
+    The rigs are drawn from ``seed``. Keys of the scores are the variation of the speed
+    (``SPEEDS``), the model (``MODELS``) and the measurement (``MEASUREMENTS``).
     """
 
     seed: int

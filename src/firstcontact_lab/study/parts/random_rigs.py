@@ -94,7 +94,7 @@ class RandomRigScores(Record, frozen=True, kw_only=True):
 
 
 class RandomRigs(Record, frozen=True, kw_only=True):
-    """Scores of the methods on ``rigs`` rigs of each of ``families``, drawn from ``seed``."""
+    """Scores of the methods on ``rigs`` rigs of each family of simulated rigs, from ``seed``."""
 
     seed: int
     rigs: int

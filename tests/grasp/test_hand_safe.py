@@ -140,7 +140,7 @@ def test_signal_handlers_are_restored() -> None:
 
 
 class DisturbedHand(RecordingHand):
-    """Hand during whose ``close`` signals arrive."""
+    """Hand whose ``close`` is interrupted by signals."""
 
     def close(self) -> None:
         signal.raise_signal(signal.SIGINT)

@@ -93,7 +93,7 @@ class Terminal:
         self._stop.gently = True
 
     def end(self) -> None:
-        """Print counts of received, lost and damaged data, and of closings that did not count."""
+        """Print how much data came, was lost or damaged, and how many closings were refused."""
         self._stop.gently = False
         guide, health = self._following(), self._source.health
         self.complete = guide.current is None

@@ -50,10 +50,10 @@ ROUGH = 4e-5
 
 
 class LogisticDetector(TrainedDetector):
-    """Detector that reports a contact if four consecutive decisions, 0.4 ms apart, agree.
+    """Detector that reports a contact if four scores in a row, 0.4 ms apart, exceed a threshold.
 
-    More decisions mean more chances of a false alarm. Two rules compensate for this: four decisions
-    must agree, and the threshold for the lowest of the four is chosen on held-out pinches. All
+    Frequent looks mean more chances of a false alarm. Two rules compensate for this: the lowest of
+    the four scores must exceed the threshold, and the threshold is chosen on held-out pinches. All
     features are levels relative to the rig's noise while its motor runs. An unusual loudness can
     only count towards a contact, never against it. So the detector also works on other rigs.
 

@@ -44,8 +44,8 @@ class Estimate(msgspec.Struct, frozen=True, kw_only=True, tag="estimate"):
     compute
         Time from the arrival of the block to the estimate, s.
     waited
-        Time that the sample ``complete`` waited for the rest of its block, and in the filter of the
-        source, s of the device's clock.
+        Time, s of the device's clock, that the sample ``complete`` spent in the source's filter and
+        waiting for the rest of its block.
     transport
         Delay of the block, compared with the least delayed block of the last ten seconds, s.
     shape

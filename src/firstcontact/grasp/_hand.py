@@ -107,8 +107,8 @@ class Hand(ABC):
         sample_time
             Time of the contact on the clock of the samples, s: sample number divided by rate.
         host_time
-            Time of the contact by ``time.monotonic()``, s, as precise as the delay of the samples
-            is known; NaN for samples that do not come in real time.
+            Time of the contact by ``time.monotonic()``, s. Its error is that of the assumed delay
+            of the samples. NaN for samples that do not come in real time.
         """
         positions = self.positions()
         if not positions:

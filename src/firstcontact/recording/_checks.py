@@ -73,7 +73,7 @@ def check_rate(origin: str, rate: Any) -> float:
     if not LOWEST_RATE <= value <= HIGHEST_RATE:
         raise InputError(
             f"{origin} is {quote(rate)} and must be from {LOWEST_RATE:g} to {HIGHEST_RATE:g}: "
-            "give samples a second, recorded at 2 kHz or faster"
+            "give the rate in Hz; recordings need 2 kHz or more"
         )
     return value
 

@@ -13,11 +13,11 @@ from firstcontact.core import Block, ChannelKind, Contact, Dataset, Layout, Phys
 from firstcontact.signal._savgol import SavitzkyGolay
 from firstcontact.signal._smoothing import DeviceSmoothing
 
-#: Longest quiet part before the contact whose mean is the baseline, s.
+#: Longest quiet part before the contact whose mean (the quiet level) is subtracted, s.
 BASELINE = 0.020
-#: Time between the baseline and the contact, s, because a detector may be a little late.
+#: Time between this quiet part and the contact, s, because a detector may be a little late.
 BASELINE_GUARD = 0.002
-#: Shortest baseline, s. Windows with less quiet are refused.
+#: Shortest quiet part, s. Windows with less quiet are refused.
 BASELINE_LEAST = 0.002
 #: Longest time from a contact to the newest sample when the contact is passed to a stream, s.
 MEMORY = 0.050
@@ -59,7 +59,7 @@ class Conditioner:
 def cut_window(
     conditioned: NDArray[np.float64], start: int, length: int, rate: float
 ) -> NDArray[np.float32] | None:
-    """Cut one window and subtract its baseline.
+    """Cut one window and subtract the quiet level before it.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def cut_window(
     Returns
     -------
     ndarray or None
-        Shape (length, 1). None if the window or its baseline is incomplete or not finite, or if the
+        Shape (length, 1). None if the window or the quiet part is incomplete or not finite, or the
         signal is constant (an unplugged sensor).
     """
     quiet_end = start - samples_in(BASELINE_GUARD, rate)
@@ -163,7 +163,7 @@ class ContactWindow:
     duration
         Length of the window, s.
     samples
-        Samples of the window without the baseline, shape (samples, 1), V.
+        Samples of the window minus the quiet level before it, shape (samples, 1), V.
     complete
         Number of the device sample that completed the window, including the look-ahead of the
         filter.

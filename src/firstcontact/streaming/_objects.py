@@ -41,7 +41,7 @@ class ObjectCombiner:
         self._markers += [m for m in markers if not concerns_hand(m.text)]
 
     def add_pinch(self, pinch: PinchDone) -> ObjectEstimate | None:
-        """Add a finished pinch. Return the estimate of its object; None if it does not count."""
+        """Add a finished pinch. Return its object's estimate; None if the pinch is not pooled."""
         if self._is_new:
             self._is_new = False
             self._estimates.clear()

@@ -206,7 +206,7 @@ def ceiling(table: Table) -> Front:
 
 
 def resample_weights(table: Table, seed: int) -> NDArray[np.float64]:
-    """Return the weights of resamples of kinds and hands.
+    """Return how often each bootstrap resample draws each kind of object and each hand.
 
     All policies use the same weights, so that their differences are paired.
     """

@@ -32,7 +32,14 @@ def built_kernels() -> ModuleType:
         pytest.skip("no C compiler, or no headers of Python")
     with tempfile.TemporaryDirectory() as folder:
         library = Path(folder) / "_compiled.abi3.so"
-        command = [compiler, *STRICT, *OPTIONS, "-isystem", header, *sorted(SOURCES.glob("*.c"))]
+        command: list[str | Path] = [
+            compiler,
+            *STRICT,
+            *OPTIONS,
+            "-isystem",
+            header,
+            *sorted(SOURCES.glob("*.c")),
+        ]
         subprocess.run([*command, "-lm", "-o", library], check=True)
         loader = ExtensionFileLoader("_compiled", str(library))
         spec = spec_from_file_location("_compiled", library, loader=loader)

@@ -203,7 +203,7 @@ def is_push(
 ) -> NDArray[np.bool_]:
     """Return a mask of the contacts whose signal looks like that of a finger that pushes.
 
-    All contacts count after a constant signal, and with samples that are not finite.
+    A contact after a constant signal, or with samples that are not finite, counts as a push.
 
     Parameters
     ----------

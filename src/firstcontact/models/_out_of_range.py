@@ -140,7 +140,7 @@ class Familiar:
     def is_out_of_range(
         self, trait_values: NDArray[np.float64], stage: int, has_level: bool = True
     ) -> bool:
-        """Return True if the traits (TRAITS,) of one contact are out of range."""
+        """Return True if a contact with these traits, shape (TRAITS,), is out of range."""
         if not has_level:
             stages = np.full(1, stage, np.intp)
             return bool(self.out_of_range(trait_values[None], stages, has_level)[0])

@@ -76,7 +76,7 @@ class ContactEvent(msgspec.Struct, frozen=True, tag="contact"):
 
 
 class ContactWithdrawn(msgspec.Struct, frozen=True, tag="contact_withdrawn"):
-    """Withdrawn first contact: the signal after it is no push, but like a click of the gears.
+    """Withdrawn first contact: its signal looks like a click of the gears, not like a push.
 
     The contact, all later contacts and all estimates of the closing so far are invalid. The closing
     continues, and its true contact may follow.

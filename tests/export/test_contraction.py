@@ -75,6 +75,7 @@ def linked(folder: Path, *options: str) -> str:
     return building.run([f"{building.ARM}objdump", "-d", str(to)])
 
 
+@pytest.mark.slow  # `make quick-embedded` in .ci/run compares the bits of both machines
 def test_optimised_while_they_are_linked_nothing_is_fused(
     request: pytest.FixtureRequest, tmp_path: Path
 ) -> None:

@@ -148,7 +148,10 @@ def _audible_start(pinch: Pinch, calibration: Calibration) -> int | None:
 
 
 def _rigs(pinches: Sequence[Pinch]) -> list[list[Pinch]]:
-    """Group the pinches whose start is unknown by session. Small sessions form one group."""
+    """Return the pinches with unknown motor start, one group per session.
+
+    All sessions with few pinches form one group.
+    """
     sessions: dict[str, list[Pinch]] = {}
     for pinch in pinches:
         if pinch.motor_start is None and pinch.layout.vibration_fingers:

@@ -1,4 +1,8 @@
-"""Confirmation of first contacts: a contact whose signal rings or swells is withdrawn."""
+"""Confirmation of first contacts: a contact whose signal rings or swells is withdrawn.
+
+A latch reports the contact of each finger once in a closing, see
+:mod:`firstcontact.contact._detector`.
+"""
 
 from __future__ import annotations
 
@@ -95,7 +99,7 @@ class ConfirmingLatch:
 
     @property
     def due(self) -> int | None:
-        """Number of samples until the pending contact is decided; None if no contact is pending."""
+        """Number of samples until the first contact is confirmed or withdrawn; None without it."""
         return None if self._first is None else self._due_sample(self._first) + 1 - self._end
 
     def update(self, block: Block, decisions: WindowDecisions) -> list[Contact | Withdrawal]:
@@ -383,7 +387,11 @@ def _standing(
 
 
 def _pieces(block: Block, until: int, rate: float) -> Iterator[Block]:
-    """Yield the block up to ``until`` (at least its first piece), then the rest in pieces."""
+    """Yield the samples before ``until`` as one block, then the later ones in short blocks.
+
+    All blocks last ``PIECE``, s; the first is longer if ``until`` is later, and the last can be
+    shorter.
+    """
     size = samples_in(PIECE, rate)
     end = max(until - block.first_sample, size)
     yield Block(block.data[:end], block.first_sample, block.epoch)
@@ -436,7 +444,10 @@ def first_contact(detector: Detector, pinch: Pinch) -> Contact | None:
 
 
 def _listen(detector: Detector, pinch: Pinch) -> Iterator[tuple[list[Contact], bool]]:
-    """Yield the contacts so far, and True if they are final. Stop when none can follow."""
+    """Yield the contacts so far, and True if no contact can be withdrawn any more.
+
+    The generator stops when no event can follow in this closing.
+    """
     block = _block(pinch, closing_start(pinch).sample)
     listener = ContactListener(detector, pinch.layout)
     contacts: list[Contact] = []

@@ -1,4 +1,8 @@
-"""Interface of contact detectors, and the latch that reports each finger once."""
+"""Interface of contact detectors, and the latch that reports each finger once in a closing.
+
+A finger is latched after its first contact. It is not reported again until the next closing, or
+until the contact is withdrawn.
+"""
 
 from __future__ import annotations
 

@@ -112,8 +112,8 @@ def pretrained_detector() -> Detector:
 def general_detector(layout: Layout) -> Detector:
     """Return the detector for a rig without known contacts.
 
-    For a hand at the rate of the package's detector, this is that detector. Other rates, and
-    sensors that a person moves, get a detector that needs no training.
+    A hand with the sampling rate of the package's detector gets the package's detector. Other
+    rates, and sensors that a person moves, get a detector that needs no training.
     """
     shipped = pretrained_detector()
     # A trained detector accepts its own rate only, without tolerance for the error of a clock.

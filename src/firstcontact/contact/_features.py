@@ -51,7 +51,10 @@ def _loudness_edges(quiet: int, new: int, n: int) -> _Edges:
 
 
 def edges(samples: int, step: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return the edges of the parts for loudness and of those for means, with the last end."""
+    """Return the starts of the parts for loudness, and of the parts for means, in samples.
+
+    Each array ends with the end of its last part.
+    """
     new, quiet = samples - step, samples - 2 * step
     coarse = _part_edges(quiet, new, COARSE).starts
     return (

@@ -50,11 +50,11 @@ def find_onsets(signals: NDArray[np.float64], rate: float) -> list[Onset]:
     """Find all contacts in whole signals, in time order.
 
     Unlike a detector, the finder knows the quiet level of the whole signal. At every sample it
-    compares the loudness before and after, and it accepts the largest leaps first. So it finds more
-    contacts, but cannot run live. A leap counts only if the signal also changes faster than before.
-    This excludes slow swings, but not rebounds. The onset is then located in the unfiltered signal.
-    A causal filter would delay it, and a filter in both directions would start a slow onset too
-    early.
+    compares the loudness before and after the sample. A rise of the loudness is a leap, and the
+    largest leaps are accepted first. So the finder finds more contacts, but cannot run live. A leap
+    counts as a contact only if the signal also changes faster than before the leap. This excludes
+    slow swings, but not rebounds. The onset is then located in the unfiltered signal. A causal
+    filter would delay it, and a filter in both directions would start a slow onset too early.
 
     Parameters
     ----------
@@ -103,10 +103,10 @@ def _find_in_channel(signal: NDArray[np.float64], rate: float) -> list[tuple[int
 def _levels(
     signal: NDArray[np.float64], places: NDArray[np.intp], ahead: int, behind: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return two levels for each place: the deviation before it, and the RMS after it.
+    """Return two levels at each position in ``places``: the deviation before, the RMS after it.
 
-    Both are taken around the mean before the place, so that the drift of a sensor causes no
-    contact.
+    Both are taken around the mean of the signal before the position, so that the drift of a sensor
+    causes no contact. ``ahead`` and ``behind`` are the lengths of the spans, in samples.
     """
     x = signal - signal.mean()
     sums, power = (np.concatenate([[0.0], np.cumsum(v)]) for v in (x, x**2))
@@ -118,7 +118,7 @@ def _levels(
 
 
 def _refined(x: NDArray[np.float64], place: int, rate: float) -> int:
-    """Return the sample near a leap that best separates the quiet part from the loud part."""
+    """Return the sample near the leap at ``place`` that best separates quiet from loud samples."""
     earlier, later = samples_in(EARLIER, rate), samples_in(LATER, rate)
     start, stop = max(0, place - earlier), min(len(x), place + later)
     window = x[None, start:stop] - x[start:place].mean()

@@ -1,5 +1,7 @@
 """Gate that detects closings. A closing is a time in which the motor runs and no object is held.
 
+The gate decides after each step, 3 ms of samples.
+
 A detector measures its steady state at the start of a closing. If the detector began at rest, the
 start of the motor would look like a contact.
 """

@@ -1,4 +1,4 @@
-"""Logistic regression on loudness, every 0.4 ms; four decisions in a row must agree."""
+"""Logistic regression on loudness, in looks 0.4 ms apart; four consecutive looks must agree."""
 
 from __future__ import annotations
 

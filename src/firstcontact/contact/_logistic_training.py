@@ -1,4 +1,4 @@
-"""Training data of the logistic detector. A look is the features of one window."""
+"""Training data of the logistic detector. Each look is stored as the features of one window."""
 
 from __future__ import annotations
 
@@ -49,8 +49,9 @@ class Looks:
         Masks of looks that end before the pinch's first contact, and of looks that can still detect
         it in time, shape (looks,).
     begins
-        Number of the first look of each finger with each rule for its steady state, then the total
-        number of looks.
+        Positions at which runs of consecutive looks begin, then the total number of looks. Each
+        finger has two runs: one keeps the first steady state, the other follows a motor that
+        becomes quieter.
     """
 
     features: NDArray[np.float64]

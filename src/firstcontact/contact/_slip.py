@@ -67,7 +67,7 @@ class PowerSlipDetector(SlipDetector):
     Parameters
     ----------
     threshold
-        Mean square relative to rest above which a piece is loud.
+        Mean square, relative to rest, above which a piece of 2.5 ms is loud.
     """
 
     name = "power"

@@ -73,11 +73,11 @@ class SteadyState:
 class WindowDetector(ABC):
     """Detector that judges a window of ``duration`` after every ``step`` of new samples.
 
-    The first 40 ms of a stream, and the first after each gap, are the steady state. Decisions begin
-    after it. So a stream must start where a closing does: the gate ensures this live, and
-    :func:`firstcontact.contact._closing_start.cut_closings` for pinches. A contact during the
-    steady state makes its sigma large, so later contacts may be missed. A channel
-    that is constant during the steady state never fires.
+    The steady state is measured in the first 40 ms of a stream, and again in the first 40 ms after
+    each gap. Decisions begin after it. So a stream must start where a closing does: the gate
+    ensures this live, and :func:`firstcontact.contact._closing_start.cut_closings` for pinches. A
+    contact during the steady state makes its sigma large, so later contacts may be missed. A
+    channel that is constant during the steady state never fires.
     """
 
     name: ClassVar[str]
@@ -298,7 +298,7 @@ class WindowDetector(ABC):
     def _judge_windows(
         self, state: SteadyState, ends: NDArray[np.int64]
     ) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
-        """Return the decisions and onsets for the windows of the past that end at these samples."""
+        """Return the decisions and onsets for the windows of stored samples that end at ``ends``."""
         sizes = self._sizes
         x = state.normalise(self._past)
         fired = np.zeros((len(ends), x.shape[1]), np.bool_)

@@ -46,7 +46,7 @@ class ThresholdDetector(WindowDetector):
 
     @classmethod
     def untrained(cls, layout: Layout) -> Self:
-        """Return a detector with the published threshold, or with a higher one without a motor."""
+        """Return a detector with the published threshold, or a higher one without a motor."""
         return cls(ABOVE_REST) if None in layout.vibration_fingers else cls()
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:

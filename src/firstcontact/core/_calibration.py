@@ -23,7 +23,7 @@ Positive = Annotated[float, Meta(gt=0.0, le=1e9)]
 
 @dataclass(frozen=True, slots=True)
 class VibrationCalibration:
-    """Noise and offset of one vibration sensor, measured at rest with nothing touching.
+    """Noise and offset of one vibration sensor, measured while the hand rests and touches nothing.
 
     Parameters
     ----------
@@ -46,10 +46,10 @@ class VibrationCalibration:
 
 @dataclass(frozen=True, slots=True)
 class ForceCurve:
-    """Force curve of one finger's Velostat: converts the divider's voltage to newtons.
+    """Force curve of the Velostat in one fingertip: converts the divider's voltage to newtons.
 
-    The conductance g of the sheet rises with the force F: ``g = leak + gain F^exponent``. The
-    voltage over the divider's resistor R is then ``V = 3.3 R g / (1 + R g)``.
+    Velostat is a sheet whose conductance g rises with the force F: ``g = leak + gain F^exponent``.
+    The voltage over the divider's resistor R is then ``V = 3.3 R g / (1 + R g)``.
 
     Parameters
     ----------

@@ -36,8 +36,8 @@ class ClusterBackend(ParallelBackendBase):  # type: ignore[misc]  # joblib state
     """Joblib backend that submits calls as tasks of a Dask cluster.
 
     Joblib's own Dask backend has three faults. It waits forever for a task that killed its workers
-    or lost its scheduler. If the cluster has a single worker, it does not use the cluster. It loses
-    shared data with the worker that holds them.
+    or lost its scheduler. If the cluster has a single worker, it does not use the cluster. When a
+    worker ends, the shared data that it holds are lost.
 
     Parameters
     ----------
@@ -61,7 +61,10 @@ class ClusterBackend(ParallelBackendBase):  # type: ignore[misc]  # joblib state
             raise InputError(GONE) from error
 
     def submit(self, func: Any, callback: Callable[[Future[Any]], object]) -> Future[Any]:
-        """Submit a batch of calls. Large arrays are separate tasks, so Dask can remake them."""
+        """Submit a batch of calls.
+
+        Each large array is a task of its own, so Dask can restore the array if its worker ends.
+        """
         calls = [
             (
                 call,

@@ -58,7 +58,7 @@ def install_command(extra: str) -> str:
     """Return the command that installs an extra from the origin of this package.
 
     If this package was installed from a clone or a wheel that still exists, the command names its
-    path. Otherwise it names the packages of the extra, because this package is on no index.
+    path. Otherwise it names the packages of the extra, because no package index holds this package.
     """
     pip = shutil.which("pip")
     environment_bin = Path(sys.executable).parent

@@ -34,8 +34,8 @@ class ForeignCode:
     Parameters
     ----------
     title
-        Name of the code in the block, for messages. If empty, an exception is converted only if a
-        module registered with :func:`register_foreign` raised it.
+        Name of the code in the ``with`` block, for messages. If empty, an exception is converted
+        only if a module registered with :func:`register_foreign` raised it.
     """
 
     def __init__(self, title: str = "") -> None:

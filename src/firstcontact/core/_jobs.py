@@ -94,7 +94,8 @@ class Pool(Runner):
     tick
         Called in this process with (done, total) as results arrive.
     share_memory
-        True if jobs share this process's memory and do not disturb each other.
+        True if jobs run in threads of this process: they then get the shared data directly, and run
+        at the same time.
     """
 
     def __init__(self, parallel: Any, tick: Tick, share_memory: bool) -> None:
@@ -196,10 +197,12 @@ def _init_worker(parent: int) -> None:
 
 
 def _run_job(function: Callable[..., B], job: object, payload: Any) -> B:
-    """Run a job in another process. A lock separates jobs, because they share a random state.
+    """Run a job in a worker process.
 
-    A job may itself run jobs in its thread; the lock allows that. A cluster starts its own workers,
-    so this function also limits their threads.
+    A lock lets the threads of a worker run one job at a time, because they share a random state.
+
+    A job may itself run other jobs in its thread; the lock allows that. A cluster starts its own
+    workers, so this function also limits the threads of numerical libraries there.
     """
     with _job_lock, one_thread(), ForeignCode():
         return function(job, *(() if payload is None else unpack_payload(payload)))

@@ -1,4 +1,7 @@
-"""Trained models as lists of steps, from which exporters write code in other languages."""
+"""Trained models as lists of steps, from which exporters write code in other languages.
+
+A kernel is the C function that carries out a step.
+"""
 
 from __future__ import annotations
 
@@ -88,7 +91,7 @@ class Program:
     def instructions(self) -> int:
         """Upper bound on the instructions for one prediction on a Cortex-M7, with 2 % in reserve.
 
-        Besides the steps, each value of the window and of the output is checked once.
+        The bound includes the steps, and one check of each value of the window and of the output.
         """
         check_cost = 16 * self.inputs + 14 * self.size(self.output) + 200
         return int(1.02 * (sum(step.instructions for step in self.steps) + check_cost))

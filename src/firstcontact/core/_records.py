@@ -39,7 +39,7 @@ def read_record(data: bytes, kind: type[T], origin: str, remedy: str, longest: i
         bounds are refused. Unknown fields are ignored, except in a
         :class:`firstcontact.core._records_json.Record`, which refuses them.
     origin
-        Name of the file, or of the part of it, for messages.
+        Name of the file, or of the part of a file that ``data`` holds, for messages.
     remedy
         Remedy to state in messages.
     longest

@@ -73,8 +73,8 @@ def write_weights(
     Raises
     ------
     InputError
-        The card or the weights exceed the size that can be read again, or a field is invalid. No
-        file has been changed.
+        The card or the weights are larger than the reader accepts, or a field is invalid. No file
+        has been changed.
     ValueError
         The card cannot be stored as JSON. No file has been changed.
     """

@@ -40,7 +40,7 @@ def conv(takes: str, gives: str, samples: int, weight: Real, bias: Real, stride:
 def _conv_cost(samples: int, inputs: int, outputs: int, taps: int, stride: int) -> int:
     """Return the number of instructions of :func:`conv`.
 
-    Its kernel computes blocks of samples, and four outputs at a time.
+    The C kernel of ``conv`` computes up to five samples and four outputs at a time.
     """
     fours, rest_outputs = divmod(outputs, 4)
     reach = taps // 2

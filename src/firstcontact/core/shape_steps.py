@@ -19,12 +19,18 @@ def over_peak(takes: str, gives: str, size: int) -> Step:
 
 
 def powers(takes: str, gives: str, lines: int) -> Step:
-    """Return the step for squared magnitudes of complex numbers, all real parts first."""
+    """Return the step for squared magnitudes of complex numbers.
+
+    ``takes`` holds all real parts, then all imaginary parts.
+    """
     return Step("powers", (takes,), gives, lines, {"lines": lines}, 9 * lines + 20)
 
 
 def level_free(takes: str, gives: str, size: int, floor: float) -> Step:
-    """Return the step for logarithms of (share of the sum + ``floor``), with zero mean."""
+    """Return the step that computes ``ln(x / sum + floor)`` for each value x, minus their mean.
+
+    ``sum`` is the sum of all values x. The mean is that of the logarithms.
+    """
     constants: Constants = {"size": size, "floor": floor}
     return Step("level_free", (takes,), gives, size, constants, 47 * size + 60)
 
@@ -53,8 +59,8 @@ def shares_above(
     """Return the step for MiniRocket's features: shares above biases after each of 84 kernels.
 
     The window is convolved with each of the 84 kernels. A feature is the proportion of values above
-    a bias. ``takes`` is the window, and the last value is the logarithm of its RMS. ``steps`` holds
-    the dilations; ``biases`` has shape (dilations, 84, biases per kernel).
+    a bias. ``takes`` is the window. The last output is the logarithm of the window's RMS. ``steps``
+    holds the dilations; ``biases`` has shape (dilations, 84, biases per kernel).
     """
     each = biases.shape[2]
     constants: Constants = {

@@ -3,7 +3,8 @@
 Each function returns a step. The step computes one vector, named ``gives``, from the vectors named
 in ``takes``.
 
-Docstrings describe that computation.
+The docstring of a function describes the computation of its step. A kernel is the C function that
+does this computation.
 """
 
 from __future__ import annotations
@@ -27,9 +28,9 @@ LEAST_DECISION = 1e-30
 
 
 def _rows(n: int, inputs: int) -> int:
-    """Return the number of instructions of a product of ``n`` rows with a vector.
+    """Return the number of instructions for a matrix (n, inputs) times a vector (inputs,).
 
-    The kernel computes 8, 4 or 1 rows at a time.
+    The C kernel computes 8, 4 or 1 rows of the matrix at a time.
     """
     rows, each, overhead = (8, 20, 54) if n >= 8 else (4, 11, 45) if n >= 4 else (1, 5, 30)
     return -(-n // rows) * (each * inputs + overhead) + 35
@@ -106,14 +107,17 @@ def log_peak(takes: str, gives: str, samples: int) -> Step:
 
 
 def parabola(takes: str, gives: str, powers: Real, low: float, high: float) -> Step:
-    """Return the step ``(a x + b) x + c`` for one value x, clipped to ``low`` and ``high``."""
+    """Return the step ``(a x + b) x + c`` for one value x, clipped to ``low`` and ``high``.
+
+    ``powers`` holds a, b and c.
+    """
     a, b, c = (float(p) for p in powers)
     constants: Constants = {"a": a, "b": b, "c": c, "low": low, "high": high}
     return Step("parabola", (takes,), gives, 1, constants, 30)
 
 
 def nearness(takes: str, gives: str, places: Real) -> Step:
-    """Return the step ``-|x - p|`` of one value x, for each p in ``places``."""
+    """Return the step ``-|x - p|`` of one value x, for each number p in ``places``."""
     constants: Constants = {"outputs": len(places), "places": flat32(places)}
     return Step("nearness", (takes,), gives, len(places), constants, 20 + 8 * len(places))
 

@@ -66,7 +66,7 @@ class TrainingRecord:
     Parameters
     ----------
     pinches
-        Number of pinches that it was fitted to or conditioned on.
+        Number of pinches that the predictor was fitted to or conditioned on.
     split
         Text: how the scored pinches were held out.
     scores
@@ -105,7 +105,7 @@ class WindowCard(PredictorCard, frozen=True, kw_only=True, tag="window"):
 
 
 class NetworkCard(PredictorCard, frozen=True, kw_only=True, tag="contact"):
-    """Part of a card for the network, which predicts from a contact on: level of its intervals."""
+    """Part of a card for the network: level of its intervals."""
 
     level: Annotated[float, msgspec.Meta(gt=0, lt=1)]
 

@@ -83,7 +83,10 @@ class Cnn(Estimator):
         return self._fit([(X, y, groups)], seed)[0]
 
     def fit_several(self, sets: Sequence[TrainingSet], seed: int = 0) -> Sequence[WindowModel]:
-        """Fit several networks, those with as many steps together; see the base class."""
+        """Fit several networks.
+
+        Those with equal window shapes and numbers of steps train together.
+        """
         if type(self).fit is not Cnn.fit:  # a subclass trains in its own way
             return super().fit_several(sets, seed)
         return self._fit(sets, seed)

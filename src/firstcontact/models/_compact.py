@@ -81,8 +81,8 @@ class Thin:
     Parameters
     ----------
     into
-        Layer from the inputs to the directions. For ``body1`` it has only the inputs that change
-        with the contact; ``fixed`` holds the weights of the other inputs.
+        Layer from the inputs to the directions. For the network's layer ``body1`` it has only the
+        inputs that change with the contact; ``fixed`` holds the weights of the other inputs.
     out
         Layer from the directions to the outputs.
     fixed
@@ -168,7 +168,7 @@ class CompactNetwork(Network):
         return self._layers["answer"]
 
     def along(self, context: Context, stage: int) -> Matrix:
-        """Return the contribution of a rig to ``body1`` at a stage, shape (directions,)."""
+        """Return the rig's contribution to the layer ``body1`` at a stage, shape (directions,)."""
         thin = self.thin["body1"]
         rig_inputs = np.concatenate([context.mean[stage], context.general])
         term: Matrix = thin.fixed @ rig_inputs + thin.into.bias
@@ -224,7 +224,7 @@ class _Listening(Network):
 
 
 def deaf(model: InContextModel) -> InContextModel:
-    """Return a model without the motor's pitch. It needs no spectrum of each contact."""
+    """Return a model that does not use the motor's pitch, so needs no spectrum before a contact."""
     return _told_nothing(model, False)
 
 

@@ -1,6 +1,8 @@
 """Features of a contact's first milliseconds that do not depend on the gain.
 
-All amplitudes are relative to the rig's level or to the contact's peak.
+All amplitudes are relative to the contact's peak or to the rig's level: its typical peak, see
+:class:`firstcontact.models._rig.Rig`. The valid samples of a contact are those that its prediction
+may use: they end before the second contact.
 """
 
 from __future__ import annotations
@@ -34,7 +36,7 @@ NAMES = (
 
 
 def masked(signals: NDArray[np.floating], valid: NDArray[np.intp]) -> NDArray[np.float64]:
-    """Return the signals (n, samples) with zeros from ``valid`` on."""
+    """Return the signals (n, samples) with zeros from sample ``valid`` on."""
     samples = np.arange(signals.shape[1])
     return np.where(samples < valid[:, None], signals, 0.0)
 
@@ -48,7 +50,7 @@ def features(v: NDArray[np.float64], valid: NDArray[np.intp], level: Values) -> 
         Signals from the contact on, masked, positive in the direction of the first swing, V,
         shape (n, samples).
     valid
-        Valid samples, at least 2, shape (n,).
+        Number of valid samples of each signal, at least 2, shape (n,).
     level
         Level of the rig, V, shape (n,).
 
@@ -106,7 +108,7 @@ def features(v: NDArray[np.float64], valid: NDArray[np.intp], level: Values) -> 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Shape:
-    """Valid part of contacts' signals and its features, computed once.
+    """Signals of contacts and the features of their valid samples, computed once.
 
     Parameters
     ----------

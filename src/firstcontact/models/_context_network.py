@@ -110,7 +110,8 @@ class Network:
         Raises
         ------
         InputError
-            The outputs of a layer, or the scale, may overflow. The message names the layer.
+            The outputs of a layer may overflow, or a scale of its inputs is too small. The message
+            names the layer or the array.
         """
         for name, (_, sd) in self._scales.items():
             if not sd.min() >= 1 / LARGEST:
@@ -156,7 +157,7 @@ class Network:
         return self._layers
 
     def scale(self, name: str) -> tuple[Matrix, Matrix]:
-        """Return the mean and standard deviation of inputs."""
+        """Return mean and standard deviation that scale ``inputs``, ``token`` or ``general``."""
         return self._scales[name]
 
     def context(self, tokens: NDArray[Any], general: NDArray[Any]) -> Context:

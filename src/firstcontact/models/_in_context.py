@@ -1,7 +1,7 @@
 """Network conditioned on a rig by a few pinches of its blocks, without training.
 
-It was trained once on thousands of random rigs (``firstcontact pretrain``). A summary of the user's
-rig is one of its inputs, so users train nothing.
+The network was trained once on thousands of random rigs (``firstcontact pretrain``). A summary of
+the user's rig is one of its inputs, so users train nothing.
 """
 
 from __future__ import annotations

@@ -51,7 +51,7 @@ def join(networks: Sequence[EfficientNet]) -> EfficientNet:
 
 
 def separate(joined: EfficientNet, networks: Sequence[EfficientNet]) -> None:
-    """Copy weights and statistics of :func:`join` back into the networks."""
+    """Copy weights and statistics of a network from :func:`join` back into ``networks``."""
     for name, tensor in joined.state_dict().items():
         parts = tensor.chunk(len(networks)) if tensor.ndim else [tensor] * len(networks)
         for network, part in zip(networks, parts, strict=True):

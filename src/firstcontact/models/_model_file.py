@@ -151,7 +151,10 @@ def model_folder(path: AnyPath) -> Path:
 
 
 def check_former(folder: Path) -> None:
-    """Refuse a folder of format version 1. The InputError names the command to train it again."""
+    """Refuse a folder of format version 1.
+
+    The InputError names the command that trains the model.
+    """
     for pattern in _FORMER:
         for card in folder.glob(pattern):
             raise InputError(

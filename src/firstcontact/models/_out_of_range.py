@@ -1,4 +1,8 @@
-"""Detection of contacts that are unlike the training data."""
+"""Detection of contacts that are unlike the training data.
+
+The traits of a contact are the numbers that decide this: the features of its signal, the noise
+before it, and the share of repeated samples.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +38,7 @@ def traits(
     level: NDArray[np.float64],
     sign: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Return the traits of contacts that show whether they are out of range, shape (n, TRAITS).
+    """Return the traits of contacts, shape (n, TRAITS).
 
     Parameters
     ----------
@@ -66,7 +70,10 @@ def pre_contact_noise(
 
 
 def still(trait_values: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return a mask of the traits (n, TRAITS) whose sensor is dead, or clipped half of the time."""
+    """Return a mask of the contacts whose sensor is dead, or clipped half of the time, shape (n,).
+
+    ``trait_values`` holds the traits of the contacts, shape (n, TRAITS).
+    """
     out: NDArray[np.bool_] = trait_values[:, -1] > 10 * STILL
     return out
 
@@ -122,7 +129,7 @@ class Familiar:
 
         ``trait_values`` are the traits of the contacts, shape (n, TRAITS). If the signal level of
         the rig is unknown, each contact gets the gain that brings it closest to the training
-        contacts. Signals of a dead or clipped sensor are always out of range.
+        contacts. Signals of a dead or clipped sensor are then always out of range.
         """
         far = trait_values - self.mean[stages]
         # The training contacts of a stage have one length, so any other length would count as

@@ -44,7 +44,7 @@ class Rig:
     sign
         Sign of the largest swing in the first 15 ms, 1 or -1. It shows the polarity of the disc.
     pitch
-        Spectrum of its motor; None if unknown or not used.
+        Spectrum of the rig's motor; None if unknown or not used.
     speeds
         Closing speeds of the rig, as its hand measured them; None if unknown.
     tokens

@@ -82,7 +82,7 @@ class RigRegression:
         return self._centre, self._unit, len(self._shore_a)
 
     def stacked(self) -> tuple[NDArray[np.float64], ...]:
-        """Return the arrays of :meth:`predict`, each with a first axis of stages, and the scale.
+        """Return the arrays that :meth:`predict` uses, with a first axis of stages, and the scale.
 
         Known inputs have the shape (stages, ``WIDTH``, n).
         """

@@ -42,7 +42,7 @@ class Split:
     shares: frozenset[Group] = field(default_factory=frozenset)
 
     def check(self, sessions: NDArray[np.str_], specimens: NDArray[np.str_]) -> None:
-        """Refuse a split if a group is on both sides that ``shares`` does not declare.
+        """Refuse a split if a group that ``shares`` does not declare is on both sides.
 
         Parameters
         ----------
@@ -71,9 +71,9 @@ class Split:
 def by_session(
     sessions: NDArray[np.str_], classes: NDArray[Any], seed: int, folds: int = FOLDS
 ) -> list[Split]:
-    """Return folds that hold out whole sessions, with classes spread over them evenly.
+    """Return folds that hold out whole sessions, with each class spread evenly over the folds.
 
-    Specimens are on both sides. This cannot be avoided if there is one block per level.
+    Specimens are on both sides. This cannot be avoided if each level of Shore A has one specimen.
 
     Raises
     ------

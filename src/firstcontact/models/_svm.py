@@ -169,7 +169,8 @@ def _loss(
 ) -> float:
     """Return the error rate or RMSE of a candidate on one fold.
 
-    ``kernel`` is among the training windows, ``asked_kernel`` between test and training windows.
+    ``kernel`` holds the kernel values of all pairs of training windows, ``asked_kernel`` those of
+    all pairs of a test and a training window.
     """
     machine = svm_machine(task, parameters).set_params(kernel="precomputed", tol=SEARCH_ACCURACY)
     predicted = machine.fit(kernel, y).predict(asked_kernel)

@@ -1,4 +1,8 @@
-"""Contacts with their signal so far, and optional hints: closing speed and object radius."""
+"""Contacts with their signal so far, and optional hints: closing speed and object radius.
+
+The baseline of a signal is its mean shortly before the contact. Valid samples are those that a
+prediction may use: they end before the second contact.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +50,7 @@ class Touches:
         lasts from ``BEFORE`` before each contact to ``LONGEST`` after it. Samples after ``valid``
         are ignored.
     valid
-        Number of usable samples from the contact on, up to the second contact, shape (n,).
+        Number of valid samples from the contact on, up to the second contact, shape (n,).
     fingers
         Number of the finger, -1 if unknown, shape (n,).
     speeds

@@ -92,8 +92,8 @@ def train(
     contacts
         Windows start at "detected" contacts, as in live use, or at "known" contacts from strips or
         labels. A contact is detected by a detector that did not learn from the session of its
-        pinch. If there is only one session, or one has no name, the detector did not learn from the
-        pinch itself.
+        pinch. If there is only one session, or a pinch has no session name, the detector did not
+        learn from the pinch itself, but may have learned from its session.
     windows
         Lengths of the windows after the contact, s; each gives one model. The network uses none.
     level

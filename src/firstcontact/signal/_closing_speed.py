@@ -23,9 +23,10 @@ BELOW_TWO = 0.97725
 def closing_speed(times: ArrayLike, positions: ArrayLike, at: float) -> ClosingSpeed | None:
     """Measure the closing speed before a contact from positions of the finger or the motor.
 
-    The speed is the slope of a line through the last 50 ms. Its standard error comes from the
-    residuals, or from the step of an encoder if that gives more. It is enlarged if there are few
-    positions, so that the true speed lies within two errors in 95 % of contacts.
+    The speed is the slope of a line through the positions from 50 to 3 ms before the contact. Its
+    standard error comes from the residuals, or from the step of an encoder if that error is larger.
+    The error is enlarged if there are few positions, so that the true speed lies within two errors
+    in 95 % of contacts.
 
     Parameters
     ----------

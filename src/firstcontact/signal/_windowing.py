@@ -1,4 +1,7 @@
-"""Windows of signal after a contact, the input of the window models."""
+"""Windows of signal after a contact, the input of the window models.
+
+The baseline of a window is the mean of the quiet signal shortly before its contact.
+"""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ class OpenClosing:
     estimates
         Estimates of the closing; None without a model.
     end
-        Number of the first sample after the pinch, once it has a contact.
+        Number of the first sample after the pinch; 0 before its first contact.
     contacts
         Contacts so far.
     closing_speed

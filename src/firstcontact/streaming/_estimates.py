@@ -196,7 +196,9 @@ class ClosingEstimates:
         return [(second.decided, self._settle(first, second.decided, epoch))]
 
     def finish(self, sample: int, epoch: int, reason: str) -> list[Event]:
-        """End the closing before this sample. Return its final estimate if that is still missing.
+        """End the closing before this sample.
+
+        Return its final estimate if that was not returned yet.
 
         ``reason`` states why a closing has no estimate.
         """

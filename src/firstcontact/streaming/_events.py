@@ -131,9 +131,9 @@ def judged(estimate: Estimate, offset: float | None, *, real_time: bool = True) 
     """Return the estimate with its field ``in_time`` filled in.
 
     This is the only definition of "in time". An estimate is in time if it was available before the
-    second contact. Both times count from the first contact on the host's clock. The estimate's
-    includes waiting, transport and computing. The second contact's is the time at which its sample
-    was taken. Without a second contact nothing can be too late.
+    second contact. Both times count from the first contact on the host's clock. The time of the
+    estimate includes waiting, transport and computing. The time of the second contact is that at
+    which its sample was taken. Without a second contact nothing can be too late.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ class PinchDone(msgspec.Struct, frozen=True, kw_only=True, tag="pinch"):
     Parameters
     ----------
     number
-        Number of the closing with a contact, from 1.
+        Number of the pinch, from 1. Closings without a contact are not counted.
     start, end
         Number of the first sample, and of the first sample after the pinch.
     epoch
@@ -178,8 +178,8 @@ class PinchDone(msgspec.Struct, frozen=True, kw_only=True, tag="pinch"):
         them; null if not measured.
     verdict
         ``in_time`` if an estimate was in time, ``too_late`` if all came later, ``none`` if there
-        was no estimate; null if there is an estimate but samples did not come in real time. It
-        follows from the other fields.
+        was no estimate; null if there is an estimate but samples did not come in real time. The
+        verdict follows from the other fields.
     """
 
     number: int
@@ -337,9 +337,9 @@ class HandCheck(msgspec.Struct, frozen=True, kw_only=True):
     largest
         Largest difference of a value or of an end of an interval, Shore A.
     flags
-        True if both agree on ``out_of_range``.
+        True if device and host agree on ``out_of_range``.
     missing
-        Number of estimates that only one of them has.
+        Number of estimates that only the device or only the host has.
     lost
         True if the host lost samples of the pinch.
     same

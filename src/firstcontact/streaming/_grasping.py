@@ -33,9 +33,9 @@ class Grasping:
     The policy gets the final estimate of a closing. A policy with ``early`` also gets each estimate
     before it. Estimates out of range are ignored.
 
-    Times are on the samples' clock. An estimate meets the deadline if it reaches the hand before
-    it. This includes the times for computing, for transport beyond the shortest time, and for the
-    hand's pacing. The shortest transport time is unknown.
+    Times are on the samples' clock. An estimate meets the deadline if it reaches the hand earlier.
+    The time to reach the hand includes computing, transport beyond the shortest transport time, and
+    the hand's pacing. The shortest transport time is unknown.
 
     Parameters
     ----------

@@ -30,8 +30,8 @@ class Request:
 class HandRequests:
     """Queue of requests from any thread; the session's own thread carries them out.
 
-    A request to open releases the hand immediately. No command is sent to it until the session's
-    thread has processed the request.
+    A request to open releases the hand immediately. No command is sent to the hand until the
+    session's thread has processed the request.
 
     Parameters
     ----------
@@ -45,8 +45,8 @@ class HandRequests:
     Attributes
     ----------
     by
-        Origin of the closing in progress, or of holding the object after it; None if it was not
-        requested. The session's thread sets it.
+        Origin of the last request to close, until the hand opens; None without one. The session's
+        thread sets it.
     opening
         True if a request to open waits for the session's thread.
     """

@@ -20,8 +20,8 @@ class ObjectCombiner:
 
     Pinches are pooled only if they are marked as one object: by :meth:`new_object`, by a marker
     with an object's name, or by the labels of a replayed recording. Another name, or
-    :meth:`new_object`, begins another object. An unmarked pinch is not pooled. Estimates that are
-    out of range do not count.
+    :meth:`new_object`, begins another object. An unmarked pinch is not pooled. Pinches whose final
+    estimate is out of range are left out.
     """
 
     def __init__(self) -> None:
@@ -58,7 +58,10 @@ class ObjectCombiner:
         return self._combined(pinch)
 
     def add_labels(self, marks: Iterable[PinchMark]) -> ObjectEstimate | None:
-        """Process labels of past pinches in a replayed recording. Return a corrected estimate."""
+        """Process labels of past pinches in a replayed recording.
+
+        If they name another object for the last pinch, return the estimate from that pinch alone.
+        """
         if self._last is None:
             return None
         pinch, final = self._last

@@ -291,7 +291,7 @@ class WindowLadder:
         }
 
     def check(self, layout: Layout) -> None:
-        """Raise InputError for another sampling rate, or for models of several channels."""
+        """Raise InputError if the sampling rate differs, or a model takes several channels."""
         for window in self._windows.values():
             spec = window.model.spec
             spec.require_rate(layout.rate)

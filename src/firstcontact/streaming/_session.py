@@ -425,7 +425,7 @@ class LiveSession:
 
 
 def _fewer(arrivals: list[Arrival]) -> tuple[Arrival, ...]:
-    """Merge samples into as few arrivals as possible. Each keeps its last arrival time."""
+    """Merge samples into as few arrivals as possible, each with the time of its newest samples."""
     hosts = {(a.block.epoch, a.block.end): a.host for a in arrivals}
     blocks = merge_blocks(a.block for a in arrivals)
     markers = tuple(m for a in arrivals for m in a.markers)

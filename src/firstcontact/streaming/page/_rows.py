@@ -26,7 +26,7 @@ class Row(msgspec.Struct, frozen=True):
     name
         Name of the object, "" if unknown.
     lost
-        Loss of the object, as the twin reported it; None if there is none.
+        ``dropped`` or ``broken`` if the twin reported the loss of the object, else None.
     hand
         Predictions of a device for the same pinch, in words.
     """

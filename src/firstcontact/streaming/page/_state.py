@@ -198,7 +198,7 @@ class State:
             self._put("force", {int(f): self._force(recent, c) for f, c in self._taxels.items()})
 
     def _force(self, data: NDArray[Any], columns: tuple[int, ...]) -> list[float]:
-        """Return the mean of each taxel in the order of their places, row by row."""
+        """Return the mean of each taxel in the order of the 3×2 array, row by row."""
         ordered = sorted(columns, key=lambda c: self._layout.column_channels[c].taxel or 0)
         mean = self._layout.physical(data, tuple(ordered)).mean(axis=0)
         return [round(float(v), 3) for v in mean] if np.isfinite(mean).all() else []
@@ -307,7 +307,10 @@ def _recording(status: RecorderStatus) -> dict[str, Any]:
 
 
 def _with(estimates: Sequence[Estimate], estimate: Estimate) -> tuple[Estimate, ...]:
-    """Return the estimates with a new one. A final one replaces its earlier form and later ones."""
+    """Return the estimates with a new one.
+
+    A final one replaces those of equal or longer elapsed time.
+    """
     if estimate.final:
         estimates = [e for e in estimates if e.elapsed < estimate.elapsed]
     return (*estimates, estimate)

@@ -29,7 +29,7 @@ class AbilityHand(Hand):
 
     The other fingers follow the index. A separate thread sends position targets a hundred times a
     second and reads back positions and touch sensors. If the thread gets no command for 0.3 s, it
-    opens the hand. (After that time without data the hand ignores the port.)
+    opens the hand. (The hand itself ignores the port after 0.3 s without data.)
 
     On entering the ``with`` block the fingers open. The hand must be empty then, because the
     touch sensors are set to zero.

@@ -88,9 +88,9 @@ def claimed(port: str) -> Iterator[None]:
 
 
 def open_client(port: str, rate: float) -> Any:
-    """Return a client of the hand that reads in a thread and never writes by itself.
+    """Return a client of the hand. It reads in its own thread, and writes only when it is called.
 
-    Call this in a daemon thread: only then does the client's thread end with the process.
+    Call this function in a daemon thread: only then does the client's thread end with the process.
 
     Raises
     ------

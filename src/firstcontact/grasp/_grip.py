@@ -58,7 +58,7 @@ class Grip:
     push: float = 250.0
 
     def stiffness(self, shore_a: float) -> float:
-        """Return Hertz's K of a fingertip on a flat object of that Shore A, N/m^1.5."""
+        """Return the Hertz stiffness of a fingertip on a flat object of that Shore A, N/m^1.5."""
         young = gent_modulus(_within(shore_a))
         modulus = contact_modulus(self.pad_modulus, young, INCOMPRESSIBLE)
         return hertz_stiffness(modulus, self.tip_radius)

@@ -31,8 +31,8 @@ class HandLimits:
     rate
         Highest rate of commands, Hz.
     watchdog
-        Longest time without a command before the hand acts by itself, s; infinite without a
-        watchdog.
+        Time without a command after which the hand's own watchdog stops or opens the hand, s;
+        infinite without a watchdog.
     """
 
     speed: float
@@ -53,8 +53,8 @@ class Begins(Flag):
 class Hand(ABC):
     """Base class of hands. Use one in a ``with`` block, which always releases it.
 
-    The registry makes a hand from a port's name or None, or from the source that drives it.
-    Making a hand opens nothing.
+    The registry makes a hand from a port's name or None, or from the source that drives the hand. A
+    new hand has no connection until the ``with`` block begins.
     """
 
     #: Name in the registry and in reports.
@@ -73,12 +73,13 @@ class Hand(ABC):
 
     @classmethod
     def needs_live_samples(cls, port: str | None) -> bool:
-        """Return True if only samples in real time may drive the hand, not recordings.
+        """Return True if the hand moves, so that only samples in real time may drive it.
 
         Parameters
         ----------
         port
-            Port of the hand; None for its default port. On the simulated port nothing moves.
+            Port of the hand; None for its default port. With the simulated port the result is
+            False, because nothing moves.
         """
         return cls.real and (port is None or port != cls.simulated_port)
 

@@ -60,13 +60,13 @@ class Leaving:
             signal.signal(number, signal.default_int_handler if is_interrupt else signal.SIG_DFL)
 
     def rearm(self) -> None:
-        """Treat the next signal as a first one, because the program has handled the last."""
+        """Treat the next signal as the first, because the program has handled the earlier ones."""
         if self._at is not None and threading.current_thread() is threading.main_thread():
             self._at = None
 
     @contextmanager
     def deferred(self) -> Iterator[None]:
-        """Defer all signals that end programs to the end of the block, also those with handlers."""
+        """Defer signals that end programs, even those with handlers, to the end of the block."""
         deferred: list[int] = []
         handlers = {}
         self._waiting = deferred

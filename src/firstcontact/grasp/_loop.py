@@ -20,8 +20,8 @@ class LoopCounts:
     commands
         Number of commands sent.
     estimates
-        Number of estimates that the policy acted on: they reached the hand within the deadline and
-        before the second contact.
+        Number of estimates that the policy acted on. Their commands reached the hand within the
+        deadline and before the second contact.
     misses
         Number of contacts whose deadline passed without an estimate.
     unused
@@ -131,7 +131,7 @@ class GraspLoop:
             self._forward(self.policy.begin())
 
     def estimated(self, estimate: Estimate, now: float) -> bool:
-        """Pass an estimate to the policy. Return True if the policy acted on it.
+        """Pass an estimate to the policy. Return True if the policy responded with a command.
 
         The program learned of the estimate at ``now``.
         """

@@ -55,7 +55,7 @@ class Part(Enum):
 
 
 class ForceArray(Enum):
-    """Force sensors of the twin in a comparison."""
+    """Errors of the twin's force sensors in a comparison of policies."""
 
     #: Sensors with the random errors of each simulated pinch.
     DRAWN = auto()
@@ -85,7 +85,7 @@ class SensorVariant:
 
 @dataclass(frozen=True, slots=True)
 class Tunable:
-    """Setting of a policy that a study tunes. Its name is a keyword of the policy.
+    """Setting of a policy that a study tunes. Its key is a parameter of the policy's class.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ class Policy:
         return None
 
     def estimated(self, estimate: Estimate) -> Command | None:
-        """React to an estimate, which uses only samples before the second contact."""
+        """React to an estimate. It was predicted from samples before the second contact only."""
         return None
 
     def felt(self, volts: float, since: float | None) -> Command | None:

@@ -23,7 +23,7 @@ HANDS: Registry[type[Hand]] = Registry(
 
 
 def make_hand(kind: type[Hand], port: str | None = None, source: object = None) -> Hand:
-    """Return a hand that is not open yet. It runs in a separate process if its class requires it.
+    """Return a hand that is not open yet. It runs in a separate process if its class says so.
 
     Parameters
     ----------

@@ -168,7 +168,7 @@ def _around(value: float, half: float, elapsed: float) -> Estimate:
 def make_estimate(
     value: float, low: float, high: float, elapsed: float = 0.015, *, final: bool = False
 ) -> Estimate:
-    """Return an estimate to test a policy with, as if it was available without delay.
+    """Return an estimate for tests of policies. It is available without delay.
 
     Parameters
     ----------
@@ -197,5 +197,5 @@ def make_estimate(
 
 
 def _shore(chance: Random) -> float:
-    """Return a random Shore A. It is often an end of the scale."""
+    """Return a random Shore A, sometimes 0 or 100."""
     return chance.choice((0.0, 100.0, *(chance.uniform(0, 100) for _ in range(8))))

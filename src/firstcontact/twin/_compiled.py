@@ -1,4 +1,4 @@
-"""Compilation of the twin's functions. It is cached on disk, and logged before it starts."""
+"""Compilation of the twin's functions, with a cache on disk. A log line announces the first one."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ register("numba:compile", _notice)  # type: ignore[no-untyped-call]
 
 
 def compiled(**options: Any) -> Callable[[F], F]:
-    """Return a decorator that compiles a function at its first call, without the GIL.
+    """Return a decorator. The function is compiled at its first call, and runs without the GIL.
 
     Parameters
     ----------

@@ -35,7 +35,7 @@ class Condition:
     temperature: Spread
     """Spread of the object's modulus due to temperature and wear."""
     specimen_widen: float
-    """Factor by which the modulus scatters more between specimens than the object states."""
+    """Factor on the scatter of the modulus between specimens that the object states."""
     specimens_per_block: int
     jitter: float
     """Standard deviation of the sampling instants (jitter), s."""

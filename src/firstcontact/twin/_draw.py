@@ -33,7 +33,7 @@ FIRST_CONTACT = (0.130, 0.150)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PinchDraw:
-    """Random quantities of one pinch. In pairs the index finger comes first, then the thumb."""
+    """Random quantities of one pinch. In a pair the value of the index finger is first."""
 
     fingers: tuple[FingerParameters, FingerParameters]
     object: ObjectParameters
@@ -49,7 +49,7 @@ class PinchDraw:
 
 
 def generator(seed: int, *key: object) -> np.random.Generator:
-    """Return a random generator for what ``key`` names, such as a session."""
+    """Return the random generator of one item; ``key`` names the item, such as a session."""
     words = [zlib.crc32(repr(part).encode()) for part in key]
     return np.random.default_rng([seed, *words])
 

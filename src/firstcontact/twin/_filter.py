@@ -37,10 +37,11 @@ def _filter(
     sums: NDArray[np.int64],
     out: NDArray[np.int16],
 ) -> None:
-    """Filter scans.
+    """Filter scans and write the samples to ``out``.
 
-    ``place`` counts the scans, -1 before the first. It returns to 0 when each taxel has been read
-    as often as the sliding mean has readings.
+    ``place`` is the position of the next scan in a cycle of ``TAXELS * FORCE_READINGS`` scans, -1
+    before the first scan. It changes in place, as do the filters' states ``smoothed``, ``readings``
+    and ``sums``.
     """
     for i in range(len(scans)):
         if place[0] < 0:
@@ -67,9 +68,10 @@ def _filter(
 
 @compiled()
 def smoothed(counts: NDArray[np.uint16]) -> NDArray[np.int16]:
-    """Return one piezo's converter counts as the device sends them.
+    """Return one piezo's converter counts after the smoothing of the device.
 
-    The result is in 1/32 counts, shape (samples,). It equals that of :class:`DeviceFilter`.
+    The smoothed counts are in 1/32 counts, shape (samples,), and equal those of
+    :class:`DeviceFilter`.
     """
     out = np.empty(counts.size, np.int16)
     state = _clipped(counts[0]) * SUBCOUNTS
@@ -137,14 +139,14 @@ class DeviceFilter:
 def settled_filter(
     scan: NDArray[np.uint16], sheets: tuple[VelostatParameters, VelostatParameters]
 ) -> DeviceFilter:
-    """Return a filter in the state after a long rest: piezos as in a scan, fingers unloaded.
+    """Return a filter in the state after a long rest: piezos as in ``scan``, fingers unloaded.
 
     Parameters
     ----------
     scan
         First scan that the filter will get, shape (6,).
     sheets
-        Force arrays of index and thumb.
+        Parameters of the force arrays of index and thumb.
     """
     device = DeviceFilter()
     warm_up = np.tile(scan, (ROUND, 1))

@@ -134,8 +134,8 @@ class StreamFingertips(Fingertips):
     def take(self, draw: PinchDraw) -> None:
         """Continue with the sensors of another pinch of the same hand and session.
 
-        The parameters of a force array differ between pinches. The load that is left on it is
-        scaled so that its conductance stays, and no reading jumps.
+        The parameters of a force array differ between pinches. The load that remains on an array is
+        scaled so that the array's conductance stays the same, and no reading jumps.
         """
         for f, (old, new) in enumerate(zip(self.sheets, draw.velostat, strict=True)):
             self._sheet_state[f] *= (old.conductance / new.conductance) ** (1 / new.exponent)
@@ -164,7 +164,8 @@ def strip_contacts(
     first_sample
         Sample number of ``scans[0]``.
     earlier
-        Earlier contacts of the pinch. A finger touches once, so their fingers are left out.
+        Earlier contacts of the pinch. A finger touches once, so the fingers of these contacts are
+        left out.
     """
     return mask_contacts(scans[:, 4:6] != 0, first_sample, earlier)
 

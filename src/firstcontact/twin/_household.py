@@ -83,7 +83,7 @@ OBJECT_SETS: Mapping[str, tuple[TwinObject | HouseholdObject, ...]] = {
 
 
 def find_object(name: str) -> TwinObject | HouseholdObject:
-    """Return the object with this name, from any set.
+    """Return the object with this name, from any of the :data:`OBJECT_SETS`.
 
     Raises
     ------

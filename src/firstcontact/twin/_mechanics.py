@@ -6,8 +6,8 @@ the bulk and held by a clamp. The force through the mount drives the piezo disc.
 the closing direction.
 
 The contact times are given, not the distances from the fingers to the object. A finger has no
-effect before it touches. So each face of the object is placed where its finger is at the given
-time.
+effect before it touches. So each face of the object is placed where the finger of that face is at
+the given time.
 """
 
 from __future__ import annotations
@@ -111,7 +111,7 @@ def _derivative(
     o: ObjectParameters, stiffness: _Vector, gap: _Vector, push_i: float, push_t: float,
     speeds: _Vector, motor_force: float, back_damping: float,
 ) -> None:  # fmt: skip
-    """Compute all derivatives. ``gap`` is NaN before a finger touches."""
+    """Compute the derivatives ``dx`` of the state ``x``. ``gap`` is NaN before a finger touches."""
     n = 2 * FINGER_STATES
     f_i = _finger(
         x, dx, 0, index, o, stiffness[0], x[6] - x[n] - gap[0], x[7] - x[n + 1], push_i,

@@ -46,7 +46,7 @@ class MotorNoise:
     rotor: float = 0.05
     """Amplitude of the rotor line; its harmonics fall as 1/k."""
     mesh_ratio: float = 9.7
-    """Ratio of the gear-mesh frequency to the rotor's."""
+    """Ratio of the gear-mesh frequency to the frequency of the rotor."""
     mesh: float = 0.05
     """Amplitude of the mesh line, modulated by the output shaft."""
     friction: float = 0.035
@@ -207,7 +207,8 @@ class PhalanxNoise:
     def shape(self, until: float) -> None:
         """Scale the forces up to the time ``until``, s, by the loudness.
 
-        The point after it is scaled as well, because the kernel interpolates between points.
+        The first point after ``until`` is scaled as well, because the integration interpolates
+        between points.
         """
         stop = min(int(until / self.dt) + 2, self.points.shape[1])
         if stop > self._shaped and not self._reached == self.loudness == 1.0:
@@ -225,7 +226,7 @@ def pickup(
     Parameters
     ----------
     noise
-        Strengths, of which those at the piezo's converter are used.
+        Strengths of the noise. Only ``hum`` and ``electronics`` are used.
     sheet
         RMS of the noise at the force array's converter, V.
     angle

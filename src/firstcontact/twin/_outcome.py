@@ -22,17 +22,18 @@ DROPPED = 0.010
 
 @dataclass(frozen=True, slots=True)
 class GraspOutcome:
-    """Outcome of a pinch; if the object broke, the outcome until then.
+    """Outcome of a pinch. If the object broke, only the time until the break counts.
 
     Parameters
     ----------
     peak_force
         Largest grip force, N. The grip force is the smaller contact force.
     squeeze
-        Largest compression of the object, m: of its bulk, and its share of both indentations.
+        Largest compression of the object, m: that of its bulk, plus the object's share of the
+        indentation at both contacts (the pads take the other share).
     time_to_grasp
         Time from the first contact until the grip is strong enough and steady, and stays so, s.
-        None if that never happens or the object broke.
+        None if the grip never gets so, or if the object broke.
     slipped
         Distance that the object slid down, m.
     dropped

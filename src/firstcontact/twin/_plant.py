@@ -64,11 +64,12 @@ class GraspPlant:
     longest
         Longest duration, s.
     calm_steps
-        Integration steps per sampling interval once the hand is calm, at least
-        :data:`firstcontact.twin._run.QUICK`. By default as many as before the contacts.
+        Integration steps per sampling interval from :data:`firstcontact.twin._run.CALM` s after the
+        second contact on, in a commanded hand; at least :data:`firstcontact.twin._run.QUICK`. By
+        default as many as before the contacts.
     slip, slip_seed
-        Model of the slip sound in the piezos, and its random seed; none by default. It does not
-        affect other random numbers.
+        Model of the slip sound in the piezos, and the random seed of that model; no slip sound by
+        default. The model does not affect other random numbers.
 
     Attributes
     ----------
@@ -154,7 +155,7 @@ class GraspPlant:
         self._make(self.sample)
 
     def advance(self, samples: int) -> NDArray[np.int16]:
-        """Return the next samples as the device sends them.
+        """Advance, and return the next samples as the device sends them.
 
         Returns
         -------
@@ -171,7 +172,7 @@ class GraspPlant:
         return self._data[first : self.sample].copy()
 
     def move(self, samples: int) -> None:
-        """Advance without computing readings: they cost as much as the motion."""
+        """Advance without computing readings, which saves half of the time."""
         stop = min(self.sample + samples, len(self._motion))
         if stop > self._made:
             self._make(stop)
@@ -180,7 +181,8 @@ class GraspPlant:
     def copy(self, lift: Lift | None = None) -> Self:
         """Return an independent copy in the current state, with another lift if one is given.
 
-        It shares the random draws and past samples, so a copy costs a hundredth of a closing.
+        The copy shares the random draws and past samples with the original, so it costs only a
+        hundredth of a closing.
         """
         other = copy.copy(self)
         other._run = self._run.fork()
@@ -212,7 +214,7 @@ class GraspPlant:
         return motion
 
     def _make(self, stop: int) -> None:
-        """Compute the motion up to this sample and somewhat beyond."""
+        """Compute the motion up to sample ``stop``, and ahead of it to the end of a whole piece."""
         while self._made < stop:
             first = self._made
             self._mark = (self._run.fork(), first)
@@ -226,7 +228,7 @@ class GraspPlant:
             self._piece = min(2 * self._piece, PIECE[1])
 
     def _unmake(self) -> None:
-        """Return to the state before the newest piece, within which the newest sample can lie."""
+        """Go back to the beginning of the newest piece, from which samples may have been read."""
         run, self._made = self._mark
         self._run = run.fork()
         contacts, self._contacts = self._contacts, []
@@ -253,7 +255,7 @@ class GraspPlant:
 
     @property
     def contacts(self) -> tuple[Contact, ...]:
-        """Contacts so far by the contact strips, in order of time."""
+        """Contacts so far as the contact strips would show them, in order of time."""
         return tuple(c for c in self._contacts if c.sample < self.sample)
 
     @property

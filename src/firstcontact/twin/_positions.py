@@ -34,7 +34,7 @@ class Positions:
         self._samples: deque[tuple[int, float]] = deque(maxlen=REMEMBERED)
 
     def add(self, motion: NDArray[np.float64], first_sample: int) -> None:
-        """Add the motion of some samples.
+        """Store positions from the motion in the next samples.
 
         Parameters
         ----------

@@ -1,7 +1,7 @@
 """Random rigs and objects: the training distribution of a network for any rig.
 
-The distribution is wide, and its centre is another hand than the twin's. Its limits come from
-mechanics and electronics; no limit was tuned on a score. The families in
+The distribution is wide, and is centred on a hand that differs from the twin's. The limits of the
+distribution come from mechanics and electronics; no limit was tuned on a score. The families in
 :mod:`firstcontact.twin._rig_families` lie outside it: other laws of pad or material, other sensors,
 other noise, sharp edges.
 """
@@ -324,7 +324,7 @@ def _block(
 
 
 def _material(rng: Rng, target: ObjectParameters) -> ObjectParameters:
-    """Return the object. Its loss gets random effects on relaxation and contact."""
+    """Return the object with random relaxation and contact loss, near those that it has."""
     return target._replace(
         arm_share=min(target.arm_share * _between(rng, 0.75, 1.33), 1.3),
         arm_relaxation=_between(rng, 2.5e-3, 6.4e-3),

@@ -43,10 +43,11 @@ class PinchRun:
 
     An order is a command or a release. The hand closes as drawn until the first order takes effect,
     and each finger touches as :class:`Approach` describes. The first order fixes the position of
-    the object: it is where the closing fingers would have met it at the drawn speed.
+    the object: the place where fingers that close at the drawn speed would have met the object.
 
-    After that a finger touches when its skin reaches the object, and the motor noise follows the
-    speed. The lengths of the pieces do not change the result while the loudness stays constant.
+    After the first order a finger touches when its skin reaches the object, and the motor noise
+    follows the speed. The lengths of the pieces do not change the result while the loudness stays
+    constant.
 
     Parameters
     ----------
@@ -67,8 +68,8 @@ class PinchRun:
     substeps
         Integration steps per sampling interval once a finger has touched.
     calm_steps
-        Integration steps per sampling interval once a commanded hand is calm; half of ``substeps``
-        by default.
+        Integration steps per sampling interval from :data:`CALM` s after the second contact on, in
+        a commanded hand; half of ``substeps`` by default.
 
     Attributes
     ----------
@@ -214,7 +215,7 @@ class PinchRun:
         self._orders.append((max(effect, self.done - 1), clipped))
 
     def withdraw(self) -> int:
-        """Cancel the active and the queued orders. Return how many queued ones were commands."""
+        """Cancel the active and the queued orders. Return how many commands were queued."""
         waiting = sum(command is not None for _, command in self._orders)
         self._orders.clear()
         self._reference.hold(self.speed)

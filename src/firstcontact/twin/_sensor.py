@@ -44,7 +44,7 @@ class VelostatParameters(NamedTuple):
     """RMS of the noise at the converter, V."""
 
 
-#: Ideal sheet, better than any real one: sensitive, fast and without creep.
+#: Ideal force array, better than any real one: sensitive, fast and without creep.
 OPTIMISTIC = VelostatParameters(threshold=0.0, rise=0.005, fall=0.010, creep_share=0.0)
 
 
@@ -88,7 +88,7 @@ def force_readings(
     shares
         Share of the force on each taxel, shape (6,).
     p
-        Parameters of the sheet and its divider.
+        Parameters of the force array and of the divider at its output.
     noise
         Noise at the converter, V, shape (samples,).
     dt
@@ -126,13 +126,13 @@ def force_readings(
 
 @compiled()
 def open_reading(p: VelostatParameters) -> int:
-    """Return the ADC count of every taxel of an unloaded sheet, without noise."""
+    """Return the ADC count of every taxel of an unloaded force array, without noise."""
     return _divider_count(p, p.leak, p.leak, 0.0)
 
 
 @compiled()
 def _conductance(p: VelostatParameters, quick: float, late: float) -> float:
-    """Return the conductance of a taxel, S, from the two parts of its response (N)."""
+    """Return the conductance of a taxel, S, from its quick and its late response, N."""
     response = (1.0 - p.creep_share) * quick + p.creep_share * late
     return p.leak + p.conductance * float(response**p.exponent)
 

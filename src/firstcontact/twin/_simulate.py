@@ -73,7 +73,7 @@ def simulate(
         True for a hand that reports its positions: each pinch then has a measured closing speed.
         Samples stay the same.
     runner
-        Runner of the jobs, instead of the threads.
+        Runner that simulates the pinches, instead of threads in this process.
 
     Returns
     -------

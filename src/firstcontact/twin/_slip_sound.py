@@ -9,7 +9,7 @@ pressed against the object with its share of the contact force. A patch sticks u
 object exceeds static friction. It then releases, swings back and sticks again.
 
 The object moves as in :func:`firstcontact.twin._outcome.slide`. Before the slip, its weight shears
-the pads. A force along the pad has a given share of the effect of a normal force on the piezo.
+the pads. A force along the pad acts on the piezo as a normal force does, times ``coupling``.
 """
 
 from __future__ import annotations

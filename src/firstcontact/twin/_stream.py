@@ -76,8 +76,9 @@ class StreamPinch:
 class TwinStream:
     """Hand that picks up one object after another: rest, close, squeeze and hold, open.
 
-    The same arguments give the same scans, whatever the number read at a time. The hand is that of
-    :func:`firstcontact.twin._simulate.simulate` with the same condition and seed.
+    The same arguments give the same scans, whatever the number of scans in each call of
+    :meth:`read`. The hand is that of :func:`firstcontact.twin._simulate.simulate` with the same
+    condition and seed.
 
     Parameters
     ----------
@@ -271,7 +272,7 @@ class TwinStream:
         return PlannedPinch(one, label, number)
 
     def _add_contacts(self, first: int, scans: NDArray[np.uint16]) -> None:
-        """Add the contacts in these scans to their pinch."""
+        """Add the contacts that these scans show to the pinch in which they happen."""
         if self.pinches:
             pinch = self.pinches[-1]
             new = strip_contacts(scans, first, pinch.truth)

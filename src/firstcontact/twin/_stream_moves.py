@@ -90,6 +90,6 @@ def _ramp(run: PinchRun, speed: float) -> Iterator[NDArray[np.float64]]:
 
 
 def _piece(run: PinchRun) -> NDArray[np.float64]:
-    """Return the next piece. The motor noise follows the drive's speed."""
+    """Return the motion of the next ``PIECE`` samples. Motor noise follows the drive's speed."""
     run.loudness = min(abs(run.drive_speed) / run.nominal_speed, 1.0)
     return run.advance(PIECE)

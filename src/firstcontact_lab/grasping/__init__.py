@@ -1,1 +1,14 @@
-"""Grasp study: grips of household objects by the simulated hand, with and without stiffness."""
+"""Grasp study: grips of household objects by the simulated hand, with and without stiffness.
+
+The study has two parts. In the household part policies pick up household objects of unknown weight.
+In the payload task policies hold objects up to a declared mass, as gently as possible. Terms:
+
+- A *kind* is a household object by name, such as "raspberry". Its specimens differ at random.
+- A *family* is a group of similar kinds. A *fold* is a group of whole families, held out together.
+- *Settings* are the tuned numbers of a policy, such as forces.
+- A policy is *tuned* on the picks of some hands and specimens, and *judged* on the picks of others.
+- The *table of closings* holds the forces of every pick at each approach speed and grip force. Most
+  results are computed from it. A *full closing* is simulated anew, with detector, model and loop.
+- A *success* is a pick whose object is neither dropped nor damaged.
+- A *resample* is a random draw of picks with replacement, for bootstrap intervals.
+"""

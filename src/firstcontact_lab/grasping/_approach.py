@@ -40,7 +40,7 @@ class Pick:
     hand
         Random seed of the hand.
     specimen
-        Number of the specimen. Its session has the same number.
+        Number of the specimen. The session of the pick has the same number.
     """
 
     kind: str
@@ -55,11 +55,11 @@ class Approached:
     Parameters
     ----------
     plant
-        Simulated hand in that state.
+        Simulated hand at that moment.
     estimate
         Estimate that a policy acts on at that moment; None without one.
     answers
-        Estimates that use only samples before the second contact.
+        All estimates that use only samples before the second contact.
     heard
         Time from the first contact to the detection of the second, s; None if it was not detected.
     offset
@@ -103,7 +103,7 @@ class _Waiting(PlantHand):
 def approached(pick: Pick, speed: float, hands: OwnHand, breaks: bool = False) -> Approached:
     """Simulate the approach to an object until both fingers touch.
 
-    It is the same for all policies for household objects: they differ only after that.
+    The approach is the same for all policies for household objects: they differ only afterwards.
 
     Parameters
     ----------

@@ -27,7 +27,7 @@ LOT = 100
 
 @dataclass(frozen=True, slots=True)
 class Branching:
-    """Values of the settings for which a table of closings has outcomes.
+    """Settings whose combinations are simulated for the table of closings.
 
     Parameters
     ----------
@@ -80,9 +80,10 @@ class Branches:
 def branches(
     job: tuple[Pick, float], hands: dict[tuple[int, float], OwnHand], how: Branching
 ) -> Branches:
-    """Simulate one approach, then a grip with each force.
+    """Simulate one approach, then a grip with each force and the lift of the object.
 
-    Where the object would slip, the grip is simulated with each combination of lift and reflex.
+    Where the object would slip, the lift is repeated with each combination of kind of lift, latency
+    of the slip detection and boost of the reflex.
     """
     pick, speed = job
     specimen = pick_specimen(pick)
@@ -116,7 +117,7 @@ def branches(
 
 
 def _until(plant: GraspPlant, since: float) -> None:
-    """Advance the plant until ``since`` s after the first contact, or until the closing ends."""
+    """Advance the plant to ``since`` s after the first contact, or to the end of the closing."""
     contacts = plant.contacts
     end = contacts[0].sample + since * FINGERTIP_RATE if contacts else np.inf
     while not plant.ended and plant.sample < end:

@@ -51,7 +51,7 @@ class PlantHand(Hand):
         self.send(Command(-self.limits.speed, 0.0))
 
     def close(self) -> None:
-        """Leave the plant as it is, because it needs no closing."""
+        """Do nothing, because a simulated hand has no connection to close."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +122,6 @@ def close(
 
 
 def _settled(grasping: Grasping) -> bool:
-    """Return True if an estimate has met the deadline, or the deadline has passed."""
+    """Return True if the policy has acted on an estimate, or its deadline has passed."""
     counts = grasping.loop.counts
     return counts.contacts > 0 and counts.misses + counts.estimates > 0

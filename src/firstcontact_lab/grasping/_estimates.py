@@ -25,14 +25,17 @@ HALF = 1e-4
 
 
 def at_tuned_speed(tables: Tables, rows: Sequence[Branches], ours: Judged) -> list[Branches]:
-    """Return, of the closings of each pick, that at the approach speed tuned for its object."""
+    """Return one closing of each pick: that at the approach speed tuned for the pick's object."""
     fold_of = folds(sorted(set(tables.judged.kinds)), tables.folds)
     speed = [chosen.settings["approach"] for chosen in ours.chosen]
     return [row for row in rows if row.speed == speed[fold_of[row.pick.kind]]]
 
 
 def _errors(rows: Sequence[Branches]) -> dict[str, list[float]]:
-    """Return estimates minus labels, by window in ms, and for the estimates that policies used."""
+    """Return errors in Shore A by window in ms, and of the estimates that policies used.
+
+    An error is the estimate minus the label.
+    """
     errors: dict[str, list[float]] = {f"{1e3 * w:g}": [] for w in WINDOWS}
     errors[USED] = []
     for row in rows:

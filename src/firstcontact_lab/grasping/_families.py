@@ -1,4 +1,7 @@
-"""Families of similar objects. Settings judged on an object were not tuned on its family."""
+"""Families of similar household objects, and folds of families.
+
+Settings that are scored on an object were tuned without the object's whole family.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,7 @@ FAMILIES = (
 
 
 def family(kind: str) -> str:
-    """Return the family that an object belongs to."""
+    """Return the family of an object. An object unlike all others is a family by itself."""
     for words in FAMILIES:
         if any(word in kind for word in words):
             return " and ".join(words)
@@ -32,6 +35,6 @@ def family(kind: str) -> str:
 
 
 def folds(kinds: Sequence[str], count: int) -> dict[str, int]:
-    """Return the fold of each object. All objects of a family are in one fold."""
+    """Return the index of the fold of each object. All objects of a family are in one fold."""
     families = list(dict.fromkeys(family(kind) for kind in kinds))
     return {str(kind): families.index(family(kind)) % count for kind in kinds}

@@ -1,4 +1,4 @@
-"""Film of a hand that picks up a raspberry and a hammer, without and with stiffness."""
+"""Film of a hand that picks up objects, such as a raspberry and a hammer, with two policies."""
 
 from __future__ import annotations
 
@@ -82,7 +82,8 @@ def film(
     kinds, hand, specimen
         Objects, seed of the hand, and number of the specimen.
     settings
-        Names of two policies; for each, a function that returns its settings for an object.
+        Names of two policies. The value of each is a function from an object to the settings of the
+        policy for it.
     hands
         Models of the hands.
     pictures

@@ -56,11 +56,11 @@ def findings(
     Parameters
     ----------
     tables, rows
-        Tables for tuning and for judging, and the closings for judging with their estimates.
+        Tables for tuning and for judging, and all simulated closings on the judged picks.
     hands
         Models of the hands.
     judgement
-        Judged policies.
+        Tuned policies with their outcomes in the table for judging.
     full
         Full closings of some policies.
     weights
@@ -119,7 +119,8 @@ def _controls(tables: Tables, count: int) -> dict[str, Between]:
 def _successes(everyone: Mapping[str, Judged], full: FullClosings, best: Front) -> dict[str, float]:
     """Return each tuned policy's share of picks without drop or damage.
 
-    It comes from full closings where they exist, otherwise from the table.
+    The share comes from full closings if they were simulated for the policy, otherwise from the
+    table.
     """
     return {
         **{name: _success(policy) for name, policy in everyone.items()},

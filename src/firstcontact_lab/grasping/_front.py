@@ -22,7 +22,7 @@ AROUND = (0.07, 0.10, 0.13)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Front:
-    """Shares of dropped and damaged picks by scale of the forces, for each resample if given."""
+    """Shares of dropped and damaged picks by scale of the forces, and by resample if given."""
 
     dropped: Values
     damaged: Values

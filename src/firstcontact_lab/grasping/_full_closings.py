@@ -1,4 +1,4 @@
-"""Outcomes of tuned policies in full closings, and the gain from stiffness, with intervals.
+"""Outcomes of tuned policies in full closings, and the gain from stiffness in them.
 
 A full closing simulates everything, the live pipeline and the grasp loop included. It looks nothing
 up in the table of closings.
@@ -25,7 +25,7 @@ from firstcontact_lab.grasping.results import Between, RealClosings
 
 @dataclass(frozen=True, slots=True)
 class FullClosings:
-    """Full closings by policy, and by how much stiffness raises the share of successes."""
+    """Shares of outcomes in full closings by policy, and the increase in successes by stiffness."""
 
     by_policy: Mapping[str, RealClosings]
     gain: Between
@@ -40,7 +40,7 @@ def full_closings(
 ) -> FullClosings:
     """Simulate full closings on every judged pick, with four policies.
 
-    They are ``blind`` and ``stiffness``, each without and with a slip reflex.
+    The policies are ``blind`` and ``stiffness``, each without and with a slip reflex.
 
     Parameters
     ----------
@@ -71,9 +71,10 @@ def full_closings(
 
 
 def _gain(rows: Sequence[RealRow], weights: NDArray[np.float64]) -> Between:
-    """Return by how much stiffness raises the share of successes on the same picks.
+    """Return the increase in the share of successes by stiffness, on the same picks.
 
-    ``rows`` are those of all policies. The rows of each policy have the order of the weights.
+    ``rows`` holds all rows of one policy after another. The picks of each policy are in the order
+    of the weights.
     """
     fine = [
         np.array([not (r.dropped or r.damaged) for r in rows if r.job.policy == kind.name], float)
@@ -86,7 +87,7 @@ def _gain(rows: Sequence[RealRow], weights: NDArray[np.float64]) -> Between:
 def _shares(
     rows: Sequence[RealRow], judgement: Judged, weights: NDArray[np.float64]
 ) -> RealClosings:
-    """Return the shares of outcomes of a tuned policy. Its rows have the order of the weights."""
+    """Return the shares of outcomes of a tuned policy. Rows and weights have the same order."""
     dropped = np.array([r.dropped for r in rows])
     damaged = np.array([r.damaged for r in rows])
     # A damaged object that also falls counts as damaged only.

@@ -22,7 +22,7 @@ OwnHands = dict[tuple[int, float], OwnHand]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HouseholdWork:
-    """Results of the household part, and the settings for a film."""
+    """Results of the household part; for the film also the hands' models and the tuned settings."""
 
     results: Household
     hands: OwnHands

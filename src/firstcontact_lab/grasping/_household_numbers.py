@@ -66,14 +66,14 @@ class Tables:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judged:
-    """Outcomes of a policy on objects and hands that it was not tuned on.
+    """Outcomes of a policy on objects and hands on which its settings were not tuned.
 
     Parameters
     ----------
     outcomes
         Outcomes by scale (the factor on the tuned forces, smallest first) and judged pick.
     chosen
-        Settings that were chosen for each fold.
+        Chosen settings, one for each fold of objects.
     """
 
     outcomes: Outcomes
@@ -109,7 +109,7 @@ def candidate(reflex: bool = False) -> type[Policy]:
 
 
 def labelled(table: Table, rmse: float, seed: int) -> list[Told]:
-    """Return estimates, by approach speed, that are the labels of the picks with added noise."""
+    """Return the labels of all picks with added noise, as estimates; one list for each speed."""
     rng = np.random.default_rng([seed, round(1e3 * rmse)])
     noisy = table.shore_a + rmse * rng.standard_normal(len(table.picks))
     half = NORMAL * rmse
@@ -206,7 +206,7 @@ def ceiling(table: Table) -> Front:
 
 
 def resample_weights(table: Table, seed: int) -> NDArray[np.float64]:
-    """Return how often each bootstrap resample draws each kind of object and each hand.
+    """Return bootstrap weights of the picks: each resample draws kinds of object and hands anew.
 
     All policies use the same weights, so that their differences are paired.
     """
@@ -221,7 +221,7 @@ def between(value: float, drawn: NDArray[np.float64]) -> Between:
 
 
 def drops(outcome_list: Judged, weights: NDArray[np.float64]) -> Between:
-    """Return the share of dropped picks at 10 % damage, with its interval over resamples."""
+    """Return the share of dropped picks at 10 % damage, with an interval from the resamples."""
     return between(
         float(outcome_list.front.drop_share()), front(outcome_list.outcomes, weights).drop_share()
     )
@@ -237,7 +237,7 @@ def less(dropped: NDArray[np.float64], theirs: NDArray[np.float64]) -> NDArray[n
 
 
 def fewer(ours: Judged, theirs: Judged, weights: NDArray[np.float64] | None = None) -> Between:
-    """Return by what share our policy drops fewer objects than another, at 10 % damage.
+    """Return the relative reduction in drops, from another policy to ours, at 10 % damage.
 
     In each resample the forces of both policies are scaled until 10 % of the objects are damaged.
     So neither drops less by damaging more, and the interval includes the uncertainty of the
@@ -258,10 +258,11 @@ def fewer(ours: Judged, theirs: Judged, weights: NDArray[np.float64] | None = No
 
 
 def fewer_as_bold(ours: Judged, theirs: Judged, weights: NDArray[np.float64]) -> Between:
-    """Return the reduction in drops like :func:`fewer`, with the same scales in all resamples.
+    """Return the reduction in drops as :func:`fewer` does, but with fixed scales of the forces.
 
-    The policies then damage different shares. If ours damages more objects, each of these counts
-    as a drop; if ours damages fewer, each counts as an avoided drop.
+    Each policy keeps, in all resamples, the scale that damages 10 % of all picks. So in a resample
+    the policies damage different shares. If ours damages more objects, each of these counts as a
+    drop; if ours damages fewer, each counts as an avoided drop.
     """
     a, b = (int(np.argmin(np.abs(SCALES - find_scale(j.front)))) for j in (ours, theirs))
     mine, baseline_drops = front(ours.outcomes, weights), front(theirs.outcomes, weights)
@@ -281,7 +282,7 @@ def conditions() -> dict[str, tuple[int, int]]:
 
 
 def permuted(tables: Tables, count: int, mass: bool, damage: bool, seed: int) -> Between:
-    """Return the gain from stiffness if objects get the weight or the limit of other objects.
+    """Return the reduction in drops if objects get the weight or the limit of other objects.
 
     The weights, the limits or both are permuted between objects. Both policies are tuned again for
     each permutation. The interval is the middle 95 % of the permutations.
@@ -331,10 +332,10 @@ def _pressed(
 
 
 def _given(table: Table, by_mass: Mapping[str, str], by_limit: Mapping[str, str]) -> Table:
-    """Return the table with the needed force and the limit of other kinds of object.
+    """Return the table with needed forces and limits that belong to other kinds of object.
 
-    ``by_mass`` and ``by_limit`` name the other kind for each kind. Hand and specimen number of a
-    pick stay.
+    ``by_mass`` and ``by_limit`` name the other kind for each kind. They are those of the pick with
+    the same hand and the same specimen number.
     """
     place = {(p.kind, p.hand, p.specimen): i for i, p in enumerate(table.picks)}
 

@@ -1,4 +1,4 @@
-"""Judgement of the policies for household objects, each tuned separately.
+"""Judgement of the policies for household objects: tuning on some picks, outcomes on others.
 
 The policies get live estimates, or labels with noise as estimates, and have a slip reflex or none.
 """
@@ -32,7 +32,7 @@ SettingsOf = Callable[[str], Mapping[str, float]]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judgement:
-    """Policies, judged on picks that were not used for tuning.
+    """Outcomes of the policies on picks that were not used for tuning.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ class Judgement:
         return {**self.plain, **dict(zip(names, self.reflexes[_full()], strict=True))}
 
     def chosen(self) -> dict[str, SettingsOf]:
-        """Return for each policy a function from an object to the settings tuned without it."""
+        """Return for each policy a function from an object to settings tuned without the object."""
         return {name: self._fold_settings(policy) for name, policy in self.everyone.items()}
 
     def _fold_settings(self, policy: Judged) -> SettingsOf:

@@ -1,4 +1,4 @@
-"""Training of the detector and the models that the study's hand uses, on its other pinches."""
+"""Training of the detector and models for the payload task, on separate pinches of its hand."""
 
 from __future__ import annotations
 

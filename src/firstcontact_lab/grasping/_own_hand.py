@@ -75,7 +75,7 @@ def own_hand(hand: HandSeed, pinches: int) -> OwnHand:
 
 
 def _block(hand: HandSeed, place: int, number: int) -> Pinch:
-    """Return one closing on a block at the hand's approach speed, until ``AFTER`` the contact."""
+    """Return one closing on block ``place``. It ends ``AFTER`` s after the first contact."""
     rig = condition(CONDITION)
     specimen = draw_specimen(hand.seed, rig, BLOCKS[place], 0)
     session = f"blocks-{number % 3}"

@@ -32,9 +32,9 @@ class _Try:
 def search(settings: GraspStudySettings, runner: Runner) -> dict[str, Tuning]:
     """Choose the settings of every tunable policy, for each force array.
 
-    Candidates hold every object steadily, and take at most a tenth longer than the policy without
-    modulation. The best candidate has the lowest mean peak force on soft objects. The search uses
-    the latency :data:`HEADLINE` and no breakable objects.
+    An allowed candidate holds every object steadily, and takes at most a tenth longer than the
+    policy without modulation. The best candidate has the lowest mean peak force on soft objects.
+    The search uses the latency :data:`HEADLINE` and no breakable objects.
     """
     everything = tuple(k for k in settings.kinds if KINDS[k].fragility is None)
     numbers = range(settings.tuning)
@@ -90,7 +90,7 @@ def _summary(rows: list[Row]) -> tuple[float, float, float]:
 
 
 def _worth(summary: tuple[float, float, float], limit: float) -> tuple[float, float, float, float]:
-    """Return a sort key: violation of the constraints, peak force, time, unsteady share.
+    """Return a sort key: violation of the constraints, peak force, time, share without a grasp.
 
     The best settings come first.
     """

@@ -1,4 +1,4 @@
-"""Sensitivity of the gain from stiffness to the objects' numbers that are estimates."""
+"""Sensitivity of the gain from stiffness to those numbers of the objects that were not measured."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ DRAWS, SPREAD = 8, 0.3
 
 
 def sensitivity(tables: Tables) -> dict[str, Between]:
-    """Return the gain from stiffness for each change of the estimated numbers.
+    """Return the reduction in drops by stiffness, for each change of the unmeasured numbers.
 
     The policies without and with stiffness are tuned again for each change.
     """

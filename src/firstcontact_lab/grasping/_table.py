@@ -109,7 +109,7 @@ class Table:
         return np.array([household_named(p.kind).numbers.shore_a.value for p in self.picks])
 
     def otherwise(self, needed: Values | None = None, limit: Values | None = None) -> Table:
-        """Return the table with other needed or damaging forces of the picks."""
+        """Return the table with other ``needed`` forces or other limits of the picks."""
         return replace(
             self,
             needed=self.needed if needed is None else needed,
@@ -141,7 +141,7 @@ class Table:
         return between(self.peak[speed]), between(self.hold[speed])
 
     def judge(self, peak: Values, hold: Values, scatter: float = 0.0) -> Outcomes:
-        """Return the outcomes without a reflex, from what :meth:`pressed` returns.
+        """Return the outcomes without a reflex from the two forces that :meth:`pressed` returns.
 
         For ``scatter`` see :meth:`outcomes`.
         """
@@ -191,7 +191,10 @@ class Table:
 
 
 def exceeds(one: Values, other: Values, scatter: float) -> Values:
-    """Return the probability that one number exceeds the other, if their ratio scatters."""
+    """Return the probability that one number exceeds the other.
+
+    The logarithm of their ratio scatters with the standard deviation ``scatter``.
+    """
     if scatter <= 0:
         return (one > other).astype(np.float64)
     with np.errstate(divide="ignore"):

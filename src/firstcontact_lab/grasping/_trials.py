@@ -29,7 +29,8 @@ class PinchSetup:
     session
         Number of the session. Object, session, group and seed determine all random draws.
     group
-        Name of a group of sessions: those of the report, or those of the search.
+        Name of a group of sessions: one group is for the report, another for the search of
+        settings.
     seed
         Random seed of the hand and all draws.
     """
@@ -97,7 +98,7 @@ def played(
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """Job that closes one setup with all variants at all latencies."""
+    """Job that closes the hand on one setup, with all variants at all latencies of the drive."""
 
     setup: PinchSetup
     variants: tuple[Variant, ...]
@@ -106,7 +107,7 @@ class Trial:
 
 
 def run_trial(trial: Trial, model: Model | None = None) -> list[Row]:
-    """Return the outcome of each variant at each latency; all variants of a latency in a row."""
+    """Return the outcome of each variant at each latency, ordered by latency, then by variant."""
     return [
         _row(trial, model, variant, latency)
         for latency in trial.latencies

@@ -51,7 +51,7 @@ class Chosen:
     tried
         Number of settings that were compared.
     drops, damage
-        Shares of dropped and of damaged picks, of the picks that were used for the choice.
+        Shares of dropped and of damaged picks among the picks that were used for the choice.
     """
 
     settings: dict[str, float]
@@ -97,7 +97,7 @@ def policy_forces(kind: type[Policy], settings: Settings, table: Table, estimate
 
 
 def speed_place(table: Table, settings: Settings) -> int:
-    """Return the table's index of the approach speed in the settings."""
+    """Return the index in the table of the approach speed that the settings state."""
     return table.how.speeds.index(settings["approach"])
 
 
@@ -128,7 +128,7 @@ def candidates(
     estimates: Sequence[Told],
     reflex: tuple[int, int] | None = None,
 ) -> list[Candidate]:
-    """Return each of the settings with its outcomes in a table.
+    """Return a candidate for each of the ``tried`` settings, with the outcomes in a table.
 
     ``estimates`` holds the estimates for each approach speed of the table.
     """

@@ -55,7 +55,7 @@ class Variant:
 
 
 def variants() -> dict[str, Variant]:
-    """Return the compared variants by key: each policy of the task with each of its sensors."""
+    """Return the compared variants by key: each policy of the task with each kind of sensor."""
     by_key: dict[str, Variant] = {}
     for policy in POLICIES.values():
         if policy.task is not Task.PAYLOAD:
@@ -80,5 +80,5 @@ def playing(part: Part) -> list[Variant]:
 
 
 def unmodulated() -> Variant:
-    """Return the variant that the others are compared with."""
+    """Return the variant without modulation, with which the others are compared."""
     return playing(Part.UNMODULATED)[0]

@@ -226,7 +226,8 @@ class Household(Record, frozen=True, kw_only=True):
     damage
         Share of damaged picks at which drops are compared.
     success
-        Share neither dropped nor damaged, by tuned policy; from full closings if there are some.
+        Share of picks neither dropped nor damaged, by tuned policy. It comes from full closings if
+        the policy has them, otherwise from the table of closings.
     drops_at_10_damage
         Share of drops at 10 % damage, by policy.
     drops_between
@@ -276,7 +277,7 @@ class Household(Record, frozen=True, kw_only=True):
 
     @property
     def met(self) -> bool:
-        """True if the gain reaches the target and its interval excludes zero."""
+        """True if the reduction of drops reaches the target, and its interval excludes zero."""
         gain = self.fewer_drops_than_blind
         return gain.value >= self.target and gain.low > 0
 

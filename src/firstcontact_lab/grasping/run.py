@@ -41,7 +41,7 @@ def run_grasp_study(settings: GraspStudySettings, out: Path, quick: bool, comman
     settings
         Size and seed.
     out
-        Folder of the study. Its recordings and models are made again.
+        Folder of the study. Recordings and models of an earlier run are replaced.
     quick
         True for the settings of a quick study, which the report then says.
     command

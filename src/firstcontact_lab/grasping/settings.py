@@ -26,7 +26,7 @@ class HouseholdSettings:
     tuning_hands, judged_hands
         Number of hands for tuning and for judging. No hand is used for both.
     tuning_specimens, judged_specimens
-        Numbers of the specimens of every object.
+        Numbers that identify the specimens of every object, for tuning and for judging.
     blocks
         Number of pinches of each block. The model of a hand is conditioned on them.
     speeds, boosts

@@ -43,7 +43,7 @@ class Batch:
         Index of each contact's context among the token rows of the whole set (:func:`token_rows`),
         shape (n,).
     is_known
-        Mask of contacts with a known rig, shape (n,).
+        Mask of contacts that get a context of their rig, shape (n,).
     shore_a
         Shore A of the object, shape (n,).
     """
@@ -75,7 +75,8 @@ def draw_batch(
     samples
         Number of valid samples after each contact; None draws it at random.
     context
-        Index of the context to use, without hints. None draws the context and the hints at random.
+        Index of the context to use, then without hints. None draws both context and hints at
+        random.
     """
     n = len(indices)
     shortest, longest = lengths(_RATE)
@@ -107,7 +108,7 @@ def draw_batch(
 
 
 def cut(signals: NDArray[np.float32], late: NDArray[np.intp]) -> NDArray[np.float32]:
-    """Return the signals from ``late`` samples after the contacts on, without their baselines."""
+    """Return the signals from ``late`` samples after each contact on, minus the mean before it."""
     start = _BEFORE + MARGIN + late
     rows = np.arange(len(signals))[:, None]
     end = start - samples_in(BASELINE_GUARD, _RATE)

@@ -249,7 +249,7 @@ def _example_set(
 
 
 def _subset(shore_a: Values, share: float, rng: Rng) -> NDArray[np.intp]:
-    """Return positions of a share of the pinches of each level, at least two."""
+    """Return positions of a share of the pinches of each Shore A, at least two of each."""
     chosen = []
     for level in np.unique(shore_a):
         members = rng.permutation(np.flatnonzero(shore_a == level))

@@ -1,6 +1,6 @@
 """Calibration of a trained network: widths of intervals, and limits for out-of-range contacts.
 
-Both come from rigs that were not used for training.
+Both are computed on rigs that were not used for training.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def answers(
 ) -> tuple[Values, Values]:
     """Return predictions and spreads from the first samples of each contact, shape (n,) each.
 
-    ``samples`` is their number. The context of a contact is all block pinches of its rig.
+    ``samples`` is the number of samples. The context of a contact is all block pinches of its rig.
     """
     rng = np.random.default_rng([seed, samples])
     everything = np.arange(len(examples))
@@ -70,7 +70,7 @@ def finished(network: Network, examples: Examples, seed: int) -> InContextModel:
 
 
 def _factor(network: Network, examples: Examples, samples: int, seed: int) -> float:
-    """Return the half width, as a multiple of the spread, that covers a share ``LEVEL`` of objects.
+    """Return the half width as a multiple of the spread. Intervals cover the share ``LEVEL``.
 
     This is split conformal prediction with error divided by spread as the score (Papadopoulos et
     al. 2008).

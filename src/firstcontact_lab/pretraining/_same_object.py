@@ -32,7 +32,7 @@ def object_estimates(
 
 
 def shared_part(values: Values, half_widths: Values, truth: Values) -> float:
-    """Return the share of a pinch's error that pinches of one object have in common.
+    """Return the share of a pinch's error that is common to all pinches of the same object.
 
     Errors are divided by the half widths of their intervals. The square of this share is the mean
     product of two errors of one object, divided by the mean square of one error.

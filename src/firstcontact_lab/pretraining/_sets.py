@@ -1,4 +1,4 @@
-"""Files with sets of examples. They are made in parts, which can be reused after a stop."""
+"""Files with sets of examples. A set is made in parts. A resumed run reuses finished parts."""
 
 from __future__ import annotations
 

@@ -112,9 +112,10 @@ def pretrain(
 
 
 def judged(model: InContextModel, examples: Examples, seed: int) -> Mapping[str, Any]:
-    """Return RMSE, coverage and mean width of the intervals on objects, without the blocks.
+    """Return the scores of the model on the contacts with objects, at each time in ``SAMPLES``.
 
-    The network is conditioned on all block pinches of each rig.
+    The scores are the RMSE, and coverage and mean width of the intervals, in Shore A. The context
+    of each rig is all its block pinches.
     """
     is_object = examples.object_ids >= 0
     out: dict[str, Any] = {}

@@ -53,7 +53,7 @@ def dot_figure(
     axis
         Label of the values.
     panels
-        Panels of the subjects, side by side. A model is in the same row of all panels.
+        Panels of the subjects, side by side. A model is in the same row in every panel.
     most
         Largest value of the axis; None to fit the axis to the values.
     """

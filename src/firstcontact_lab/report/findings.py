@@ -44,7 +44,7 @@ class PartResult:
     figures
         Figures for the report.
     left_out
-        Reasons why something could not be measured, one sentence each.
+        Reasons why a result could not be measured, one sentence each.
     """
 
     entries: Sequence[Entry] = ()
@@ -70,7 +70,7 @@ class Findings:
     figures
         Figures by part and key, the newest last.
     left_out
-        Reasons why something could not be measured.
+        Reasons why a result could not be measured, one sentence each.
     """
 
     name: str

@@ -68,7 +68,7 @@ def sole_use(out: Path, options: Mapping[str, Any]) -> Iterator[None]:
 
 @contextmanager
 def without_worker_warnings() -> Iterator[None]:
-    """Hide warnings about workers that ended early, because others take their jobs."""
+    """Hide warnings about workers that ended early, because other workers take their jobs."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "A worker stopped while some jobs", UserWarning)
         yield

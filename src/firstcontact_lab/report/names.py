@@ -70,7 +70,7 @@ def _look(registry: Registry[Any], name: str) -> Look:
 
 
 def estimators(scored: Iterable[str], baselines: bool = False) -> list[str]:
-    """Return the names of scored estimators in the order of reports, with baselines if wanted.
+    """Return the names in ``scored`` in the order of reports; baselines only if ``baselines``.
 
     Estimators of other packages come last, installed or not.
     """
@@ -89,10 +89,10 @@ def is_baseline(name: str) -> bool:
 
 
 def detectors(scored: Container[str]) -> list[str]:
-    """Return the names of the detectors in some results, in the order of reports."""
+    """Return the names of registered detectors in ``scored``, in the order of reports."""
     return [name for name in DETECTORS.names if name in scored]
 
 
 def learned(detector_name: str | None) -> bool:
-    """Return True if this detector, at whose contacts the windows start, learns from pinches."""
+    """Return True if the detector at whose contacts the windows start is trained on pinches."""
     return detector_name in DETECTORS and DETECTORS[str(detector_name)].learns

@@ -79,7 +79,7 @@ class Page:
     how
         Terms and sentences about the method.
     warning
-        Reason why the numbers must not be quoted; empty if they may.
+        Reason why the numbers must not be quoted; empty if they may be quoted.
     notice
         Progress of an unfinished study: state and details.
     claims
@@ -93,7 +93,7 @@ class Page:
     times
         Time of each step.
     several
-        True for several subjects.
+        True if the report is about several subjects.
     """
 
     title: str

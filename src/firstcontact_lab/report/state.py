@@ -47,7 +47,7 @@ class State:
     Parameters
     ----------
     command
-        Command line that started it.
+        Command line that started the study.
     settings
         Sizes and seeds.
     quick
@@ -59,11 +59,11 @@ class State:
     completed
         Number of completed steps.
     interrupted
-        True if the user interrupted it.
+        True if the user interrupted the study.
     stopped
         Step that failed, with its error; empty otherwise.
     options
-        Settings that the results depend on. They protect the folder from other studies.
+        Settings that the results depend on. A study with other settings cannot replace the results.
     """
 
     command: str

@@ -56,7 +56,7 @@ class Claim:
     lower
         True if lower values are better.
     note
-        Text instead of a verdict if a comparison is meaningless: "input of the twin".
+        Text instead of a verdict if a comparison is meaningless, such as "input of the twin".
     """
 
     value: float

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class EarlyExit(FirstContact):
-    """Policy that acts on the first estimate with a narrow interval, or on the longest window's.
+    """Policy that acts on the first estimate with a narrow interval, or else on the last one.
 
     Parameters
     ----------

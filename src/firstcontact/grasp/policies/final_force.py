@@ -51,7 +51,7 @@ class FinalForce(Policy):
 
     @abstractmethod
     def target_force(self) -> float:
-        """Return the grip force for what the policy knows by now, before the ``scale``, N."""
+        """Return the grip force for what the policy knows by now, N, without the ``scale``."""
 
     @property
     def final(self) -> Command:
@@ -82,7 +82,7 @@ class FinalForce(Policy):
         return self._press()
 
     def felt(self, volts: float, since: float | None) -> Command | None:
-        """Press if no second contact was detected in :data:`PATIENCE` after the first."""
+        """Press if no second contact was detected within :data:`PATIENCE` s after the first."""
         if since is None or since < PATIENCE:
             return None
         return self._press()

@@ -42,7 +42,7 @@ class FirstContact(Policy):
         self.deadline = window + GRANTED
 
     def touched(self, contact: Contact, first: bool) -> Command | None:
-        """Slow down for the softest object at the first contact."""
+        """At the first contact, return the command for the softest object."""
         return self.grip.gentle if first else None
 
     def estimated(self, estimate: Estimate) -> Command | None:

@@ -53,7 +53,7 @@ def make_policy(
 def live_policies() -> list[str]:
     """Return the names of the policies for real hands, which need no knowledge of the object.
 
-    All plug-ins are included: whether one needs such knowledge is known only once it is imported.
+    All plug-ins are included, because the needs of a plug-in are known only after its import.
     """
     built_in = POLICIES.builtin_names
     return [

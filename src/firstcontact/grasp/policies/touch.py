@@ -20,5 +20,5 @@ class Touch(Policy):
     part = Part.CONTROL
 
     def touched(self, contact: Contact, first: bool) -> Command | None:
-        """Slow down for the softest object at the first contact."""
+        """At the first contact, return the command for the softest object."""
         return self.grip.gentle if first else None

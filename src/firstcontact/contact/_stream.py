@@ -298,7 +298,7 @@ class WindowDetector(ABC):
     def _judge_windows(
         self, state: SteadyState, ends: NDArray[np.int64]
     ) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
-        """Return the decisions and onsets for the windows of stored samples that end at ``ends``."""
+        """Return decisions and onsets for the windows of stored samples that end at ``ends``."""
         sizes = self._sizes
         x = state.normalise(self._past)
         fired = np.zeros((len(ends), x.shape[1]), np.bool_)

@@ -124,6 +124,6 @@ class Fanout:
         return bool(self._feeders) and all(f.failed for f in self._feeders)
 
     def close(self, timeout: float = 2.0) -> None:
-        """Close each sink once its queue is empty. Unless ``patient``, wait ``timeout`` s at most."""
+        """Close each sink after its queue is empty. Unless patient, wait at most ``timeout`` s."""
         for feeder in self._feeders:
             feeder.close(None if self._patient else timeout)

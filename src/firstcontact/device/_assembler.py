@@ -27,7 +27,7 @@ from firstcontact.device._source import Descriptor
 from firstcontact.recording import Marker
 
 _WRAP = 1 << 32
-#: Largest distance of a device's predictions from the present samples, s. It allows for a host that
+#: Largest distance of a device's prediction from the newest sample, s. It allows for a host that
 #: did not read for a while.
 FARTHEST = 60.0
 
@@ -53,8 +53,8 @@ class Counts:
 class Assembled:
     """Content of some frames: blocks, markers and predictions, each in order.
 
-    ``greeted`` is True if a descriptor was among the frames, ``stopped`` if the frame that ends the
-    samples was.
+    ``greeted`` is True if the frames held a descriptor, ``stopped`` if they held the ``stopped``
+    frame, with which a device ends its samples.
     """
 
     blocks: list[Block] = field(default_factory=list)
@@ -68,17 +68,18 @@ class Assembler:
     """Assembler of samples from frames into blocks.
 
     Frames before the first descriptor belong to another host and are ignored. A descriptor with a
-    new boot number proves a restart of the device. So does a requested descriptor whose frame
-    counter has gone back. After a restart frames and samples are numbered anew, in a new epoch.
+    new boot number proves a restart of the device. A descriptor that the host requested also proves
+    it if the frame counter has gone back. After a restart the device numbers frames and samples
+    from 0, in a new epoch.
 
     If the device did not restart, the samples after :meth:`interrupted` belong to a new epoch, and
-    the samples missed meanwhile are counted. A late or repeated frame is ignored: it was counted as
-    lost when the next frame came first.
+    the samples that the host missed are counted as lost. Late and repeated frames are ignored. A
+    late frame stays counted as lost.
 
     Attributes
     ----------
     counts
-        Counts since the beginning.
+        Counts since the assembler was created.
     epoch
         Epoch of the next samples; -1 before the first descriptor.
     descriptor
@@ -147,7 +148,7 @@ class Assembler:
         return assembled
 
     def _greeting(self, frame: Frame) -> bool:
-        """Process a descriptor. Return False if it is late or a repetition."""
+        """Process a descriptor. Return False if its frame is late or repeated."""
         greeting = read_greeting(frame.payload)
         if self.descriptor is None:
             self.descriptor = greeting.descriptor
@@ -196,7 +197,7 @@ class Assembler:
             assembled.stopped = True
 
     def _add_prediction(self, prediction: DevicePrediction, assembled: Assembled) -> None:
-        """Add a contact or estimate of the device. Raise FrameError for impossible numbers."""
+        """Add a contact or estimate. Raise FrameError if its sample numbers are impossible."""
         assert self.descriptor is not None
         newest = (
             self._next if self._next is not None and self._samples_received else prediction.decided
@@ -205,7 +206,7 @@ class Assembler:
         assembled.predictions.append(prediction)
 
     def _ahead(self, counter: int) -> int:
-        """Return how many frames this one is ahead of the expected frame; negative if late."""
+        """Return by how many frames ``counter`` is ahead of the expected one; negative if late."""
         assert self._counter is not None
         ahead = (counter - self._counter) % _WRAP
         return ahead if ahead < _WRAP // 2 else ahead - _WRAP
@@ -238,7 +239,7 @@ class Assembler:
         self.counts.samples += n
 
     def _account(self, sample: int, overflow: int) -> int | None:
-        """Count losses before a sample. Return its 64-bit number, or None for a repeated sample."""
+        """Count the samples lost before ``sample``. Return its 64-bit number; None if repeated."""
         number = self._unwrapped(sample)
         if self._next is not None:
             if number < self._next:

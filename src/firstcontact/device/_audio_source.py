@@ -23,11 +23,11 @@ from firstcontact.device._stream_checks import RateCheck
 from firstcontact.device._threaded import ThreadedSource
 from firstcontact.recording import FileSettings, make_layout
 
-#: Length of the system's buffer, s; samples that wait longer are lost. It holds four blocks ...
+#: Length of the system's buffer of four blocks, s; samples that wait longer are lost.
 LATENCY = 0.016
-#: ... except where their number can be set (ALSA): there it holds this many blocks of that length.
+#: Number of blocks in the buffer where it can be set (ALSA). A block keeps its length.
 BLOCKS = 32
-#: Number of newest blocks whose times give the due time of the next block.
+#: Number of newest blocks whose sampling times predict the sampling time of the next block.
 STEADY = 31
 #: A gap is implausible if it exceeds the time since the previous block by more than this, s.
 SLACK = 1.0
@@ -48,8 +48,8 @@ class AudioSource(ThreadedSource):
     """Sound input through PortAudio.
 
     Samples lost in an overflow are counted. Their number comes from PortAudio's sampling times,
-    exact to about one sample. Unplugging the input ends the source, because the next input may be
-    another one.
+    exact to about one sample. Unplugging the input ends the source, because an input that is
+    plugged in later may be another device.
 
     Parameters
     ----------

@@ -30,7 +30,10 @@ STILL_RISING = 0.999
 
 
 class _ArrivalTime(NamedTuple):
-    """Arrival of a sample: delay relative to its number, s, its number, and the host's time, s."""
+    """Arrival of a sample at the host.
+
+    ``delay`` is the host's time minus the time that the sample number gives at the nominal rate, s.
+    """
 
     delay: float
     sample: float
@@ -122,11 +125,11 @@ class TransportDelay:
         self._least = self._fastest.delay(host - MEMORY)
 
     def host_time(self, sample: int) -> float:
-        """Return the time at which a sample with the shortest delay arrives, by the host, s."""
+        """Return the host's time at which ``sample`` arrives with the shortest delay, s."""
         return sample / self._rate + self._least
 
     def delay(self, sample: int, host: float) -> float:
-        """Return the delay of a sample that was available at the time ``host``, s."""
+        """Return the delay of a sample that was available at the host's time ``host``, s."""
         return max(host - sample / self._rate - self._least, 0.0)
 
 

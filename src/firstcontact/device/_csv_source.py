@@ -53,8 +53,9 @@ class _Counter:
     def next(self, line: tuple[float, ...], damaged: int) -> int | None:
         """Return the number of this sample, after ``damaged`` damaged lines.
 
-        Without a counter each damaged line stands for one sample. With a counter, a line that
-        counts back or leaps is treated as damaged (None), unless the next line continues from it.
+        Without a counter column each damaged line stands for one sample. With a counter column, a
+        line whose count goes back or leaps is treated as damaged (None). If the next line continues
+        from that count, the counter has restarted.
         """
         self.restarted = False
         if self.place is None:

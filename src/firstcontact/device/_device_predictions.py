@@ -1,4 +1,8 @@
-"""Contacts and estimates of a device that runs a model itself, and the frames that carry them."""
+"""Contacts and estimates of a device that runs a model itself, and the frames that carry them.
+
+A model image is a model as bytes for the device's memory. Kernels are the C functions of the
+firmware that compute a model. The lengths of their arrays are fixed when they are compiled.
+"""
 
 from __future__ import annotations
 
@@ -44,9 +48,9 @@ class ModelSlot:
     Parameters
     ----------
     format, sizes
-        Format of the model images, and CRC of the sizes of the device's kernels.
+        Format of the model images, and CRC of the array lengths of the device's kernels.
     room
-        Length of the longest image that fits, bytes.
+        Length of the longest model image that fits, bytes.
     fault
         Reason why the newest stored model is not used; "" if it is used or none is stored.
     """

@@ -1,4 +1,4 @@
-"""Transfer of a model to a device that runs it. The device uses it once it is complete."""
+"""Transfer of a model to a device that runs it. The device uses a model once it is complete."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ MOST_REPEATS = 10
 
 
 def _answers_kind(answer: Frame, kind: FrameType) -> bool:
-    """Return True if the device answers a frame of this kind, not an earlier frame."""
+    """Return True if ``answer`` is for a frame of this kind, not for an earlier frame."""
     return answer.type != FrameType.MODEL_STATE or answer.payload[1:2] == bytes([kind])
 
 
@@ -49,7 +49,7 @@ class _Link:
         self._transport.close()
 
     def ask(self, kind: FrameType, payload: bytes, answer: FrameType) -> Frame | None:
-        """Send a frame until the device answers it. Return the answer, None if there is none."""
+        """Send a frame again and again until the device answers it. Return the answer, or None."""
         deadline = time.monotonic() + PATIENCE
         try:
             while time.monotonic() < deadline:
@@ -89,7 +89,7 @@ class _Link:
             raise InputError(f"{self.port}: {error}: start again") from error
 
     def send(self, data: bytes, form: int, sizes: int) -> int:
-        """Send a model in pieces. Return the state of the device."""
+        """Send a model in pieces. Return the device's last state: :data:`KEPT` if it kept it."""
         head = _BEGIN.pack(form, sizes, len(data), zlib.crc32(data))
         _, received = self._model(FrameType.MODEL_BEGIN, head, 0, len(data))
         best = received  # requests for earlier pieces are no progress
@@ -112,7 +112,7 @@ class _Link:
     def _model(
         self, kind: FrameType, payload: bytes, received: int, length: int
     ) -> tuple[int, int]:
-        """Send a frame. Return the device's state, and the number of bytes that it has received."""
+        """Send a frame. Return the device's state, and the number of model bytes it has stored."""
         frame = self.ask(kind, payload, FrameType.MODEL_STATE)
         if frame is None:
             # A device that answers other frames does not know this one.
@@ -144,7 +144,7 @@ def _refused(port: str, why: str) -> InputError:
 
 
 def check_model_fits(port: str, form: int, sizes: int, length: int) -> None:
-    """Refuse a model that the device cannot take. Nothing changes on the device.
+    """Raise an error for a model that the device cannot take. Nothing changes on the device.
 
     Parameters
     ----------
@@ -184,7 +184,8 @@ def flash_model(port: str, data: bytes, form: int, sizes: int) -> str:
     data
         Model image.
     form, sizes
-        Format of the image, and CRC of the kernel sizes that it needs.
+        Format of the model image, and CRC of the kernels' array lengths that the image needs; see
+        :mod:`firstcontact.device._device_predictions`.
 
     Returns
     -------

@@ -16,8 +16,8 @@ from firstcontact.recording import Marker
 class Inbox:
     """Queue with one writing and one reading thread.
 
-    Its lock can also protect other fields that both threads use. Hold :attr:`changed` for all calls
-    except :meth:`read`, :attr:`ended` and :attr:`waiting`.
+    Its lock :attr:`changed` can also protect other fields that both threads use. Hold this lock for
+    all calls except :meth:`read`, :attr:`ended` and :attr:`waiting`.
     """
 
     def __init__(self) -> None:
@@ -52,7 +52,7 @@ class Inbox:
     def attach(
         self, markers: tuple[Marker, ...], predictions: tuple[DevicePrediction, ...], empty: Block
     ) -> None:
-        """Attach markers and predictions to the last samples, because their own will not come.
+        """Attach markers and predictions to the last samples, if their own samples are lost.
 
         Parameters
         ----------

@@ -63,7 +63,10 @@ class _Epoch:
         return _Epoch(self.number + 1, self._rate)
 
     def in_time(self, ago: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return a mask of the samples whose age, s, is plausible, given the ages before."""
+        """Return a mask of the samples whose ages ``ago``, s, fit the ages of earlier samples.
+
+        The age of a sample is the sender's time now, minus the stamp of the sample.
+        """
         good = usable_stamps(ago)
         if math.isinf(self._least) and good.any():
             self._least = float(np.sort(ago[good])[good.sum() // 2])
@@ -72,7 +75,7 @@ class _Epoch:
         return good
 
     def numbers(self, stamps: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Return the numbers of the next samples. Set stamps that do not fit to NaN first."""
+        """Return the numbers of the next samples. Stamps that :meth:`in_time` rejects are NaN."""
         self.count += len(stamps)
         if math.isinf(self._least):
             self._unstamped += len(stamps)

@@ -1,4 +1,7 @@
-"""Measurement of the vibration sensors' noise floor, without contact and with the motor at rest."""
+"""Measurement of the vibration sensors' noise floor, without contact and with the motor at rest.
+
+The stream is divided into parts of 0.1 s (:data:`PART`). Each part counts as at rest or not.
+"""
 
 from __future__ import annotations
 
@@ -154,7 +157,10 @@ class RestMeter:
         return _Part(piezo.mean(axis=0), rms, np.array(strip), tuple(force))
 
     def _faults(self, parts: Sequence[_Part]) -> tuple[NDArray[np.bool_], ...]:
-        """Return masks of faults: flat, strip closed, loaded, loud. Shape (parts, fingers)."""
+        """Return four masks of faults, each of shape (parts, fingers).
+
+        The faults are: vibration flat, strip closed, taxel loaded, vibration loud.
+        """
         none = np.zeros((0, len(self._fingers)), np.bool_)
         if not parts:
             return none, none, none, none

@@ -77,7 +77,7 @@ class SourceKind:
     is_port
         True if the device name is the path of a port.
     origin
-        Value of ``source`` in the headers of its recordings, if known in advance.
+        Value of ``source`` in the headers of recordings of this kind, if known in advance.
     shore_a
         Function from an object's name to its Shore A, for a simulated hand. It raises InputError
         for unknown names.
@@ -102,7 +102,7 @@ class SourceKind:
 
 
 def _lazy(module: str, function: str) -> Callable[..., Any]:
-    """Return a function that imports its module at the first call."""
+    """Return a function that imports ``module`` when it is called, and calls its ``function``."""
 
     def call(*arguments: Any) -> Any:
         return getattr(import_module(f"firstcontact.device.{module}"), function)(*arguments)

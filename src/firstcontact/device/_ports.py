@@ -19,7 +19,7 @@ class Port:
     name
         Device name, as given to ``--device``.
     description
-        Description, without opening the port.
+        Description that the system gives without opening the port.
     teensy
         True if the USB vendor number belongs to a Teensy.
     """

@@ -172,7 +172,7 @@ class Recorder:
 def _joined(
     pieces: list[Block | Marker | PinchMark],
 ) -> Iterator[Block | Marker | PinchMark]:
-    """Yield the pieces in order, with short consecutive blocks joined."""
+    """Yield the queued items in order, with short consecutive blocks joined."""
     run: list[Block] = []
     for piece in pieces:
         if isinstance(piece, Block):

@@ -35,9 +35,9 @@ LINGER = 1.0
 class ReplayDevice:
     """Device that sends a recording to its host, again and again.
 
-    The recording plays after the host has started it, and pauses otherwise. Each epoch is one start
-    of the device: after its end the device is silent until the next hello, which begins the next
-    epoch.
+    The recording plays after the host has sent a start frame, and pauses after a stop frame. At the
+    end of an epoch the device falls silent. The host's next hello frame begins the next epoch, as
+    if the device had restarted.
 
     Gaps and markers come at their recorded samples, and a gap takes no time. The protocol has no
     frames for pinch marks and the calibration, so they are not sent.
@@ -116,7 +116,7 @@ class ReplayDevice:
         blocks, markers = self._epochs[epoch_index]
         self._tape = deque(blocks)
         self._markers = deque(markers)
-        self._position = 0  # position in the first block of the tape
+        self._position = 0  # position in the first block that is not sent yet
         self._due = 0.0
         self._last_look: float | None = None  # time of the last update, while samples are sent
         self._drained = True

@@ -76,7 +76,10 @@ class ResampledSource:
 
     @property
     def closing_speed(self) -> Callable[[int, int], ClosingSpeed | None]:
-        """Function from sample and epoch to the recorded closing speed; a device has none."""
+        """Function from sample and epoch to the recorded closing speed.
+
+        Only recordings have this attribute.
+        """
         recorded: Callable[[int, int], ClosingSpeed | None]
         recorded = getattr(self._source, "closing_speed")  # noqa: B009
         return lambda sample, epoch: recorded(round(sample / self._share), epoch)
@@ -138,7 +141,7 @@ class ResampledSource:
         return CausalResampler(self._old, self._rate, self._strips)
 
     def _take(self, arrival: Arrival) -> list[Arrival]:
-        """Resample an arrival. Return it after the leftovers of an ended epoch."""
+        """Resample an arrival, and return it. The leftovers of an ended epoch come before it."""
         block, leftovers = arrival.block, []
         is_new_epoch = block.epoch != self._epoch
         if is_new_epoch:

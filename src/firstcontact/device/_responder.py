@@ -76,7 +76,7 @@ class Responder:
 
     @property
     def listens(self) -> bool:
-        """Return True if it accepts bytes from the host. It accepts none while a reply is due."""
+        """Return True if the device reads bytes from the host; False while a reply is due."""
         return self._reply is None
 
     @property

@@ -30,8 +30,8 @@ _log = logging.getLogger(__name__)
 
 #: Longest wait for the first answer after opening the port, s.
 PATIENCE = 5.0
-#: Time between two checks whether a reader reads, s. A pseudo terminal's buffer holds 23 ms of
-#: samples.
+#: Time between two checks whether a call of ``read`` reads the port, s. A pseudo terminal's buffer
+#: holds 23 ms of samples.
 LOOK = 6e-3
 #: Silence after which a device is asked whether it was reset, s. If it answers but sends no samples
 #: for the same time again, it counts as disconnected ...
@@ -68,8 +68,8 @@ class SerialSource:
     as their last byte arrives. Between calls, a thread of the source reads the port and stores the
     samples. That thread also connects. A port that comes back begins a new epoch, even if the
     device kept its power. A device that was reset without losing its port also begins one; the
-    source recognises such a reset by the silence after it. Samples that the device counted
-    meanwhile are counted as lost.
+    source recognises such a reset by the silence after it. If the device kept counting samples
+    during a disconnection, these count as lost.
 
     Parameters
     ----------
@@ -305,9 +305,10 @@ class SerialSource:
 
     @contextmanager
     def _last_turn(self) -> Iterator[None]:
-        """Wait until no reader reads the port, with a time limit.
+        """Wait until no reader reads the port, with a time limit, and keep readers away.
 
-        A signal may have ended a reader during its turn.
+        Without a limit the wait might not end: a signal may have ended a reader that still holds
+        the lock.
         """
         has_turn = self._turn.acquire(timeout=LAST_TURN)
         try:
@@ -317,7 +318,10 @@ class SerialSource:
                 self._turn.release()
 
     def _step(self, transport: SerialTransport, patience: float = math.inf) -> None:
-        """Ask a silent device for its descriptor, then read the port. The caller holds the turn."""
+        """Ask a silent device for its descriptor, then read the port.
+
+        The caller holds the lock ``_turn`` of the port.
+        """
         now = time.monotonic()
         if now - self._heard > SILENCE and now - self._asked > AGAIN:
             if self._assembler.epoch < 0 and now - self._opened > self._patience:
@@ -417,7 +421,7 @@ class SerialSource:
         _log.warning("%s: %s", self.name, message)
 
     def _due(self, epoch: int, end: int) -> tuple[Marker, ...]:
-        """Return the markers of samples before this one, and remove them from the queue."""
+        """Return the markers of samples before number ``end``, and remove them from the queue."""
         due = tuple(m for m in self._markers if (m.epoch, m.sample) < (epoch, end))
         if due:
             self._markers = [m for m in self._markers if m not in due]

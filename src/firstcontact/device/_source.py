@@ -172,7 +172,7 @@ class Health:
     overflow_samples
         Number of lost samples that the device itself dropped, by its report.
     unusable_samples
-        Number of lost samples that were NaN, infinite or out of range.
+        Number of lost samples with a value that was NaN, infinite or beyond 32-bit integers.
     lost_frames
         Number of frames missing in the device's count.
     bad_frames

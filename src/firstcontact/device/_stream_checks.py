@@ -13,18 +13,19 @@ from numpy.typing import NDArray
 LARGEST_SAMPLE = 2.0**31
 #: Largest difference between the stated and the measured rate, as a share.
 TOLERANCE = 0.02
-#: Relative difference of the rates that few windows prove.
+#: Relative difference between the rates from which on ``FEW`` windows prove it.
 OBVIOUS = 0.3
 #: Shortest window in which samples are counted, s.
 WINDOW = 0.25
-#: Number of windows that prove an obvious difference and any other one, and number in memory.
+#: Number of windows that prove an obvious difference, number that proves a smaller one, and largest
+#: number of windows in memory.
 FEW, ENOUGH, KEPT = 4, 8, 40
 #: Number of standard errors of the measured rate by which the tolerance is widened.
 SIGMAS = 4.0
 
 
 def usable_samples(values: NDArray[Any]) -> NDArray[np.bool_]:
-    """Return True for each sample whose values are all finite and in range.
+    """Return True for each sample whose values are all finite and at most ``LARGEST_SAMPLE``.
 
     Parameters
     ----------

@@ -29,7 +29,7 @@ FAULTS: tuple[type[Exception], ...] = (OSError, ValueError)
 with suppress(ImportError):  # not on Windows
     import termios
 
-    # Error if a terminal vanishes during opening, not an OSError.
+    # A terminal that vanishes during opening raises this error, which is not an OSError.
     FAULTS += (termios.error,)
 
 

@@ -42,7 +42,7 @@ class TwinDevice:
     condition
         "paper-rig" or "everyday".
     objects
-        Names of the objects to pick up; by default all of the paper's.
+        Names of the objects to pick up; by default the objects of the set "paper".
     seed
         Random seed. The hand is that of ``firstcontact simulate`` with this condition and seed.
     speed

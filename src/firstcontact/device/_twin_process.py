@@ -39,8 +39,8 @@ from firstcontact.device._twin_words import (
     read_order,
 )
 
-#: Length of the rehearsal before the clock starts, in samples: longer than any rest and shorter
-#: than any closing, so that it ends in a closing.
+#: Length of the rehearsal, in samples. The rehearsal compiles the simulation before the clock
+#: starts. It is longer than any rest, so that it reaches a closing, and shorter than any closing.
 REHEARSED = round(1.2 * FINGERTIP_RATE)
 #: Length of the buffer for a host that does not read, s of the host's time.
 RING = 0.5
@@ -152,7 +152,7 @@ class TwinProcess:
         return max(at - time.monotonic(), 0.0)
 
     def _announce(self) -> None:
-        """Send markers: the object of each closing, its largest force, a lost object."""
+        """Send markers: the object and the largest force of each closing, and a lost object."""
         words: list[tuple[int, str]] = []
         for pinch in reversed(self._stream.pinches):
             words.append((pinch.start, f"{TWIN}{pinch.label.object}"))

@@ -12,8 +12,8 @@ from firstcontact.device._serial_source import SerialSource
 from firstcontact.device._twin_device import TwinDevice
 from firstcontact.twin import LATENCY
 
-#: Largest lead over its reader of a twin that is faster than real time, s. Data on the line come on
-#: top.
+#: Largest amount of received samples that wait for the reader, s, if the twin is faster than real
+#: time. Data on the line are not included.
 AHEAD = 0.25
 
 
@@ -41,7 +41,7 @@ class TwinSource(SerialSource):
         self.speed = speed
         if (
             speed > 1.0
-        ):  # the device then waits, so that orders take effect soon after their samples
+        ):  # the device then waits for the reader, so that orders take effect without a long delay
             self.most = round(AHEAD * FINGERTIP_RATE)
 
     @property

@@ -1,4 +1,10 @@
-"""Export of trained models: a C99 library, ONNX graphs, or an image for the hand's firmware."""
+"""Export of trained models: a C99 library, ONNX graphs, or an image for the hand's firmware.
+
+A model is a list of *steps*, which turn a window into a prediction. A *kernel* is the C function
+that computes one kind of step. The *compact* network has few weights: *thin layers* replace its
+large layers, and the outputs of a thin layer vary along a few
+*directions* (:mod:`firstcontact.models._compact`).
+"""
 
 import lazy_loader
 

@@ -18,11 +18,11 @@ from firstcontact.signal import contact_windows
 
 #: Clock of a Teensy 4, Hz, and assumed cycles per instruction.
 CLOCK, CYCLES = 600e6, 1.5
-#: Possible numbers of directions of the network's thin layers, and the default.
+#: Possible numbers of directions of the compact network's thin layers, and the default.
 DIRECTIONS = (8, 12, 16, 24, 32, 48)
 USUAL_DIRECTIONS = 16
-#: Numbers of directions if the network uses the motor's pitch, whose analysis takes the time of two
-#: predictions per contact.
+#: Numbers of directions if the network uses the motor's pitch. The pitch is analysed once per
+#: contact, in the time of two predictions.
 LISTENING_DIRECTIONS = (16, 24)
 #: Smallest number of windows to fit a smaller model to.
 FEWEST_WINDOWS = 10
@@ -50,7 +50,7 @@ def small_enough(
     budget_us
         Time budget for one prediction of each model, us; None keeps window models unchanged.
     parts
-        Parts that are exported. Other parts stay unchanged.
+        Kinds of parts that may be reduced. Other parts stay unchanged.
 
     Raises
     ------
@@ -69,8 +69,8 @@ def small_enough(
 def forms(named: NamedModel, X: Windows, sessions: NDArray[np.str_]) -> list[NamedModel]:
     """Return smaller forms of a model, and the model itself, the smallest first.
 
-    Smaller models are fitted to four fifths of the sessions. Their intervals are widened by their
-    differences from the model on the other sessions.
+    Smaller models are fitted to four fifths of the sessions. On the other sessions, the predictions
+    of each are compared with those of the model. Its interval is widened by the difference.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ def _fitting(
 def compact_forms(
     model: InContextModel, dataset: Dataset, contacts: list[Contact | None]
 ) -> Iterator[InContextModel]:
-    """Return the network in compact forms, the smallest first."""
+    """Yield the network in compact forms, the smallest first."""
     touches, _ = cut_touches(dataset, contacts)
     for directions in DIRECTIONS:
         yield compacted(model, touches, directions)

@@ -80,7 +80,7 @@ extern const fc_anytime fc_anytime_model;
 
 
 def write_anytime(model: InContextModel) -> tuple[CUnit, CUnit]:
-    """Return the C constants and sizes of the network.
+    """Return two C units of the network: its constants, and the array lengths of its kernels.
 
     Raises
     ------
@@ -240,7 +240,10 @@ def listens(model: InContextModel) -> bool:
 
 
 def instructions(model: InContextModel) -> int:
-    """Return the estimated instructions of a prediction, its samples and the pitch's analysis."""
+    """Return the estimated number of instructions for a prediction.
+
+    Work on the samples before it and the analysis of the motor's pitch are included.
+    """
     network = model.network
     assert isinstance(network, CompactNetwork)
     ear = LISTENING * listens(model)

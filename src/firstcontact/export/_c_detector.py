@@ -103,7 +103,7 @@ IMAGE_SIZES = (
     "FC_ORDER", "FC_PARTS", "FC_LONGEST", "FC_BEFORE", "FC_BESIDE", "FC_FEATURES", "FC_HEADS",
     "FC_HIDDEN", "FC_FOUND", "FC_WIDEST", "FC_COMPONENTS",
 )  # fmt: skip
-#: Sizes that the kernels fix: prediction orders, parts of a look, features of a contact.
+#: Sizes that the kernels fix: linear-prediction order, parts of a look, features of a contact.
 KERNEL_SIZES = {"FC_ORDER": 12, "FC_PARTS": 5, "FC_FEATURES": 14, "FC_COMPONENTS": COMPONENTS}
 
 

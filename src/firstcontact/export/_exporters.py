@@ -33,7 +33,7 @@ class ModelExporter:
         Function that writes the parts of a model into an empty folder and returns notes. It raises
         InputError with the part that cannot be written, and the reason.
     parts
-        Parts that it can write in a smaller form. A time budget applies only to these.
+        Kinds of parts that it can write in a smaller form. A time budget applies only to these.
     extra, modules
         Required extra of this package, and its modules.
     """

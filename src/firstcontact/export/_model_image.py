@@ -1,7 +1,7 @@
 """Model image for the hand, read by ``firmware/answers/fc_image.h``.
 
 It is little-endian, with every array at a multiple of 8 bytes. It begins with the magic word, the
-format, and a CRC of the kernel sizes. It holds data only; no byte of it is executed.
+format, and a CRC of the kernels' array lengths. It holds data only; no byte of it is executed.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class ModelImage:
     data
         All bytes of the image.
     sizes
-        CRC-32 of the sizes that the kernels must have.
+        CRC-32 of the array lengths that the kernels must have.
     digest
         Digest of the model without its noise floors, 16 hexadecimal digits.
     """

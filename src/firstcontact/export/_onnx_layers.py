@@ -1,4 +1,4 @@
-"""Steps of convolutional networks as ONNX nodes. Rows are windows."""
+"""Steps of convolutional networks as ONNX nodes. Each row of an array is one window."""
 
 from __future__ import annotations
 

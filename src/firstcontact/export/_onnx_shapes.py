@@ -1,4 +1,4 @@
-"""Steps that describe a window's shape as ONNX nodes. Rows are windows."""
+"""Steps that describe a window's shape as ONNX nodes. Each row of an array is one window."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Steps of kernel machines and small models as ONNX nodes. Rows are windows."""
+"""Steps of kernel machines and small models as ONNX nodes. Each row of an array is one window."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from firstcontact.core import Step
 
 
 class Graph:
-    """Builder of an ONNX graph: nodes and constants. Rows are windows."""
+    """Builder of an ONNX graph: nodes and constants. Each row of an array is one window."""
 
     def __init__(self) -> None:
         self.nodes: list[Any] = []

@@ -57,7 +57,7 @@ def _bounded(model: InContextModel, network: CompactNetwork) -> bool:
 def _pair(
     network: CompactNetwork, name: str, most: float, bias: NDArray[np.floating] | None = None
 ) -> float:
-    """Return the largest output of two thin layers; infinite if an inner value can overflow."""
+    """Return the largest output of two thin layers; infinite if a sum in them can overflow."""
     thin = network.thin[name]
     along = _layer(thin.into, most, thin.into.bias if bias is None else bias)
     out = _layer(thin.out, along, thin.out.bias)

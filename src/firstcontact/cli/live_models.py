@@ -1,4 +1,4 @@
-"""Choice of the model for ``firstcontact live``: of the device, of a folder, or of the package."""
+"""Choice of the model for ``firstcontact live``: on the device, in a folder, or the shipped one."""
 
 from __future__ import annotations
 
@@ -21,7 +21,10 @@ SHIPPED = (
 
 
 def live_model(folder: Path | None, detector: Path | None) -> Model:
-    """Return the model of a folder, or of the package. A named detector replaces the model's."""
+    """Return the model in ``folder``, or else the shipped model.
+
+    The detector in the folder ``detector`` replaces the model's own.
+    """
     from dataclasses import replace
 
     from firstcontact.contact import load_detector
@@ -64,7 +67,7 @@ def device_model_line(device: DevicePredictor, model: Path | None) -> str:
         return f"{line}: name the folder that it was flashed from with --model to check it"
     try:
         digest = hand_image(model).digest
-    except InputError:  # a model that no hand can have
+    except InputError:  # the folder holds no model for a device
         digest = "another"
     if digest == device.model:
         return f"{line}, the same as in {model}: its predictions are checked"

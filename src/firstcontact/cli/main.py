@@ -70,7 +70,7 @@ def _run(arguments: list[str], stop: Stop, verbose: bool) -> int:
             raise
         if culprit(error) and is_interrupt(error):  # a plug-in turned it into another error
             return _failed(stop.code, "interrupted")
-        if not isinstance(error, Exception):  # no verb ends this way
+        if not isinstance(error, Exception):  # a plug-in's SystemExit, for example
             cause = f"other code ended the command ({summarize_error(error)})"
             return _failed(INPUT, f"{cause}: remove packages that add plug-ins to firstcontact")
         # The user can fix a path that cannot be read or written.

@@ -12,7 +12,7 @@ SHIPPED = Path(__file__).parents[1] / "twin" / "pretrained"
 SHIPPED_HAND = "paper-rig", 0
 #: Source in the headers of the twin's recordings.
 ORIGIN = "twin"
-#: Training pinches of each block: enough for a first look in half a minute.
+#: Number of training pinches of each block: few, to simulate and train in half a minute.
 PINCHES = 60
 #: Version of the training; a new one replaces older models.
 RECIPE = 4

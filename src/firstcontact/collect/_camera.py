@@ -151,7 +151,8 @@ def compare(recording: Recording, contacts: Mapping[Key, float], fps: float = 96
     robust = least_squares(
         lambda p: (design @ p - difference) * fps, start, loss="soft_l1", x_scale="jac"
     ).x
-    # Then a least-squares fit to the contacts near this line: the mean over a frame is wanted.
+    # The robust fit is close to a median. The camera's times are spread evenly over a frame, so the
+    # mean is wanted: fit least squares to the contacts near the robust line.
     near = np.abs(design @ robust - difference) <= 2.0 / fps
     fitted, error = _least_squares(design, difference, near, robust)
     residuals = difference - design @ fitted
@@ -171,9 +172,10 @@ def _least_squares(
     near: NDArray[np.bool_],
     otherwise: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], float]:
-    """Return parameters fitted to the near contacts, and the standard error of the last one.
+    """Fit the clocks by least squares to the contacts in the mask ``near``.
 
-    If too few contacts are near, return the parameters ``otherwise``, and NaN as the error.
+    Return the parameters and the standard error of the last parameter, the drift. If the mask has
+    too few contacts, return the parameters ``otherwise``, and NaN as the error.
     """
     a, b = design[near], difference[near]
     if len(a) <= a.shape[1] or np.linalg.matrix_rank(a) < a.shape[1]:

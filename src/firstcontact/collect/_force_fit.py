@@ -1,4 +1,8 @@
-"""Fit of a finger's Velostat curve to known weights."""
+"""Fit of a finger's force curve to known weights.
+
+A taxel is a piece of Velostat sheet, whose conductance rises with the force on it: leak + gain *
+force ** exponent. The leak is the conductance without a load. A voltage divider measures it.
+"""
 
 from __future__ import annotations
 

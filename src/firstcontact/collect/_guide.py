@@ -44,8 +44,8 @@ class Judged:
         Time from the first contact of a strip to that of the same finger's piezo, s; None if one is
         missing.
     noise
-        Level of the quietest part since the last closing, as a multiple of the noise floor. It is
-        that of the louder finger, and 0 before the first part.
+        Noise in the quietest part of the stream since the last closing, as a multiple of the noise
+        floor. The louder finger counts. 0 before the first part of ``QUIET`` seconds has ended.
     """
 
     label: Label
@@ -153,7 +153,7 @@ class Guide:
                 if not self.paused:
                     self._check = ClosingCheck(self.layout, stage.sample, stage.epoch)
             elif isinstance(stage, ClosingSamples) and self._check is not None:
-                # A contact beyond its end belongs to no pinch.
+                # A contact after the end of the pinch belongs to no pinch.
                 end = self._check.end
                 for contact in stage.contacts:
                     if end is None or contact.sample < end:

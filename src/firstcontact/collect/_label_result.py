@@ -39,8 +39,8 @@ def write_labelled(
 ) -> tuple[int, int]:
     """Copy a recording. Each accepted onset becomes the first contact of a pinch.
 
-    An accepted onset of another finger soon after it becomes the second contact. The file is
-    written whole or not at all. The original is only read.
+    An accepted onset of another finger soon after the first contact becomes the second contact. The
+    file is written whole or not at all. The original is only read.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def _how(mark: Mark, rate: float) -> str:
 
 
 def _within(recording: Recording, name: str, slow: Block, block: Block) -> bool:
-    """Return True if a slower block begins within this block, not within another of the epoch."""
+    """Return True if the block ``slow`` of a slower group begins within ``block``."""
     layout = recording.header.layout
     rate = next(g.layout.rate for g in layout.groups if g.name == name)
     first = slow.first_sample * layout.rate / rate

@@ -94,7 +94,7 @@ class LabelServer:
                 try:
                     reply = self._session.obey(message)
                 except InputError as error:
-                    # The page shows its request before the reply: send it the present state.
+                    # The page has already shown the refused change. The state reverts it.
                     reply = {"refused": str(error), **self._session.state()}
                 await connection.send(json.dumps(reply))
                 if self._session.written:

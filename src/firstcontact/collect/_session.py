@@ -149,7 +149,7 @@ def _tell(judgements: list[Judged], recorder: Recorder, screen: Screen) -> None:
 
 
 def with_noise(calibration: Calibration | None, measured: Calibration) -> Calibration:
-    """Return a calibration with a floor for each finger. ``measured`` fills in missing ones."""
+    """Return a calibration with a noise floor per finger; ``measured`` fills in missing floors."""
     if calibration is None:
         return measured
     fingers = {p.finger for p in calibration.piezo}

@@ -39,8 +39,8 @@ def so_far(folder: Path, session: str, descriptor: Descriptor) -> SoFar:
     """Return the files and pinches of a session that a folder holds.
 
     The first file of session 3 is ``session-3.mcap``. After an interruption the next file is
-    ``session-3.part2.mcap``, because recordings are never overwritten. A part that cannot be read
-    is left alone: the recorder was killed before the first sample.
+    ``session-3.part2.mcap``, because recordings are never overwritten. A file that cannot be read
+    stays as it is: its recorder was killed before the first sample.
 
     Raises
     ------

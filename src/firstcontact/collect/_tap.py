@@ -112,7 +112,7 @@ def tap_warnings(calibration: Calibration) -> Sequence[str]:
     warnings = [
         f"the {finger_name(f)}'s tap gave only {tap:.3f} V: tap harder, or check pad and buffer"
         for f, tap in taps.items()
-        # A sensor of no finger has neither our pad and buffer nor their volts.
+        # ``WEAK`` holds for a fingertip's pad and buffer, which a sensor of no finger lacks.
         if f is not None and tap < WEAK
     ]
     if len(taps) == 2 and max(taps.values()) > ALIKE * min(taps.values()):

@@ -1,7 +1,7 @@
 """Table of channels: describes the signals of a file, one per row.
 
-A signal with a ``sensor`` is a vibration. A signal without one becomes a column at the same rate,
-or a slower group of its own.
+A signal with a ``sensor`` is a vibration. A signal without a sensor becomes further columns beside
+the vibration if it has the same rate. Slower signals of one rate become a group.
 """
 
 from __future__ import annotations

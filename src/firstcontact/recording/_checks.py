@@ -115,7 +115,8 @@ def find_sensor(origin: str, names: Collection[str], remedy: str, end: str = "")
     remedy
         Remedy for a missing signal.
     end
-        Suffix of one finger's signal, such as "_index". A sensor's name with it also counts.
+        Suffix of one finger's signal, such as "_index". A sensor's name with this suffix also
+        counts as the sensor's name.
 
     Raises
     ------

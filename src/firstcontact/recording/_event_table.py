@@ -142,7 +142,10 @@ def find_events(
 def event_labels(
     table: Path, columns: Columns, events: Sequence[Event], starts: Sequence[int]
 ) -> tuple[Columns, list[str]]:
-    """Return the labels of each event, with its contact relative to its start, and notes."""
+    """Return the labels of each event, and notes. ``starts`` are the first samples of the pinches.
+
+    The column ``first_contact`` is added: the contact's sample, counted from its pinch's start.
+    """
     given = {
         name: [cell[event.row] for event in events]
         for name, cell in columns.items()
@@ -158,7 +161,7 @@ def event_labels(
 def spans(
     events: Sequence[Event], lengths: Sequence[int], rate: float
 ) -> tuple[list[int], list[int]]:
-    """Return the first sample and the end of the cut around each contact.
+    """Return the first samples and the ends of the pinches to cut out around each contact.
 
     Parameters
     ----------
@@ -183,7 +186,10 @@ def spans(
 def cut_events(
     events: Sequence[Event], recordings: Sequence[NDArray[Any]], rate: float
 ) -> tuple[list[NDArray[Any]], list[int]]:
-    """Return the samples around each contact, shape (samples, channels), and their starts."""
+    """Return the samples around each contact, shape (samples, channels), and their first numbers.
+
+    The numbers count from the start of the file.
+    """
     starts, stops = spans(events, [len(data) for data in recordings], rate)
     cuts = []
     for event, start, stop in zip(events, starts, stops, strict=True):
@@ -197,5 +203,5 @@ def _place(event: Event) -> tuple[int, int]:
 
 
 def _border(one: int, other: int) -> int:
-    """Return the border between the cuts of two consecutive contacts."""
+    """Return the sample at which the pinch of one contact ends and that of the next begins."""
     return min(other, one + max(1, round((other - one) * AFTER / (BEFORE + AFTER))))

@@ -142,8 +142,8 @@ def _accepting(path: Path, given: Sequence[str]) -> Importer | None:
 def find_importer(path: Path, rate: float | None = None, given: Sequence[str] = ()) -> Importer:
     """Return the first importer that accepts the path.
 
-    If no importer accepts a folder, this is the first importer for folders: its message names what
-    the folder lacks.
+    If no importer accepts a folder, the first importer for folders is returned, because its error
+    message names what the folder lacks.
 
     Parameters
     ----------

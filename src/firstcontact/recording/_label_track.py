@@ -1,7 +1,7 @@
 r"""Label tracks of Audacity: one line ``start<TAB>end<TAB>text`` per label, in seconds.
 
 The text of a label (or of an XDF marker) is the name of the object, or ``name=value`` for any
-column of labels. Several are separated by semicolons: ``eraser; shore_a=40``.
+column of labels. Semicolons separate several labels: ``eraser; shore_a=40``.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from firstcontact.recording._table import Table
 
 #: Largest track, bytes: more than a hundred thousand labels.
 LONGEST_TRACK = 1 << 24
-#: Prefix of lines with the frequency range of the label before.
+#: Prefix of lines with the frequency range of the label on the line before.
 _FREQUENCIES = "\\"
 #: Column with the start of a label.
 ONSET = "onset_s"
 
 
 def is_track(path: Path) -> bool:
-    """Return True if the name of a table of contacts is that of a label track."""
+    """Return True if a table of contacts is a label track, by its file name."""
     return path.suffix.lower() == ".txt"
 
 
@@ -71,7 +71,9 @@ def read_track(path: Path) -> Table:
 
 
 def label_columns(origin: str, table: Table, texts: Sequence[str]) -> Table:
-    """Return a table with the labels that its rows' texts state. Plain words are the object.
+    """Return the table with a column added for each label in ``texts``, one text per row.
+
+    A label without ``=`` is the name of the object.
 
     Raises
     ------

@@ -330,7 +330,10 @@ def make_closing_speeds(origin: str, columns: Columns, pinches: int) -> list[Clo
 
 
 def _louder_finger(signals: NDArray[Any], first: int, second: int, rate: float) -> Finger:
-    """Return the finger whose sensor moved more after the contact, relative to its noise before."""
+    """Return the finger whose vibration sensor rose more above its noise after the first contact.
+
+    ``first`` and ``second`` are the samples of the two contacts.
+    """
     volts = signals.astype(np.float64)
     quiet = volts[: max(first, 1)]
     end = max(first + round(_LISTEN * rate), first + 2)

@@ -84,7 +84,10 @@ def import_mat(
 
 
 def _files(path: Path, labels: Path | None) -> tuple[list[Path], Mapping[str, list[str]], Path]:
-    """Return the files, the columns of their table, and its path (of the data without a table)."""
+    """Return the files, the columns of the table of labels, and the path of that table.
+
+    Without a table there are no columns, and the path is that of the data.
+    """
     table = labels or (path if path.is_dir() else path.parent) / LABELS
     if labels is None and not (path.is_dir() and table.exists()):
         if not path.is_dir():

@@ -30,7 +30,7 @@ T = TypeVar("T")
 TOPICS = {1: "/header", 2: "/samples", 3: "/pinch", 4: "/marker"}
 #: Channel number of the first group. The others follow in layout order.
 FIRST_GROUP = 5
-#: Number of gaps in the count of pinches that are reported one by one.
+#: Largest number of gaps in the numbers of pinches that are reported one by one.
 _GAPS_LISTED = 10
 
 
@@ -168,7 +168,7 @@ def _header(path: Path, headers: list[bytes]) -> Header:
 def _blocks(
     path: Path, topic: str, messages: list[bytes], dtype: str, columns: int
 ) -> tuple[list[Block], list[str]]:
-    """Return the samples of a file, and a note on messages without samples."""
+    """Return the blocks in the messages of a topic, and a note on messages without samples."""
     blocks = []
     bad = 0
     for data in messages:

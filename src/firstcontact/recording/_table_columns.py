@@ -16,7 +16,7 @@ def stated_source(table: Path, columns: Mapping[str, list[str]]) -> str:
     Raises
     ------
     InputError
-        The source differs between rows, or recordings do not know it.
+        The source differs between rows, or is none of those that recordings allow.
     """
     sources = sorted(set(columns.get("source", ["unknown"])))
     if len(sources) > 1:

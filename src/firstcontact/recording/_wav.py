@@ -112,7 +112,10 @@ def sound_layout(
 
 
 def check_alike(files: Sequence[Path], sounds: Sequence[tuple[int, NDArray[Any]]]) -> None:
-    """Raise an error if files differ in rate, type or channels, or fit no sensor."""
+    """Raise an error if files differ in rate, type or channels, or have impossible ones.
+
+    One or two channels are possible, and the rates that :func:`check_rate` accepts.
+    """
     rate, first = sounds[0]
     for file, (other, data) in zip(files, sounds, strict=True):
         if not 1 <= data.shape[1] <= 2:

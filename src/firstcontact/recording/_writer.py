@@ -25,8 +25,8 @@ from firstcontact.recording._header import (
     read_marker,
 )
 
-#: Longest time that samples wait before they reach the operating system, s. It is half of the
-#: promised time, since one further message pushes them out.
+#: Duration of the samples in a full chunk, s. Only a further message pushes a full chunk to the
+#: operating system. So a killed writer loses up to twice this time, the promised tenth of a second.
 HANDED_OVER_EVERY = 0.05
 #: Longest message, s. Damage to one chunk loses about this much.
 LONGEST_MESSAGE = 0.1
@@ -234,7 +234,7 @@ class RecordingWriter:
         self._add(self._headers, self._head.ljust(self._chunk_size), 0)
 
     def _packed(self, tree: dict[str, Any], read: Callable[[bytes, str], object], of: str) -> bytes:
-        """Encode JSON and check that its reader accepts it."""
+        """Encode a tree as JSON, and check that its reading function ``read`` accepts it."""
         try:
             text = json.dumps(tree, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
             data = text.encode()

@@ -18,7 +18,7 @@ from firstcontact.recording._xdf_file import Stream
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
-    """Unbroken samples of all signals. ``run`` belongs to the vibration."""
+    """Unbroken samples of all signals. ``run`` gives the times of the vibration's samples."""
 
     signals: Assembled
     run: Run
@@ -27,7 +27,7 @@ class Part:
 def guessed_signals(
     path: Path, streams: Sequence[Stream], sensor: VibrationSensor | None
 ) -> list[Signal]:
-    """Return the signals: the fast stream as the vibration, and the others."""
+    """Return the signals: the fast stream as the vibration, and all other streams of numbers."""
     numbers = [s for s in streams if not s.is_text and s.rate and len(s.stamps)]
     fast = [s for s in numbers if s.rate >= LOWEST_RATE]
     if len(fast) != 1 or fast[0].values.shape[1] > 1:
@@ -50,7 +50,7 @@ def guessed_signals(
 def unbroken_parts(
     path: Path, streams: Sequence[Stream], signals: Sequence[Signal], notes: list[str]
 ) -> tuple[list[Part], Run]:
-    """Return the unbroken parts of a recording, and one run from its first to its last sample.
+    """Return the unbroken parts of a recording, and one run over the whole vibration with its gaps.
 
     The vibration has no gap within a part. A part in which another signal has no samples is left
     out.

@@ -295,7 +295,8 @@ def _at_rate(source: Source, detector: Detector | None, predictor: Predictor | N
     rate = trained or (None if predictor is None else predictor.rate)
     if rate is None or stated == rate:
         return source
-    # A detector that was trained takes its own rate alone, whatever the error of a clock.
+    # A trained detector takes its own rate only. Without one, a rate that differs by no more than
+    # a clock's error counts as the same.
     if trained is None and is_same_rate(stated, rate):
         return source
     resampled = ResampledSource(source, rate)

@@ -73,7 +73,7 @@ class Train:
         print_losses(dataset)
         with on_cluster(self.cluster), replacing_folder(self.out) as making:
             model = self._train(dataset)
-            # The training decides whether there is an any-time model again.
+            # Only the training shows whether the new model has a network: check again.
             check_replaceable(self.out, windows, network=model.network is not None)
             model.write(making)
         for line in model.notes:

@@ -36,7 +36,7 @@ class Onset:
     column
         Number of the vibration channel.
     sample
-        Sample at which the contact began, from 0.
+        Position at which the contact began, counted from the start of the searched signals.
     loudness
         Loudness relative to the signal's quiet level.
     """
@@ -127,6 +127,9 @@ def _refined(x: NDArray[np.float64], place: int, rate: float) -> int:
 
 
 def _quiet(x: NDArray[np.float64], piece: int) -> float:
-    """Return the level (standard deviation) of the quieter pieces."""
+    """Return the level (standard deviation) of the quieter pieces of a signal.
+
+    ``piece`` is the length of a piece in samples.
+    """
     pieces = x[: len(x) // piece * piece].reshape(-1, piece)
     return float(np.quantile(pieces.std(axis=1), QUIET_SHARE))

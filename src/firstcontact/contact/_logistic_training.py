@@ -62,7 +62,7 @@ class Looks:
     begins: tuple[int, ...]
 
     def levels(self, line: NDArray[np.float64]) -> tuple[float, float]:
-        """Return the highest score on which consecutive looks agree, before and at a contact.
+        """Return the highest agreed scores before the pinch's first contact, and at this contact.
 
         The agreed score of :data:`LOOKS` consecutive looks is the lowest of their scores.
         """

@@ -146,7 +146,9 @@ class WindowDetector(ABC):
         """
 
     def wakes(self, x: NDArray[np.float64], ends: NDArray[np.intp]) -> NDArray[np.bool_]:
-        """Return a mask of the windows worth judging, by default all. The others do not fire.
+        """Return a mask of the windows that :meth:`fires` must judge; the others do not fire.
+
+        By default all windows are judged.
 
         Parameters
         ----------

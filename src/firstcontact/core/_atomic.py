@@ -27,7 +27,9 @@ def is_temporary(path: Path, below: Path) -> bool:
 
 @contextmanager
 def temporary_path(path: Path) -> Iterator[Path]:
-    """Yield a path of the same name in a temporary folder beside ``path``, on the same disk.
+    """Yield a path in a temporary folder next to ``path``, with the same file name.
+
+    The folder is on the same disk, so a rename can move the file to ``path``.
 
     Missing parent folders are created. The temporary folder and its contents are removed at the
     end. Leftovers of killed writers for the same path are removed first.

@@ -141,7 +141,10 @@ def _folder() -> str | None:
 
 
 def _restore(path: list[str], folder: str | None) -> None:
-    """Restore the import path and the working folder. Keep new path entries at the end."""
+    """Restore the import path and the working folder.
+
+    Keep new entries of the import path at its end.
+    """
     added = [place for place in sys.path if place not in path]
     if sys.path[: len(path)] != path:
         sys.path[:] = [*path, *added]

@@ -46,8 +46,8 @@ _opened: tuple[bytes, tuple[Any, ...]] = (b"", ())
 class Runner(ABC):
     """Runner of many similar jobs.
 
-    Call ``function(job, *shared)`` for every job. Jobs are small. Shared data are sent once, and
-    their arrays are read-only.
+    A runner calls ``function(job, *shared)`` for every job. Jobs are small. Shared data are sent to
+    the workers once, and the arrays in them are read-only.
     """
 
     @abstractmethod

@@ -13,8 +13,8 @@ Real = NDArray[Any]  # of float32 or float64
 class RbfKernel:
     """RBF kernel ``exp(-gamma |x - v|²)`` of inputs x and fixed vectors v.
 
-    Computed as ``exp(2 gamma v·x - gamma |v|² - gamma |x|²)``, in the precision of the vectors. One
-    input then costs one matrix-vector product and one exponential per vector.
+    The kernel is computed as ``exp(2 gamma v·x - gamma |v|² - gamma |x|²)``, in the precision of
+    the vectors. One input then costs one matrix-vector product and one exponential per vector.
 
     Parameters
     ----------

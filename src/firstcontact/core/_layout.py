@@ -163,8 +163,8 @@ class Layout:
     rate
         Mean sampling rate, Hz.
     smoothing_alpha
-        Smoothing of all vibration channels, for devices and recordings of version 1, which state it
-        once. It is copied to the channels and then set to None.
+        Smoothing of all vibration channels, for devices and recordings of version 1, which state
+        one value for all channels. It is copied to the channels and then set to None.
     groups
         Groups of slower channels. Detectors do not use them.
 

@@ -13,5 +13,5 @@ except ImportError:
 
 
 def kernels() -> ModuleType | None:
-    """Return the compiled kernels; None where they were not built, and NumPy does the same."""
+    """Return the compiled kernels; None if they were not built. NumPy then computes the same."""
     return _compiled

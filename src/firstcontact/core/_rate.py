@@ -7,5 +7,5 @@ TOLERANCE = 0.01
 
 
 def is_same_rate(rate: float, other: float) -> bool:
-    """Return True if two rates (Hz) differ by at most 1 %, as clocks may do."""
+    """Return True if two rates (Hz) differ by at most 1 %, as the clocks of two devices may."""
     return abs(rate - other) <= TOLERANCE * other

@@ -115,7 +115,7 @@ class Cnn(Estimator):
     def _prepared(
         self, X: Windows, y: Values, groups: NDArray[Any] | None
     ) -> tuple[Spec, NDArray[np.float64], NDArray[np.float64], Inputs, Inputs]:
-        """Return specification, scales of windows and targets, and the inputs and targets."""
+        """Return specification, scales of windows and targets, and scaled inputs and targets."""
         spec = training_spec(self.task, self.rate, X, y, groups)
         scale = _scale(X)
         target = target_scale(self.task, y)
@@ -221,7 +221,7 @@ def _train(
             optimiser.zero_grad()
             windows = torch.cat([x[rows] for x, rows in zip(X, members, strict=True)], dim=1)
             truth = torch.cat([y[rows] for y, rows in zip(Y, members, strict=True)], dim=1)
-            # The sum of the networks' losses: each has the gradient that it has alone.
+            # The losses are added, so each network has the same gradient as when trained alone.
             (len(networks) * loss(trained(windows), truth)).backward()
             optimiser.step()
             schedule.step()

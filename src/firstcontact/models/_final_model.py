@@ -47,7 +47,7 @@ class FinalModel:
     interval
         Interval from the predictions that also give the scores; None without one.
     conformal
-        How the interval was calibrated, for the card.
+        Description of the calibration of the interval, for the card.
     """
 
     model: WindowModel

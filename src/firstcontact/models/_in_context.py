@@ -117,7 +117,10 @@ class InContextModel:
     def half_widths(
         self, spreads: Values, samples: NDArray[np.intp] | int, rate: float = FINGERTIP_RATE
     ) -> Values:
-        """Return the half widths of intervals for these spreads, after a number of samples."""
+        """Return the half widths of intervals for predictions with these spreads.
+
+        ``samples`` is the number of samples after the contact that each prediction used.
+        """
         return spreads * self._factors[stage_index(samples, rate)]
 
     @property

@@ -206,7 +206,7 @@ class NetworkPredictor:
     @classmethod
     def from_card(cls, card: NetworkCard, arrays: Arrays) -> Self:
         """Return the predictor that a card and its arrays describe. Check that they fit."""
-        from firstcontact.models._combined import CombinedModel  # it reads the shipped network
+        from firstcontact.models._combined import CombinedModel  # reads the shipped network
 
         kinds = {kind.kind: kind for kind in (InContextModel, CompactModel, CombinedModel)}
         if card.kind not in kinds:

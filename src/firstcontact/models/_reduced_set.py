@@ -33,7 +33,7 @@ def reduced_sets(
     ----------
     vectors, gamma, weights
         Support vectors of the machine, shape (m, inputs), its gamma, and its weights without
-        biases, shape (rows, m).
+        biases, shape (rows, m), with one row per output.
     inputs
         Inputs on which the outputs are fitted, shape (n, inputs).
     sizes

@@ -78,7 +78,7 @@ class RigRegression:
 
     @property
     def constants(self) -> tuple[float, float, int]:
-        """Mean and unit of the targets, and the number of pinches."""
+        """Mean and scale of the targets, and the number of pinches."""
         return self._centre, self._unit, len(self._shore_a)
 
     def stacked(self) -> tuple[NDArray[np.float64], ...]:

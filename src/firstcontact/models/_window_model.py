@@ -54,7 +54,7 @@ class WindowModel(ABC):
         return np.asarray(self.outputs(window[None])[0])
 
     def spread(self, X: Windows) -> Values | None:
-        """Return the model's own standard deviation of each prediction, or None.
+        """Return the standard deviation that the model predicts for each prediction, or None.
 
         Windows (n, samples, channels) must be usable. The values have shape (n,), are above 0 and
         in the unit of the prediction. Conformal intervals are then multiples of them.

@@ -33,7 +33,10 @@ LONGEST_AHEAD = 0.0005
 
 
 def lookahead(old: float, new: float) -> float:
-    """Return the look-ahead of :func:`resample`, s; 0 for equal rates."""
+    """Return the look-ahead of :func:`resample`, s; 0 for equal rates.
+
+    An output depends on inputs that are later than the output by up to this time.
+    """
     if old == new:
         return 0.0
     ratio = _ratio(old, new)

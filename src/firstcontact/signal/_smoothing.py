@@ -74,7 +74,9 @@ class ExponentialSmoothing:
 def missing_smoothing(
     layout: Layout, columns: tuple[int, ...] | None = None
 ) -> ExponentialSmoothing | None:
-    """Return the microcontroller's smoothing filter, for columns that are not smoothed yet.
+    """Return the microcontroller's smoothing filter for the columns that are not smoothed yet.
+
+    The result is None if all columns are smoothed already.
 
     Parameters
     ----------

@@ -215,7 +215,7 @@ class WindowStream:
 
     @property
     def due(self) -> int | None:
-        """Number of samples until the next window is complete; None if none has begun."""
+        """Number of samples until the next window is complete; None if no window has begun."""
         ends = [self._complete(contact, n) + 1 - self._end for contact, n in self._pending]
         return min(ends, default=None)
 

@@ -153,7 +153,7 @@ class ClosingEstimates:
                 and complete >= second.decided
                 and not _stands(p.complete, second)
             ):
-                is_complete = False  # smaller blocks would not have asked for it
+                is_complete = False  # smaller blocks would not give it
                 continue
             waited = (block.end - 1 - complete) / self._rate + self._delay
             estimate = Estimate(

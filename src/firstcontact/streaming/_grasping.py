@@ -207,7 +207,7 @@ class Grasping:
             return
         now = estimate.contact.sample / self._rate + estimate.available
         if estimate.final:
-            # It comes with the block that made it final, not with the block of its last sample.
+            # The final estimate comes with the block that made it final, not with its last sample.
             complete = estimate.complete if self._second is None else self._second
             now += (complete - estimate.complete) / self._rate + self._late - estimate.transport
         if self.loop.estimated(estimate, now):

@@ -38,7 +38,7 @@ class HandRequests:
     name
         Name of the hand.
     begins
-        Who can begin the hand's closings.
+        Parties that can begin the hand's closings.
     release
         Function that releases the hand; safe to call from any thread.
 
@@ -57,7 +57,7 @@ class HandRequests:
         self._name, self._begins, self._release = name, begins, release
         self._waiting: SimpleQueue[Request] = SimpleQueue()
         self._gone: set[str] = set()
-        self._lock = Lock()  # of the two above
+        self._lock = Lock()  # of _waiting and _gone
         self._over = False
 
     @property

@@ -56,7 +56,7 @@ class Readiness:
             sys.setswitchinterval(self._interval)
 
     def hurry(self, *, is_urgent: bool) -> None:
-        """Disable the garbage collector while estimates are due."""
+        """Disable the garbage collector if estimates are due (``is_urgent``), else enable it."""
         if not self._is_active or not self._collects:
             return
         if is_urgent:

@@ -101,7 +101,7 @@ class LiveSession:
         self._number = 0
         self._start: tuple[int, int] | None = None
         self._arrivals: list[Arrival] = []
-        self._was_connected: bool | None = None  # when the session closed the source
+        self._was_connected: bool | None = None  # at the time the source was closed
         self._events: list[Event] = []
         self._given = 0  # number of these events that the caller has
         self._is_prompt = False  # True if a program waits for the events

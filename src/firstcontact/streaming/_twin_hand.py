@@ -61,7 +61,7 @@ class TwinHand(Hand):
         """Open the hand."""
         if not self._open:
             return
-        # A twin that is gone has let go.
+        # A twin that has ended holds nothing.
         with suppress(InputError):
             self._source.order(order_text(None))
 

@@ -266,7 +266,10 @@ class State:
         self._put("closeup", self._closeup.tree())
 
     def changed(self, seen: dict[str, int]) -> dict[str, str]:
-        """Return the JSON of parts that changed since ``seen``, and update ``seen``."""
+        """Return the JSON of parts that changed since ``seen``, and update ``seen``.
+
+        ``seen`` holds the change counter of each part, by name.
+        """
         new: dict[str, str] = {}
         with self._lock:
             self._settle()

@@ -231,7 +231,8 @@ def is_push(
 class _Judge:
     """Decisions of a detector whose steady state follows a motor that becomes quieter.
 
-    A motor is loudest when it starts, and the first steady state is measured soon after that.
+    A motor is loudest when it starts, and the first steady state is measured soon after that. So
+    the steady state is measured again at intervals, until the first contact is confirmed.
 
     Parameters
     ----------

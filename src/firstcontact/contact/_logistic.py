@@ -207,7 +207,7 @@ class LogisticDetector(TrainedDetector):
         return above
 
     def judgement(self, rate: float) -> Judgement:
-        """Return the kernel for export. It sums squares sample by sample and takes logarithms."""
+        """Return the detector as a C kernel for export, which sums squares sample by sample."""
         self._require_training("there is nothing to export")
         assert self._line is not None
         sizes = self.sizes(rate)

@@ -115,9 +115,10 @@ def loudness_features(
 ) -> NDArray[np.float64]:
     """Return the logarithms of levels of the signal and of its prediction error.
 
-    Each of the two gives the level of the quiet part, then differences of logarithms: the newest
-    parts, and the 3 ms before them, relative to the quiet part; the peak of the newest 3 ms
-    relative to the peak of the quiet part.
+    The features of each of the two signals are the logarithm of the quiet part's level, then
+    differences of logarithms. These are the levels of the newest parts, and of the 3 ms before
+    them, relative to the quiet part. The last difference is the peak of the newest 3 ms relative to
+    the peak of the quiet part.
 
     Parameters
     ----------

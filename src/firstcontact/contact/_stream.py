@@ -165,7 +165,7 @@ class WindowDetector(ABC):
         return np.ones(len(ends), np.bool_)
 
     def judgement(self, rate: float) -> Judgement:
-        """Return this detector as a kernel that works sample by sample, for export.
+        """Return this detector as a C kernel that works sample by sample, for export.
 
         Raises
         ------

@@ -97,7 +97,7 @@ class SvmDetector(TrainedDetector):
         return self._machine.decide(features).reshape(n, fingers)
 
     def judgement(self, rate: float) -> Judgement:
-        """Return the kernel for export: features and SVM, in single precision."""
+        """Return the detector as a C kernel for export: features and SVM, in single precision."""
         self._require_training("there is nothing to export")
         machine = self._machine
         assert machine is not None

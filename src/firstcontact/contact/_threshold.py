@@ -69,5 +69,5 @@ class ThresholdDetector(WindowDetector):
         return np.asarray(np.abs(new).max(axis=2) > self.sigmas)
 
     def judgement(self, rate: float) -> Judgement:
-        """Return the detector in its form for export: a kernel, and the threshold."""
+        """Return the detector as a C kernel for export, with the threshold as its constant."""
         return Judgement("crossing", {"sigmas": self.sigmas}, {}, 1)

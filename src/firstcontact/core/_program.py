@@ -105,7 +105,7 @@ class Program:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judgement:
-    """Detector that works sample by sample: name of a C routine, and its constants.
+    """Detector as a C kernel that works sample by sample: name of the kernel, and its constants.
 
     Parameters
     ----------

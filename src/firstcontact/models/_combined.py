@@ -214,9 +214,10 @@ def adapt_combined(
 ) -> Adapted:
     """Condition a network on a rig and average it with a regression on the rig's pinches.
 
-    The weights come from held-out levels of Shore A. Intervals are widened if they cover too few
-    pinches of held-out sessions. The score "held out, combined" is slightly optimistic, because the
-    spread of the regression is scaled on all pinches, including the held-out ones.
+    The weights of the average come from held-out levels of Shore A. Intervals are widened if they
+    cover too few pinches of held-out sessions. The score "held out, combined" is slightly
+    optimistic, because the spread of the regression is scaled on all pinches, including the
+    held-out ones.
 
     Parameters
     ----------
@@ -254,8 +255,8 @@ def _spread_scale(
 ) -> NDArray[np.float64]:
     """Return the factor of the regression's spread at each stage, shape (stages,).
 
-    With it, network and regression have the same ratio of spread to error on held-out levels of
-    Shore A. It is measured at ``TIMES`` and interpolated between them.
+    With this factor, network and regression have the same ratio of spread to error on held-out
+    levels of Shore A. The factor is measured at ``TIMES`` and interpolated for the stages between.
     """
     ones = np.ones(len(STAGES))
     squares = np.zeros((2, len(TIMES)))

@@ -29,7 +29,9 @@ _cache: WeakKeyDictionary[InContextModel, dict[int, Predict | None]] = WeakKeyDi
 
 
 def compiled_prediction(model: InContextModel, finger: int) -> Predict | None:
-    """Return the compiled prediction for a rig of a model; None without kernels for it.
+    """Return the compiled prediction for a rig of a model; None if no compiled kernel fits.
+
+    No kernel fits reduced networks, and models that refine the network without a regression.
 
     Predictions differ from NumPy's by rounding only.
 

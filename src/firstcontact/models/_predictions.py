@@ -57,7 +57,7 @@ class Predictions:
 
     @property
     def columns(self) -> tuple[NDArray[Any], ...]:
-        """Arrays of the predictions, one row each."""
+        """Arrays of all fields except ``contacts``; row i of each array belongs to prediction i."""
         return self.value, self.spread, self.low, self.high, self.out_of_range, self.elapsed
 
     @classmethod

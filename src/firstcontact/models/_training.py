@@ -303,7 +303,10 @@ def held_out(runner: Runner, questions: Sequence[Question], seed: int) -> list[V
 def held_out_with_spread(
     runner: Runner, questions: Sequence[Question], seed: int
 ) -> list[tuple[Values, Values | None]]:
-    """Return :func:`held_out` predictions, each with the spread of the models if they have one."""
+    """Return the predictions of :func:`held_out`, each with its predicted standard deviation.
+
+    The standard deviations are None for a question whose models predict none.
+    """
     from firstcontact.models._registry import find_estimator
 
     jobs = []

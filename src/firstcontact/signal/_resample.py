@@ -102,10 +102,10 @@ def _position(position: int, ratio: Fraction) -> int:
 def resample(x: NDArray[Any], old: float, new: float) -> NDArray[np.float64]:
     """Resample with a polyphase, minimum-phase low-pass.
 
-    The gain is 0.5 at half the lower rate, 0.08 at 0.55 of it, and 0.003 (-50 dB) from 0.6 of it
-    on. An output depends on input up to :func:`lookahead` later: 1.8 samples of the lower rate, but
-    at most 0.5 ms. At a lower rate below 3.6 kHz, 1.8 samples are more than 0.5 ms, and the output
-    is late by the excess.
+    The lower rate is the lower one of ``old`` and ``new``. The gain is 0.5 at half the lower rate,
+    0.08 at 0.55 of the lower rate, and 0.003 (-50 dB) from 0.6 of it on. An output depends on input
+    up to :func:`lookahead` later: 1.8 samples of the lower rate, but at most 0.5 ms. If the lower
+    rate is below 3.6 kHz, 1.8 samples are more than 0.5 ms, and the output is late by the excess.
 
     Parameters
     ----------

@@ -26,8 +26,8 @@ class CausalResampler:
     Attributes
     ----------
     delay
-        Delay of the output: time after an output sample's instant when it is available, s; at most
-        0.5 ms.
+        Delay of the output: time from the instant of an output sample until the sample is
+        available, s; at most 0.5 ms.
     """
 
     def __init__(self, old: float, new: float, nearest: Sequence[int] = ()) -> None:

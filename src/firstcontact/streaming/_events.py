@@ -277,7 +277,9 @@ class ObjectEstimate(msgspec.Struct, frozen=True, kw_only=True, tag="object_esti
 
 
 class HandCommand(msgspec.Struct, frozen=True, tag="hand_command"):
-    """Request to the driven hand that was carried out, or release of the hand after a silence.
+    """Request that was carried out by the driven hand, or release of the hand after a silence.
+
+    A silence is a pause of the samples or of this program.
 
     Parameters
     ----------
@@ -360,7 +362,7 @@ class HandCheck(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class HandPinch(msgspec.Struct, frozen=True, kw_only=True, tag="hand_pinch"):
-    """Predictions of a device for one pinch, sent 0.3 s after the first contact.
+    """Predictions of a device for one pinch; the event follows 0.3 s after the first contact.
 
     Parameters
     ----------

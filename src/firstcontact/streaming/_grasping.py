@@ -27,8 +27,8 @@ class Grasping:
 
     The start of the motor (:class:`ClosingStart`) begins a closing of a hand that closes by itself.
     Other hands close on request. Such a closing ends with a request to open, with a release after a
-    silence, or when the origin of the request disconnects. A motor start alone begins no closing of
-    such a hand, because the motor may open it.
+    silence of the samples or of this program, or when the origin of the request disconnects. A
+    motor start alone begins no closing of such a hand, because the motor may open it.
 
     The policy gets the final estimate of a closing. A policy with ``early`` also gets each estimate
     before it. Estimates out of range are ignored.

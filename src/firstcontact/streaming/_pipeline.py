@@ -88,7 +88,8 @@ class Pipeline:
     radius
         Radius of the object in the next closings, m: infinite for a flat object, NaN if unknown.
     measure_speed
-        Function that returns the closing speed before a contact; None if there is none.
+        Function that returns the closing speed before a contact; None if nothing measures the
+        speed.
 
     Raises
     ------

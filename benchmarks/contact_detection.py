@@ -23,7 +23,7 @@ STEP = samples_in(SvmDetector.step, LAYOUT.rate)
 
 
 def closing(seed: int, samples: int = 1480) -> Pinch:
-    """Return noise on both fingers with a damped oscillation where one touches."""
+    """Return a closing: noise on both fingers, and a damped oscillation where one touches."""
     rng = np.random.default_rng(seed)
     data = rng.normal(16384, 40, (samples, 16))
     contact = int(rng.integers(500, 900))
@@ -35,7 +35,7 @@ def closing(seed: int, samples: int = 1480) -> Pinch:
 
 
 def streamed(detector: Detector, data: np.ndarray) -> None:
-    """Return the contacts from the detector, fed with blocks of one step."""
+    """Send a stream through the detector, in blocks of one step of its windows."""
     detector.start(LAYOUT)
     for start in range(0, len(data), STEP):
         detector.update(Block(data[start : start + STEP], start))
@@ -52,7 +52,7 @@ def seconds(work: Callable[[], object], repeats: int = 3) -> float:
 
 
 def naive_seconds_a_window(svm: SvmDetector, windows: int) -> float:
-    """Return the time for a number of windows with scikit-learn's ``predict``, s."""
+    """Return the time for a number of windows, each with one ``predict`` of scikit-learn, s."""
     from sklearn.svm import SVC
 
     arrays = svm.to_arrays()

@@ -1,8 +1,9 @@
-"""Speed of the decoder for a device's bytes, compared with real time and a plain decoder.
+"""Speed of our decoder of a device's bytes, compared with real time and with a plain decoder.
 
-One minute of stream goes through decoder and assembler in pieces of 1 ms, as from a port, and of
-64 kB, as after a stall. The plain decoder undoes COBS byte by byte, and uses ``zlib`` for the CRC
-and ``struct`` for the samples. Both must give the same samples. Run it with one thread:
+One minute of stream goes through our decoder and the assembler of blocks. The stream is cut into
+pieces of 1 ms, as a port delivers them, and into pieces of 64 kB, as after a stall. The plain
+decoder undoes COBS byte by byte, and uses ``zlib`` for the CRC and ``struct`` for the samples. Both
+must give the same samples. Run it with one thread:
 ``OMP_NUM_THREADS=1 python benchmarks/decoding.py``.
 """
 

@@ -1,11 +1,12 @@
 """Coverage of the grasp study's intervals: `python benchmarks/grasp_intervals.py`.
 
-The truth is known in a synthetic world. Kinds of objects are drawn around the household objects,
-within their groups. Two fixed rules grip them, one with a stiffness reading and one without. Each
-repetition draws as many kinds, hands and specimens as the study has. It computes the interval of
-the reduction in drops with stiffness, at 10 % damage, in two ways. *Chosen again*: each resample
-finds new force scales for both rules, as in the study. *Kept*: the scales come from all picks, and
-additional damage counts as drops. The study's numbers are not used.
+The truth is known in a synthetic world. Kinds of objects are drawn at random; their weights and
+limits are near those of the household objects. Two fixed rules grip them: the first knows a
+stiffness reading, the second does not. Each repetition draws as many kinds, hands and specimens as
+the study has. It computes the interval of the reduction in drops with stiffness, at 10 % damage, in
+two ways. *Chosen again*: each resample finds new force scales for both rules, as in the study.
+*Kept*: the scales come from all picks, and additional damage counts as drops. The study's numbers
+are not used.
 """
 
 from __future__ import annotations
@@ -47,8 +48,9 @@ def drawn(
 ) -> tuple[Draws, NDArray[np.str_], NDArray[np.intp], NDArray[np.str_]]:
     """Draw kinds and pinches.
 
-    Return the outcomes of both rules, and kind, hand and group of each pinch. Each group has
-    ``each`` times as many kinds as in the study.
+    Return the outcomes of both rules, and the kind, hand and group of each pinch. A share
+    ``related`` of the kinds has a stiffness that fits weight and limit; the others have a random
+    one. Each group has ``each`` times as many kinds as in the study.
     """
     place = np.concatenate(
         [

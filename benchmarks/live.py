@@ -1,9 +1,9 @@
 """Speed of the live pipeline and latency of its estimates.
 
-The twin's running hand (60 s with some 30 closings) is replayed through the pipeline in blocks of
-0.1 s and of 5 samples, as a device sends them, with the network and with a window model, once by
-NumPy and once by the compiled kernels. For comparison, the naive form processes the whole closing
-so far again for each estimate, and calls scikit-learn's ``predict``.
+A stream of the twin (60 s with some 30 closings) is replayed through the pipeline, in blocks of
+0.1 s and in blocks of 5 samples, as a device sends them. The pipeline uses the network or a window
+model, each once with NumPy and once with the compiled kernels. For comparison, the naive form
+processes the whole closing so far again for each estimate, and calls scikit-learn's ``predict``.
 
 ``firstcontact live --device twin`` then runs in real time over a pseudo terminal, several
 times without a page and several times with a page and a client of it. The main result is the share
@@ -71,7 +71,7 @@ def split(data: np.ndarray, size: int) -> list[Block]:
 
 
 def replayed(pipeline: Pipeline, blocks: list[Block]) -> tuple[float, list[PinchDone]]:
-    """Return the time that a pipeline needs for a stream, s, and the pinches of the stream."""
+    """Return the time that a pipeline needs for a stream, s, and the pinches that it reports."""
     pinches = []
     begin = time.perf_counter()
     for block in blocks:

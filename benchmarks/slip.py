@@ -47,7 +47,7 @@ FIRM, WEAK = 2.0, 0.7
 
 @dataclass(frozen=True)
 class Hold:
-    """Samples of one pinch, and the sample numbers of its contact, slip and drop."""
+    """Samples of one pinch; numbers of the samples of contact, slip and drop; object's mass, kg."""
 
     data: np.ndarray
     contact: int
@@ -86,7 +86,10 @@ def hold(seed: int, place: int, ratio: float, lift: Lift, coupling: float) -> Ho
 
 
 def listen(pinch: Hold, threshold: float, begin: int) -> tuple[list[int], list[float]]:
-    """Return the samples of the alarms, and the loudness of each piece of the signal."""
+    """Return the sample numbers of the alarms, and the loudness in each block of 12 samples.
+
+    The hand holds the object from sample ``begin`` on.
+    """
     detector = PowerSlipDetector(threshold)
     detector.start(LAYOUT)
     alarms, loud = [], []

@@ -1,6 +1,6 @@
 """Time of ``firstcontact --help``, compared with an empty Python program.
 
-The commands run in turn, so that other load affects all of them alike:
+The commands run in turn, so that other load on the machine affects all of them alike:
 ``python benchmarks/startup.py``.
 """
 

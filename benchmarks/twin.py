@@ -1,7 +1,7 @@
 """Speed of the twin, convergence of its time step, and memory at paper size.
 
-Compilation happens before any measurement. The reference is SciPy's ``solve_ivp`` with the same
-compiled derivative, so that only the stepping differs. The waveforms are compared too. Run it on an
+Compilation happens before any measurement. The reference for speed and waveform is SciPy's
+``solve_ivp`` with the same compiled derivative, so that only the stepping differs. Run it on an
 idle machine: ``OMP_NUM_THREADS=1 python benchmarks/twin.py``.
 """
 
@@ -113,7 +113,7 @@ def plain(draw: PinchDraw) -> np.ndarray:
 
 
 def rate(folder: Path, workers: int, each: int) -> tuple[float, float]:
-    """Return the pinches per second, writing included, and the processor time of each, s."""
+    """Return the pinches simulated and written per second, and processor time of one pinch, s."""
     begin, busy = time.perf_counter(), time.process_time()
     simulate(folder, "paper-rig", each, 0, 0, workers)
     pinches = 5 * each

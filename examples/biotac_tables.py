@@ -5,7 +5,7 @@
 
 Each file, OBJECT_NUMBER_TRIAL_HOLD.mat, holds the signals of two fingertips while a gripper holds
 an object. Vibration has 2200 Hz in packets of 22 samples, the other signals have 100 Hz. The trial
-becomes the session. The hardness classes follow from the names of the objects.
+becomes the session. The hardness class of an object follows from its name.
 """
 
 from __future__ import annotations

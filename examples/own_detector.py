@@ -17,7 +17,7 @@ from firstcontact.twin import simulate
 
 
 class EnergyDetector(WindowDetector):
-    """Detector that fires when the newest part is much louder than the steady state."""
+    """Detector that fires when the newest part of a window is much louder than the steady state."""
 
     name = "energy"
 
@@ -32,7 +32,7 @@ class EnergyDetector(WindowDetector):
 
 
 def count_correct(detector: Detector, dataset: Dataset, within: float = 0.003) -> int:
-    """Count detections of the right finger within ``within`` s of the strip's contact."""
+    """Count detections of the right finger, placed within ``within`` s of the strip's contact."""
     count = 0
     for pinch in dataset.pinches:
         contacts = detect(detector, pinch)

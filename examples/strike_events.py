@@ -6,9 +6,9 @@
 ``hits.csv`` has file and sample of each strike, ``files.csv`` pad and surface of each file. Mesh
 heads count as soft, rubber and kick pads as hard. A pad is one specimen, a file one session.
 
-One file contains the noise of the converter. Its last 85 s become ``noise.wav``; earlier it has
-strikes, and two knocks at 4.57 and 4.83 s. ``noise_volts.wav`` is the same noise for ``simulate
---noise``, where full scale is 1.65 V.
+One file contains the noise of the converter. The last 85 s of this file become ``noise.wav``; the
+earlier part has strikes, and two knocks at 4.57 and 4.83 s. ``noise_volts.wav`` is the same noise
+for ``simulate --noise``, where full scale is 1.65 V.
 """
 
 from __future__ import annotations

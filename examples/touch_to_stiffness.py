@@ -1,7 +1,7 @@
 """Stiffness from the signal of a touch, with the library.
 
-The contact detector and the stiffness model learn from the first sessions of a few simulated
-pinches and predict for the last session.
+A few pinches are simulated in several sessions. The contact detector and the stiffness model learn
+from all sessions but the last, and predict for the last one.
 
 python examples/touch_to_stiffness.py
 """

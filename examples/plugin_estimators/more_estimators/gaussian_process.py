@@ -1,8 +1,8 @@
 """Gaussian-process regression, trained by scikit-learn. It predicts a standard deviation as well.
 
-C. E. Rasmussen and C. K. I. Williams: Gaussian Processes for Machine Learning, 2006, chapter 2.
-Of many windows only a subset is used (section 8.3.3), because memory and time of a prediction grow
-with the square of their number.
+C. E. Rasmussen and C. K. I. Williams: Gaussian Processes for Machine Learning, 2006, chapter 2. If
+there are many windows, only a subset is used (section 8.3.3), because memory and time of a
+prediction grow with the square of the number of windows.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class GaussianProcessModel(ArraysModel):
     Parameters
     ----------
     spec
-        Specification of its inputs and outputs.
+        Specification of the model's inputs and outputs.
     level
         Level argument of :func:`firstcontact.models.shape_and_level`.
     inputs

@@ -78,7 +78,7 @@ class MiniRocketModel(ArraysModel):
     Parameters
     ----------
     spec
-        Specification of its inputs and outputs.
+        Specification of the model's inputs and outputs.
     steps
         Dilations of the kernels, shape (d,).
     biases
@@ -165,8 +165,8 @@ def features(
 class MiniRocket(Estimator):
     """Ridge regression on MiniRocket's features of a window's shape, and on its level.
 
-    For classification the ridge predicts one of several targets of 1 and -1. Biases are quantiles
-    of the kernels' output on training windows.
+    For classification the ridge predicts one target per class: 1 for the class, -1 for others.
+    Biases are quantiles of the kernels' output on training windows.
     """
 
     name: ClassVar[str] = "minirocket"

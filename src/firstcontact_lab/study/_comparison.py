@@ -1,4 +1,4 @@
-"""Evaluation protocol of the study and the benchmark: all competitors get the same rigs."""
+"""Evaluation protocol of study and benchmark: all competitors get the same simulated rigs."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ NETWORK = (
 
 
 class Generalised(Record, frozen=True, kw_only=True):
-    """Scores of competitors on rigs with separate seeds, mostly for single pinches.
+    """Scores of competitors on rigs whose seeds nothing else uses, mostly for single pinches.
 
     ``floor``: scores of the estimator that is trained on the same kinds of object on the same rig.
     ``ceiling``: scores of estimators that know the modulus, or the stiffness of the contact.
@@ -74,8 +74,8 @@ def compared(
     Parameters
     ----------
     entrants
-        Function that returns the competitors, besides the references, for the set with a given
-        index.
+        Function that returns the competitors for the set with a given index. The references (floor
+        and ceilings) are added.
     sets, seeds
         Sets of pinches, and their random seeds.
     seed
@@ -127,7 +127,10 @@ _OWN = ("estimator", "radii", "regressor")
 
 
 def sides(rig_data: RigSet, question: str) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return the indices of the pinches to fit, and of the pinches to predict, for a query."""
+    """Return indices of the pinches to learn from, and of those to predict, for a question.
+
+    ``question`` is ``HOME``, ``OTHER``, ``FLOOR``, or a Shore A that is left out of training.
+    """
     home = rig_data.indices(Use.BLOCKS)
     if question == HOME:
         return home, np.concatenate([rig_data.indices(Use.HELD), rig_data.indices(Use.OBJECTS)])

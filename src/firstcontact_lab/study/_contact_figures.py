@@ -1,4 +1,4 @@
-"""Figures of contact detection: delays of all pinches, and the decisions in one."""
+"""Figures of contact detection: delays in all pinches, and the decisions in one pinch."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ EDGE = 15.0
 def delay_figure(
     dataset: Dataset, delays: Mapping[str, NDArray[np.float64]], early: float
 ) -> Figure:
-    """Draw a histogram of the first decision after the known contact (ms), by detector.
+    """Draw histograms of the time from the known contact to the first decision, by detector.
 
     ``early`` is the longest time by which a contact may precede its label, s.
     """

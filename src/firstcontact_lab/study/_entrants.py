@@ -76,7 +76,7 @@ def _trained(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int
 def _in_context(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int) -> Values:
     """Condition an any-time estimator on the pinches ``learn``, and predict the pinches ``ask``.
 
-    The option ``radii`` adds the radii of the predicted objects as inputs.
+    The option ``radii`` gives the estimator the radii of the objects that it predicts.
     """
     query = rigs.touches.take(ask)
     if entrant.options.get("radii"):
@@ -112,7 +112,8 @@ def fit_predictor(
     touches, shore_a
         Contacts to learn from, shape (n,).
     groups
-        Session or specimen of each contact, held out whole for intervals, shape (n,).
+        Session or specimen of each contact, shape (n,). Whole groups are held out for the
+        intervals.
     seed
         Random seed of trainings and folds.
     """
@@ -133,7 +134,7 @@ def _modulus(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int
 def _stiffness(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int) -> Values:
     """Predict with a parabola in the logarithm of the true contact stiffness.
 
-    It is fitted to the pinches ``learn``.
+    The parabola is fitted to the pinches ``learn``.
     """
     logarithms = np.log(rigs.stiffnesses)
     shore_a = rigs.windows.y[learn]

@@ -21,8 +21,8 @@ TOGETHER = 3
 class OffBlocks(Record, frozen=True, kw_only=True):
     """Scores of an estimator beyond its training blocks, in Shore A over ``sets`` rigs.
 
-    ``accuracy``: share of block pinches whose prediction is nearest to their own level of Shore A.
-    ``options``: settings of the estimator that differ from the defaults.
+    ``accuracy``: share of block pinches whose prediction is nearest to the Shore A of their own
+    block. ``options``: settings of the estimator that differ from the defaults.
     """
 
     sets: int
@@ -45,7 +45,7 @@ class OffBlocks(Record, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Answered:
-    """Predictions for one query on one set, whose index is ``place``. Arrays share their axis."""
+    """Predictions for one question on the set with index ``place``. Arrays share their axis."""
 
     question: str
     place: int
@@ -109,7 +109,7 @@ def _together(answered: Answered, seed: int) -> Values:
 
 
 def _nearest(answered: Answered) -> Values:
-    """Return 1 for each prediction that is nearest to the level of its own block, otherwise 0."""
+    """Return 1 for each prediction that is nearest to the Shore A of its own block, otherwise 0."""
     levels = np.unique(answered.queries.y)
     if not len(levels):
         return np.empty(0)
@@ -119,9 +119,9 @@ def _nearest(answered: Answered) -> Values:
 
 
 def _rmse(groups: int) -> Callable[[Values], Values]:
-    """Return a function for the mean of the groups' root mean squares.
+    """Return a function that averages the root mean squares of several groups of errors.
 
-    It takes counts, sums and sums of squares of the errors.
+    The function takes counts, sums and sums of squares of the errors of each group.
     """
 
     def statistic(sums: Values) -> Values:

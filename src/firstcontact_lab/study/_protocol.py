@@ -32,7 +32,7 @@ class Job:
     title
         Title for the progress bar and the report.
     run
-        Function that measures.
+        Function that measures, and returns the part's result.
     vital
         True if the study ends when the job fails.
     cost
@@ -111,8 +111,8 @@ def run(
     Raises
     ------
     InputError
-        The data of a subject cannot be used. Errors of other parts are listed in the report, and
-        the study continues.
+        The data of a subject cannot be used. An InputError of a step that is not vital is listed in
+        the report, and the study continues.
     Exception
         Any other error of a part. The report then names the step at which the study stopped.
     """

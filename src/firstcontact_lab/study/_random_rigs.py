@@ -74,7 +74,7 @@ def _several_object(target: RandomObject, rng: Rng) -> RandomObject:
 
 
 def _gearbox(rng: Rng) -> Change:
-    """Return a change of a rig: lines of varying strength, pink noise, and a start-up jolt."""
+    """Return a change that adds gear noise: lines of varying strength, pink noise, a start jolt."""
     line, swell = float(rng.uniform(250, 900)), float(rng.uniform(15, 60))
     loud, decay = float(rng.uniform(0.005, 0.03)), float(rng.uniform(0.005, 0.02))
 
@@ -153,8 +153,8 @@ class JudgedRig:
 def judged_rig(name: str, number: int, seed: int, *, free_speed: bool = False) -> JudgedRig:
     """Draw one rig of a family and its pinches. They depend only on these arguments.
 
-    With ``free_speed`` the closing speed of each pinch is drawn from ``FREE_SPEED`` times the usual
-    one.
+    With ``free_speed`` the closing speed of each pinch is the usual one times a random factor
+    within ``FREE_SPEED``.
     """
     rng = np.random.default_rng([seed, number, list(STRUCTURES).index(name)])
     family = STRUCTURES[name]
@@ -213,7 +213,7 @@ def judged_rig(name: str, number: int, seed: int, *, free_speed: bool = False) -
 
 
 def _at_free_speed(rig: RandomRig, rng: Rng) -> RandomRig:
-    """Return the rig at another closing speed. The speed of its motor changes in proportion."""
+    """Return the rig at a random closing speed. The speed of the motor changes in proportion."""
     factor = math.exp(rng.uniform(*np.log(FREE_SPEED)))
     finger = rig.finger._replace(speed=rig.finger.speed * factor)
     return replace(rig, finger=finger, noise=rig.noise.scaled(factor, 1.0))

@@ -1,4 +1,4 @@
-"""Sets of twin pinches with separate seeds: two hands, with blocks and objects.
+"""Sets of twin pinches with seeds that nothing else uses: two hands, with blocks and objects.
 
 Only the time around the contacts is simulated.
 """
@@ -39,7 +39,7 @@ FLAT = 1.0
 
 
 class Use(StrEnum):
-    """Use of a pinch in a set."""
+    """Use of a pinch in a set: to learn from, or to predict."""
 
     #: Blocks for conditioning, and blocks of other sessions.
     BLOCKS = "blocks"
@@ -55,7 +55,7 @@ class Use(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Sizes:
-    """Number of pinches of each block, object and kind."""
+    """Number of pinches of each block or object, by the use of the pinches (:class:`Use`)."""
 
     blocks: int = 40
     held_out: int = 10
@@ -109,8 +109,8 @@ def rig_set(seed: int, condition: Condition, sizes: Sizes, late: Sequence[int]) 
     sizes
         Numbers of pinches.
     late
-        Delays with which a detector places contacts in whole pinches of the condition, samples.
-        Each contact gets one of these delays.
+        Delays with which a detector placed contacts in complete pinches of this condition, samples.
+        Each contact gets a random one of these delays.
     """
     drawn = list(_planned(seed, condition, sizes))
     placed = generator(seed, condition.name, "placed")
@@ -176,5 +176,5 @@ def _planned(seed: int, condition: Condition, sizes: Sizes) -> Iterator[_Drawn]:
 
 
 def _moved(pinch: Pinch, late: int) -> Contact | None:
-    """Return the first contact of a pinch, placed ``late`` samples too late."""
+    """Return the first contact of a pinch, moved ``late`` samples later."""
     return None if pinch.first is None else replace(pinch.first, sample=pinch.first.sample + late)

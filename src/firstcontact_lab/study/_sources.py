@@ -24,7 +24,7 @@ _RECORDINGS, _IMPORTED = "recordings", "imported"
 def simulated(condition: str, settings: StudySettings, out: Path, runner: Runner) -> Dataset:
     """Simulate a condition into ``out/recordings`` and load it like any recording.
 
-    Recordings of an earlier study there are replaced.
+    Recordings of an earlier study in that folder are replaced.
 
     Raises
     ------
@@ -51,7 +51,7 @@ def recorded(path: Path, out: Path) -> Dataset:
     Parameters
     ----------
     path
-        Recording, folder of recordings, or data for ``firstcontact import``, which are first
+        Recording, folder of recordings, or data for ``firstcontact import``. Such data are first
         imported into ``out/recordings``.
     out
         Folder of the study.
@@ -60,7 +60,7 @@ def recorded(path: Path, out: Path) -> Dataset:
     ------
     InputError
         There are no usable data, or the folder also contains recordings that an earlier study made.
-        To study those, name their folder itself.
+        To study the earlier study's recordings, give their own folder as ``path``.
     """
     recordings = _recordings(path)
     dataset = load_dataset(recordings) if recordings else _imported(path, out)

@@ -1,7 +1,7 @@
 """Closings of rigs whose structure differs from the twin's: motor, noise, start-up and contact.
 
 Only the mechanics of the contact come from the twin, with a silent motor and parameters outside the
-training range. All other signals are made here. No model is trained on them.
+training range. This module makes all other signals. No model is trained on these closings.
 """
 
 from __future__ import annotations
@@ -215,7 +215,7 @@ class StructuredRig:
     seed
         Random seed of all its draws.
     motor, floor
-        Names in :data:`MOTORS` and :data:`FLOORS`.
+        Kind of motor and of noise floor: names in :data:`MOTORS` and :data:`FLOORS`.
     rig
         Mechanics of a finger.
     size
@@ -332,7 +332,7 @@ class StructuredRig:
 
 
 def draw_structured(seed: int, motor: str) -> StructuredRig:
-    """Draw a rig with this motor."""
+    """Draw a random rig with this kind of motor, a name in :data:`MOTORS`."""
     rng = generator(seed, "structured", motor)
     rig = draw_rig(rng)
     finger = rig.finger._replace(
@@ -381,7 +381,7 @@ def _hard_peak(seed: int, rig: RandomRig) -> float:
 
 
 def draw_blocks(rig: StructuredRig, levels: tuple[float, ...], each: int, sessions: int) -> Dataset:
-    """Return closings on blocks of known Shore A, in sessions."""
+    """Return closings on blocks: ``each`` on every level of Shore A, spread over the sessions."""
     pinches = []
     for level in levels:
         for number in range(each):

@@ -70,7 +70,7 @@ class Subject:
         return np.unique(shore[np.isfinite(shore)])
 
     def windows(self, duration: float, contacts: Contacts | None = None) -> LabelledWindows:
-        """Return windows with a Shore A, from the starts of the subject if ``contacts`` is None."""
+        """Return windows labelled with Shore A, at ``contacts`` or else at :attr:`starts`."""
         return self.labelled_windows(duration, self.dataset.shore_a, contacts)
 
     def labelled_windows(
@@ -89,7 +89,7 @@ class Subject:
     def cut_windows(
         self, duration: float, contacts: Contacts | None = None, *, conditioned: bool = True
     ) -> Cut:
-        """Return :func:`contact_windows`, from the starts of the subject by default.
+        """Return :func:`contact_windows` at ``contacts``; by default at :attr:`starts`.
 
         The windows are cached, because several parts use the same ones.
         """

@@ -1,4 +1,4 @@
-"""Benchmark of any regressor against ours: same rigs, splits, times and intervals for all."""
+"""Benchmark of any regressor against those of firstcontact, with the same rigs and splits."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def contender(name: str) -> Entrant:
 
 
 def competitors(name: str) -> list[Entrant]:
-    """Return the contender, the default estimator, and those conditioned on a rig."""
+    """Return the contender, the default estimator, and the estimators that a rig conditions."""
     query, usual = contender(name), contender(ESTIMATORS.default)
     return [query, *([] if query == usual else [usual]), *NETWORK]
 

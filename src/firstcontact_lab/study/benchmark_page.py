@@ -109,7 +109,7 @@ def recorded_parts(results: RecordedData) -> list[tuple[str, Table, Figure]]:
 
 
 def _intervals(scored: RecordedScores) -> str:
-    """Return a sentence that says over what the intervals are taken."""
+    """Return a sentence that says which groups (sessions or specimens) the intervals resample."""
     if scored.clusters < 2:
         return f"There is no bootstrap interval: all pinches are of one {scored.cluster}."
     return f"In brackets: 95 % bootstrap interval over {scored.clusters} {scored.cluster}s."

@@ -20,8 +20,8 @@ FOLDS = 3
 def detection_splits(dataset: Dataset, seed: int) -> list[Split]:
     """Return folds over all pinches, with training pinches of role ``train`` only.
 
-    Whole sessions are held out if they are known. Otherwise folds are random, and state that
-    sessions and specimens are on both sides. A single pinch gives no folds.
+    Whole sessions are held out if they are known. Otherwise folds are random, and each split states
+    that sessions and specimens are on both sides. A single pinch gives no folds.
     """
     if len(dataset) < 2:
         return []
@@ -38,7 +38,7 @@ def judge(
 ) -> list[PinchDecisions] | str:
     """Fit a detector if it needs training, and apply it to the test side of a split.
 
-    Return a sentence with the reason if it cannot learn from these pinches.
+    Return a sentence with the reason if the detector cannot learn from these pinches.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def judge(
 def judge_detectors(
     dataset: Dataset, splits: Sequence[Split], early: float, runner: Runner
 ) -> tuple[dict[str, list[PinchDecisions]], dict[str, str]]:
-    """Return the decisions of every detector, and reasons for missing ones."""
+    """Return the decisions of every detector, and the reasons why detectors have none."""
     failed: dict[str, str] = {}
     for name, kind in DETECTORS.items():
         if kind.learns and not (splits and len(splits[0].train)):
@@ -106,9 +106,9 @@ def _vibration_only(dataset: Dataset) -> Dataset:
 def trigger_delays(
     dataset: Dataset, triggers: Sequence[Contact | None]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the times from the known contact to the detected contact and to its decision, s.
+    """Return the times from the known contact to the detected contact and to the decision, s.
 
-    They are NaN if the contact is unknown or was missed.
+    The times are NaN if the contact is unknown or was missed.
     """
     rate = dataset.layout.rate
     out = np.full((2, len(dataset)), np.nan)

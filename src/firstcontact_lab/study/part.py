@@ -31,7 +31,7 @@ class Step:
     run
         Function that measures a subject.
     late
-        True for a slow step. It runs after the other steps of all subjects.
+        True for a slow step. It runs after all subjects' other steps.
     vital
         True if the study ends when the step fails.
     cost
@@ -46,7 +46,7 @@ class Step:
 
 
 def with_ranks(measure: Measure) -> Measure:
-    """Return a measurement that is empty if no pinch has a hardness rank."""
+    """Return a measurement that is skipped if no pinch of the subject has a hardness rank."""
 
     def measure_ranks(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
         if not np.isfinite(subject.dataset.hardness_rank).any():
@@ -88,10 +88,12 @@ class Part:
     text
         Introduction to the section, from the results so far.
     tables
-        Functions that make tables of one subject; None if it has no such results. The report shows
-        the first table with the subjects side by side, and folds the others.
+        Functions that make tables of one subject. They return None if the subject has no such
+        results. The report shows the first table with the subjects side by side, and folds the
+        others.
     rows
-        Numbers for the comparison with the paper, the docs tables and the README.
+        Definitions of numbers that the docs tables, the README and the comparison with the paper
+        show.
     columns
         Columns of the first table that the report shows; all if empty.
     figure

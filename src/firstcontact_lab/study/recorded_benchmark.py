@@ -169,7 +169,10 @@ def _load(path: Path, say: Callable[[str], object]) -> Dataset:
 
 
 def _contacts(dataset: Dataset, seed: int, runner: Runner) -> tuple[Sequence[Contact | None], str]:
-    """Return detected contacts. Detectors learn only from other pinches of role "train"."""
+    """Return the detected first contact of each pinch, and a text on how it was detected.
+
+    A detector learns only from pinches of role "train", never from the pinch itself.
+    """
     contacts: list[Contact | None] = [None] * len(dataset)
     learn = dataset.take(~dataset.test)
     detector = fit_detector(learn)
@@ -188,7 +191,7 @@ def _contacts(dataset: Dataset, seed: int, runner: Runner) -> tuple[Sequence[Con
 def _groups(
     dataset: Dataset, labelled: LabelledTouches, learn: NDArray[np.intp], path: Path
 ) -> tuple[str, Names]:
-    """Return the groups that folds keep whole and their kind: sessions, or else specimens."""
+    """Return "session" or "specimen", and the group of each pinch, which folds keep whole."""
     if labelled.take(learn).named_sessions is not None:
         return "session", labelled.sessions
     specimens = [dataset.pinches[place].label.specimen for place in labelled.rows[learn]]
@@ -232,7 +235,7 @@ def _scores(
 def _predict(
     training: tuple[Entrant, Split], labelled: LabelledTouches, groups: Names, seed: int
 ) -> dict[int, Predictions]:
-    """Fit an entrant to one side of a split and predict for the other, by time."""
+    """Fit an entrant to the training side of a split. Predict the test side, by time."""
     entrant, split = training
     train, test = labelled.take(split.train), labelled.take(split.test)
     model = fit_predictor(entrant, train.touches, train.shore_a, groups[split.train], seed)

@@ -24,7 +24,7 @@ Sources = Sequence[tuple[str, Callable[[], Dataset]]]
 def run_study(
     settings: StudySettings, out: Path, recordings: Path | None, quick: bool, command: str
 ) -> Path:
-    """Run every part of a study, and update the files after each.
+    """Run every part of a study, and update the files after each step.
 
     Parameters
     ----------

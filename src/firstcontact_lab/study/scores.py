@@ -24,7 +24,7 @@ from firstcontact.signal import samples_in
 
 
 class AnytimeScores(Record, frozen=True, kw_only=True):
-    """Scores over ``n`` pinches by time after the contact, ms. Later signal is not used.
+    """Scores over ``n`` pinches by time after the contact, ms, from the signal up to that time.
 
     ``coverage`` and ``width`` (Shore A) belong to the model's intervals. ``out_of_range`` is the
     share of contacts out of range. ``intervals`` are by score, then by time.
@@ -49,7 +49,7 @@ class MeanErrors(Record, frozen=True, kw_only=True):
 
 
 class RankCorrelation(Record, frozen=True, kw_only=True):
-    """Spearman's rho over ``n`` groups with its two-sided p; both None if a side is constant.
+    """Spearman's rho over ``n`` groups, and two-sided p-value; None if truth or score is constant.
 
     ``exact`` is True if all permutations were tried.
     """
@@ -70,7 +70,7 @@ _STATISTICS: Mapping[str, Callable[[Values], Values]] = {
 def predictions_by_time(
     model: ContactPredictor, touches: Touches, times: Sequence[int] = TIMES
 ) -> dict[int, Predictions]:
-    """Return predictions at each time after the contact, ms, or at an earlier second contact."""
+    """Return predictions by time after the contact, ms, from samples before the second contact."""
     return {ms: model.predict(touches.until(samples_in(1e-3 * ms, touches.rate))) for ms in times}
 
 
@@ -156,7 +156,7 @@ def rank_correlation(truth: Values, score: Values, seed: int) -> RankCorrelation
     truth, score
         One value per group, shape (n,). Ties get their mean rank.
     seed
-        Random seed, used only if n! is too large.
+        Random seed of the permutations; unused if all n! permutations are tried.
     """
     from itertools import permutations
     from math import factorial

@@ -1,4 +1,4 @@
-"""Scores of the detectors on real sets: trained on the twin, or on the rest of the set."""
+"""Scores of detectors on sets of recordings: trained on the twin, or on other specimens."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ class FinderScores(Record, frozen=True, kw_only=True):
 
 
 class Recorded(Placement, frozen=True, kw_only=True):
-    """Scores of one file of a set, with the set's detector."""
+    """Scores of the default detector on one recording of a set."""
 
     front_end: str
 
@@ -103,7 +103,8 @@ class SetResults(Record, frozen=True, kw_only=True):
     sensor, rate_hz, front_end
         Sensor, rate and front end of the recordings.
     training
-        Training data of that detector, a key in the entries of ``detectors``.
+        Training data of the default detector in the scores above: a key in the entries of
+        ``detectors``.
     early_ms
         Longest time by which a contact may precede its label.
     noise_seconds
@@ -120,7 +121,7 @@ class SetResults(Record, frozen=True, kw_only=True):
     class_held_out
         Balanced accuracy of the hardness class with the material held out, by length in ms.
     chance
-        Balanced accuracy of a constant prediction; it is the same for all constants.
+        Balanced accuracy of a constant prediction.
     """
 
     n: int
@@ -204,7 +205,7 @@ def _judged(
 ) -> tuple[Firsts, list[Detector]]:
     """Return the first trigger of each pinch, by a detector that is not trained on its specimen.
 
-    The detectors are returned too.
+    Also return the trained detectors.
     """
 
     def firsts(detector: Detector, pinches: Dataset) -> Firsts:
@@ -284,7 +285,7 @@ def _by_file(recorded_set: RealSet, labelled: Dataset, firsts: Firsts) -> dict[s
 
 
 def _finder(recorded_set: RealSet, labelled: Dataset, firsts: Firsts) -> FinderScores:
-    """Score the onsets nearest to each label and to the detector's first trigger."""
+    """Score the finder: distances of its nearest onset to each label and to each first trigger."""
     from_label, from_detector = [], []
     rate = recorded_set.layout.rate
     for pinch, first in zip(labelled.pinches, firsts, strict=True):

@@ -29,8 +29,8 @@ class StudySettings:
     detector
         Name of the contact detector that places the windows.
     early
-        Longest time by which a contact may come before its label, s. Labels from a trigger come
-        after their contacts.
+        Longest time by which a contact may come before its label, s. A label that a trigger sets
+        comes after its contact.
     rig_seeds
         Seeds of the twin's rigs for scores beyond the blocks.
     board
@@ -39,7 +39,7 @@ class StudySettings:
     parts
         Names of the parts to run; the parts that these need run too. If empty, the default parts.
     seed
-        Random seed of all other draws.
+        Random seed of all draws except the rigs.
     workers
         Number of processes.
     """

@@ -1,4 +1,4 @@
-"""Splits of the study: the paper's splits, and checks of their scores."""
+"""Splits of the study: the paper's splits, and checks whether scores on a split make sense."""
 
 from __future__ import annotations
 

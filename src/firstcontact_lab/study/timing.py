@@ -67,7 +67,7 @@ def timed(call: Call, windows: Sequence[Any] | NDArray[Any], calls: int) -> Time
 
 
 def preemptions() -> int:
-    """Return how often other processes preempted this thread."""
+    """Return how often other processes have preempted this thread since it began."""
     return resource.getrusage(_WHOSE).ru_nivcsw
 
 

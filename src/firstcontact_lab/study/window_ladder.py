@@ -1,7 +1,7 @@
 """Ladder of window models: one for each of several lengths after a contact.
 
-Each length has one model with a conformal interval from held-out sessions. So registered estimators
-and users' regressors can be compared with the any-time network.
+Each length has one model with a conformal interval from held-out sessions. With a ladder,
+registered estimators and users' regressors can be compared with the any-time network.
 """
 
 from __future__ import annotations

@@ -32,7 +32,7 @@ from firstcontact_lab.study.settings import StudySettings
 
 
 class Answers(Record, frozen=True, kw_only=True):
-    """Times from the contact to a complete window, ms. ``n`` of ``of`` pinches have such a window.
+    """Times from the contact to a complete window, ms. ``n`` of ``of`` pinches have a window.
 
     ``before_second``: share of pinches whose window is complete before the second contact.
     ``with_second``: number of pinches with a known second contact.
@@ -55,10 +55,10 @@ class AnswerTimes(Answers, frozen=True, kw_only=True):
 def answer_time(subject: Subject, settings: StudySettings) -> PartResult:
     """Measure the time from the known contact to a complete window, by window length.
 
-    The time ends when the contact is detected and the window, with the look-ahead of its filter, is
-    complete. The resampler's look-ahead is added. Computing and transport are not included, so
-    ``before_second`` differs from "in time" of live output. A pinch counts if its first trigger is
-    on the right finger, is not early, and is followed by a complete window.
+    The time ends when the contact is detected, and the window is complete with the samples that its
+    filter needs after it. The delay of the resampler is added. Computing and transport are not
+    included, so ``before_second`` differs from "in time" of live output. A pinch counts if its
+    first trigger is on the right finger, is not early, and is followed by a complete window.
     """
     answer_sample = [i for i, p in enumerate(subject.dataset.pinches) if p.first is not None]
     if answer_sample and not subject.detections:
@@ -89,9 +89,9 @@ def waits(
     answer_sample: Callable[[Pinch, Contact], int],
     early: float,
 ) -> Iterator[tuple[Pinch, float | None]]:
-    """Yield each pinch with a known first contact, and the time from there to an estimate, s.
+    """Yield each pinch with a known first contact, and the time from it to an estimate, s.
 
-    The resampler's look-ahead is added. The time is None if the detected contact is early or on the
+    The delay of the resampler is added. The time is None if the detected contact is early or on the
     other finger.
 
     Parameters
@@ -115,9 +115,10 @@ def waits(
 
 
 def before_second(answers: Sequence[tuple[Pinch, float | None]]) -> tuple[float | None, int | None]:
-    """Return the share of pinches with an estimate before the second contact, and their number.
+    """Return the share of pinches with an estimate before the second contact, and a count.
 
-    None if no pinch has a second contact.
+    The share is of the pinches with a known second contact, and the count is the number of these.
+    Both are None if there is no such pinch.
     """
     both = [(p.offset, seconds) for p, seconds in answers if p.offset is not None]
     early = sum(seconds is not None and seconds < offset for offset, seconds in both)

@@ -177,7 +177,7 @@ def conditioned_model(estimator: str, home: LabelledTouches, seed: int) -> Adapt
 
 
 def _folds(home: LabelledTouches, settings: StudySettings) -> list[Split]:
-    """Return the folds that hold out whole sessions; none if that leaves one level to learn."""
+    """Return folds that hold out whole sessions; none if one leaves a single Shore A to learn."""
     if home.named_sessions is None:
         return []
     folds = by_session(home.sessions, home.shore_a, settings.seed, settings.folds)
@@ -187,7 +187,9 @@ def _folds(home: LabelledTouches, settings: StudySettings) -> list[Split]:
 def _predict(
     split: Split, home: LabelledTouches, objects: LabelledTouches, seed: int
 ) -> tuple[Adapted | None, dict[str, Mapping[int, Predictions]]]:
-    """Condition all estimators on one side of a split. Predict the other side, or ``objects``.
+    """Condition all estimators on the training side of a split. Predict the test side, or objects.
+
+    The objects are predicted if the split has no test side.
 
     Returns
     -------
@@ -245,7 +247,8 @@ def _fixed(subject: Subject, queries: LabelledTouches, seed: int) -> FixedWindow
 def _before_second(subject: Subject, early: float) -> tuple[float | None, int | None]:
     """Return the share of pinches with an estimate before the second contact.
 
-    The first estimate needs a detected contact, and as many samples as the shortest prediction.
+    The first estimate needs a detected contact, and as many samples after it as the network's
+    earliest prediction.
     """
     dataset = subject.dataset
     if not subject.detections:

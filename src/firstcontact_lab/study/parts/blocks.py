@@ -104,7 +104,7 @@ Splits = dict[tuple[str, Task], list[Split]]
 def blocks(
     subject: Subject, settings: StudySettings, runner: Runner, models: Sequence[str]
 ) -> PartResult:
-    """Score these models in the random split, by session, and with a level left out.
+    """Score these models in the random split, by session, and with each Shore A left out.
 
     The default estimator is also scored at the strip-aligned contact, if known.
     """
@@ -162,7 +162,7 @@ def _learnable(subject: Subject, data: LabelledWindows) -> LabelledWindows:
 
 
 def _splits(data: LabelledWindows, settings: StudySettings) -> tuple[Splits, list[str]]:
-    """Return the questions (task and splits) that are possible, and reasons for the others."""
+    """Return the possible questions (a task with splits), and reasons why others are impossible."""
     counts = np.unique(data.y, return_counts=True)[1]
     out: Splits = {}
     left_out = []
@@ -296,7 +296,7 @@ def confusion_figure(model: str, split: str, scores: SplitScores, unit: str = "S
 
 
 def leave_one_out_figure(drawn: Mapping[str, tuple[LabelledWindows, Values]]) -> Figure:
-    """Draw predictions; the pinch's own Shore A level was left out of the model's training."""
+    """Draw predictions by models that were trained without the Shore A of the predicted pinch."""
     with canvas() as (figure, axes):
         ax = axes[0, 0]
         levels = np.unique(next(iter(drawn.values()))[0].y)
@@ -380,7 +380,7 @@ def accuracy_figure(subjects: Subjects) -> Figure | None:
 
 
 def able(slow: bool) -> list[str]:
-    """Return the installed estimators that train slowly, or the others."""
+    """Return the installed estimators that train slowly, or those that train quickly."""
     entries = window_estimators().items()
     return [n for n, kind in entries if kind.slow == slow and not missing_modules(kind.modules)]
 

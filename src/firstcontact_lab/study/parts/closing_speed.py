@@ -70,7 +70,7 @@ class SpeedScores(Record, frozen=True, kw_only=True):
     """Scores of a model with one kind of measurement: RMSE in Shore A and coverage by ``KEYS``.
 
     ``intervals``: 95 % bootstrap intervals over rigs. ``gains``: intervals of the difference from
-    the same model without a measurement; it is below 0 if the measurement helps.
+    the same model without a measurement; the difference is below 0 if the measurement helps.
     """
 
     scores: dict[str, float]
@@ -146,7 +146,7 @@ def _scores_of_rig(job: tuple[str, int], seed: int, free: bool) -> list[list[lis
 def _measured(
     rig: JudgedRig, measured: tuple[float, bool] | None, rng: np.random.Generator
 ) -> JudgedRig:
-    """Return the rig with measured speeds of all pinches."""
+    """Return the rig, whose pinches get closing speeds with the random error of a measurement."""
     if measured is None:
         return rig
     error, is_stated = measured

@@ -53,7 +53,7 @@ class Accepted:
 
     @property
     def place(self) -> str:
-        """Text: from what the times are measured."""
+        """Reference of the times as text: "label" or "known contact"."""
         return "label" if self.early else "known contact"
 
     @property
@@ -106,7 +106,7 @@ class MissingContacts(Record, frozen=True, kw_only=True):
 
 
 class ContactConditions(Record, frozen=True, kw_only=True):
-    """Conditions of the detection scores: how starts of windows and closings were found.
+    """Conditions of the detection scores, and origin of the starts of windows and closings.
 
     Windows start at contacts of a named detector, or at "known" ones. ``folds`` and ``early_ms``
     (largest lateness of a label) belong to the scores. ``not_found`` belongs to the detector at
@@ -230,7 +230,7 @@ TARGET = {"svm": Target(windows=0.999, pinches=0.995, delay=3.0)}
 
 
 def window_starts(subjects: Subjects) -> list[str]:
-    """Return where windows start, over all subjects: names of detectors, or "known"."""
+    """Return the names of the detectors at whose contacts windows start, or "known"."""
     starts = (results[CONTACT].about.windows_start_at for results in subjects.values())
     return distinct(start for start in starts if start is not None)
 
@@ -389,7 +389,7 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
 
 
 def _silence(name: str, subjects: Subjects) -> str:
-    """Return the accuracy over windows of a detector that never fires."""
+    """Return a sentence with the accuracy over windows of a detector that never fires."""
 
     def quiet(results: SubjectResults) -> str | None:
         scores = results[CONTACT].get(name)
@@ -400,7 +400,7 @@ def _silence(name: str, subjects: Subjects) -> str:
 
 
 def _missed(scores: DetectionScores, target: Target) -> list[str]:
-    """Return descriptions of the parts of a target that are not reached."""
+    """Return a description of each part of the target that the detector does not reach."""
     windows, delay = scores.window_accuracy, scores.median_delay
     reached = {
         "windows": windows is not None and windows >= target.windows,

@@ -30,7 +30,7 @@ from firstcontact_lab.study.part import Part, Step, Subjects
 
 
 class DataSummary(Record, frozen=True, kw_only=True):
-    """Summary of a dataset: counts, origin, and assumptions of its import.
+    """Summary of a dataset: counts, origin, and assumptions that its import made.
 
     ``model_rate_hz`` is present if the models' rate differs from the recordings'.
     """

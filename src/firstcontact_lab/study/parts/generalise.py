@@ -177,7 +177,7 @@ def _table(
 
 
 def _about(scores: OffBlocks, sets: int) -> str:
-    """Return a remark on how an estimator was fitted, if that is unusual."""
+    """Return a remark on unusual settings or sets of an estimator; "" if there are none."""
     options = [f"{key} {value}" for key, value in (scores.options or {}).items()]
     return ", ".join([*options, f"{scores.sets} of {sets} rigs"] if scores.sets < sets else options)
 

@@ -63,7 +63,7 @@ class Material(Record, frozen=True, kw_only=True):
 
 
 class RankRegression(RankCorrelation, frozen=True, kw_only=True):
-    """Rank regression: correlation over materials, and errors over pinches in ranks."""
+    """Rank regression: correlation over materials, and errors over pinches, in units of rank."""
 
     errors: RegressionScores
 
@@ -205,7 +205,7 @@ def hardness(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
 def _questions(
     data: LabelledWindows, settings: StudySettings
 ) -> tuple[dict[tuple[str, str], Question], list[str]]:
-    """Return the questions (task and splits) that are possible, and reasons for the others."""
+    """Return the possible questions (a task with splits), and reasons why others are impossible."""
     out: dict[tuple[str, str], Question] = {}
     left_out = []
     reference = ESTIMATORS.default

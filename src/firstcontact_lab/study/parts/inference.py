@@ -66,7 +66,7 @@ from firstcontact_lab.study.timing import InferenceTime, time_calls, time_infere
 
 
 class InferenceTimes(InferenceTime, frozen=True, kw_only=True):
-    """Inference times of an estimator: of the regression and of the ``classification``."""
+    """Inference times of an estimator: those of its regression, and of ``classification``."""
 
     classification: InferenceTime | None = None
 
@@ -291,7 +291,7 @@ _CAPTION = (
 
 
 def board_table(results: SubjectResults) -> Table | None:
-    """Return a table of samples, instructions and times of each form on the board and here."""
+    """Return a table of samples, instructions, time on the board and time here, by form."""
     board = results[BOARD]
     if not board:
         return None

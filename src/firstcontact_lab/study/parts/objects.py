@@ -57,7 +57,7 @@ from firstcontact_lab.study.splits import learns_one_value, unseen_objects
 
 
 class ObjectScores(RegressionScores, frozen=True, kw_only=True):
-    """Scores of an estimator on unseen objects: per pinch, per specimen, and of their means."""
+    """Scores of an estimator on unseen objects: per pinch, per object, and of objects' means."""
 
     per_object: dict[str, SpecimenErrors]
     over_objects: MeanErrors
@@ -65,7 +65,7 @@ class ObjectScores(RegressionScores, frozen=True, kw_only=True):
 
 
 class ObjectConditions(Record, frozen=True, kw_only=True):
-    """Conditions under which estimators are scored on objects. ``shares``: groups on both sides."""
+    """Conditions of the scores on objects. ``shares``: groups on both sides of the split."""
 
     windows: WindowCounts | None = None
     shares: list[str] | None = None
@@ -153,7 +153,7 @@ def _sessions_unknown(subject: Subject) -> bool:
 
 
 def why_not_unseen(subject: Subject) -> str:
-    """Return the reason why a dataset has no unseen objects to score, else ""."""
+    """Return the reason why a subject has no unseen objects to score; "" if it has some."""
     dataset = subject.dataset
     if not (dataset.test & np.isfinite(dataset.shore_a)).any():
         return "Unseen objects: no pinch has the role `test` and a Shore A."

@@ -1,6 +1,6 @@
 """Scores of the network, of a regression on the rig's pinches, and of their average.
 
-They are measured on random rigs whose structure differs from the training rigs.
+The scores are measured on random rigs whose structure differs from the training rigs.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ class RandomRigScores(Record, frozen=True, kw_only=True):
     """Scores of one method: RMSE in Shore A, coverage and width by ``KEYS``.
 
     ``intervals``: 95 % bootstrap intervals over rigs. ``gains``: intervals of the difference from
-    the network; it is below 0 if the method is better.
+    the network; the difference is below 0 if the method is better.
     """
 
     scores: dict[str, float]

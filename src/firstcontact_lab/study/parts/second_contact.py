@@ -1,4 +1,4 @@
-"""Error of windows that contain the second contact, and of windows that do not."""
+"""Error of estimates from windows with the second contact in them, and from windows without."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class SecondContact(Record, frozen=True, kw_only=True):
 def by_side(
     scores_by_side: Mapping[str, SecondContact],
 ) -> list[tuple[str, str, str, RegressionScores]]:
-    """Yield estimator, side, group and errors: first for the blocks, then for the objects."""
+    """Yield estimator, side, group of windows, and errors: first of blocks, then of objects."""
     sides = [("blocks", model, side_scores.blocks) for model, side_scores in scores_by_side.items()]
     sides += [("objects", model, scores.objects) for model, scores in scores_by_side.items()]
     return [

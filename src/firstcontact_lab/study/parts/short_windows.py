@@ -48,7 +48,7 @@ SHOWN_MS = ("3", "15")
 
 
 class Reading(Record, frozen=True, kw_only=True):
-    """Reading: scores of one estimator with one kind of windows.
+    """Scores of one estimator with one kind of windows (a reading of the recordings).
 
     Parameters
     ----------
@@ -102,12 +102,12 @@ class RealSet(Record, frozen=True, kw_only=True):
     score
         Description of the unfitted score that orders materials.
     rho, p
-        Spearman's rho of that score over materials, and its p-value, on the signal as the device
+        Spearman's rho of ``score`` over materials and its p-value, from the signal as the device
         sent it.
     most_rho
-        Largest possible rho, because materials of one rank are ties.
+        Largest possible rho. It is below 1 if several materials have the same rank.
     conditioned_order
-        Order by the same score after the published smoothing and filter.
+        Rank correlation of ``score`` after the published smoothing and filter of the signal.
     readings
         Scores of all kinds of windows. The first one gives ``material_held_out``.
     by_material
@@ -195,7 +195,7 @@ def short_windows(subject: Subject, settings: StudySettings, runner: Runner) -> 
 
 
 def _ways(subject: Subject) -> list[_Variant]:
-    """Return the readings: first the kind of windows for the main numbers, then alternatives."""
+    """Return the kinds of windows to score: first that of the main numbers, then alternatives."""
     moves = [
         n for n, e in window_estimators().items() if e.moves and Task.CLASSIFICATION in e.tasks
     ]
@@ -225,7 +225,7 @@ def _windows(subject: Subject, reading: _Variant, duration: float) -> LabelledWi
 
 
 def _lacking(data: LabelledWindows) -> str:
-    """Return the reason why these windows do not suffice for the part, else ""."""
+    """Return the reason why these windows do not suffice for this part; "" if they do."""
     materials, ranks = np.unique(data.objects), np.unique(data.y)
     if len(ranks) < 2 or len(materials) < 4:
         return "fewer than two hardness ranks or four materials have a window"

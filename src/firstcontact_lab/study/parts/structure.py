@@ -69,14 +69,14 @@ class StructureScores(Record, frozen=True, kw_only=True):
     false_alarms_per_minute
         Detected contacts per minute of motor time in empty closings of 0.25 s.
     rmse, coverage
-        RMSE in Shore A at 5 ms of the network, conditioned on the rig, at these contacts; and the
-        share of truths inside its intervals.
+        RMSE in Shore A, 5 ms after the detected contacts, of the network conditioned on the rig;
+        and share of the network's intervals that hold the true Shore A.
     combined, combined_coverage
         The same scores of the estimator ``combined``.
     gain
-        Difference of both RMSE, below 0 if ``combined`` is better.
+        RMSE of ``combined`` minus RMSE of the network, Shore A: below 0 if ``combined`` is better.
     predicted
-        Share of pinches that have these estimates.
+        Share of pinches with an estimate 5 ms after the contact.
     intervals
         95 % bootstrap intervals over rigs.
     """

@@ -46,7 +46,8 @@ class WindowSearch(Record, frozen=True, kw_only=True):
 def window_length(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
     """Measure the error of the default estimator by window length, on blocks and objects.
 
-    Training is brief, and the same for all lengths, because each length and fold needs a training.
+    Trainings are short, with the same options for all lengths, because there is one for each length
+    and fold.
     """
     questions, places = [], []
     model = ESTIMATORS.default

@@ -70,6 +70,8 @@ class Closings:
         Fitted or loaded detector.
     calibration
         Calibration with the noise floors, see :class:`firstcontact.contact._gate.ClosingGate`.
+    resettles
+        See :class:`firstcontact.contact.ContactListener`.
 
     Raises
     ------
@@ -78,17 +80,26 @@ class Closings:
     """
 
     def __init__(
-        self, layout: Layout, detector: Detector, calibration: Calibration | None = None
+        self,
+        layout: Layout,
+        detector: Detector,
+        calibration: Calibration | None = None,
+        *,
+        resettles: bool = True,
     ) -> None:
         self._layout = layout
         self._detector = detector
-        self._listener = ContactListener(detector, layout)
+        self._resettles = resettles
+        self._listener = self._listen()
         self._gate = ClosingGate(layout, calibration)
         by_hand = None in layout.vibration_fingers
         self._piece = samples_in(REARM / 2, layout.rate) if by_hand else sys.maxsize
         self._open = False
         self._end = 0
         self._epoch = self._epoch_before = 0
+
+    def _listen(self) -> ContactListener:
+        return ContactListener(self._detector, self._layout, resettles=self._resettles)
 
     @property
     def has_floors(self) -> bool:
@@ -139,7 +150,7 @@ class Closings:
                 self._open = False
             else:
                 position = event.sample
-                self._listener = ContactListener(self._detector, self._layout)
+                self._listener = self._listen()
                 self._open = True
                 yield ClosingBegan(event.sample, block.epoch)
         yield from self._extend(block, position, block.end)

@@ -240,11 +240,14 @@ class _Judge:
         Fitted or loaded detector.
     layout
         Columns of the blocks.
+    resettles
+        False to keep the first steady state, as the C code of the hand does.
     """
 
-    def __init__(self, detector: Detector, layout: Layout) -> None:
+    def __init__(self, detector: Detector, layout: Layout, resettles: bool = True) -> None:
         detector.start(layout)
         self._detector = detector
+        self._resettles = resettles
         # Other detectors do not announce their next decision: it may come with any sample.
         self.windowed = detector if isinstance(detector, WindowDetector) else None
         self.latch = ConfirmingLatch(layout)
@@ -270,7 +273,7 @@ class _Judge:
                 self._resettle()
 
     def _resettle(self) -> None:
-        if self.windowed is not None and not self.latch.is_confirmed:
+        if self._resettles and self.windowed is not None and not self.latch.is_confirmed:
             quiet = self.latch.newest(self.windowed.steady_samples, self._age)
             if quiet is not None:
                 self.windowed.resettle(quiet)
@@ -285,6 +288,8 @@ class ContactListener:
         Fitted or loaded detector.
     layout
         Columns of the blocks.
+    resettles
+        False to keep the first steady state of a closing, as the C code of the hand does.
 
     Raises
     ------
@@ -292,8 +297,8 @@ class ContactListener:
         If the detector does not support this layout.
     """
 
-    def __init__(self, detector: Detector, layout: Layout) -> None:
-        self._judge = _Judge(detector, layout)
+    def __init__(self, detector: Detector, layout: Layout, *, resettles: bool = True) -> None:
+        self._judge = _Judge(detector, layout, resettles)
         self._latch = self._judge.latch
         self._fingers = len(layout.vibration_fingers)
 

@@ -75,7 +75,15 @@ def live_session(
         with ExitStack() as stack:
             # The matrices are small: threads that multiply them only wait for one another.
             stack.enter_context(threadpool_limits(1))
-            pipeline = Pipeline(layout, detector, predictor, delay=delay, real_time=real_time)
+            pipeline = Pipeline(
+                layout,
+                detector,
+                predictor,
+                delay=delay,
+                real_time=real_time,
+                # So that its predictions and this computer's can be compared.
+                as_on_hand=source.descriptor.predictor is not None,
+            )
             floors = calibration()
             pipeline.calibrate(floors)
             grasping = None

@@ -67,7 +67,10 @@ def _redacted(arguments: Sequence[str]) -> tuple[str, list[str]]:
 
 
 def _write(text: str) -> Path | None:
-    """Write the log for program states, or else for temporary files; None if both fail."""
+    """Write the log into the folder of program states, or else of temporary files.
+
+    Return its path, or None if neither folder can be written.
+    """
     name = f"firstcontact-{datetime.now(UTC):%Y%m%dT%H%M%S.%fZ}-{os.getpid()}.log"
     for folder in (_state, lambda: Path(tempfile.gettempdir())):
         try:

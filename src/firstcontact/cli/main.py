@@ -111,7 +111,7 @@ def _parsed(arguments: list[str]) -> Any:
 
 
 def _with_option(error: InputError, verb: Any) -> str:
-    """Return the message of an error with the option, or the path, in place of the parameter."""
+    """Return an error's message that names the option, or the path in it, not the parameter."""
     if not error.parameter or verb is None:
         return str(error)
     field = getattr(verb, "options", {}).get(error.parameter, error.parameter)

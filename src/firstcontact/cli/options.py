@@ -188,7 +188,10 @@ def choice(
 
 
 def devices(recorded: bool = True, more: str = "") -> Option:
-    """Return an option that takes a device and, if ``recorded``, also a recording."""
+    """Return an option that takes a device and, if ``recorded``, also a recording.
+
+    ``more`` is added to the end of its help.
+    """
     from firstcontact.device import SOURCES
 
     kinds = [SOURCES[name] for name in SOURCES.builtin_names]

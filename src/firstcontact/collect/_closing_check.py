@@ -67,13 +67,13 @@ class ClosingCheck:
 
     @property
     def end(self) -> int | None:
-        """Number of the first sample after the closing; None without a contact."""
+        """Number of the first sample after the pinch; None without a contact."""
         anchor = self.anchor
         return None if anchor is None else anchor + round(AFTER * self.layout.rate)
 
     @property
     def complete(self) -> bool:
-        """True if all samples of the closing have arrived."""
+        """True if all samples of the pinch have arrived."""
         end = self.end
         return end is not None and self.seen >= end
 
@@ -94,7 +94,7 @@ class ClosingCheck:
         return tuple(sorted(contacts, key=lambda c: c.sample))
 
     def follow(self, block: Block) -> None:
-        """Process the next samples; those outside the closing do not count."""
+        """Process the next samples; samples before or after the pinch do not count."""
         start = max(0, self.seen - block.first_sample)
         data = block.data[start:]
         if not len(data):

@@ -1,7 +1,8 @@
 """Fit of a finger's force curve to known weights.
 
 A taxel is a piece of Velostat sheet, whose conductance rises with the force on it: leak + gain *
-force ** exponent. The leak is the conductance without a load. A voltage divider measures it.
+force ** exponent. The leak is the conductance without a load. The device measures the conductance
+as the voltage of a divider.
 """
 
 from __future__ import annotations

@@ -97,7 +97,7 @@ class Marks:
         return len(self._marks)
 
     def ordered(self) -> list[Mark]:
-        """Return all onsets in order. Each has the label of the last labelled onset before it."""
+        """Return all onsets in order. An onset without a label gets that of the previous onset."""
         out = []
         run: Action | None = None
         recording = 0

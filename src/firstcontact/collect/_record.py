@@ -49,8 +49,8 @@ def record(
     """Record pinches until enough of each object are valid.
 
     All samples are recorded. Close the hand yourself, in another thread or by its own control. The
-    simulated hand closes by itself. If ``object`` names one of its objects, such as "block 29" or
-    "apple", the hand pinches that object and its Shore A is known.
+    simulated hand closes by itself. If ``object`` names an object of the simulated hand, such as
+    "block 29" or "apple", the hand pinches that object and its Shore A is known.
 
     Parameters
     ----------

@@ -18,7 +18,7 @@ from firstcontact.core import (
 )
 from firstcontact.device import Source, wait_for_arrivals
 
-#: Least peak of a tap, as a multiple of the noise floor, and in V.
+#: Least peak of a tap, as a multiple of the noise floor, and in V. Both are required.
 FACTOR = 10.0
 LEAST = 0.02
 #: Duration over which the peak is searched, s.

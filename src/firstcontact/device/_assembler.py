@@ -68,9 +68,9 @@ class Assembler:
     """Assembler of samples from frames into blocks.
 
     Frames before the first descriptor belong to another host and are ignored. A descriptor with a
-    new boot number proves a restart of the device. A descriptor that the host requested also proves
-    it if the frame counter has gone back. After a restart the device numbers frames and samples
-    from 0, in a new epoch.
+    new boot number proves a restart of the device. So does a frame counter that has gone back, in a
+    descriptor that the host requested. After a restart the device numbers frames and samples from
+    0, in a new epoch.
 
     If the device did not restart, the samples after :meth:`interrupted` belong to a new epoch, and
     the samples that the host missed are counted as lost. Late and repeated frames are ignored. A
@@ -265,7 +265,7 @@ class Assembler:
         return self._next + (ahead if ahead < _WRAP // 2 else ahead - _WRAP)
 
     def _flush(self, assembled: Assembled) -> None:
-        """Join the consecutive samples so far into a block."""
+        """Join the consecutive samples received so far into a block of ``assembled``."""
         if not self._run:
             return
         data = np.frombuffer(bytearray().join(self._run), dtype="<i2")

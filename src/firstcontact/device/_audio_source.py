@@ -36,7 +36,11 @@ CLOSING_TIME = 2.0
 
 
 class _InputBlock(NamedTuple):
-    """Block from PortAudio, taken by PortAudio's clock and received by the monotonic clock, s."""
+    """Block from PortAudio.
+
+    ``taken`` is the sampling time of its first sample by PortAudio's clock, s. ``host`` is the
+    arrival of the block by the monotonic clock, s.
+    """
 
     data: NDArray[np.float32]
     taken: float

@@ -1,7 +1,7 @@
 """Rate of a device's clock and times of its samples, from arrival times.
 
-Both are fitted to the least delayed blocks, because buffers can delay a block but never make it
-early.
+Rate and times are fitted to the least delayed blocks, because buffers can delay a block but never
+make it early. A stamp is the time that a sample gets on the host's clock.
 """
 
 from __future__ import annotations
@@ -20,11 +20,12 @@ LONGEST = 600
 LEAST = 5.0
 #: The least delay within this time counts as no delay, s.
 MEMORY = 10
-#: Largest relative difference between the rate of stamps and that of the device's clock while
-#: stamps catch up ...
+#: Largest share by which the stamps run faster or slower than the device's clock, to correct an
+#: error of up to ``FAR``.
 SLEW = 0.05
-#: ... unless the stamps are off by more than this, s. Stamps that are behind then jump forward.
-#: Stamps that are ahead go back by this share of the elapsed time, so that they still rise.
+#: Largest error of the stamps that is corrected slowly, s. If the stamps are late by more, they
+#: jump forward. If they are early by more, they run slower by the share ``STILL_RISING``, so that
+#: they almost stand still but still rise.
 FAR = 0.25
 STILL_RISING = 0.999
 

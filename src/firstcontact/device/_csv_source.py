@@ -85,8 +85,8 @@ class CsvSource(ThreadedSource):
     """Board on a serial port that prints its samples as lines of numbers.
 
     The rate is measured with the host's clock over the first 2 s, and samples are resampled to the
-    models' rate. A column that counts samples makes losses visible. Without one only damaged lines
-    are counted.
+    models' rate. A column that counts samples makes losses visible. Without such a column only
+    damaged lines are counted.
 
     Parameters
     ----------

@@ -76,7 +76,7 @@ class _Link:
             )
 
     def hello(self) -> bytes:
-        """Request the device's descriptor. Return its payload."""
+        """Request the device's descriptor. Return the payload of that frame."""
         answer = self.ask(FrameType.HELLO, bytes([VERSION]), FrameType.DESCRIPTOR)
         if answer is None:
             raise InputError(f"{self.port}: {_SILENT}")
@@ -89,7 +89,7 @@ class _Link:
             raise InputError(f"{self.port}: {error}: start again") from error
 
     def send(self, data: bytes, form: int, sizes: int) -> int:
-        """Send a model in pieces. Return the device's last state: :data:`KEPT` if it kept it."""
+        """Send a model in pieces. Return :data:`KEPT` if the device kept it, else another state."""
         head = _BEGIN.pack(form, sizes, len(data), zlib.crc32(data))
         _, received = self._model(FrameType.MODEL_BEGIN, head, 0, len(data))
         best = received  # requests for earlier pieces are no progress

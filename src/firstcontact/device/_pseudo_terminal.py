@@ -22,7 +22,7 @@ NEW = 60.0
 def port_folder() -> Iterator[Path]:
     """Create a temporary folder for a port's name, for the duration of the block.
 
-    If the program is killed, its folder stays; the next program removes it.
+    If the program is killed, its folder stays until another program calls this function.
     """
     parent = Path(tempfile.gettempdir())
     for old in parent.glob(f"{PREFIX}*"):

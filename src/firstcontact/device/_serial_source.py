@@ -67,9 +67,9 @@ class SerialSource:
     The method :meth:`read` reads the port in the caller's thread, so samples are available as soon
     as their last byte arrives. Between calls, a thread of the source reads the port and stores the
     samples. That thread also connects. A port that comes back begins a new epoch, even if the
-    device kept its power. A device that was reset without losing its port also begins one; the
-    source recognises such a reset by the silence after it. If the device kept counting samples
-    during a disconnection, these count as lost.
+    device kept its power. A device that was reset without losing its port also begins a new epoch;
+    the source recognises such a reset by the silence after it. If the device kept counting samples
+    during a disconnection, these samples count as lost.
 
     Parameters
     ----------
@@ -341,7 +341,10 @@ class SerialSource:
             transport.send(FrameType.START)
 
     def _is_needed(self) -> bool:
-        """Return True if no reader reads the port and there is room for samples."""
+        """Return True if the source's thread must read the port, because no reader does.
+
+        Return False if too many samples wait for the reader already.
+        """
         now = time.monotonic()
         if now - self._looked < LOOK:
             return False

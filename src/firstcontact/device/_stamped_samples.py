@@ -29,9 +29,9 @@ SMALLEST = 2.0
 class StampedSamples:
     """Numbering of samples with time stamps, with detection of missing samples.
 
-    If the stamps are regular, even a gap of one sample is detected at its position. If they jitter,
-    or if a chunk has one stamp, the chunk's median time is compared with a line that is fitted to
-    earlier chunks and follows the clock's drift.
+    If the stamps are regular, even a gap of one sample is detected at its position. If the stamps
+    jitter, or if a chunk has one stamp for all samples, the chunk's median time is compared with a
+    line that is fitted to earlier chunks and follows the clock's drift.
 
     A gap shorter than the scatter of these medians is not detected. A gap is counted only if the
     next chunk is late too. If a single chunk is late, it was delayed and nothing is lost.
@@ -108,7 +108,7 @@ class StampedSamples:
         return repaired
 
     def _missing(self, stamps: NDArray[np.float64], numbers: NDArray[np.int64]) -> int:
-        """Return by how many samples a chunk is late, if that exceeds its jitter."""
+        """Return by how many samples a chunk is late; 0 if jitter can explain the delay."""
         assert self._zero is not None
         if len(self._centres) < LEAST:
             return 0

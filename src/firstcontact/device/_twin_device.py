@@ -1,6 +1,6 @@
 """Twin as a device on a serial port.
 
-The twin runs in its own process, so that it does not slow down this one. At each motor start the
+The twin runs in its own process, so that it does not slow down its host. At each motor start the
 device sends the marker "twin: <object>" at that sample. The order "object: block 29" makes the hand
 pick up only that object from the next closing on (names as in :mod:`firstcontact.twin._objects`).
 After "object: any" it picks up the planned objects again.

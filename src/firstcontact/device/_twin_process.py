@@ -79,10 +79,10 @@ class TwinProcess:
         self._terminal = terminal
         self._rate = FINGERTIP_RATE * speed
         self._waits = speed > 1.0
-        # Complete frames, and at most one batch per tick.
+        # A batch fills complete frames, and at most one batch is due per tick.
         self._batch = FRAME_SAMPLES * max(1, round(self._rate * TICK / FRAME_SAMPLES))
-        # A waiting twin needs no long ring. In a long one, more markers would wait than their queue
-        # holds.
+        # A twin that waits for the host needs no long ring. In a long ring, more markers would wait
+        # than the queue of markers holds.
         ring = RING * (FINGERTIP_RATE if self._waits else self._rate)
         self._ring = max(round(ring), 2 * self._batch)
         # Compile everything, or load it from the cache, before the clock starts.

@@ -1,4 +1,4 @@
-"""Source for the twin. Opening it creates the twin's device, and closing removes it."""
+"""Source for the twin. Opening the source creates the twin's device, and closing removes it."""
 
 from __future__ import annotations
 

@@ -70,7 +70,8 @@ def forms(named: NamedModel, X: Windows, sessions: NDArray[np.str_]) -> list[Nam
     """Return smaller forms of a model, and the model itself, the smallest first.
 
     Smaller models are fitted to four fifths of the sessions. On the other sessions, the predictions
-    of each are compared with those of the model. Its interval is widened by the difference.
+    of a smaller model are compared with those of the original model. The interval of the smaller
+    model is widened by the difference.
 
     Parameters
     ----------

@@ -242,7 +242,7 @@ def listens(model: InContextModel) -> bool:
 def instructions(model: InContextModel) -> int:
     """Return the estimated number of instructions for a prediction.
 
-    Work on the samples before it and the analysis of the motor's pitch are included.
+    The number includes the work on each sample and the analysis of the motor's pitch.
     """
     network = model.network
     assert isinstance(network, CompactNetwork)

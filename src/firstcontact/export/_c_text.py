@@ -42,7 +42,7 @@ def c_array(name: str, array: NDArray[Any]) -> str:
 
 
 def c_struct(kind: str, name: str, fields: Mapping[str, int | float | str | NDArray[Any]]) -> str:
-    """Return a constant struct and its arrays. Text values are inserted unchanged."""
+    """Return the C definition of a constant struct and its arrays; texts are inserted unchanged."""
     arrays, members = [], []
     for field, value in fields.items():
         if isinstance(value, np.ndarray):
@@ -76,7 +76,7 @@ class CUnit:
     fixed
         Names of required hand-written C files, without extensions.
     rate
-        Sampling rate for which its lengths hold, Hz; None if they depend on no rate.
+        Sampling rate for which the lengths of its arrays hold, Hz; None if they hold for any rate.
     """
 
     name: str

@@ -31,7 +31,7 @@ def write(trained: Trained, out: Path) -> list[str]:
 
 
 def hand_image(folder: Path, calibration: Calibration | None = None) -> ModelImage:
-    """Return the image of a model folder for a hand, with the noise floors of its rig.
+    """Return the image of a model folder for a hand, with the noise floors in ``calibration``.
 
     Raises
     ------

@@ -139,7 +139,7 @@ def model_image(
 
 
 def _floors(calibration: Calibration | None) -> list[float]:
-    """Return the noise of each finger, V; 0 if unknown."""
+    """Return the noise floor of each finger, V; 0 if unknown."""
     fingers = fingertip_layout().vibration_fingers
     floors = [calibration.noise(f) if calibration else None for f in fingers]
     return [0.0 if noise is None else noise for noise in floors]

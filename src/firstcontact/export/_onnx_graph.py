@@ -92,7 +92,7 @@ def checked(named: NamedModel, raw: bytes) -> float:
 
 
 def write(trained: Trained, out: Path) -> list[str]:
-    """Write the graphs. Return notes."""
+    """Write one graph per window model into the folder. Return notes for the user."""
     if not trained.models:
         raise InputError(
             f"ONNX needs a window model, and there is none ({', '.join(trained.parts)}): use --to c"

@@ -104,7 +104,7 @@ class FileSettings:
 
 
 def find_sensor(origin: str, names: Collection[str], remedy: str, end: str = "") -> VibrationSensor:
-    """Return the sensor whose signal a file holds, by its name.
+    """Return the sensor whose signal a file holds, by the name of the signal.
 
     Parameters
     ----------
@@ -136,7 +136,7 @@ def find_sensor(origin: str, names: Collection[str], remedy: str, end: str = "")
 def read_settings(
     origin: str, given: Mapping[str, Any], sensor: VibrationSensor = VibrationSensor.PIEZO
 ) -> FileSettings:
-    """Return the settings of a file and its sensor from values by name, see :data:`SETTINGS`.
+    """Return the settings of a file and its sensor, from values with the names in ``SETTINGS``.
 
     Raises
     ------

@@ -119,7 +119,7 @@ def _scan(path: Path, view: mmap.mmap) -> Scan:
 
 
 def _candidates(view: mmap.mmap) -> Iterator[tuple[int, int]]:
-    """Yield start and end of everything that looks like a chunk, also inside damaged chunks."""
+    """Yield start and end of all bytes that look like a chunk, also inside damaged chunks."""
     position = len(MAGIC)
     # mypy does not know that a bytes pattern searches any buffer.
     while match := _CHUNK_START.search(view, position):
@@ -131,7 +131,7 @@ def _candidates(view: mmap.mmap) -> Iterator[tuple[int, int]]:
 
 
 def _framed(view: mmap.mmap, position: int, stop: int) -> bool:
-    """Return True if these bytes are complete records, none of them a chunk."""
+    """Return True if ``position`` to ``stop`` holds complete records, and no chunk among them."""
     while position < stop:
         if stop - position < _FRAME.size:
             return False

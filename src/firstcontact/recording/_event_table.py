@@ -203,5 +203,5 @@ def _place(event: Event) -> tuple[int, int]:
 
 
 def _border(one: int, other: int) -> int:
-    """Return the sample at which the pinch of one contact ends and that of the next begins."""
+    """Return the sample at which the pinch of one contact ends and the pinch of the next begins."""
     return min(other, one + max(1, round((other - one) * AFTER / (BEFORE + AFTER))))

@@ -1,4 +1,4 @@
-"""Header of a recording, and marks (of pinches, and texts) in it."""
+"""Header of a recording, its marks of pinches, and its markers (texts)."""
 
 from __future__ import annotations
 

@@ -136,8 +136,8 @@ def _in_time(file: Path, signal: Signal, values: NDArray[Any]) -> NDArray[Any]:
     """Return a variable with time along the first axis, shape (samples, columns).
 
     If the table names no column for a vibration, the variable is read as one signal, in the order
-    of MATLAB's ``x(:)``, so that packets follow each other. For all other signals the longer axis
-    is time.
+    of MATLAB's ``x(:)``: its columns are packets of samples, one after the other. For all other
+    signals the longer axis is time.
     """
     if values.ndim != 2:
         raise InputError(

@@ -30,7 +30,7 @@ Arrays = dict[str, NDArray[Any]]
 
 
 def read_mat(path: Path, names: Collection[str]) -> tuple[Arrays, list[str]]:
-    """Read variables by name. Return them and the names of the others.
+    """Read variables by name. Return them, and the names of the variables that were not read.
 
     Texts become arrays of texts. Rows and columns are as in MATLAB, in any version of the format.
 

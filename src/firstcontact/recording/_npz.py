@@ -44,7 +44,7 @@ _DAMAGE = (
 
 
 def read_npz(path: Path, names: Collection[str]) -> tuple[dict[str, NDArray[Any]], list[str]]:
-    """Read arrays by name. Return them and the names of the others.
+    """Read arrays by name. Return them, and the names of the arrays that were not read.
 
     Raises
     ------

@@ -200,7 +200,7 @@ def _finite(block: Block) -> bool:
 def _read(
     messages: list[bytes], read: Callable[[bytes, str], T], noun: str
 ) -> tuple[tuple[T, ...], list[str]]:
-    """Return the usable messages, and a note on the others."""
+    """Return the contents of the usable messages, and a note on the unusable ones."""
     good = []
     bad = 0
     why = ""

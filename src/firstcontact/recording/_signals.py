@@ -50,7 +50,10 @@ class Assembled:
     def cut(
         self, start: int, stop: int, dtype: np.dtype[np.generic]
     ) -> tuple[NDArray[np.generic], dict[str, Block]]:
-        """Return the samples ``start`` to ``stop`` and the same time of each group, in one type."""
+        """Return the samples ``start`` to ``stop``, and each group's samples of the same time.
+
+        All are converted to ``dtype``.
+        """
         rates = {group.name: group.layout.rate for group in self.layout.groups}
         blocks = {}
         for name, values in self.groups.items():
@@ -111,7 +114,7 @@ def assemble(origin: str, taken: Sequence[Taken]) -> Assembled:
 
 
 def checked(origin: str, signal: Signal, values: NDArray[np.generic]) -> NDArray[np.generic]:
-    """Check the column that a signal names. Return its samples in a type that recordings store.
+    """Return the samples of a signal's column in a type that recordings store, after checks.
 
     Raises
     ------

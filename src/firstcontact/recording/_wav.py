@@ -56,7 +56,7 @@ def import_wav(
 
     Each file states its rate. A single channel is a microphone unless ``sensor`` states another
     sensor. Two channels are the sensors of index finger and thumb. ``labels`` is the path of the
-    table if it lies elsewhere.
+    table of labels if it lies outside the folder.
 
     Raises
     ------
@@ -230,7 +230,7 @@ def _check_format(
 
 
 def wav_samples(file: Path, data: NDArray[Any]) -> NDArray[Any]:
-    """Return samples around 0 in a type of recordings. Raise InputError if one is not finite."""
+    """Return samples around 0 in a type of recordings. Raise InputError if any is not finite."""
     if data.dtype == np.uint8:
         return data.astype(np.int16) - np.int16(128)
     if data.dtype.kind == "i":

@@ -187,7 +187,10 @@ def _placed(
 
 
 def _bounds(name: str, run: Run, vibration: Run) -> tuple[float, float]:
-    """Return the first and the last sample of a run, in the unit of the column ``name``."""
+    """Return the positions of a run's first and last sample, counted from the vibration's start.
+
+    The unit is that of the column ``name``: seconds or samples.
+    """
     if name == SECONDS:
         return run.begin - vibration.begin, run.last - vibration.begin
     return run.first, run.end - 1

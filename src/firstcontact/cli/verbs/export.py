@@ -23,7 +23,7 @@ class Export:
     """New file."""
 
     def run(self) -> None:
-        """Export the recordings, and print notes such as what the format cannot hold."""
+        """Export the recordings. Print notes, for example on data that the format cannot hold."""
         from firstcontact.core import require_extra
         from firstcontact.recording import export, load_dataset
 

@@ -101,8 +101,9 @@ def parts(rate: float) -> list[int]:
 def logarithm_weights(weights: NDArray[np.float64]) -> NDArray[np.float64]:
     """Convert weights of features to weights of logarithms of levels.
 
-    The features are differences of logarithms. The order per signal is: newest parts, quiet part,
-    part between, highest peak, peak of the quiet part. Shape (2 * EACH,) to (2, EACH + 1).
+    The features are differences of logarithms. ``weights`` has the shape (2 * EACH,), the result
+    (2, EACH + 1), with one row per signal. The order of the logarithms in a row is: newest parts,
+    quiet part, part between, highest peak, peak of the quiet part.
     """
     out = []
     for quiet, *newest, between, peak in weights.reshape(2, EACH):

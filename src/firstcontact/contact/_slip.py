@@ -95,7 +95,7 @@ class PowerSlipDetector(SlipDetector):
         self.release()
 
     def hold(self) -> None:
-        """Learn the rest level again from the next sample on."""
+        """Learn the level without slip again, from the next sample on."""
         self._is_holding = True
         self._part = np.zeros((0, self._state.shape[2]))
         self._rest: NDArray[np.float64] | None = None
@@ -112,7 +112,7 @@ class PowerSlipDetector(SlipDetector):
         self._is_holding = False
 
     def update(self, block: Block) -> list[int]:
-        """Process the next block. After missing samples the rest level is learned again."""
+        """Process the next block. After missing samples, learn the level without slip again."""
         from scipy.signal import sosfilt
 
         follows = block.first_sample == self._next and block.epoch == self._epoch

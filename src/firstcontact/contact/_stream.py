@@ -179,7 +179,7 @@ class WindowDetector(ABC):
 
     @classmethod
     def sizes(cls, rate: float) -> WindowSizes:
-        """Return the lengths in samples at a rate in Hz."""
+        """Return the lengths of window, step and steady state, in samples, at a rate in Hz."""
         return WindowSizes(
             samples_in(cls.duration, rate),
             max(1, samples_in(cls.step, rate)),

@@ -104,7 +104,7 @@ class ClusterBackend(ParallelBackendBase):  # type: ignore[misc]  # joblib state
             raise InputError(GONE) from error
 
     def stop_call(self) -> None:
-        """Forget the arrays shared by the last call."""
+        """Forget the large arrays that the jobs of the last call shared."""
         self._shared.clear()
 
     def abort_everything(self, ensure_ready: bool = True) -> None:

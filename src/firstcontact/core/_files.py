@@ -136,7 +136,7 @@ def creating(path: Path) -> Iterator[Path]:
 
 
 def try_replacing(path: Path) -> None:
-    """Raise the OSError that :func:`replacing` would raise. ``path`` stays unchanged."""
+    """Check that :func:`replacing` can write ``path``, else raise its OSError. Change nothing."""
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     with temporary_path(path) as temporary:

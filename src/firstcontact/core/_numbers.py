@@ -1,6 +1,6 @@
 """Parsers for numbers in text that people write.
 
-Python's own parsers also accept ``1_000`` and digits of any script.
+Python's own parsers also accept ``1_000`` and digits of any script; these parsers refuse both.
 """
 
 from __future__ import annotations

@@ -138,7 +138,7 @@ class Registry(Mapping[str, E], Generic[E]):
             ) from None
 
     def include(self, name: str) -> None:
-        """Add the entry for a name with a colon, so that iteration includes it.
+        """Add the entry for a name with a colon, so that iterating over the registry yields it.
 
         Raises
         ------

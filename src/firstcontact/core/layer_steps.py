@@ -81,7 +81,7 @@ def silu(takes: str, gives: str, size: int) -> Step:
 
 
 def gate(takes: tuple[str, str], gives: str, samples: int, channels: int) -> Step:
-    """Return the step that scales each channel of the first input by the logistic of the second."""
+    """Return the step that scales channels of the first input by the logistic of the second one."""
     constants: Constants = {"samples": samples, "channels": channels}
     cost = (6 * channels + 10) * samples + 30 * channels + 40
     return Step("gate", takes, gives, samples * channels, constants, cost)

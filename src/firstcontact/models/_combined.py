@@ -132,7 +132,7 @@ class CombinedModel(InContextModel):
         return mixed, math.sqrt(variance + apart)
 
     def regression(self, finger: int) -> RigRegression:
-        """Return the regression of a rig."""
+        """Return the regression of the rig with this finger number."""
         return self._regressions[finger]
 
     def regress(

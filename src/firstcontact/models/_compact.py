@@ -58,7 +58,7 @@ class Rounded:
         return cls(integers, scale, bias.astype(np.float32))
 
     def __call__(self, x: Matrix) -> Matrix:
-        """Return outputs for inputs (..., inputs), after rounding each row to 15 bits."""
+        """Return outputs for inputs (..., inputs), after rounding each row of inputs to 15 bits."""
         most = np.abs(x).max(axis=-1, keepdims=True)
         each = np.where(most > 1e-30, np.float32(32767) / np.maximum(most, 1e-30), np.float32(0))
         steps = x * each.astype(np.float32)

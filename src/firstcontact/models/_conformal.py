@@ -48,13 +48,14 @@ def conformal_interval(
     Parameters
     ----------
     answers
-        Predictions of models that did not learn from the pinch's session, shape (n,).
+        Prediction for each pinch, by a model that did not learn from the pinch's session, shape
+        (n,).
     truth
         True values, shape (n,).
     level
         Share of truths to cover.
     limits
-        Ends of the scale; None if it has none.
+        Ends of the scale of the predictions; None for a scale without ends.
     spreads
         Predicted standard deviation of each prediction (Papadopoulos et al. 2008), shape (n,). Half
         widths are then multiples of it. None if the models predict no standard deviation.

@@ -52,7 +52,7 @@ class LogSpectrumModel(ArraysModel):
     target
         Mean and standard deviation of the targets.
     parameters
-        Chosen C, shape (1,).
+        Inverse strength C of the regularisation, as the search chose it, shape (1,).
 
     Raises
     ------
@@ -113,7 +113,8 @@ class LogSpectrum(Estimator):
     task, rate
         See :class:`Estimator`.
     search_windows
-        Largest number of windows for the search. The final model is fitted to all windows.
+        Largest number of windows for the search of feature type and C. The final model is fitted to
+        all windows.
     """
 
     name: ClassVar[str] = "log_spectrum"

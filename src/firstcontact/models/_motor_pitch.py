@@ -108,7 +108,7 @@ def ear_constants(rate: float) -> dict[str, float | NDArray[np.generic]]:
 
 @lru_cache(maxsize=8)
 def _compiled_ear(lead: int, rate: float) -> Any:
-    """Return the constants of the compiled kernel; None without it."""
+    """Return the constants of the compiled kernel for the motor's pitch; None without kernels."""
     module = kernels()
     if module is None or quiet_samples(lead, rate) > _FFT:
         return None

@@ -13,8 +13,8 @@ Ends = tuple[float, float]
 class RegressionScores(Record, frozen=True, kw_only=True):
     """Errors over ``n`` pinches in the unit of the target. Bias is mean predicted minus true.
 
-    ``spearman`` is present if both truths and predictions vary. ``intervals`` are by score; they
-    are empty with fewer than two clusters.
+    ``spearman`` is present if both truths and predictions vary. ``intervals`` holds the interval of
+    each score by its name, and is empty with fewer than two clusters.
     """
 
     rmse: float

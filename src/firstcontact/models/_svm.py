@@ -41,7 +41,8 @@ class Svm(Estimator):
     task, rate
         See :class:`Estimator`.
     search_windows
-        Largest number of windows for the search. The final model is fitted to all windows.
+        Largest number of windows for the search of hyper-parameters. The final model is fitted to
+        all windows.
     """
 
     name: ClassVar[str] = "svm"

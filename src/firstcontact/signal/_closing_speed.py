@@ -68,7 +68,7 @@ def closing_speed(times: ArrayLike, positions: ArrayLike, at: float) -> ClosingS
 
 
 def _few(freedom: int) -> float:
-    """Return the factor that enlarges the error if there are few degrees of freedom."""
+    """Return the factor that enlarges the speed's error for few degrees of freedom of the line."""
     from scipy.special import stdtrit  # takes time to import
 
     return float(stdtrit(freedom, BELOW_TWO)) / 2

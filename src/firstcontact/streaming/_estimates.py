@@ -34,7 +34,8 @@ class ClosingEstimates:
     Attributes
     ----------
     estimates
-        Valid estimates so far. The last one is final if no more follow.
+        Estimates so far, from samples before the second contact. The last one is final if no more
+        follow.
     reason
         Reason for a missing estimate, else "".
     """
@@ -64,7 +65,7 @@ class ClosingEstimates:
 
     @property
     def estimates(self) -> tuple[Estimate, ...]:
-        """Valid estimates so far."""
+        """Estimates so far, from samples before the second contact."""
         return tuple(estimate for _, estimate in self._made)
 
     @property

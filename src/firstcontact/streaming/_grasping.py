@@ -42,7 +42,8 @@ class Grasping:
     policy
         Grasp policy.
     hand
-        Open hand. Each block keeps a :class:`~firstcontact.grasp._safe.SafeHand` alive.
+        Open hand. Each block restarts the timeout after which a
+        :class:`~firstcontact.grasp._safe.SafeHand` releases the hand.
     layout
         Columns of the samples.
     deadline
@@ -117,7 +118,7 @@ class Grasping:
         Returns
         -------
         sequence of Event
-            Commands to the hand that were requested, and its release.
+            One event for each request that was carried out, and one for a release after a silence.
         """
         events = self._obey(block)
         if isinstance(self.hand, SafeHand):

@@ -328,7 +328,7 @@ class LiveSession:
 
     @property
     def _least(self) -> int:
-        """Return the number of samples to wait for."""
+        """Return the number of samples that the next read waits for."""
         return 1 if self._actors and self.pipeline.is_closing else self.pipeline.due
 
     def _take(self, arrival: Arrival) -> bool:

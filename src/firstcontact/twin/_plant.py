@@ -228,7 +228,7 @@ class GraspPlant:
             self._piece = min(2 * self._piece, PIECE[1])
 
     def _unmake(self) -> None:
-        """Go back to the beginning of the newest piece, from which samples may have been read."""
+        """Restore the state before the newest piece, even if some of its samples were read."""
         run, self._made = self._mark
         self._run = run.fork()
         contacts, self._contacts = self._contacts, []

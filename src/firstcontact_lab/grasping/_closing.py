@@ -51,7 +51,7 @@ class PlantHand(Hand):
         self.send(Command(-self.limits.speed, 0.0))
 
     def close(self) -> None:
-        """Do nothing, because a simulated hand has no connection to close."""
+        """Leave the plant as it is, because a simulated hand has no connection to close."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -66,7 +66,7 @@ def findings(
     weights
         Weights of the bootstrap resamples, shape (picks, resamples).
     permutations
-        Number of permutations in each control.
+        Number of permutations in each control (:func:`permuted`).
     """
     table, blind, ours, everyone = (
         tables.judged,

@@ -1,4 +1,4 @@
-"""Results of the household part from its tables: fronts, drops at equal damage, and controls."""
+"""Results of the household part from tables of closings: fronts, drops, and controls."""
 
 from __future__ import annotations
 
@@ -284,8 +284,9 @@ def conditions() -> dict[str, tuple[int, int]]:
 def permuted(tables: Tables, count: int, mass: bool, damage: bool, seed: int) -> Between:
     """Return the reduction in drops if objects get the weight or the limit of other objects.
 
-    The weights, the limits or both are permuted between objects. Both policies are tuned again for
-    each permutation. The interval is the middle 95 % of the permutations.
+    The weights, the limits or both are permuted between objects. The policies without and with
+    stiffness are tuned again for each permutation. The interval is the middle 95 % of the
+    permutations.
     """
     names = sorted(set(tables.judged.kinds))
     rng = np.random.default_rng([seed, mass, damage])

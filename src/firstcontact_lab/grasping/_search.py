@@ -34,7 +34,7 @@ def search(settings: GraspStudySettings, runner: Runner) -> dict[str, Tuning]:
 
     An allowed candidate holds every object steadily, and takes at most a tenth longer than the
     policy without modulation. The best candidate has the lowest mean peak force on soft objects.
-    The search uses the latency :data:`HEADLINE` and no breakable objects.
+    The search uses the latency :data:`HEADLINE` of the drive, s, and no breakable objects.
     """
     everything = tuple(k for k in settings.kinds if KINDS[k].fragility is None)
     numbers = range(settings.tuning)

@@ -40,7 +40,7 @@ class HouseholdSettings:
     few
         True to try few values of each setting.
     permutations
-        Number of permutations of each control.
+        Number of permutations in each control, in which objects get numbers of other objects.
     kinds
         Names of the objects.
     """
@@ -96,7 +96,7 @@ class GraspStudySettings:
     sessions
         Number of sessions. Each session has one pinch of every object, with a new specimen.
     latencies
-        Latencies of the brake, s.
+        Latencies of the drive, such as of its brake, s.
     training
         Number of training pinches of each of the five blocks.
     windows

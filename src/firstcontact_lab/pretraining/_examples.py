@@ -75,8 +75,8 @@ class Examples:
     object_ids
         Number of the object, -1 for blocks, shape (n,).
     heard
-        Result of :func:`firstcontact.models._network_inputs.facts` without hints, for each context,
-        shape (n, CONTEXTS, BESIDE).
+        Result of :func:`firstcontact.models._network_inputs.facts` without hints (speed and
+        radius), for each context, shape (n, CONTEXTS, BESIDE).
     rigs
         Index of the rig in the following arrays, shape (n,).
     tokens

@@ -78,11 +78,11 @@ _Positive = Annotated[int, msgspec.Meta(gt=0)]
 
 
 class BoardTime(Record, frozen=True, kw_only=True):
-    """Cost of a prediction by one form of a model on the board.
+    """Cost of a prediction on the board by one form of a model: full, or a smaller version of it.
 
-    ``estimator`` and ``task`` identify the model. ``samples`` is its number of samples from the
-    contact on, at ``rate_hz``. ``instructions`` are those of its most expensive prediction, counted
-    by the emulator.
+    ``estimator`` and ``task`` identify the model. ``samples`` is the number of samples that the
+    model takes from the contact on, at ``rate_hz``. ``instructions`` are those of the model's most
+    expensive prediction, counted by the emulator.
     """
 
     estimator: Name

@@ -181,7 +181,7 @@ def verb_arguments(verb: type[Any]) -> list[Argument]:
 def choice(
     names: Iterable[str] | Registry[Any], group: str = GENERAL_GROUP, advanced: bool = False
 ) -> Option:
-    """Return an option that takes one of these names. Plug-ins are listed but not imported."""
+    """Return an option that takes one of ``names``. Plug-ins are listed but not imported."""
     # Iterating a registry would import every plug-in.
     listed = names.names if isinstance(names, Registry) else names
     return Option(names=tuple(listed), group=group, advanced=advanced)

@@ -85,7 +85,10 @@ def _keys(session: LiveSession) -> Iterator[str]:
 
 
 def _keys_at_once(number: int) -> list[Any] | None:
-    """Make a terminal deliver each key immediately. Return its old settings; None without one."""
+    """Make a terminal deliver each key immediately, and return its old settings.
+
+    Return None if the file ``number`` is no terminal, or a terminal of another program.
+    """
     if not (os.isatty(number) and _ours(number)):
         return None
     try:
@@ -97,7 +100,7 @@ def _keys_at_once(number: int) -> list[Any] | None:
 
 
 def _ours(number: int) -> bool:
-    """Return True if this program is in the terminal's foreground.
+    """Return True if this program is in the foreground of the terminal ``number``.
 
     In the background, reading the terminal would stop the program.
     """

@@ -195,7 +195,10 @@ def _pinches(recording: Recording, accepted: Sequence[Mark]) -> Iterator[PinchMa
 
 
 def _closing(recording: Recording, block: Block, sample: int, rate: float) -> PinchMark | None:
-    """Return the pinch of the original recording that contains a contact; None if there is none."""
+    """Return the pinch of the original recording that contains ``sample``; None if there is none.
+
+    A pinch that is too long for one closing does not count.
+    """
     for mark in recording.pinches:
         inside = mark.epoch == block.epoch and mark.first_sample <= sample < mark.end
         if inside and mark.end - mark.first_sample <= ONE_CLOSING * rate:

@@ -173,7 +173,7 @@ class LslSource(ThreadedSource):
         )
 
     def _check_rate(self, info: Any) -> None:
-        """Refuse text, and an unusable stated rate, before samples are requested."""
+        """Raise InputError for a stream of texts, or for an unusable stated rate."""
         rate = float(info.nominal_srate())
         if info.channel_format() == self._lsl.cf_string:
             raise InputError(f"{self.name} carries text: send numbers")
@@ -269,6 +269,8 @@ def vibration_channels(
     info: Any, names: tuple[str, ...], name: str
 ) -> tuple[tuple[Channel, ...], list[int]]:
     """Return the vibration channels and their positions in the stream.
+
+    ``names`` are the channels that the user named, or empty. ``name`` is the stream, for messages.
 
     Raises
     ------

@@ -170,7 +170,7 @@ def source_kind(device: str) -> SourceKind:
     """Return the kind of a device.
 
     Plug-ins are imported in two cases only: the device name begins with the name of a plug-in and a
-    colon, or no built-in kind accepts it and no such port exists.
+    colon, or no built-in kind accepts the name and no port has it.
 
     Raises
     ------

@@ -97,8 +97,8 @@ class ReplayDevice:
         stopped
             Predicate that ends the run. It is called several times a second.
         once
-            True to end after the whole recording was sent and the host has sent one more frame,
-            such as a stop, or a hello when no samples come.
+            True to end the run once the whole recording was sent and the host has sent one more
+            frame: a stop frame, or a hello frame because no samples come.
         """
         deadline = math.inf
         while not stopped() and time.monotonic() < deadline:
@@ -169,7 +169,7 @@ class ReplayDevice:
                 return
 
     def _wait(self) -> bytes:
-        """Wait for the host until the next step is due. Return its bytes."""
+        """Wait for the host's bytes until the next step is due. Return them; b"" if none came."""
         wait = TICK
         if self._responder.streaming and self._tape:
             until_due = (FRAME_SAMPLES - self._due) / self._rate

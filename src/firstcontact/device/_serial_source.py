@@ -191,7 +191,7 @@ class SerialSource:
         return self._inbox.read(max(until - time.monotonic(), 0.0), least)
 
     def _look(self, least: int, patience: float) -> None:
-        """Read the port once, in the reader's thread, at the time when the samples are due."""
+        """Read the port once, in the reader's thread, when ``least`` samples are due to wait."""
         transport = self._transport
         if transport is None or self._interruption is not None or self._closing.is_set():
             self._connected = False  # the source's own thread goes on
@@ -251,7 +251,7 @@ class SerialSource:
             self._thread.join()
 
     def _run(self) -> None:
-        """Receive until closed. :meth:`read` raises permanent errors."""
+        """Receive samples until the source is closed. :meth:`read` raises a permanent error."""
         error: InputError | None = None
         try:
             while self._transport is not None:

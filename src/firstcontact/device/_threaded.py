@@ -209,7 +209,9 @@ class ThreadedSource(ABC):
             self._drop(int(numbers[~good][-1]) + 1, epoch)
 
     def _drop(self, end: int, epoch: int) -> None:
-        """Count the input samples before number ``end`` as lost until a sample is delivered.
+        """Count the input samples from the last delivered one to number ``end`` as lost.
+
+        The count holds until the next sample is delivered, which shows the exact number.
 
         Raises
         ------
@@ -297,7 +299,7 @@ class ThreadedSource(ABC):
         self._next, self._pending = (epoch, first), 0
 
     def _refuse_rate(self, share: float, clock: str) -> NoReturn:
-        """Raise InputError for a rate that is ``share`` of the stated one, by this clock."""
+        """Raise InputError for a rate of ``share`` times the stated rate, by this clock."""
         stated = self._input_rate or self.descriptor.layout.rate
         raise InputError(
             f"{self.name} sends {share * stated:.0f} samples a second by {clock} clock, but "
@@ -305,7 +307,7 @@ class ThreadedSource(ABC):
         )
 
     def _note(self, **counts: Any) -> None:
-        """Set fields of the health."""
+        """Set fields of :attr:`health`."""
         with self._inbox.changed:
             self._health = replace(self._health, **counts)
 

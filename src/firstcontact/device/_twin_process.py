@@ -144,7 +144,7 @@ class TwinProcess:
 
     @property
     def _host_is_behind(self) -> bool:
-        """Return True if a connected host has not yet taken the previous samples."""
+        """Return True if the twin has to wait until a host has taken the last samples."""
         return self._waits and self._terminal.plugged and self._responder.room < self._batch
 
     def _until_next(self) -> float:

@@ -73,7 +73,7 @@ def checked(named: NamedModel, raw: bytes) -> float:
     Raises
     ------
     InputError
-        The outputs differ.
+        The difference exceeds ``TOLERANCE``.
     """
     spec = named.model.spec
     windows = np.random.default_rng(0).standard_normal((64, spec.samples, spec.channels))

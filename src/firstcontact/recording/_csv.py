@@ -172,7 +172,7 @@ def _bounds(path: Path, columns: Table) -> list[tuple[int, int]]:
 
 
 def _constant(path: Path, columns: Table, name: str, bounds: list[tuple[int, int]]) -> list[str]:
-    """Return the value of a constant column in each pinch."""
+    """Return the value of a column in each pinch. Check that it is the same in all of its rows."""
     cells = columns[name]
     for start, stop in bounds:
         for row in range(start, stop):
@@ -192,7 +192,7 @@ def _rate(
     written: str | None,
     option: float | None,
 ) -> float:
-    """Return the rate. Check that all statements of it agree."""
+    """Return the rate. Check that ``--rate``, ``sample_rate_hz`` and ``time_s`` agree on it."""
     statements: list[tuple[str, float]] = []
     if option is not None:
         statements.append(("--rate", check_rate("--rate", option)))
@@ -214,7 +214,7 @@ def _rate(
 
 
 def _rate_of_time(path: Path, columns: Table, start: int, stop: int) -> float:
-    """Return the mean rate of a pinch. Check that its times rise evenly."""
+    """Return the mean rate of the rows of a pinch. Check that ``time_s`` rises evenly."""
     times = _numbers(path, columns, "time_s", start, stop)
     if len(times) < 2:
         raise InputError(f"{path}: the pinch of {columns.place(start)} has one sample: remove it")

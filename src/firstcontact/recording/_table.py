@@ -112,7 +112,10 @@ def read_rows(path: Path, needed: Sequence[str]) -> list[tuple[int, dict[str, st
 
 
 def _lines(path: Path, *, by_hand: bool = False) -> Iterator[tuple[int, list[str]]]:
-    """Yield the number and cells of each line that is not empty, the header first."""
+    """Yield the number and cells of each line that is not empty, the header first.
+
+    If ``by_hand``, read the file as a list that people write: short, and in looser form.
+    """
     try:
         raw = BytesIO(read_regular(path, LONGEST_LIST)) if by_hand else open_regular(path)
         with TextIOWrapper(raw, encoding="utf-8-sig", newline="") as stream:

@@ -31,7 +31,7 @@ class Replay:
     former: ClassVar[dict[str, str]] = {"--port": "--link"}
 
     def run(self) -> None:
-        """Print the port's name. Serve until Ctrl-C, or once until the recording ends."""
+        """Print the port's name. Serve until Ctrl-C or, if ``once``, until the recording ends."""
         from firstcontact.cli.stopping import stopping
         from firstcontact.core import InputError
         from firstcontact.device import PseudoTerminal, ReplayDevice, port_folder

@@ -54,7 +54,8 @@ def find_onsets(signals: NDArray[np.float64], rate: float) -> list[Onset]:
     largest leaps are accepted first. So the finder finds more contacts, but cannot run live. A leap
     counts as a contact only if the signal also changes faster than before the leap. This excludes
     slow swings, but not rebounds. The onset is then located in the unfiltered signal. A causal
-    filter would delay it, and a filter in both directions would start a slow onset too early.
+    filter would delay the onset, and a filter in both directions would start a slow onset too
+    early.
 
     Parameters
     ----------

@@ -74,10 +74,10 @@ class WindowDetector(ABC):
     """Detector that judges a window of ``duration`` after every ``step`` of new samples.
 
     The steady state is measured in the first 40 ms of a stream, and again in the first 40 ms after
-    each gap. Decisions begin after it. So a stream must start where a closing does: the gate
-    ensures this live, and :func:`firstcontact.contact._closing_start.cut_closings` for pinches. A
-    contact during the steady state makes its sigma large, so later contacts may be missed. A
-    channel that is constant during the steady state never fires.
+    each gap. Decisions begin after the steady state. So a stream must start where a closing does:
+    the gate ensures this live, and :func:`firstcontact.contact._closing_start.cut_closings` for
+    pinches. A contact during the steady state makes its sigma large, so later contacts may be
+    missed. A channel that is constant during the steady state never fires.
     """
 
     name: ClassVar[str]

@@ -20,8 +20,8 @@ HIGHEST = 1e6
 class ThresholdDetector(WindowDetector):
     """Detector that fires if a new sample is more than ``sigmas`` from the steady mean.
 
-    Only the newest 3 ms of a window are compared: its older part was judged when it was new. The
-    first detection is the same as with whole windows, and no crossing counts twice.
+    Only the newest 3 ms of a window are compared: the older part was judged when its samples were
+    new. The first detection is the same as with whole windows, and no crossing counts twice.
 
     Parameters
     ----------

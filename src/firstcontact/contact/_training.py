@@ -49,7 +49,7 @@ class TrainingWindows:
         Mask of windows that concern the first contact of their pinch: windows of either finger
         before it, and windows that show it. Shape (windows,).
     phase
-        Position of the window grid relative to the contact; 0 for windows without one. Shape
+        Position of the window grid relative to the contact; 0 for windows without a contact. Shape
         (windows,).
     """
 
@@ -78,8 +78,8 @@ def training_windows(
     """Return the training windows of all usable pinches.
 
     Negatives are windows of each finger before its own contact, one per step, at a random phase. If
-    the second contact is unknown, they end before the first contact. Positives end 1.4 ms after
-    each contact, and at several later times up to two steps.
+    the second contact is unknown, the negatives of both fingers end before the first contact.
+    Positives end 1.4 ms after each contact, and at several later times up to two steps.
 
     Parameters
     ----------

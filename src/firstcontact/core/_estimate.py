@@ -29,8 +29,8 @@ class Estimate(msgspec.Struct, frozen=True, kw_only=True, tag="estimate"):
     final
         True if no better estimate of this closing follows.
     in_time
-        True if the estimate was available before the second contact. It is null until that is
-        known, and for samples that do not come in real time.
+        True if the estimate was available before the second contact. It is null until the second
+        contact is known or the pinch is finished, and for samples that do not come in real time.
     model
         Name of the estimator. If a device predicts by itself, the digest of its model.
     contact

@@ -1,4 +1,4 @@
-"""Optional packages (extras), and errors that name the command to install them."""
+"""Optional packages (extras), and errors that name the command to install the packages."""
 
 from __future__ import annotations
 

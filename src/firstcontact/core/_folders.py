@@ -82,7 +82,7 @@ def _check(path: Path) -> None:
 
 
 def _check_alone(path: Path, temporary: Path) -> None:
-    """Raise an error if another writer is active. Leftovers were removed before."""
+    """Raise an error if another writer is active. Call it after leftovers were removed."""
     if any(other.name != temporary.name for other in temporaries(path.parent, path.name)):
         raise InputError(
             f"{path}: another process is writing this folder: wait for it to end, "
@@ -133,7 +133,7 @@ def _swap(path: Path, new: Path) -> None:
 
 
 def _flush(folder: Path) -> None:
-    """Flush a folder to the disk. Otherwise the rename may reach the disk before its contents."""
+    """Flush a folder to the disk. Otherwise its renaming may reach the disk before its contents."""
     for parent, _, names in os.walk(folder):
         for name in names:
             _flush_one(Path(parent, name))

@@ -38,9 +38,10 @@ _SCALES = 0.1, 10.0
 class CombinedModel(InContextModel):
     """Network that is averaged with a regression on the pinches of the rig.
 
-    Each prediction is a mixture of both, weighted by the inverse of their variances. Its spread is
-    the standard deviation of the mixture, so it grows where network and regression differ. The
-    regression dominates near the rig's blocks, the network far from them.
+    Each prediction is a mixture of the network's and the regression's, weighted by the inverse of
+    their variances. The spread of a prediction is the standard deviation of the mixture, so it
+    grows where network and regression differ. The regression dominates for contacts like those of
+    the rig's pinches, the network for others.
 
     Parameters
     ----------
@@ -123,7 +124,7 @@ class CombinedModel(InContextModel):
         value: float,
         spread: float,
     ) -> tuple[float, float]:
-        """Return value and spread of the mixture of both predictions."""
+        """Return value and spread of the mixture of network and regression."""
         regressed, own_spread = self._regressions[finger].predict(x[INPUTS], stage)
         share = own_spread**2 / (own_spread**2 + spread**2)
         mixed = share * value + (1 - share) * regressed

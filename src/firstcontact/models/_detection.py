@@ -86,7 +86,8 @@ class DetectionScores(Record, frozen=True, kw_only=True):
         triggers on the touching finger that are neither placed nor decided early, also late ones.
         None without such triggers.
     lookahead_ms
-        Look-ahead of the resampler, which both delays include; None without resampling.
+        Look-ahead of the resampler, which both values of ``delay_ms`` include; None without
+        resampling.
     """
 
     n: int

@@ -1,4 +1,4 @@
-"""Base class of estimators, and checks that all of them share."""
+"""Base class of estimators, and checks that all estimators share."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Network conditioned on a rig by a few pinches of its blocks, without training.
+"""Network conditioned on a rig by a few pinches of objects of known Shore A, without training.
 
 The network was trained once on thousands of random rigs (``firstcontact pretrain``). A summary of
 the user's rig is one of its inputs, so users train nothing.

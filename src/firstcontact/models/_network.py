@@ -1,4 +1,4 @@
-"""Network from a file: it checks the graph, and runs it with ONNX Runtime on one thread."""
+"""Network from a file: checks of its graph, and its execution by ONNX Runtime on one thread."""
 
 from __future__ import annotations
 

@@ -356,7 +356,7 @@ def check_network(task: str, windows: Sequence[float], level: float, rate: float
 def condition(
     dataset: Dataset, seed: int, contacts: Alignment, kind: type[NetworkEstimator]
 ) -> tuple[NetworkPredictor, list[str]]:
-    """Return the network conditioned on the rig of these pinches, and sentences about it.
+    """Return the network conditioned on the rig of these pinches, and sentences about the result.
 
     Parameters
     ----------

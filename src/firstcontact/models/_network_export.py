@@ -1,7 +1,7 @@
 """Export of the CNN to ONNX, without PyTorch's exporter. Importing this module imports PyTorch.
 
-PyTorch's exporter takes seconds in each process. So the graph that it made is shipped, and only the
-weights are filled in. After a change of the network, run ``python -m
+PyTorch's exporter takes seconds in each process. So the package contains the graph that the
+exporter made, and only the weights are filled in. After a change of the network, run ``python -m
 firstcontact.models._network_export`` to make the graph again.
 """
 

@@ -53,7 +53,10 @@ class NetworkSteps:
         self.output = self._vectors[graph.output[0].name]
 
     def _add(self, node: Any, make: Callable[[str], Step], shape: Shape) -> None:
-        """Add the step of a node. Its name is the node's position, not its name in the file."""
+        """Add the step of a node.
+
+        The step's name is the node's position, not the name in the file.
+        """
         gives = f"layer{len(self.steps)}"
         self.steps.append(make(gives))
         self._vectors[node.output[0]], self._shapes[node.output[0]] = gives, shape

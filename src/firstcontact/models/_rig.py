@@ -1,4 +1,4 @@
-"""Summary of a rig from its block pinches: the context of the network."""
+"""Summary of a rig from its pinches of known Shore A: the context of the network."""
 
 from __future__ import annotations
 

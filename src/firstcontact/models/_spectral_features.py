@@ -55,8 +55,8 @@ def log_bins(waves: Values, rate: float) -> Values:
 def course(waves: Values, rate: float) -> Values:
     """Return features of the course in time, shape (n, 8).
 
-    They are times of energy quantiles, share of sign changes, roughness, and the time of the
-    peak.
+    The features are the times of energy quantiles, the share of sign changes, the roughness, and
+    the time of the peak.
 
     Times are shares of the window.
     """

@@ -1,4 +1,4 @@
-"""Splits into training and test data. Each declares which groups may be on both sides."""
+"""Splits into a training side and a test side. Each declares which groups may be on both sides."""
 
 from __future__ import annotations
 

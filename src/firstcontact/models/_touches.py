@@ -46,9 +46,9 @@ class Touches:
     Parameters
     ----------
     signals
-        Vibration in V as the device sends it, with the baseline removed, shape (n, samples). It
-        lasts from ``BEFORE`` before each contact to ``LONGEST`` after it. Samples after ``valid``
-        are ignored.
+        Vibration in V as the device sends it, with the baseline removed, shape (n, samples). Each
+        signal lasts from ``BEFORE`` before the contact to ``LONGEST`` after it. Samples after
+        ``valid`` are ignored.
     valid
         Number of valid samples from the contact on, up to the second contact, shape (n,).
     fingers
@@ -210,7 +210,7 @@ def valid_samples(
 ) -> NDArray[np.intp]:
     """Return the number of samples after each first contact in which only that finger touches.
 
-    They end with the pinch or before the second contact. No prediction uses later samples.
+    These samples end with the pinch or before the second contact. No prediction uses later samples.
 
     Parameters
     ----------

@@ -227,7 +227,7 @@ def adapt(
     seed: int = 0,
     progress: Progress = None,
 ) -> Model:
-    """Make a model of a rig from a few pinches of blocks of known Shore A.
+    """Make a model of a rig from a few pinches of rubber blocks of known Shore A.
 
     The pre-trained network is conditioned on the rig and averaged with a regression on its pinches.
     With fewer than 20 pinches or 3 levels the network predicts alone.

@@ -70,7 +70,8 @@ class TrainOverlap:
         Pinches with the source, session and specimen of a training pinch, but other samples. They
         may be new, or resampled, filtered or newly cut training pinches.
     same_session, same_specimen
-        Pinches with the session of training pinches, or with the specimen, but not with both.
+        Pinches that share only the session with training pinches, and pinches that share only the
+        specimen.
     new
         All other pinches.
     """

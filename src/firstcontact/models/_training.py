@@ -102,7 +102,7 @@ def distinct_specimens(dataset: Dataset) -> NDArray[np.str_]:
 
     People number the specimens of each object, or name all specimens after the material. So a name
     with several objects, levels or ranks means several specimens; object and level are then
-    appended to it.
+    appended to the name.
     """
 
     def kind(label: Label) -> tuple[str, ...]:

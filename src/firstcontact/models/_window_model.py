@@ -57,7 +57,8 @@ class WindowModel(ABC):
         """Return the standard deviation that the model predicts for each prediction, or None.
 
         Windows (n, samples, channels) must be usable. The values have shape (n,), are above 0 and
-        in the unit of the prediction. Conformal intervals are then multiples of them.
+        in the unit of the prediction. The half widths of conformal intervals are then multiples of
+        these values.
         """
         return None
 
@@ -165,7 +166,8 @@ class ArrayCheck:
     def is_met(self, array: NDArray[Any], sizes: dict[str, int]) -> bool:
         """Return True if an array has the declared type, shape and values.
 
-        The length of a name in the shape is taken from ``sizes``. For a new name it is added there.
+        The length of a name in the shape is taken from ``sizes``. If ``sizes`` lacks the name, the
+        length is added there.
         """
         if array.ndim != len(self.shape) or not np.issubdtype(array.dtype, self.dtype):
             return False

@@ -345,7 +345,7 @@ class HandCheck(msgspec.Struct, frozen=True, kw_only=True):
     lost
         True if the host lost samples of the pinch.
     same
-        True if nothing differs by more than 0.01 Shore A. It follows from the other fields.
+        True if nothing differs by more than 0.01 Shore A. This value follows from the other fields.
     """
 
     contacts: bool

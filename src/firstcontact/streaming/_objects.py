@@ -135,7 +135,7 @@ class ObjectNames:
     def add_labels(self, marks: Iterable[PinchMark]) -> list[tuple[int, str]]:
         """Process labels of a recording.
 
-        Return the numbers of the past pinches that they label, with the names.
+        Return the number of each past pinch that a label belongs to, with the name of its object.
         """
         self._marks += [m for m in marks if m.label.object]
         named = [(pinch, label) for pinch in self._unnamed if (label := self._label(pinch))]

@@ -97,7 +97,7 @@ class Controls(Protocol):
         """True if the model uses the shape of the object."""
 
     def set_shape(self, text: str) -> str:
-        """Set the shape of the next objects. Return it in words, or raise InputError."""
+        """Set the shape of the next objects. Return the shape in words, or raise InputError."""
 
 
 def write_now(stream: TextIO, text: str) -> None:

@@ -96,7 +96,7 @@ class PageSink:
         self._started.wait()
 
     def take(self, update: Update) -> None:
-        """Show an update. Viewers do not slow it down.
+        """Show an update. Slow viewers do not delay this call.
 
         Raises
         ------

@@ -66,7 +66,7 @@ def fit_force(weighings: Sequence[Weighing], resistor: float = DIVIDER_OHM) -> F
     Parameters
     ----------
     weighings
-        Weights on one finger, with or without the unloaded sheet (0 N).
+        Weights on one finger. They may include the unloaded sheet (0 N).
     resistor
         Resistor of the divider, ohm.
 

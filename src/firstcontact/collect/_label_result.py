@@ -81,7 +81,7 @@ def write_labelled(
 
 
 def _is_true(line: str) -> bool:
-    """Return True if a note is still true after labelling."""
+    """Return True if a note of the original recording is still true after labelling."""
     return NO_CONTACTS not in line
 
 

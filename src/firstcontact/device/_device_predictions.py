@@ -62,7 +62,10 @@ class ModelSlot:
 
 
 def skipped_model(models: ModelSlot, has_predictor: bool) -> str:
-    """Return the message for a device that skips its newest stored model."""
+    """Return the message for a device that skips its newest stored model.
+
+    ``has_predictor`` is True if the device runs an older model instead.
+    """
     fallback = "runs the one before it" if has_predictor else "runs none"
     return (
         f"the device cannot use the newest model stored on it ({models.fault}) and {fallback}: "

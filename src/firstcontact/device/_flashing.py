@@ -69,7 +69,7 @@ class _Link:
         return None
 
     def stop(self) -> None:
-        """Stop the samples."""
+        """Make the device stop its samples."""
         if self.ask(FrameType.STOP, b"", FrameType.STOPPED) is None:
             raise InputError(
                 f"{self.port}: the device does not stop its samples: reset it and start again"

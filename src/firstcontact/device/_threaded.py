@@ -287,7 +287,10 @@ class ThreadedSource(ABC):
             self._refuse_rate(self._rate_check.rate / self.descriptor.layout.rate, "this machine's")
 
     def _begin_epoch(self, epoch: int, first: int) -> None:
-        """Begin ``epoch`` at sample ``first``, unless it has begun. The caller holds the lock."""
+        """Begin ``epoch`` at sample ``first``, unless it has begun.
+
+        The caller holds the lock of the inbox.
+        """
         if epoch == self._next[0]:
             return
         rate = self.descriptor.layout.rate

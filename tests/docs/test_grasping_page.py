@@ -68,8 +68,8 @@ def test_the_gain_and_what_the_label_would_give() -> None:
     entry = household()
     label = entry.fewer["label"]
     says(
-        f"It was {percent(entry.target)} fewer drops with an interval that excludes zero. The gain "
-        f"is {gain(OURS)} %",
+        f"The target was {percent(entry.target)} fewer drops with an interval that excludes zero. "
+        f"The gain is {gain(OURS)} %",
         f"the same rule gains {gain('label')} % with an interval from "
         f"{100 * label.low:.0f} on".replace("-", "−"),
         f"With the tuned forces {percent(entry.closings[OURS].success)} of closings end without "
@@ -100,7 +100,8 @@ def test_what_is_held_and_what_it_costs() -> None:
     assert red is not None
     says(
         f"{WORDS[round(egg)]} of {WORDS[entry['quail egg'].n]} quail's eggs",
-        f"reads as {berry:.0f} and {red:.0f} Shore A too firm, and {WORDS[round(avocado)]} of",
+        f"estimates are {berry:.0f} and {red:.0f} Shore A too firm. It also crushes "
+        f"{WORDS[round(avocado)]} of",
     )
     assert tomato == entry["ripe tomato"].n / 2
     both = [n for n, o in entry.items() if o.fragile and o.shore_a > FIRMEST]
@@ -109,7 +110,7 @@ def test_what_is_held_and_what_it_costs() -> None:
 
 
 def test_a_cautious_hand_gains_nothing() -> None:
-    says("Where less than 8 % may be damaged, both policies drop about as many objects")
+    says("If less than 8 % may be damaged, both policies drop about the same number of objects")
     fronts = household().fronts
     ours, blind = (
         Front(np.array(fronts[n].dropped), np.array(fronts[n].damaged)) for n in (OURS, BLIND)

@@ -125,7 +125,7 @@ class LogisticDetector(TrainedDetector):
         self._memory = np.full((len(self._weights), _REMEMBERED, 2), np.nan)
 
     def _compile(self) -> Any:
-        """Return the constants of the compiled kernel; None without one for this rate."""
+        """Return the constants of the compiled kernel; None if no kernel fits this rate."""
         module, sizes = kernels(), self._sizes
         lengths = np.array(parts(self._rate), np.int32)
         # A subclass may judge in its own way.

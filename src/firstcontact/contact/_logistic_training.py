@@ -173,7 +173,9 @@ def _settled(
     last: int,
     rate: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return windows in sigmas of the steady state at their ends, and its prediction's weights.
+    """Return windows in sigmas of the steady state at their ends, and prediction weights.
+
+    The weights are those of the linear prediction from that steady state.
 
     Before the sample ``last``, the steady state follows a motor that becomes quieter, as in
     :class:`firstcontact.contact._confirmation.ContactListener`.

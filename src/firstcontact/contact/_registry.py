@@ -30,7 +30,7 @@ def make_detector(name: str, **options: Any) -> Detector:
     name
         Name in :data:`DETECTORS`.
     options
-        Options of its constructor.
+        Options of the detector's constructor.
 
     Raises
     ------

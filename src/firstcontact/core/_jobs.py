@@ -248,9 +248,9 @@ def cores() -> int:
 def pack_payload(values: tuple[Any, ...]) -> NDArray[np.uint8]:
     """Pack values into one array of bytes. Arrays in the values are stored uncompressed.
 
-    Joblib maps an array into the memory of all processes on a machine. A cluster sends it once to
-    each machine. The array only travels from a program to its workers; it is never read from a
-    user's file.
+    Joblib maps this array into the memory of all processes on a machine. A cluster sends the array
+    once to each machine. The array only travels from a program to its workers; it is never read
+    from a user's file.
     """
     buffers: list[pickle.PickleBuffer] = []
     head = pickle.dumps(values, protocol=5, buffer_callback=buffers.append)

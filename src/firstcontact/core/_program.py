@@ -56,7 +56,7 @@ class Program:
     inputs
         Number of values in the window.
     steps
-        Steps in an order in which the inputs of each are already computed.
+        Steps, each after the steps that compute its inputs.
     output
         Name of the output vector. A regression has one value. A classifier has one value per
         class, and the first largest one wins.

@@ -115,7 +115,7 @@ class Registry(Mapping[str, E], Generic[E]):
         return sum(1 for _ in self)
 
     def find(self, name: str) -> E:
-        """Return the entry with this name. In some registries a name with a colon names an import.
+        """Return the entry with this name. In some registries ``PACKAGE:NAME`` imports an object.
 
         Raises
         ------

@@ -40,7 +40,8 @@ def course(
 ) -> Step:
     """Return the step for the course of energy: quantile times, sign changes, roughness, peak time.
 
-    ``takes`` is the window. The output has one value per quantile, and three more.
+    ``takes`` is the window, of which one ``channel`` is used. The output has one value per
+    quantile, the time at which this share of the energy is reached, and three more values.
     """
     constants: Constants = {
         "samples": samples,
@@ -56,11 +57,12 @@ def course(
 def shares_above(
     takes: str, gives: str, samples: int, channels: int, steps: Sequence[int], biases: Real
 ) -> Step:
-    """Return the step for MiniRocket's features: shares above biases after each of 84 kernels.
+    """Return the step for MiniRocket's features: shares of convolved values above biases.
 
-    The window is convolved with each of the 84 kernels. A feature is the proportion of values above
-    a bias. ``takes`` is the window. The last output is the logarithm of the window's RMS. ``steps``
-    holds the dilations; ``biases`` has shape (dilations, 84, biases per kernel).
+    The window is convolved with each of MiniRocket's 84 convolution kernels. A feature is the
+    proportion of the resulting values above a bias. ``takes`` is the window. The last output is the
+    logarithm of the window's RMS. ``steps`` holds the dilations; ``biases`` has shape (dilations,
+    84, biases per kernel).
     """
     each = biases.shape[2]
     constants: Constants = {

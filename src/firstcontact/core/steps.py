@@ -72,7 +72,7 @@ def rbf(takes: str, gives: str, vectors: Real, gamma: float) -> Step:
 
 
 def dense(takes: str, gives: str, weight: Real, bias: Real) -> Step:
-    """Return the step ``weight @ x + bias``, for shapes (outputs, inputs) and (outputs,)."""
+    """Return the step ``weight @ x + bias``; ``weight``: (outputs, inputs), ``bias``: (outputs,)."""
     n, inputs = weight.shape
     constants: Constants = {
         "outputs": n,

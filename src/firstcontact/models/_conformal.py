@@ -130,7 +130,7 @@ def held_out_bounds(
     limits: tuple[float, float] | None = SHORE_A,
     spreads: Values | None = None,
 ) -> Iterator[tuple[Interval, NDArray[np.bool_]]]:
-    """Yield each fold with an interval from the other folds.
+    """Yield the interval of each fold, made from the predictions of the other folds.
 
     Parameters
     ----------

@@ -53,7 +53,7 @@ class RegressorModel(WindowModel):
     Parameters
     ----------
     spec
-        Windows and prediction of the model.
+        Specification of the model's windows and predictions.
     fitted
         Fitted object with ``predict(X)``, for X of shape (n, samples * channels), V.
     title

@@ -53,7 +53,7 @@ def log_bins(waves: Values, rate: float) -> Values:
 
 
 def course(waves: Values, rate: float) -> Values:
-    """Return features of the course in time, shape (n, 8).
+    """Return features of the windows' course in time, shape (n, 8).
 
     The features are the times of energy quantiles, the share of sign changes, the roughness, and
     the time of the peak.

@@ -97,7 +97,8 @@ class TouchStream:
         -------
         Touches or None
             One row for each millisecond after the contact that these samples completed, the
-            shortest first; None if they completed none. Samples after that time are not valid.
+            shortest first; None if they completed none. In each row, samples after the row's
+            millisecond are not valid.
         """
         counts = self.advance(block, contact)
         return self.touches(counts) if counts else None

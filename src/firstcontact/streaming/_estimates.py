@@ -143,7 +143,10 @@ class ClosingEstimates:
         host: float,
         transport: float,
     ) -> list[tuple[int, Event]]:
-        """Return the estimates before the second contact. The last is final if no more follow."""
+        """Return the new estimates from samples before the second contact, and the final one.
+
+        The final estimate is returned only if no more estimates follow.
+        """
         now = self._clock() if predictions else 0.0
         events: list[tuple[int, Event]] = []
         is_complete = True

@@ -1,4 +1,7 @@
-"""Live events. Each is a tagged struct. Its JSON form is a JSON line, and a message to the page."""
+"""Live events. Each event is a tagged struct.
+
+The JSON form of an event is a JSON line, and a message to the page.
+"""
 
 from __future__ import annotations
 

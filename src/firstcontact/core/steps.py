@@ -72,7 +72,7 @@ def rbf(takes: str, gives: str, vectors: Real, gamma: float) -> Step:
 
 
 def dense(takes: str, gives: str, weight: Real, bias: Real) -> Step:
-    """Return the step ``weight @ x + bias``; ``weight``: (outputs, inputs), ``bias``: (outputs,)."""
+    """Return the step ``weight @ x + bias``, with shapes (outputs, inputs) and (outputs,)."""
     n, inputs = weight.shape
     constants: Constants = {
         "outputs": n,

@@ -53,10 +53,10 @@ def test_sizes_and_seeds() -> None:
     on, judged = household().tuned_on, household().judged_on
     says(
         f"has {household().objects} objects from",
-        f"{WORDS[len(on.hands)]} hands and {WORDS[len(on.specimens)]} specimen of each object; "
-        f"judged on {WORDS[len(judged.hands)]} other hands and "
+        f"{WORDS[len(on.hands)]} hands and {WORDS[len(on.specimens)]} specimen of each object. "
+        f"They are scored on {WORDS[len(judged.hands)]} other hands and "
         f"{WORDS[len(judged.specimens)]} other specimens",
-        f"are dealt into {WORDS[on.folds]} folds",
+        f"are divided into {WORDS[on.folds]} folds",
         f"tries {on.budget} random settings of each policy",
         f"are of `--seed {results().study.seed}`",
     )

@@ -171,4 +171,4 @@ readme-numbers: $(VENV)/.study ## copy the numbers of all studies into docs/resu
 clean: ## remove what was built (studies and .venv stay)
 	rm -rf build dist site .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
 	find src tests docs benchmarks examples -name __pycache__ -type d -prune -exec rm -rf {} +
-	rm -rf src/*.egg-info examples/*/*.egg-info
+	rm -rf src/*.egg-info examples/*/*.egg-info src/firstcontact/core/_compiled*.so

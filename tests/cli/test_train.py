@@ -123,6 +123,16 @@ def test_the_same_seed_gives_the_same_files(
         assert (tmp_path / "m" / file).read_bytes() == (trained["known"] / file).read_bytes()
 
 
+@pytest.mark.slow
+def test_the_same_seed_gives_the_same_files_of_the_default_estimator(
+    data: Path, tmp_path: Path
+) -> None:
+    for name in ("one", "two"):
+        assert run("train", data, "--seed", 4, "--out", tmp_path / name) == 0
+    for file in (CARD, WEIGHTS, "detector.json", "detector.safetensors"):
+        assert (tmp_path / "one" / file).read_bytes() == (tmp_path / "two" / file).read_bytes()
+
+
 @pytest.mark.parametrize(
     ("labels", "sentence"),
     [

@@ -115,3 +115,20 @@ def test_the_gate_turns_where_that_of_numpy_does(seed, parts, size):
             blocks = (Block(data[i : i + size], i) for i in range(0, len(data), size))
             turns.append([event for block in blocks for event in gate.update(block)])
     assert turns[0] == turns[1]
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_gate_turns_alike_with_samples_that_are_not_numbers(seed):
+    rng = np.random.default_rng(seed)
+    loudness = np.repeat(rng.choice([0.5, 20.0], 40), 50)
+    data = np.zeros((len(loudness), LAYOUT.width))
+    columns = list(LAYOUT.columns(ChannelKind.VIBRATION))
+    data[:, columns] = 16384 + 60 * loudness[:, None] * rng.standard_normal((len(data), 2))
+    data[rng.integers(0, len(data), 3), columns[0]] = np.nan
+    volts = 60 * LAYOUT.column_channels[columns[0]].scale
+    floors = Calibration(tuple(VibrationCalibration(f, volts) for f in Finger))
+    turns = []
+    for module in (built_kernels(), None):
+        with using(module):
+            turns.append(list(ClosingGate(LAYOUT, floors).update(Block(data))))
+    assert turns[0] == turns[1]

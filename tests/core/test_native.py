@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
 
 from compiled_kernels import built_kernels
+from firstcontact.core import _native
 
 BLOCKED = """
 import sys
@@ -22,12 +26,26 @@ def test_the_package_works_without_them() -> None:
     subprocess.run([sys.executable, "-c", BLOCKED], check=True)
 
 
+@pytest.mark.parametrize("age", [-60.0, 60.0])
+def test_a_module_older_than_its_sources_is_not_used(
+    age: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    module = ModuleType("_compiled")
+    module.__file__ = str(tmp_path / "_compiled.so")
+    Path(module.__file__).touch()
+    newest = max(p.stat().st_mtime for p in Path(_native.__file__).with_name("c").iterdir())
+    os.utime(module.__file__, (newest + age, newest + age))
+    monkeypatch.setitem(sys.modules, "firstcontact.core._compiled", module)
+    assert (_native._load() is module) == (age > 0)
+    assert len(caplog.records) == (age < 0)
+
+
 def detector(window: int = 110, line: int = 17) -> object:
     lengths = np.array([2, 4, 7, 11, 15, 30], np.int32)
     return built_kernels().detector(window, 2, 4, 44, 3.0, 0.1, lengths, np.zeros(line))
 
 
-@pytest.mark.parametrize(("window", "line"), [(40, 17), (5000, 17), (110, 16)])
+@pytest.mark.parametrize(("window", "line"), [(40, 17), (5000, 17), (110, 16), (1, 17)])
 def test_a_detector_that_does_not_fit_is_refused(window: int, line: int) -> None:
     with pytest.raises(ValueError, match=r"."):
         detector(window, line)

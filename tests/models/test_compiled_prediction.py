@@ -5,6 +5,8 @@ from __future__ import annotations
 import copy
 import pickle
 from dataclasses import replace
+from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -24,6 +26,7 @@ from firstcontact.models import (
     moments,
     shipped_model,
 )
+from firstcontact.models._combined import CombinedModel
 from firstcontact.models._motor_pitch import MotorPitch, spectra
 from firstcontact.signal import samples_in
 
@@ -42,6 +45,26 @@ def models() -> dict[str, InContextModel]:
         "alone": combined.model.network_alone(),
         "combined": combined.model,
     }
+
+
+class Spy(ModuleType):
+    """The kernels, with the names of the functions that were used."""
+
+    def __init__(self) -> None:
+        super().__init__("spy")
+        self.calls: list[str] = []
+
+    def __getattr__(self, name: str) -> Any:
+        self.calls.append(name)
+        return getattr(built_kernels(), name)
+
+
+class SoftModel(CombinedModel):
+    """Model of somebody else, which predicts a constant."""
+
+    def refine(self, *arguments: Any) -> Any:
+        value, spread = super().refine(*arguments)
+        return 0.0 * value + 7.0, spread
 
 
 def contact(seed: int, finger: int, sign: float) -> Touches:
@@ -89,6 +112,31 @@ def test_a_dead_sensor_is_out_of_range(models: dict[str, InContextModel]) -> Non
     assert answer.out_of_range
 
 
+@pytest.mark.parametrize("kind", [">f4", "<f8", "f4"])
+def test_each_kind_of_number_gives_the_same_prediction(
+    models: dict[str, InContextModel], kind: str
+) -> None:
+    touches = contact(2, 0, 1.0)
+    wave = touches.waves[0]
+    with using(built_kernels()):
+        followed = copy.copy(models["combined"]).follow(touches)
+        expected = followed.predict(wave, 20)
+        assert followed.predict(wave[:30].astype(kind), 20) == expected
+        assert followed.predict(np.repeat(wave, 2).astype(kind)[::2], 20) == expected
+
+
+def test_a_subclass_refines_in_its_own_way(models: dict[str, InContextModel]) -> None:
+    touches = contact(2, 0, 1.0)
+    model = copy.copy(models["combined"])
+    model.__class__ = SoftModel
+    with using(built_kernels()):
+        followed = model.follow(touches)
+        assert not followed.is_compiled
+        answer = followed.predict(touches.waves[0], 20)
+    assert answer is not None
+    assert answer.value == 7.0
+
+
 def test_a_signal_beyond_all_numbers_has_no_prediction(models: dict[str, InContextModel]) -> None:
     touches = contact(0, -1, 1.0)
     endless = np.where(np.arange(SAMPLES) == 5, np.inf, touches.waves[0]).astype(np.float32)
@@ -113,8 +161,10 @@ def test_the_pitch_is_that_of_numpy(seed: int, tone: float) -> None:
     harmonics = sum(np.sin(2 * np.pi * k * tone * t) / k for k in (1, 2, 3))
     signals = (0.01 * rng.standard_normal((4, len(t))) + 0.02 * harmonics).astype(np.float32)
     pitch = MotorPitch.fit(spectra(signals, LEAD, RATE))
-    with using(built_kernels()):
+    spy = Spy()
+    with using(spy):
         pairs = [pitch.listen_to_one(signals[k : k + 1], LEAD, RATE) for k in range(4)]
+    assert spy.calls.count("listen") == 4
     speed, alike = pitch.listen(spectra(signals, LEAD, RATE))
     np.testing.assert_allclose([float(p[0][0]) for p in pairs], speed, rtol=0, atol=1e-12)
     np.testing.assert_allclose([float(p[1][0]) for p in pairs], alike, rtol=0, atol=1e-12)

@@ -66,9 +66,9 @@ class ConfirmingLatch:
 
     A finger that meets an object pushes for milliseconds. A click of the gears or a burst of
     interference changes faster, and a swell of the motor is faint. So a first contact is withdrawn
-    after 3 ms, with all later ones, if its signal changes faster than a push or is faint. The
-    fingers can then report contacts again. Without a motor, as for a sensor that a person moves,
-    all contacts count.
+    after 3 ms, with all later ones, if its signal changes faster than a push or is faint. A signal
+    20 times above the motor's is no click, however fast. The fingers can then report contacts
+    again. Without a motor, as for a sensor that a person moves, all contacts count.
 
     The result does not depend on the sizes of the blocks.
 

@@ -137,7 +137,9 @@ class WindowDetector(ABC):
         """
 
     def settled(self, quiet: NDArray[np.float64]) -> None:  # noqa: B027
-        """Learn from the steady state when it is complete. By default do nothing.
+        """Learn from a steady state. By default do nothing.
+
+        Called when the first one is complete, and again when a quieter one replaces it.
 
         Parameters
         ----------

@@ -2,14 +2,33 @@
 
 from __future__ import annotations
 
+import logging
 from importlib import import_module
+from pathlib import Path
 from types import ModuleType
 
-_compiled: ModuleType | None
-try:
-    _compiled = import_module("firstcontact.core._compiled")
-except ImportError:
-    _compiled = None
+_log = logging.getLogger(__name__)
+
+
+def _load() -> ModuleType | None:
+    try:
+        module = import_module("firstcontact.core._compiled")
+    except ImportError:
+        return None
+    # A checkout has the sources beside this file. Its compiled module stays where it is when the
+    # sources change.
+    built = Path(str(module.__file__)).stat().st_mtime
+    sources = Path(__file__).with_name("c").glob("*.[ch]")
+    if any(source.stat().st_mtime > built for source in sources):
+        _log.warning(
+            "the compiled kernels are older than their sources, so NumPy takes their place and "
+            "live estimates come later: install the package again, with pip install --editable ."
+        )
+        return None
+    return module
+
+
+_compiled = _load()
 
 
 def kernels() -> ModuleType | None:

@@ -54,7 +54,7 @@ def _compile(model: InContextModel) -> dict[int, Predict | None]:
     module = kernels()
     network = model.network
     # Other arithmetic has no kernel: reduced networks, and further kinds of models.
-    if module is None or type(network) is not Network:
+    if module is None or type(network) is not Network or not _refines_alone(model):
         return dict.fromkeys(model.rigs)
     layers = network.layers
     hidden, width = len(layers["query1"][1]), len(layers["mean"][1])
@@ -94,6 +94,15 @@ def _compile(model: InContextModel) -> dict[int, Predict | None]:
     except ValueError:  # larger than the kernels' room
         return dict.fromkeys(model.rigs)
     return rigs
+
+
+def _refines_alone(model: InContextModel) -> bool:
+    """Return True if the ``refine`` of a model uses its regression, and nothing else."""
+    refine, regression = (
+        next(kind for kind in type(model).__mro__ if name in vars(kind))
+        for name in ("refine", "regression")
+    )
+    return refine is regression and refine.__module__.startswith("firstcontact.models.")
 
 
 def _single(array: NDArray[np.generic]) -> NDArray[np.float32]:

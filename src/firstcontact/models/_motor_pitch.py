@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -107,10 +108,9 @@ def ear_constants(rate: float) -> dict[str, float | NDArray[np.generic]]:
 
 
 @lru_cache(maxsize=8)
-def _compiled_ear(lead: int, rate: float) -> Any:
-    """Return the constants of the compiled kernel for the motor's pitch; None without kernels."""
-    module = kernels()
-    if module is None or quiet_samples(lead, rate) > _FFT:
+def _compiled_ear(module: ModuleType, lead: int, rate: float) -> Any:
+    """Return the constants of the compiled kernel for the motor's pitch; None if none fits."""
+    if quiet_samples(lead, rate) > _FFT:
         return None
     cell, part = _places(rate)
     turn = np.sin(2 * np.pi * np.arange(_FFT + _FFT // 4) / _FFT)
@@ -152,11 +152,12 @@ class MotorPitch:
 
         Compiled kernels take a tenth of the time. Their results differ by rounding only.
         """
-        module, ear = kernels(), _compiled_ear(lead, rate)
+        module = kernels()
+        ear = None if module is None else _compiled_ear(module, lead, rate)
         if module is None or ear is None:
             return self.listen(spectra(signals, lead, rate))
         heard = np.ascontiguousarray(signals[0, : quiet_samples(lead, rate)], np.float32)
-        shift, alike = module.listen(ear, np.ascontiguousarray(self.reference), heard)
+        shift, alike = module.listen(ear, np.ascontiguousarray(self.reference, np.float64), heard)
         return np.full(1, shift * STEP - self.usual), np.full(1, min(max(alike, 0.0), 1.0))
 
     def listen(self, heard: Spectra) -> tuple[Values, Values]:

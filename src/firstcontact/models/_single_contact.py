@@ -108,6 +108,11 @@ class SingleContactPredictor:
         stage = _stage_index(valid, self._rate)
         if self._compiled is not None:
             noise = float(self._traits[-2])
+            is_ready = signal.dtype == np.float32 and signal.flags.c_contiguous
+            if not is_ready or len(signal) != STAGES[-1]:
+                padded = np.zeros(STAGES[-1], np.float32)
+                padded[:valid] = signal[:valid]
+                signal = padded
             answer = self._compiled(signal, valid, stage, self.features, noise)
             return None if answer is None else ContactPrediction(*answer)
         self._take(signal, valid)

@@ -158,7 +158,7 @@ static double median_of_steps(const double *x, ptrdiff_t stride)
     for (int32_t i = 0; i < STEPS; i++) {
         const double value = x[i * stride];
         int32_t place = i;
-        for (; place > 0 && sorted[place - 1] > value; place--)
+        for (; place > 0 && (sorted[place - 1] > value || isnan(sorted[place - 1])); place--)
             sorted[place] = sorted[place - 1];
         sorted[place] = value;
     }

@@ -11,14 +11,38 @@ static const char DETECTOR[] = "firstcontact.detector";
 static const char NETWORK[] = "firstcontact.network", RIG[] = "firstcontact.rig";
 static const char EAR[] = "firstcontact.ear";
 
-/* Get a contiguous buffer of exactly this many bytes. */
-static int take(PyObject *object, Py_buffer *view, Py_ssize_t bytes, int flags)
+/* Kinds of numbers, as buffers name them. */
+enum { F32 = 'f', F64 = 'd', I32 = 'i', FLAG = '?' };
+
+static Py_ssize_t size_of(char kind)
 {
-    if (PyObject_GetBuffer(object, view, PyBUF_C_CONTIGUOUS | flags) < 0)
+    return kind == F64 ? 8 : kind == FLAG ? 1 : 4;
+}
+
+/* Get a contiguous buffer of numbers of this kind, in the byte order of this machine. */
+static int get(PyObject *object, Py_buffer *view, char kind, int flags)
+{
+    if (PyObject_GetBuffer(object, view, PyBUF_C_CONTIGUOUS | PyBUF_FORMAT | flags) < 0)
         return -1;
-    if (view->len == bytes)
+    const char *const format = view->format;
+    if (view->itemsize == size_of(kind) && format != NULL && format[0] != 0 && format[1] == 0
+        && (format[0] == kind || (kind == I32 && format[0] == 'l')))
         return 0;
-    PyErr_Format(PyExc_ValueError, "an array has %zd bytes, not %zd", view->len, bytes);
+    PyErr_Format(PyExc_ValueError, "an array holds numbers of kind %s, not %c",
+                 format == NULL ? "?" : format, kind);
+    PyBuffer_Release(view);
+    return -1;
+}
+
+/* Get a contiguous buffer of exactly so many numbers of this kind. */
+static int take(PyObject *object, Py_buffer *view, Py_ssize_t count, char kind, int flags)
+{
+    if (get(object, view, kind, flags) < 0)
+        return -1;
+    if (view->len == count * size_of(kind))
+        return 0;
+    PyErr_Format(PyExc_ValueError, "an array has %zd bytes, not %zd", view->len,
+                 count * size_of(kind));
     PyBuffer_Release(view);
     return -1;
 }
@@ -80,17 +104,18 @@ static PyObject *detector(PyObject *self, PyObject *const *args, Py_ssize_t n)
     d.search = number(args[3]);
     d.awake = PyFloat_AsDouble(args[4]);
     d.floor = PyFloat_AsDouble(args[5]);
-    if (PyErr_Occurred() || take(args[6], views, sizeof d.lengths, 0) < 0)
+    if (PyErr_Occurred() || take(args[6], views, PARTS + 1, I32, 0) < 0)
         return NULL;
     memcpy(d.lengths, views[0].buf, sizeof d.lengths);
     PyBuffer_Release(views);
-    if (take(args[7], views, sizeof d.line, 0) < 0)
+    if (take(args[7], views, 2 * EACH + 1, F64, 0) < 0)
         return NULL;
     memcpy(d.line, views[0].buf, sizeof d.line);
     PyBuffer_Release(views);
-    const int32_t look = d.window - (d.looks - 1) * d.step;
-    int ok = d.step > 0 && d.looks > 0 && d.looks <= LOOKS_MOST && d.window <= WINDOW_MOST
-             && d.search >= 0 && d.lengths[0] > 0 && look - d.lengths[PARTS] > ORDER;
+    int ok = d.looks > 0 && d.looks <= LOOKS_MOST && d.window <= WINDOW_MOST && d.step > 0
+             && d.step <= d.window && d.search >= 0 && d.lengths[0] > 0;
+    const int32_t look = ok ? d.window - (d.looks - 1) * d.step : 0;
+    ok = ok && look - d.lengths[PARTS] > ORDER;
     for (int k = 0; k < PARTS; k++)
         ok = ok && d.lengths[k] < d.lengths[k + 1];
     if (!ok)
@@ -115,28 +140,28 @@ static PyObject *judge(PyObject *self, PyObject *const *args, Py_ssize_t n)
     const int32_t end = number(args[3]), count = number(args[4]);
     if (d == NULL || PyErr_Occurred())
         return NULL;
-    if (PyObject_GetBuffer(args[8], views + held, PyBUF_C_CONTIGUOUS) < 0)
+    if (get(args[8], views + held, FLAG, 0) < 0)
         return NULL;
-    const Py_ssize_t fingers = views[held++].len, each = sizeof(double);
-    if (take(args[5], views + held, fingers * each, 0) < 0)
+    const Py_ssize_t fingers = views[held++].len;
+    if (take(args[5], views + held, fingers, F64, 0) < 0)
         goto failed;
     held++;
-    if (take(args[6], views + held, fingers * each, 0) < 0)
+    if (take(args[6], views + held, fingers, F64, 0) < 0)
         goto failed;
     held++;
-    if (take(args[7], views + held, fingers * (ORDER + 1) * each, 0) < 0)
+    if (take(args[7], views + held, fingers * (ORDER + 1), F64, 0) < 0)
         goto failed;
     held++;
-    if (take(args[9], views + held, fingers * LOOKS_MOST * 2 * each, PyBUF_WRITABLE) < 0)
+    if (take(args[9], views + held, fingers * LOOKS_MOST * 2, F64, PyBUF_WRITABLE) < 0)
         goto failed;
     held++;
-    if (take(args[10], views + held, count * fingers * (Py_ssize_t)sizeof(int32_t), PyBUF_WRITABLE) < 0)
+    if (take(args[10], views + held, count * fingers, I32, PyBUF_WRITABLE) < 0)
         goto failed;
     held++;
-    if (PyObject_GetBuffer(args[1], views + held, PyBUF_C_CONTIGUOUS) < 0)
+    if (get(args[1], views + held, F64, 0) < 0)
         goto failed;
     held++;
-    const Py_ssize_t samples = fingers ? views[6].len / (fingers * each) : 0;
+    const Py_ssize_t samples = fingers ? views[6].len / (fingers * (Py_ssize_t)sizeof(double)) : 0;
     if (count < 1 || end < d->window || end + (Py_ssize_t)(count - 1) * d->step > samples) {
         wrong("a window lies outside the samples");
         goto failed;
@@ -162,20 +187,24 @@ static PyObject *quiet_steps(PyObject *self, PyObject *const *args, Py_ssize_t n
         return NULL;
     const int32_t width = number(args[1]), fingers = number(args[2]), step = number(args[3]);
     const long long known = PyLong_AsLongLong(args[5]);
-    const Py_ssize_t each = sizeof(double);
-    if (fingers < 1 || width < fingers || step < 1 || PyErr_Occurred())
+    if (fingers < 1 || width < fingers || width > WIDTH_MOST || step < 1 || step > STEP_MOST
+        || PyErr_Occurred())
         return wrong("the sizes of the steps do not fit");
-    if (PyObject_GetBuffer(args[7], views, PyBUF_C_CONTIGUOUS | PyBUF_WRITABLE) < 0)
+    if (get(args[7], views, FLAG, PyBUF_WRITABLE) < 0)
         return NULL;
     held++;
     const Py_ssize_t steps = views[0].len;
-    if (take(args[0], views + held, steps * step * width * each, 0) < 0)
+    if (steps > INT32_MAX) {
+        wrong("there are too many steps");
+        goto failed;
+    }
+    if (take(args[0], views + held, steps * step * width, F64, 0) < 0)
         goto failed;
     held++;
-    if (take(args[4], views + held, STEPS * 2 * fingers * each, PyBUF_WRITABLE) < 0)
+    if (take(args[4], views + held, STEPS * 2 * fingers, F64, PyBUF_WRITABLE) < 0)
         goto failed;
     held++;
-    if (take(args[6], views + held, fingers * each, 0) < 0)
+    if (take(args[6], views + held, fingers, F64, 0) < 0)
         goto failed;
     held++;
     fc_quiet_steps(views[1].buf, width, fingers, step, (int32_t)steps, views[2].buf, known,
@@ -187,10 +216,11 @@ failed:
     return NULL;
 }
 
-/* Array of a network: where it goes, and how many numbers it has. */
+/* Array of a network: where it goes, how many numbers it has, and their kind. */
 typedef struct {
     const void **to;
-    Py_ssize_t count, size;
+    Py_ssize_t count;
+    char kind;
 } array;
 
 /* Copy arrays into one block behind a head, because neighbours are read one after the other. */
@@ -201,15 +231,15 @@ static char *packed(PyObject *from, const array *arrays, Py_ssize_t n, size_t he
     head = (head + 63) / 64 * 64;
     size_t bytes = head;
     for (Py_ssize_t k = 0; k < n; k++)
-        bytes += (size_t)(arrays[k].count * arrays[k].size + 63) / 64 * 64;
+        bytes += (size_t)(arrays[k].count * size_of(arrays[k].kind) + 63) / 64 * 64;
     char *const block = PyMem_Malloc(bytes);
     if (block == NULL)
         return (char *)PyErr_NoMemory();
     char *at = block + head;
     for (Py_ssize_t k = 0; k < n; k++) {
-        const Py_ssize_t length = arrays[k].count * arrays[k].size;
+        const Py_ssize_t length = arrays[k].count * size_of(arrays[k].kind);
         Py_buffer view;
-        if (take(PyTuple_GetItem(from, k), &view, length, 0) < 0) {
+        if (take(PyTuple_GetItem(from, k), &view, arrays[k].count, arrays[k].kind, 0) < 0) {
             PyMem_Free(block);
             return NULL;
         }
@@ -238,7 +268,6 @@ static int set_layer(fc_layer *layer, int32_t inputs, int32_t outputs)
     return inputs > 0 && inputs <= 2 * UNITS_MOST && outputs > 0 && outputs <= UNITS_MOST;
 }
 
-enum { FLOAT = sizeof(float), DOUBLE = sizeof(double) };
 #define TO(field) (const void **)&(field)
 
 /* network(sizes, arrays): sizes (stages, query1, query2, found, body1, body2, body3), and the arrays
@@ -264,20 +293,20 @@ static PyObject *network(PyObject *self, PyObject *const *args, Py_ssize_t n)
     if (!fits || stages < 1 || stages > 100 || size[2] % HEADS || size[3] % HEADS || !size[3])
         return wrong("the network is too large");
     array arrays[ARRAYS] = {
-        {TO(net.mean), INPUTS, FLOAT},
-        {TO(net.sd), INPUTS, FLOAT},
-        {TO(net.usual), stages * TRAITS, DOUBLE},
-        {TO(net.whitening), stages * TRAITS * TRAITS, DOUBLE},
-        {TO(net.limit), stages, DOUBLE},
-        {TO(net.gain), TRAITS, DOUBLE},
-        {TO(net.factors), stages, DOUBLE},
+        {TO(net.mean), INPUTS, F32},
+        {TO(net.sd), INPUTS, F32},
+        {TO(net.usual), stages * TRAITS, F64},
+        {TO(net.whitening), stages * TRAITS * TRAITS, F64},
+        {TO(net.limit), stages, F64},
+        {TO(net.gain), TRAITS, F64},
+        {TO(net.factors), stages, F64},
     };
     fc_layer *const layers[] = {&net.query1, &net.query2, &net.body1,
                                 &net.body2, &net.body3, &net.answer};
     for (int k = 0; k < 6; k++) {
         const fc_layer *const l = layers[k];
-        arrays[7 + 2 * k] = (array){TO(layers[k]->weight), (Py_ssize_t)l->inputs * l->outputs, FLOAT};
-        arrays[8 + 2 * k] = (array){TO(layers[k]->bias), l->outputs, FLOAT};
+        arrays[7 + 2 * k] = (array){TO(layers[k]->weight), (Py_ssize_t)l->inputs * l->outputs, F32};
+        arrays[8 + 2 * k] = (array){TO(layers[k]->bias), l->outputs, F32};
     }
     char *const block = packed(args[1], arrays, ARRAYS, sizeof net);
     if (block == NULL)
@@ -312,22 +341,23 @@ static PyObject *rig(PyObject *self, PyObject *const *args, Py_ssize_t n)
         return NULL;
     const int32_t stages = net->stages, levels = out.levels = size[0], known = size[1];
     fc_regression *const r = &out.regression;
+    out.network = net;
     out.level = numbers[0];
     out.sign = numbers[1];
     r->n = known;
     r->centre = numbers[2];
     r->unit = numbers[3];
     const array arrays[ARRAYS] = {
-        {TO(out.along), stages * net->body1.outputs, FLOAT},
-        {TO(out.keys), stages * levels * net->query2.outputs, FLOAT},
-        {TO(out.values), stages * levels * (net->body1.inputs - net->query1.outputs), FLOAT},
-        {TO(r->mean), known ? stages * KNOWN : 0, DOUBLE},
-        {TO(r->sd), known ? stages * KNOWN : 0, DOUBLE},
-        {TO(r->known), (Py_ssize_t)stages * KNOWN * known, DOUBLE},
-        {TO(r->squares), stages * known, DOUBLE},
-        {TO(r->weights), stages * known, DOUBLE},
-        {TO(r->inverse), (Py_ssize_t)stages * known * known, DOUBLE},
-        {TO(r->scale), known ? stages : 0, DOUBLE},
+        {TO(out.along), stages * net->body1.outputs, F32},
+        {TO(out.keys), stages * levels * net->query2.outputs, F32},
+        {TO(out.values), stages * levels * (net->body1.inputs - net->query1.outputs), F32},
+        {TO(r->mean), known ? stages * KNOWN : 0, F64},
+        {TO(r->sd), known ? stages * KNOWN : 0, F64},
+        {TO(r->known), (Py_ssize_t)stages * KNOWN * known, F64},
+        {TO(r->squares), stages * known, F64},
+        {TO(r->weights), stages * known, F64},
+        {TO(r->inverse), (Py_ssize_t)stages * known * known, F64},
+        {TO(r->scale), known ? stages : 0, F64},
     };
     char *const block = packed(args[3], arrays, ARRAYS, sizeof out);
     if (block == NULL)
@@ -353,9 +383,11 @@ static PyObject *predict(PyObject *self, PyObject *const *args, Py_ssize_t n)
         return NULL;
     if (valid < 2 || valid > POINTS || stage < 0 || stage >= net->stages)
         return wrong("the number of samples is out of range");
-    if (take(args[2], &signal, POINTS * (Py_ssize_t)sizeof(float), 0) < 0)
+    if (r->network != net)
+        return wrong("the rig was made for another network");
+    if (take(args[2], &signal, POINTS, F32, 0) < 0)
         return NULL;
-    if (take(args[5], &beside, BESIDE * (Py_ssize_t)sizeof(double), 0) < 0) {
+    if (take(args[5], &beside, BESIDE, F64, 0) < 0) {
         PyBuffer_Release(&signal);
         return NULL;
     }
@@ -378,10 +410,10 @@ static PyObject *ear(PyObject *self, PyObject *const *args, Py_ssize_t n)
     fc_ear *const e = PyMem_Calloc(1, sizeof *e);
     if (e == NULL)
         return PyErr_NoMemory();
-    if (PyObject_GetBuffer(args[0], &view, PyBUF_C_CONTIGUOUS) < 0)
+    if (get(args[0], &view, F64, 0) < 0)
         goto failed;
-    e->heard = (int32_t)(view.len / DOUBLE);
-    if (view.len < DOUBLE || view.len > (Py_ssize_t)sizeof e->fade) {
+    e->heard = (int32_t)(view.len / (Py_ssize_t)sizeof(double));
+    if (e->heard < 1 || view.len > (Py_ssize_t)sizeof e->fade) {
         PyBuffer_Release(&view);
         wrong("too many samples before a contact");
         goto failed;
@@ -389,11 +421,12 @@ static PyObject *ear(PyObject *self, PyObject *const *args, Py_ssize_t n)
     memcpy(e->fade, view.buf, (size_t)view.len);
     PyBuffer_Release(&view);
     void *const to[] = {e->cell, e->part, e->turn};
-    const Py_ssize_t bytes[] = {sizeof e->cell, sizeof e->part, sizeof e->turn};
+    const Py_ssize_t counts[] = {LINES, LINES, 2 * HALF + HALF / 2};
+    const char kinds[] = {I32, F64, F64};
     for (int k = 0; k < 3; k++) {
-        if (take(args[k + 1], &view, bytes[k], 0) < 0)
+        if (take(args[k + 1], &view, counts[k], kinds[k], 0) < 0)
             goto failed;
-        memcpy(to[k], view.buf, (size_t)bytes[k]);
+        memcpy(to[k], view.buf, (size_t)view.len);
         PyBuffer_Release(&view);
     }
     for (int k = 0; k < LINES; k++)
@@ -418,9 +451,9 @@ static PyObject *listen(PyObject *self, PyObject *const *args, Py_ssize_t n)
     if (!has(n, 3))
         return NULL;
     const fc_ear *const e = PyCapsule_GetPointer(args[0], EAR);
-    if (e == NULL || take(args[1], &reference, LINES * DOUBLE, 0) < 0)
+    if (e == NULL || take(args[1], &reference, LINES, F64, 0) < 0)
         return NULL;
-    if (take(args[2], &signal, e->heard * FLOAT, 0) < 0) {
+    if (take(args[2], &signal, e->heard, F32, 0) < 0) {
         PyBuffer_Release(&reference);
         return NULL;
     }

@@ -24,6 +24,8 @@ enum {
     LOOKS_MOST = 8,
     WINDOW_MOST = 1024,
     STEPS = 13,      /* over which the gate judges */
+    STEP_MOST = 1 << 16,
+    WIDTH_MOST = 1 << 12,
     FEATURES = 14,   /* of a contact */
     TRAITS = FEATURES + 2,
     BESIDE = 5,
@@ -98,6 +100,7 @@ typedef struct {
 
 /* Rig that a network is conditioned on. */
 typedef struct {
+    const fc_network *network; /* that it was made for */
     int32_t levels;
     double level, sign;
     const float *along;         /* (stages, body1.outputs): the part of body1 that the rig fixes */

@@ -94,7 +94,7 @@ def tables(results: Path) -> dict[str, str]:
     made = dict.fromkeys((*names, *GRASP, *PARTS), "*Not run yet.*\n")
     if (results / "study.json").is_file():
         made |= study_tables(results / "study.json")
-    for name in ("generalise", "random_rigs", "closing_speed"):
+    for name in ("generalise", "structure", "random_rigs", "closing_speed"):
         if (results / f"{name}.json").is_file():
             made[name] = part_tables(name, read_subjects(results / f"{name}.json"))
     if (results / "real.json").is_file():
@@ -152,6 +152,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--study", type=Path, help="results.json of `make study`")
     parser.add_argument("--generalise", type=Path, help="results.json of `make generalise`")
+    parser.add_argument("--structure", type=Path, help="results.json of that study part")
     parser.add_argument("--random-rigs", type=Path, help="results.json of that study part")
     parser.add_argument("--closing-speed", type=Path, help="results.json of that study part")
     parser.add_argument("--real", type=Path, help="results.json of the impacts of `make real`")
@@ -163,6 +164,7 @@ def main() -> None:
     for name, source in (
         ("study", options.study),
         ("generalise", options.generalise),
+        ("structure", options.structure),
         ("random_rigs", options.random_rigs),
         ("closing_speed", options.closing_speed),
         ("real", options.real),

@@ -25,7 +25,17 @@ def write(path: Path, tree: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize(
     "result",
-    ["study", "generalise", "random_rigs", "closing_speed", "real", "strikes", "grasp", "sets"],
+    [
+        "study",
+        "generalise",
+        "structure",
+        "random_rigs",
+        "closing_speed",
+        "real",
+        "strikes",
+        "grasp",
+        "sets",
+    ],
 )
 def test_committed_results_are_read_whole_and_written_as_they_are(result: str) -> None:
     path = numbers.RESULTS / f"{result}.json"
@@ -38,6 +48,7 @@ def test_there_are_no_other_results() -> None:
     assert {p.name for p in numbers.RESULTS.iterdir()} == {
         "study.json",
         "generalise.json",
+        "structure.json",
         "random_rigs.json",
         "closing_speed.json",
         "real.json",

@@ -27,7 +27,7 @@ class Calibrate:
     weights: Path | None = None
     """CSV file of known weights on a taxel: finger,newtons,volts."""
     weigh: tuple[float, ...] = ()
-    """Weights that you put on a taxel when asked, N; the voltage of each is measured."""
+    """Weights that you put on a taxel when asked, N; each is measured in V."""
 
     former: ClassVar[dict[str, str]] = {"--tap": "the default; leave it out"}
 

@@ -176,7 +176,12 @@ class CsvSource(ThreadedSource):
         opened = began = time.monotonic()
         lines: list[tuple[float, ...]] = []
         arrivals: list[tuple[float, int]] = []
-        while (now := time.monotonic()) - began < self._measured or len(lines) < LINES_NEEDED:
+        later = 0  # arrivals that count for the rate; a busy machine may read rarely
+        while (
+            (now := time.monotonic()) - began < self._measured
+            or len(lines) < LINES_NEEDED
+            or (later < 3 and now - opened < PATIENCE)
+        ):
             if len(lines) < LINES_NEEDED and now - opened > PATIENCE:
                 raise InputError(
                     f"{self.port}: no lines of numbers came in {PATIENCE:g} s, but "
@@ -189,11 +194,12 @@ class CsvSource(ThreadedSource):
             lines += new
             if new:
                 arrivals.append((time.monotonic(), len(lines)))
+                later += arrivals[-1][0] - began > 0.25 * self._measured
         columns = identify_columns(lines, self._lines.header, self._named, self.port)
         # The first lines may have waited in buffers. The rate is the slope of a line through the
         # later ones.
-        later = np.array([a for a in arrivals if a[0] - began > 0.25 * self._measured])
-        rate = float(np.polyfit(later[:, 0] - began, later[:, 1], 1)[0]) if len(later) > 2 else 0.0
+        counted = np.array([a for a in arrivals if a[0] - began > 0.25 * self._measured])
+        rate = float(np.polyfit(counted[:, 0] - began, counted[:, 1], 1)[0]) if later > 2 else 0.0
         if columns.counter is not None:
             complete_lines = [n for n in lines if len(n) == columns.width]
             steps = np.diff([n[columns.counter] for n in complete_lines])

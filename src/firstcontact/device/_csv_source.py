@@ -175,12 +175,13 @@ class CsvSource(ThreadedSource):
         """Return columns and rate, from the first lines."""
         opened = began = time.monotonic()
         lines: list[tuple[float, ...]] = []
+        # The first lines may have waited in buffers. The rate is the slope of a line through the
+        # arrivals after them, of which a busy machine may read few.
         arrivals: list[tuple[float, int]] = []
-        later = 0  # arrivals that count for the rate; a busy machine may read rarely
         while (
             (now := time.monotonic()) - began < self._measured
             or len(lines) < LINES_NEEDED
-            or (later < 3 and now - opened < PATIENCE)
+            or (len(arrivals) < 3 and now - opened < PATIENCE)
         ):
             if len(lines) < LINES_NEEDED and now - opened > PATIENCE:
                 raise InputError(
@@ -192,14 +193,11 @@ class CsvSource(ThreadedSource):
             if new and not lines:
                 began = time.monotonic()  # buffered lines arrive together
             lines += new
-            if new:
-                arrivals.append((time.monotonic(), len(lines)))
-                later += arrivals[-1][0] - began > 0.25 * self._measured
+            if new and (age := time.monotonic() - began) > 0.25 * self._measured:
+                arrivals.append((age, len(lines)))
         columns = identify_columns(lines, self._lines.header, self._named, self.port)
-        # The first lines may have waited in buffers. The rate is the slope of a line through the
-        # later ones.
-        counted = np.array([a for a in arrivals if a[0] - began > 0.25 * self._measured])
-        rate = float(np.polyfit(counted[:, 0] - began, counted[:, 1], 1)[0]) if later > 2 else 0.0
+        times, counts = np.array(arrivals).reshape(-1, 2).T
+        rate = float(np.polyfit(times, counts, 1)[0]) if len(arrivals) > 2 else 0.0
         if columns.counter is not None:
             complete_lines = [n for n in lines if len(n) == columns.width]
             steps = np.diff([n[columns.counter] for n in complete_lines])

@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from firstcontact.models._in_context import InContextModel
     from firstcontact.models._touches import Touches
 
-_LENGTH = NAMES.index("length")
-
 
 def _stage_index(valid: int, rate: float) -> int:
     """Return :func:`firstcontact.models._rig.stage_index` for one contact."""

@@ -76,7 +76,7 @@ def host_events(folder: Path, data: np.ndarray) -> list[Event]:
     model = load_model(folder)
     assert model.network is not None
     predictor = NetworkPredictor(model.network.model)
-    pipeline = Pipeline(layout, model.own_detector, predictor, FLOORS, as_on_hand=True)
+    pipeline = Pipeline(layout, model.own_detector, predictor, FLOORS, resettles=False)
     blocks = [Block(data[k : k + 5], k) for k in range(0, len(data), 5)]
     events = [event for block in blocks for event in pipeline.update(block, 0.0)]
     return events + pipeline.finish()

@@ -160,9 +160,8 @@ class ClosingGate:
         self._skipped = (self._grid - first_sample) % self._step if goes_on else 0
         self._grid = first_sample + self._skipped  # number of the first waiting sample
         self._steps = 0  # steps since the restart
-        self._sums = np.zeros((0, 2, len(self._vibration)))  # sums of the last steps
-        # The same for the compiled kernel, with room for the newest step.
-        self._step_sums = np.zeros((STEPS, 2, len(self._vibration)))
+        # Sums of the last steps since the restart, and zeros before these.
+        self._sums = np.zeros((STEPS, 2, len(self._vibration)))
         self._unloaded: NDArray[np.float64] | None = None
         self._held = -STEPS  # last step with a held object
 
@@ -199,7 +198,7 @@ class ClosingGate:
                 volts.shape[2],
                 fingers,
                 self._step,
-                self._step_sums,
+                self._sums,
                 self._steps,
                 self._limit,
                 at_rest,
@@ -207,7 +206,8 @@ class ClosingGate:
             return at_rest
         new = step_sums(volts[:, :, :fingers])
         sums = np.concatenate([self._sums, new])
-        self._sums = sums[-(STEPS - 1) :]
+        self._sums = sums[-STEPS:]
+        sums = sums[-min(self._steps, STEPS - 1) - len(new) :]
         quiet = np.zeros(len(new), dtype=np.bool_)  # unknown for the first steps
         if len(sums) >= STEPS:
             calm = np.all(median(step_powers(sums, self._step)) <= self._limit**2, axis=1)

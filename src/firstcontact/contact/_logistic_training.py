@@ -181,16 +181,19 @@ def _settled(
     :class:`firstcontact.contact._confirmation.ContactListener`.
     """
     every, age = samples_in(RESETTLED, rate), samples_in(SETTLED, rate)
-    quiet = x[:steady]
-    ringing = prediction((quiet - quiet.mean()) / quiet.std())
+
+    def settle(quiet: NDArray[np.float64]) -> tuple[float, float, NDArray[np.float64]]:
+        mean, sigma = quiet.mean(), quiet.std()
+        return mean, sigma, prediction((quiet - mean) / sigma)
+
+    mean, sigma, ringing = settle(x[:steady])
     out, weights = np.empty(windows.shape), np.empty((len(ends), ORDER + 1))
     for begin in range(0, int(ends[-1]) if len(ends) else 0, every):
         later = x[max(begin - age - steady, 0) : max(begin - age, 0)]
-        if begin < last and len(later) == steady and 0.0 < later.std() < QUIETER * quiet.std():
-            quiet = later
-            ringing = prediction((quiet - quiet.mean()) / quiet.std())
+        if begin < last and len(later) == steady and 0.0 < later.std() < QUIETER * sigma:
+            mean, sigma, ringing = settle(later)
         rows = (ends > begin) & (ends <= begin + every)
-        out[rows] = (windows[rows] - quiet.mean()) / quiet.std()
+        out[rows] = (windows[rows] - mean) / sigma
         weights[rows] = ringing
     return out, weights
 

@@ -81,8 +81,8 @@ def live_session(
                 predictor,
                 delay=delay,
                 real_time=real_time,
-                # So that its predictions and this computer's can be compared.
-                as_on_hand=source.descriptor.predictor is not None,
+                # A hand that predicts does not, and its predictions are compared with these.
+                resettles=source.descriptor.predictor is None,
             )
             floors = calibration()
             pipeline.calibrate(floors)

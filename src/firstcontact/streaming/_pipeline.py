@@ -82,8 +82,8 @@ class Pipeline:
     real_time
         True if samples come as fast as they were taken. Otherwise estimates are not rated as in
         time or too late.
-    as_on_hand
-        True to keep the first steady state of each closing, as the C code of the hand does.
+    resettles
+        See :class:`firstcontact.contact.ContactListener`.
 
     Attributes
     ----------
@@ -113,7 +113,7 @@ class Pipeline:
         clock: Callable[[], float] = time.monotonic,
         delay: float = 0.0,
         real_time: bool = True,
-        as_on_hand: bool = False,
+        resettles: bool = True,
     ) -> None:
         if predictor is not None:
             predictor.check(layout)
@@ -126,7 +126,7 @@ class Pipeline:
         self.radius = math.nan
         self.measure_speed: MeasureSpeed | None = None
         self._delay = delay
-        self._as_on_hand = as_on_hand
+        self._resettles = resettles
         self._transport = TransportDelay(layout.rate) if real_time else None
         self._clock = clock
         self._rehearse(Closings(layout, detector))
@@ -148,7 +148,7 @@ class Pipeline:
     def calibrate(self, calibration: Calibration | None) -> None:
         """Set the noise floors. Call it only before the first block."""
         self._closings = Closings(
-            self.layout, self._detector, calibration, resettles=not self._as_on_hand
+            self.layout, self._detector, calibration, resettles=self._resettles
         )
         self._has_warned = self._closings.has_floors
 

@@ -217,5 +217,12 @@ def test_contact_after_a_loud_start_of_the_motor_is_detected(edges: list[int]) -
     assert isinstance(contact, Contact)
     assert contact.finger is Finger.INDEX
     assert abs(contact.sample - 750) <= 8
-    judged = judge_pinch(ThresholdDetector(8.0), pinch, 0)
+    judged = judge_pinch(ThresholdDetector(8.0), pinch, len(data))
     assert judged.first == contact
+    alone = ThresholdDetector(8.0)
+    alone.start(LAYOUT)
+    fixed = alone.judge(Block(pinch.data))
+    for name in ("ends", "fired", "onsets"):
+        assert np.array_equal(getattr(judged.fixed_windows, name), getattr(fixed, name))
+    assert not fixed.fired.any()
+    assert judged.windows.fired.any()

@@ -205,7 +205,7 @@ def test_looks_of_a_step_count_as_one_window() -> None:
     fired[np.searchsorted(fine, 101) : np.searchsorted(fine, 107), Finger.INDEX] = True
     fired[np.searchsorted(fine, TRUTH + 8), Finger.THUMB] = True
     decisions = WindowDecisions(fine, fired, np.where(fired, fine[:, None], -1))
-    judged = PinchDecisions(decisions, Contact(Finger.INDEX, 101, 101))
+    judged = PinchDecisions(decisions, decisions, Contact(Finger.INDEX, 101, 101))
     scores = score_decisions([judged], Dataset((pinch(),)), 3 / LAYOUT.rate)
     assert (scores.quiet_windows, scores.windows) == (2 * 20, 2 * 20 + 1)
     assert scores.quiet_windows_silent == pytest.approx(39 / 40)

@@ -253,6 +253,8 @@ class _Judge:
         self.latch = ConfirmingLatch(layout)
         self._every, self._age = (samples_in(t, layout.rate) for t in (RESETTLED, SETTLED))
         self._left = self._every
+        #: True once a quieter steady state has replaced the first one.
+        self.has_resettled = False
 
     def update(self, block: Block) -> Iterator[tuple[WindowDecisions, list[Contact | Withdrawal]]]:
         """Yield the decisions and the events of each piece of a block.
@@ -276,7 +278,7 @@ class _Judge:
         if self._resettles and self.windowed is not None and not self.latch.is_confirmed:
             quiet = self.latch.newest(self.windowed.steady_samples, self._age)
             if quiet is not None:
-                self.windowed.resettle(quiet)
+                self.has_resettled |= self.windowed.resettle(quiet)
 
 
 class ContactListener:
@@ -338,11 +340,14 @@ class PinchDecisions:
     ----------
     windows
         Decisions for the first windows, up to the last one that was judged.
+    fixed_windows
+        The same, but relative to the first steady state of the pinch, as published.
     first
         First contact that is not withdrawn; None without one.
     """
 
     windows: WindowDecisions
+    fixed_windows: WindowDecisions
     first: Contact | None
 
 
@@ -364,7 +369,8 @@ def judge_pinch(detector: Detector, pinch: Pinch, until: int) -> PinchDecisions:
     Returns
     -------
     PinchDecisions
-        Decisions for these windows, and the first contact in them that is not withdrawn.
+        Decisions for these windows, and the first contact in them that is not withdrawn. The fixed
+        windows end at ``until``, or later if the steady state never changes.
     """
     judge = _Judge(detector, pinch.layout)
     windows: list[WindowDecisions] = []
@@ -376,7 +382,11 @@ def judge_pinch(detector: Detector, pinch: Pinch, until: int) -> PinchDecisions:
         if contacts and judge.latch.is_confirmed:
             break
     arrays = ([getattr(part, f.name) for part in windows] for f in fields(WindowDecisions))
-    return PinchDecisions(WindowDecisions(*map(np.concatenate, arrays)), next(iter(contacts), None))
+    judged = fixed = WindowDecisions(*map(np.concatenate, arrays))
+    if judge.has_resettled:
+        detector.start(pinch.layout)
+        fixed = detector.judge(next(_pieces(_block(pinch), until, pinch.layout.rate)))
+    return PinchDecisions(judged, fixed, next(iter(contacts), None))
 
 
 def _standing(

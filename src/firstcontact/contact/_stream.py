@@ -228,20 +228,26 @@ class WindowDetector(ABC):
         """Number of samples of a steady state."""
         return self._sizes.steady
 
-    def resettle(self, quiet: NDArray[np.float64]) -> None:
+    def resettle(self, quiet: NDArray[np.float64]) -> bool:
         """Replace the steady state of the channels that have become quieter.
 
         Parameters
         ----------
         quiet
             Later samples without a contact, smoothed, V, shape (steady, fingers).
+
+        Returns
+        -------
+        bool
+            True if a channel has become quieter.
         """
         if self._state is None:
-            return
+            return False
         is_quieter = SteadyState.measure(quiet).sigma < QUIETER * self._state.sigma
         is_quieter &= np.ptp(quiet, axis=0) > 0.0
         if is_quieter.any():
             self._settle(np.where(is_quieter, quiet, self._quiet))
+        return bool(is_quieter.any())
 
     def _settle(self, quiet: NDArray[np.float64]) -> None:
         self._quiet = quiet

@@ -43,11 +43,12 @@ class DetectionScores(Record, frozen=True, kw_only=True):
     The first trigger of a pinch is the first contact that the detector reports and does not
     withdraw. A share is None if there are no windows of that kind.
 
-    Windows are counted every 3 ms as published, independent of earlier decisions. For a detector
-    with shorter steps, a 3 ms step fires if any of its windows fires. A window of either finger is
-    quiet if it ends before the contact. The contact window is the touching finger's first window
-    with at least 1 ms of the contact. Windows between the quiet ones and the contact window are not
-    counted, because either decision is right. Later windows are not counted either.
+    Windows are counted every 3 ms as published, independent of earlier decisions and relative to
+    the first steady state of the pinch. For a detector with shorter steps, a 3 ms step fires if any
+    of its windows fires. A window of either finger is quiet if it ends before the contact. The
+    contact window is the touching finger's first window with at least 1 ms of the contact. Windows
+    between the quiet ones and the contact window are not counted, because either decision is right.
+    Later windows are not counted either.
 
     Parameters
     ----------
@@ -80,7 +81,8 @@ class DetectionScores(Record, frozen=True, kw_only=True):
         Number of pinches without any trigger.
     false_alarms_per_minute
         Number of false alarms (uninterrupted runs of quiet windows that fire, counted per finger)
-        per minute of closing without contact. None if there is no such time.
+        per minute of closing without contact, while the steady state follows a quieter motor as in
+        a live session. None if there is no such time.
     delay_ms
         Median and 95th percentile of the time from the contact to the decision. It includes first
         triggers on the touching finger that are neither placed nor decided early, also late ones.
@@ -135,23 +137,27 @@ class _Counts:
     alarms: int = 0
 
     def add(
-        self, decisions: WindowDecisions, column: int, truth: int, early: int, guard: int, step: int
-    ) -> int:
-        """Count the windows of one pinch. Return its number of quiet 3 ms steps."""
-        if not len(decisions.ends) or truth <= decisions.ends[0] - step:
+        self, windows: WindowDecisions, column: int, truth: int, early: int, guard: int, step: int
+    ) -> None:
+        """Count the windows of one pinch."""
+        if not len(windows.ends) or truth <= windows.ends[0] - step:
             self.too_soon += 1
-            return 0
-        fired = decisions.fired[decisions.ends < truth - early]
-        starts = fired.copy()
-        starts[1:] &= ~fired[:-1]
+            return
+        fired = windows.fired[windows.ends < truth - early]
         self.quiet += fired.size
         self.quiet_right += int((~fired).sum())
-        self.alarms += int(starts.sum())
-        shows = np.flatnonzero(decisions.ends >= truth + guard - 1)
+        shows = np.flatnonzero(windows.ends >= truth + guard - 1)
         if len(shows):
             self.contact += 1
-            self.contact_right += int(decisions.fired[shows[0], column])
-        return len(fired)
+            self.contact_right += int(windows.fired[shows[0], column])
+
+    def add_alarms(self, windows: WindowDecisions, truth: int, early: int, seconds: float) -> None:
+        """Count the false alarms of one pinch, whose windows end ``seconds`` apart."""
+        fired = windows.fired[windows.ends < truth - early]
+        starts = fired.copy()
+        starts[1:] &= ~fired[:-1]
+        self.alarms += int(starts.sum())
+        self.seconds += len(fired) * seconds
 
 
 def score_detector(
@@ -234,15 +240,21 @@ def score_decisions(
         if truth.finger in fingers:
             look = max(1, samples_in(step, rate))
             looks = max(1, samples_in(WINDOW_STEP, rate) // look)
-            steps = counts.add(
-                _merge_looks(decision.windows, looks),
+            step_samples, early_samples = looks * look, samples_in(early, rate)
+            counts.add(
+                _merge_looks(decision.fixed_windows, looks),
                 fingers.index(truth.finger),
                 truth.sample,
-                samples_in(early, rate),
+                early_samples,
                 samples_in(GUARD, rate),
-                looks * look,
+                step_samples,
             )
-            counts.seconds += steps * looks * look / rate
+            counts.add_alarms(
+                _merge_looks(decision.windows, looks),
+                truth.sample,
+                early_samples,
+                step_samples / rate,
+            )
         first = decision.first
         became = outcome(first, truth, rate, early, tolerance)
         outcomes[became] += 1

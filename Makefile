@@ -23,38 +23,43 @@ help: ## list the targets
 # --- what is installed -------------------------------------------------------------------------
 # Only what requirements/ names, at its version and with one of its hashes; pip chooses nothing.
 # The files are layers: requirements/write.py tells of what. Stamps: installing is repeated only
-# when what is asked for has changed.
+# when what is asked for has changed. pip compiles on one core, and tests of packages as well, so
+# that is done afterwards.
 
 layers = $(foreach layer,$(1),--requirement requirements/$(layer).txt)
-fetch  = $(PIP) install --quiet --no-deps --only-binary :all: --require-hashes $(call layers,$(1))
+fetch  = $(PIP) install --quiet --no-compile --no-deps --only-binary :all: --require-hashes $(call layers,$(1))
 # The package itself, built with what is there already.
 itself = $(PIP) install --quiet --no-deps --no-build-isolation --editable .
 # Estimators of another package, which studies and tests treat as those of this one.
 plugin = $(PIP) install --quiet --no-deps --no-build-isolation --editable examples/plugin_estimators
 # Built for CPUs only where pip is told of a place that has it, else that of PyPI with CUDA.
 torch  = $(call fetch,cpu) 2>/dev/null || $(call fetch,cuda)
+# Beside the others: it is as large as they are together.
+both   = $(call fetch,$(1)) & others=$$!; { $(torch); } && wait $$others
+bytes  = $(BIN)/python -m compileall -q -j 0 -x '[\\/](tests?|testing[\\/]_internal)[\\/]' $(VENV)/lib
 PINS  := pyproject.toml examples/plugin_estimators/pyproject.toml $(wildcard requirements/*.txt) $(wildcard src/firstcontact/core/c/*)
 
 $(BIN)/pip:
 	$(PYTHON) -m venv $(VENV)
 
 $(VENV)/.study: $(PINS) | $(BIN)/pip
-	$(call fetch,base study)
-	$(torch)
+	$(call both,base study)
 	$(itself)
 	$(plugin)
+	-$(bytes)
 	@touch $@
 
 $(VENV)/.dev: $(PINS) | $(BIN)/pip
-	$(call fetch,base study live dev)
-	$(torch)
+	$(call both,base study live dev)
 	$(itself)
 	$(plugin)
+	-$(bytes)
 	@touch $(VENV)/.study $(VENV)/.live $@
 
 $(VENV)/.live: $(PINS) | $(BIN)/pip
 	$(call fetch,base live)
 	$(itself)
+	-$(bytes)
 	@touch $@
 
 .PHONY: install constraints

@@ -72,7 +72,7 @@ def test_what_a_target_promises_is_in_its_files(target: str, layers: str) -> Non
     names = {name for layer in layers.split() for name in pins(FOLDER / f"{layer}.txt")}
     assert dependencies(*TARGETS[target, layers]) <= names
     recipe = (ROOT / "Makefile").read_text().partition(f"$(VENV)/{target}: ")[2].split("\n\n")[0]
-    fetched = re.findall(r"fetch,([\w ]+)", recipe) + ["cuda"] * ("$(torch)" in recipe)
+    fetched = re.findall(r"(?:fetch|both),([\w ]+)", recipe) + ["cuda"] * ("both," in recipe)
     assert " ".join(fetched) == layers
 
 

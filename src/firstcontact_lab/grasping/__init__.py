@@ -1,7 +1,7 @@
-"""Grasp study: grips of household objects by the simulated hand, with and without stiffness.
+"""Grasp study: picks by simulated hands, with policies that use or ignore the stiffness.
 
 The study has two parts. In the household part policies pick up household objects of unknown weight.
-In the payload task policies hold objects up to a declared mass, as gently as possible. Terms:
+In the payload task policies hold objects of at most an assumed mass, as gently as possible. Terms:
 
 - A *kind* is a household object by name, such as "raspberry". Its specimens differ at random.
 - A *family* is a group of similar kinds. A *fold* is a group of whole families, held out together.
@@ -10,6 +10,7 @@ In the payload task policies hold objects up to a declared mass, as gently as po
 - The *table of closings* holds the forces of every pick at each approach speed and grip force. Most
   results are computed from it. A *full closing* is simulated anew, with detector, model and loop.
 - A *success* is a pick whose object is neither dropped nor damaged.
+- A *slip reflex* raises the grip force when the object slips; the *boost* is its factor.
 - The *limit* of an object is the contact force that damages it.
 - The *gain* from stiffness is the relative reduction of drops at 10 % damage, unless stated
   otherwise. A *control* measures the gain after weights or limits were swapped between kinds.

@@ -57,13 +57,14 @@ class Approached:
     plant
         Simulated hand at that moment.
     estimate
-        Estimate that a policy acts on at that moment; None without one.
+        Estimate that a policy can act on at that moment; None if there is none.
     answers
         All estimates that use only samples before the second contact.
     heard
-        Time from the first contact to the detection of the second, s; None if it was not detected.
+        Time from the first contact to the detection of the second contact, s. None if the second
+        contact was not detected.
     offset
-        Time between the contacts, s; None without a second contact.
+        Time from the first to the second contact, s; None if one of them is missing.
     """
 
     plant: GraspPlant
@@ -103,7 +104,8 @@ class _Waiting(PlantHand):
 def approached(pick: Pick, speed: float, hands: OwnHand, breaks: bool = False) -> Approached:
     """Simulate the approach to an object until both fingers touch.
 
-    The approach is the same for all policies for household objects: they differ only afterwards.
+    All policies for household objects approach in the same way. They differ only after both fingers
+    touch.
 
     Parameters
     ----------

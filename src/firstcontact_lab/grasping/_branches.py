@@ -1,4 +1,4 @@
-"""Outcomes of all grip forces after one approach."""
+"""Simulation of a pick with every grip force, after one common approach."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ LOT = 100
 
 @dataclass(frozen=True, slots=True)
 class Branching:
-    """Settings whose combinations are simulated for the table of closings.
+    """Speeds and forces that are simulated, in all combinations, for the table of closings.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class Branching:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Branches:
-    """Outcomes of all grip forces for one pick and one approach speed.
+    """Outcomes of one pick at one approach speed, for each grip force.
 
     Parameters
     ----------
@@ -57,10 +57,11 @@ class Branches:
     estimate, answers, heard
         As in :class:`firstcontact_lab.grasping._approach.Approached`.
     peak, hold
-        Largest contact force, N, and sum of both contact forces at the end, N, for each grip force.
+        Largest contact force, N, and sum of both contact forces at the end, N. Axis: grip force.
     slip_peak, slip_drop
-        Largest contact force with a slip reflex, N, and 1 if the object is dropped (0 if not), with
-        the axes lift, latency of the slip detection, boost and grip force. NaN without a slip.
+        Largest contact force, N, and 1 for a drop or 0, if the hand has a slip reflex. Axes: kind
+        of lift, latency of the slip detection, boost and grip force. NaN where the object does not
+        slip.
     """
 
     pick: Pick
@@ -82,8 +83,8 @@ def branches(
 ) -> Branches:
     """Simulate one approach, then a grip with each force and the lift of the object.
 
-    Where the object would slip, the lift is repeated with each combination of kind of lift, latency
-    of the slip detection and boost of the reflex.
+    If the object slips at a grip force, the lift is repeated with each combination of kind of lift,
+    latency of the slip detection and boost of the reflex.
     """
     pick, speed = job
     specimen = pick_specimen(pick)
@@ -127,7 +128,7 @@ def _until(plant: GraspPlant, since: float) -> None:
 def _reflex(
     plant: GraspPlant, force: float, wait: float, boost: float, speed: float
 ) -> tuple[float, bool]:
-    """Lift with a slip reflex. Return the largest contact force, N, and True for a drop."""
+    """Lift with a slip reflex. Return the largest contact force, N, and True if dropped."""
     watch = SlipWatch(wait)
     while not plant.ended and not plant.lost:
         plant.move(10)

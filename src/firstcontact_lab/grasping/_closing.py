@@ -25,14 +25,14 @@ LAYOUT = fingertip_layout()
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """Command, with the time at which it was sent, s after the closing's first sample."""
+    """Command that was sent ``at`` seconds after the first sample of the closing."""
 
     at: float
     command: Command
 
 
 class PlantHand(Hand):
-    """Hand that drives the simulated plant."""
+    """Hand that sends its commands to the simulated plant."""
 
     name = "plant"
     limits = HandLimits(speed=0.25, force=12.0, rate=math.inf, watchdog=math.inf)
@@ -56,9 +56,9 @@ class PlantHand(Hand):
 
 @dataclass(frozen=True, slots=True)
 class ClosingRecord:
-    """Commands and estimates of one closing, with the counts of its grasp loop.
+    """Commands and estimates of one closing, and the counts of its grasp loop, such as misses.
 
-    ``estimates`` include those that the policy did not use.
+    ``estimates`` include estimates that the policy did not use.
     """
 
     orders: tuple[Order, ...]
@@ -89,8 +89,8 @@ def close(
     windows
         Number of expected estimates; 0 for a policy without estimates.
     feels
-        True if the policy acts on the force arrays. Otherwise blocks are long once all estimates
-        are available.
+        True if the policy acts on the force arrays. If False, blocks become longer once all
+        estimates are available, to save time.
     """
     hand = PlantHand(plant)
     grasping = Grasping(policy, hand, LAYOUT)

@@ -1,4 +1,4 @@
-"""Errors and times of the live estimates on judged picks, in total and by object."""
+"""Errors and times of the live estimates on the picks for judging, in total and by object."""
 
 from __future__ import annotations
 
@@ -25,14 +25,16 @@ HALF = 1e-4
 
 
 def at_tuned_speed(tables: Tables, rows: Sequence[Branches], ours: Judged) -> list[Branches]:
-    """Return one closing of each pick: that at the approach speed tuned for the pick's object."""
+    """Return one closing of each pick, at the approach speed that was tuned for its object."""
     fold_of = folds(sorted(set(tables.judged.kinds)), tables.folds)
     speed = [chosen.settings["approach"] for chosen in ours.chosen]
     return [row for row in rows if row.speed == speed[fold_of[row.pick.kind]]]
 
 
 def _errors(rows: Sequence[Branches]) -> dict[str, list[float]]:
-    """Return errors in Shore A by window in ms, and of the estimates that policies used.
+    """Return the errors of estimates, in Shore A, by window length in ms and under "used".
+
+    The key "used" has the errors of the estimates that policies used.
 
     An error is the estimate minus the label.
     """
@@ -80,7 +82,7 @@ def estimates(
 def by_object(
     tables: Tables, rows: Sequence[Branches], policies: Mapping[str, Judged]
 ) -> dict[str, ObjectErrors]:
-    """Return, for each object, errors, and shares of drops and damage with the tuned policies."""
+    """Return for each object the errors of its estimates, and its drops and damage by policy."""
     ours = list(policies.values())[-1]
     approaches = at_tuned_speed(tables, rows, ours)
     errors_by_window = {}

@@ -27,7 +27,7 @@ FAMILIES = (
 
 
 def family(kind: str) -> str:
-    """Return the family of an object. An object unlike all others is a family by itself."""
+    """Return the family of an object. A family can consist of a single object."""
     for words in FAMILIES:
         if any(word in kind for word in words):
             return " and ".join(words)

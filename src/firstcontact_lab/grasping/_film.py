@@ -31,7 +31,7 @@ PICTURES, PACE = 72, 12
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Take:
-    """One filmed closing: grip force (N) by time from the first contact (s), and outcome."""
+    """One filmed closing: grip force (N), time from the first contact (s), and outcome."""
 
     policy: str
     kind: str
@@ -46,7 +46,7 @@ class Take:
 def take(
     pick: Pick, policy: str, settings: SettingsOf, hands: Mapping[tuple[int, float], OwnHand]
 ) -> Take:
-    """Simulate a full closing on an object, with settings that were not tuned on its family."""
+    """Simulate a full closing, with settings that were not tuned on the object's family."""
     played_closing = played(RealJob(pick, policy, settings(pick.kind)), hands)
     outcome, row = played_closing.plant.outcome, played_closing.row
     specimen = pick_specimen(pick)

@@ -56,7 +56,7 @@ def findings(
     Parameters
     ----------
     tables, rows
-        Tables for tuning and for judging, and all simulated closings on the judged picks.
+        Tables for tuning and for judging, and all simulated closings of the picks for judging.
     hands
         Models of the hands.
     judgement
@@ -117,10 +117,10 @@ def _controls(tables: Tables, count: int) -> dict[str, Between]:
 
 
 def _successes(everyone: Mapping[str, Judged], full: FullClosings, best: Front) -> dict[str, float]:
-    """Return each tuned policy's share of picks without drop or damage.
+    """Return for each tuned policy the share of picks that are neither dropped nor damaged.
 
-    The share comes from full closings if they were simulated for the policy, otherwise from the
-    table.
+    If full closings were simulated for the policy, the share comes from them, otherwise from the
+    table of closings.
     """
     return {
         **{name: _success(policy) for name, policy in everyone.items()},

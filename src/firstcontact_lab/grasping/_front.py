@@ -22,7 +22,7 @@ AROUND = (0.07, 0.10, 0.13)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Front:
-    """Shares of dropped and damaged picks by scale of the forces, and by resample if given."""
+    """Shares of dropped and of damaged picks, shape (scales,) or (scales, resamples)."""
 
     dropped: Values
     damaged: Values
@@ -30,9 +30,9 @@ class Front:
     def drop_share(self, damage: float | Values = DAMAGE) -> Values:
         """Return the share of dropped picks at the scale that damages the share ``damage``.
 
-        The shape is () or (resamples,). If a policy damages less than this at every scale, the
-        result is its smallest share of drops. If it damages more at every scale, the result is the
-        share of drops at the boldest scale with the least damage, plus the excess damage.
+        The shape is () or (resamples,). If every scale damages less than ``damage``, the result is
+        the smallest share of drops. If every scale damages more, take the largest of the scales
+        with the least damage: the result is its share of drops, plus the damage above ``damage``.
         """
         dropped, damaged = np.atleast_2d(self.dropped.T), np.atleast_2d(self.damaged.T)
         wanted = np.broadcast_to(damage, len(dropped))
@@ -87,10 +87,11 @@ def resampled(
     count: int,
     seed: int,
 ) -> NDArray[np.float64]:
-    """Return bootstrap weights of picks. Objects and hands are drawn with replacement.
+    """Return bootstrap weights of picks: objects and hands are drawn with replacement.
 
     Both are resampled, because a policy that works for these objects and hands may not work for
-    others. Objects are resampled within their groups, because the group sizes are fixed by design.
+    other objects and hands. Objects are resampled within their groups, because the study fixes the
+    size of each group.
 
     Parameters
     ----------

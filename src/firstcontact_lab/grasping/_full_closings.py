@@ -1,7 +1,7 @@
-"""Outcomes of tuned policies in full closings, and the gain from stiffness in them.
+"""Outcomes of tuned policies in full closings, and the gain from stiffness in these closings.
 
-A full closing simulates everything, the live pipeline and the grasp loop included. It looks nothing
-up in the table of closings.
+A full closing simulates everything, including the live pipeline and the grasp loop. It does not use
+the table of closings.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from firstcontact_lab.grasping.results import Between, RealClosings
 
 @dataclass(frozen=True, slots=True)
 class FullClosings:
-    """Shares of outcomes in full closings by policy, and the increase in successes by stiffness."""
+    """Outcomes of full closings by policy, and the gain in successes from stiffness."""
 
     by_policy: Mapping[str, RealClosings]
     gain: Between
@@ -38,14 +38,14 @@ def full_closings(
     hands: Mapping[tuple[int, float], OwnHand],
     runner: Runner,
 ) -> FullClosings:
-    """Simulate full closings on every judged pick, with four policies.
+    """Simulate full closings of every pick for judging, with four policies.
 
     The policies are ``blind`` and ``stiffness``, each without and with a slip reflex.
 
     Parameters
     ----------
     judgement
-        Tuned settings of the policies, and their outcomes in the table.
+        Tuned settings of the policies, and their outcomes in the table of closings.
     table
         Table of the picks for judging.
     weights
@@ -71,10 +71,10 @@ def full_closings(
 
 
 def _gain(rows: Sequence[RealRow], weights: NDArray[np.float64]) -> Between:
-    """Return the increase in the share of successes by stiffness, on the same picks.
+    """Return the share of successes with stiffness minus the share without, on the same picks.
 
-    ``rows`` holds all rows of one policy after another. The picks of each policy are in the order
-    of the weights.
+    ``rows`` holds the rows of one policy, then those of the next. Within a policy, rows have the
+    order of the weights.
     """
     fine = [
         np.array([not (r.dropped or r.damaged) for r in rows if r.job.policy == kind.name], float)
@@ -87,7 +87,7 @@ def _gain(rows: Sequence[RealRow], weights: NDArray[np.float64]) -> Between:
 def _shares(
     rows: Sequence[RealRow], judgement: Judged, weights: NDArray[np.float64]
 ) -> RealClosings:
-    """Return the shares of outcomes of a tuned policy. Rows and weights have the same order."""
+    """Return the share of each outcome of a tuned policy. Rows and weights have the same order."""
     dropped = np.array([r.dropped for r in rows])
     damaged = np.array([r.damaged for r in rows])
     # A damaged object that also falls counts as damaged only.

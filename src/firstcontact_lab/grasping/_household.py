@@ -22,7 +22,7 @@ OwnHands = dict[tuple[int, float], OwnHand]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HouseholdWork:
-    """Results of the household part; for the film also the hands' models and the tuned settings."""
+    """Results of the household part, and what the film needs: models of hands, tuned settings."""
 
     results: Household
     hands: OwnHands
@@ -43,7 +43,7 @@ def household(
     runner
         Runner for the closings.
     stage
-        Function that is called with the title of each stage when it begins.
+        Function that is called with the title of each step when the step begins.
     """
     how = Branching(settings.speeds, settings.forces, settings.boosts)
     tuning_hands, judged_hands = settings.hand_seeds(seed)

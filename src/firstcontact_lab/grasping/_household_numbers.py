@@ -1,4 +1,4 @@
-"""Results of the household part from tables of closings: fronts, drops, and controls."""
+"""Results of the household part from tables of closings: fronts, drops and control experiments."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ NORMAL = 1.645
 
 @dataclass(frozen=True, slots=True)
 class Tables:
-    """Tables for tuning and for judging: the same objects, but other hands and other specimens.
+    """Tables for tuning and for judging: same objects, but different hands and specimens.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ class Judged:
     Parameters
     ----------
     outcomes
-        Outcomes by scale (the factor on the tuned forces, smallest first) and judged pick.
+        Outcomes by scale (the factor on the tuned forces, smallest first), and by pick.
     chosen
         Chosen settings, one for each fold of objects.
     """
@@ -81,7 +81,7 @@ class Judged:
 
     @property
     def front(self) -> Front:
-        """Trade-off of drops and damage over all picks."""
+        """Shares of dropped and of damaged picks at each scale, over all picks."""
         return front(self.outcomes)
 
 
@@ -91,7 +91,7 @@ def household_policies() -> dict[str, type[Policy]]:
 
 
 def baseline(reflex: bool = False) -> type[Policy]:
-    """Return the policy that uses no stiffness, with or without a reflex."""
+    """Return the policy that uses no stiffness, with or without a slip reflex."""
     return next(
         p
         for p in household_policies().values()
@@ -100,7 +100,7 @@ def baseline(reflex: bool = False) -> type[Policy]:
 
 
 def candidate(reflex: bool = False) -> type[Policy]:
-    """Return the policy that acts on the estimate, with or without a reflex."""
+    """Return the policy that acts on the estimate, with or without a slip reflex."""
     return next(
         p
         for p in household_policies().values()
@@ -109,7 +109,7 @@ def candidate(reflex: bool = False) -> type[Policy]:
 
 
 def labelled(table: Table, rmse: float, seed: int) -> list[Told]:
-    """Return the labels of all picks with added noise, as estimates; one list for each speed."""
+    """Return the labels of all picks with noise, as estimates: the same list for each speed."""
     rng = np.random.default_rng([seed, round(1e3 * rmse)])
     noisy = table.shore_a + rmse * rng.standard_normal(len(table.picks))
     half = NORMAL * rmse
@@ -123,7 +123,7 @@ def tried_on(
     estimates: Sequence[Told],
     reflex: tuple[int, int] | None = None,
 ) -> list[Candidate]:
-    """Return the settings to try for a policy, with their outcomes in the tuning table."""
+    """Return the settings to try for a policy, with their outcomes in the table for tuning."""
     settings = policy_settings(kind, tables.budget, tables.few, tables.seed)
     return candidates(kind, settings, tables.tuning, estimates, reflex)
 
@@ -143,10 +143,10 @@ def judged(
     kind
         Class of the policy.
     estimates
-        Estimates for the tuning and for the judged table, by approach speed; by default the live
-        estimates.
+        Estimates for the table for tuning, and for the table for judging, by approach speed. By
+        default the live estimates.
     reflex
-        Indices of the lift and of the latency of the slip detection; None without a reflex.
+        Indices of the lift and of the latency of the slip detection; None without a slip reflex.
     """
     tuning, judging = (
         (tables.tuning.estimates, tables.judged.estimates) if estimates is None else estimates
@@ -181,11 +181,11 @@ def _by_fold(
 
 
 def ceiling(table: Table) -> Front:
-    """Return the front for the best approach speed, force and reflex of each pick.
+    """Return the front of the best choice for each pick: approach speed, force and slip reflex.
 
-    No hand can reach this bound, because the choice uses the outcome of the pick. For a pick that
-    every choice drops or damages, the price of damage decides which of the two is worse. The front
-    has two points: one with a high price, one with a low price.
+    No hand can reach this bound, because the choice uses the outcome of the pick. Some picks are
+    dropped or damaged by every choice. For them the price of damage decides between drop and
+    damage. The front has two points: one for a high price, one for a low price.
     """
     forces = np.exp(np.linspace(np.log(table.how.forces[0]), np.log(table.how.forces[-1]), 60))
     grid = np.repeat(forces[:, None], len(table.picks), axis=1)
@@ -206,7 +206,7 @@ def ceiling(table: Table) -> Front:
 
 
 def resample_weights(table: Table, seed: int) -> NDArray[np.float64]:
-    """Return bootstrap weights of the picks: each resample draws kinds of object and hands anew.
+    """Return bootstrap weights of the picks: each resample draws kinds and hands.
 
     All policies use the same weights, so that their differences are paired.
     """
@@ -221,14 +221,14 @@ def between(value: float, drawn: NDArray[np.float64]) -> Between:
 
 
 def drops(outcome_list: Judged, weights: NDArray[np.float64]) -> Between:
-    """Return the share of dropped picks at 10 % damage, with an interval from the resamples."""
+    """Return the share of dropped picks at 10 % damage, with its bootstrap interval."""
     return between(
         float(outcome_list.front.drop_share()), front(outcome_list.outcomes, weights).drop_share()
     )
 
 
 def less(dropped: NDArray[np.float64], theirs: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return 1 minus the ratio of a policy's drops to another's, clipped to -1 to 1."""
+    """Return 1 - ``dropped`` / ``theirs``, the relative reduction in drops, limited to -1 to 1."""
     ratio = np.where(
         theirs > 0, dropped / np.maximum(theirs, 1e-9), np.where(dropped > 0, 2.0, 1.0)
     )
@@ -237,10 +237,10 @@ def less(dropped: NDArray[np.float64], theirs: NDArray[np.float64]) -> NDArray[n
 
 
 def fewer(ours: Judged, theirs: Judged, weights: NDArray[np.float64] | None = None) -> Between:
-    """Return the relative reduction in drops, from another policy to ours, at 10 % damage.
+    """Return the relative reduction in drops from policy ``theirs`` to ``ours``, at 10 % damage.
 
     In each resample the forces of both policies are scaled until 10 % of the objects are damaged.
-    So neither drops less by damaging more, and the interval includes the uncertainty of the
+    So no policy drops fewer objects by damaging more. The interval includes the uncertainty of the
     scaling. ``benchmarks/grasp_intervals.py`` measures the coverage of these intervals.
 
     Parameters
@@ -258,11 +258,11 @@ def fewer(ours: Judged, theirs: Judged, weights: NDArray[np.float64] | None = No
 
 
 def fewer_as_bold(ours: Judged, theirs: Judged, weights: NDArray[np.float64]) -> Between:
-    """Return the reduction in drops as :func:`fewer` does, but with fixed scales of the forces.
+    """Return the reduction in drops like :func:`fewer`, but do not scale forces in resamples.
 
-    Each policy keeps, in all resamples, the scale that damages 10 % of all picks. So in a resample
-    the policies damage different shares. If ours damages more objects, each of these counts as a
-    drop; if ours damages fewer, each counts as an avoided drop.
+    In all resamples each policy keeps the scale that damages 10 % of all picks. So the two policies
+    damage different shares in a resample. Each object that ``ours`` damages more than ``theirs``
+    counts as a drop. Each object that ``ours`` damages less counts as an avoided drop.
     """
     a, b = (int(np.argmin(np.abs(SCALES - find_scale(j.front)))) for j in (ours, theirs))
     mine, baseline_drops = front(ours.outcomes, weights), front(theirs.outcomes, weights)
@@ -282,11 +282,11 @@ def conditions() -> dict[str, tuple[int, int]]:
 
 
 def permuted(tables: Tables, count: int, mass: bool, damage: bool, seed: int) -> Between:
-    """Return the reduction in drops if objects get the weight or the limit of other objects.
+    """Return the gain from stiffness if objects get the weight or the limit of other objects.
 
     The weights, the limits or both are permuted between objects. The policies without and with
-    stiffness are tuned again for each permutation. The interval is the middle 95 % of the
-    permutations.
+    stiffness are tuned again for each permutation. The result is the mean gain; its interval is the
+    middle 95 % of the permutations.
     """
     names = sorted(set(tables.judged.kinds))
     rng = np.random.default_rng([seed, mass, damage])
@@ -333,10 +333,10 @@ def _pressed(
 
 
 def _given(table: Table, by_mass: Mapping[str, str], by_limit: Mapping[str, str]) -> Table:
-    """Return the table with needed forces and limits that belong to other kinds of object.
+    """Return the table with the needed forces and the limits of other kinds of object.
 
-    ``by_mass`` and ``by_limit`` name the other kind for each kind. They are those of the pick with
-    the same hand and the same specimen number.
+    For each kind, ``by_mass`` and ``by_limit`` name the kind whose numbers it gets. The numbers are
+    taken from the pick with the same hand and the same specimen number.
     """
     place = {(p.kind, p.hand, p.specimen): i for i, p in enumerate(table.picks)}
 

@@ -1,6 +1,6 @@
-"""Judgement of the policies for household objects: tuning on some picks, outcomes on others.
+"""Judgement of the policies for household objects: tuned on some picks, scored on others.
 
-The policies get live estimates, or labels with noise as estimates, and have a slip reflex or none.
+Policies get live estimates, or labels with added noise. They have a slip reflex or none.
 """
 
 from __future__ import annotations
@@ -37,11 +37,13 @@ class Judgement:
     Parameters
     ----------
     plain
-        Judged policies without a reflex, by name. Some get labels with noise as estimates.
+        Outcomes of policies without a slip reflex, by name. Some policies get labels with noise as
+        estimates.
     reflexes
-        Judged policies with a reflex, without and with stiffness, by lift and detection latency.
+        Outcomes of policies with a slip reflex: one policy without, one with stiffness. The key
+        names the lift and the latency of the slip detection.
     fold_of
-        Fold of each object. The settings of a fold were tuned without its objects.
+        Fold of each object. The settings for a fold were tuned without the objects of the fold.
     """
 
     plain: Mapping[str, Judged]
@@ -50,22 +52,22 @@ class Judgement:
 
     @property
     def blind(self) -> Judged:
-        """Policy that uses no stiffness."""
+        """Outcomes of the policy that uses no stiffness."""
         return self.plain[baseline().name]
 
     @property
     def ours(self) -> Judged:
-        """Policy that acts on the estimate."""
+        """Outcomes of the policy that acts on the estimate."""
         return self.plain[candidate().name]
 
     @property
     def everyone(self) -> dict[str, Judged]:
-        """Judged policies by name. Policies with a reflex have the lift and latency of ``FULL``."""
+        """Outcomes by policy. Lift and latency of policies with a slip reflex are ``FULL``."""
         names = (baseline(True).name, candidate(True).name)
         return {**self.plain, **dict(zip(names, self.reflexes[_full()], strict=True))}
 
     def chosen(self) -> dict[str, SettingsOf]:
-        """Return for each policy a function from an object to settings tuned without the object."""
+        """Return for each policy a function that returns the settings tuned without an object."""
         return {name: self._fold_settings(policy) for name, policy in self.everyone.items()}
 
     def _fold_settings(self, policy: Judged) -> SettingsOf:

@@ -34,7 +34,7 @@ def learn(settings: GraspStudySettings, out: Path) -> fc.Model:
     Raises
     ------
     InputError
-        The folder holds recordings or models that no study made.
+        The folder holds recordings or models that were not made by a study.
     """
     models = out / "models"
     # A study makes models after marked recordings. Without these, the models are somebody else's.
@@ -60,7 +60,7 @@ def learn(settings: GraspStudySettings, out: Path) -> fc.Model:
 
 
 def held_out_errors(model: fc.Model) -> ModelErrors:
-    """Return the errors and interval widths of a model on held-out sessions, by window in ms."""
+    """Return a model's errors and interval widths on held-out sessions, by window length, ms."""
     rmse, width = {}, {}
     for window in model.windows:
         key = f"{1e3 * window.duration:g}"

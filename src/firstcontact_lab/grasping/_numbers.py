@@ -28,12 +28,12 @@ GROUPS: Mapping[str, Callable[[Row], bool]] = {
 
 
 def milliseconds(latency: float) -> str:
-    """Return a latency as a key of the results: whole milliseconds."""
+    """Return a latency, given in s, as a key of the results, in ms."""
     return f"{1e3 * latency:g}"
 
 
 def summary(rows: Sequence[Row], seed: int) -> Summary:
-    """Return means and shares over closings."""
+    """Return means and shares of outcomes over closings."""
     steady = np.array([r.time is not None for r in rows], dtype=float)
     columns = np.stack(
         [

@@ -29,7 +29,7 @@ AFTER = 0.060
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OwnHand:
-    """Detector and model from the block pinches of one hand.
+    """Detector and model that were fitted to the block pinches of one hand.
 
     Parameters
     ----------
@@ -60,8 +60,8 @@ class HandSeed:
 def own_hand(hand: HandSeed, pinches: int) -> OwnHand:
     """Close a hand ``pinches`` times on each of the five blocks, and fit its detector and model.
 
-    The hand approaches as in later closings. The model learns from the contacts that the detector
-    finds.
+    The hand approaches at the speed of its later picks. The model learns from the contacts that the
+    detector finds.
     """
     made = [_block(hand, place, n) for place in range(len(BLOCKS)) for n in range(pinches)]
     dataset = Dataset(tuple(made), "twin")

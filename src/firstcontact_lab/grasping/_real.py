@@ -1,4 +1,4 @@
-"""Simulation of a full closing: plant, filter, detector, model, loop with deadline, and slips."""
+"""Simulation of a full closing: plant, detector, model, grasp loop with deadline, and slips."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class RealJob:
 
 @dataclass(frozen=True, slots=True)
 class RealRow:
-    """Outcome of a full closing. ``steady`` is the time to a steady grasp, s; None without one."""
+    """Outcome of a full closing. ``steady``: time to a steady grasp, s; None if there is none."""
 
     job: RealJob
     dropped: bool
@@ -49,7 +49,7 @@ class RealRow:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Played:
-    """Course of a full closing: plant at the end, commands, contact forces (N), and outcome."""
+    """Course of a full closing: state of the plant at its end, commands, forces (N), outcome."""
 
     plant: GraspPlant
     orders: tuple[Order, ...]

@@ -1,4 +1,4 @@
-"""Search for the best settings in the payload task, on pinches that the report leaves out."""
+"""Search for the best settings in the payload task, on pinches that are not in the report."""
 
 from __future__ import annotations
 
@@ -30,11 +30,12 @@ class _Try:
 
 
 def search(settings: GraspStudySettings, runner: Runner) -> dict[str, Tuning]:
-    """Choose the settings of every tunable policy, for each force array.
+    """Choose the settings of every variant that has settings to tune.
 
-    An allowed candidate holds every object steadily, and takes at most a tenth longer than the
-    policy without modulation. The best candidate has the lowest mean peak force on soft objects.
-    The search uses the latency :data:`HEADLINE` of the drive, s, and no breakable objects.
+    Candidates are combinations of settings. An allowed candidate holds every object steadily, and
+    takes at most a tenth longer than the policy that does not adapt its force. The best candidate
+    has the lowest mean peak force on soft objects. The latency of the drive is :data:`HEADLINE`.
+    Breakable objects are left out.
     """
     everything = tuple(k for k in settings.kinds if KINDS[k].fragility is None)
     numbers = range(settings.tuning)
@@ -82,7 +83,7 @@ def _run(one: _Try) -> list[Row]:
 
 
 def _summary(rows: list[Row]) -> tuple[float, float, float]:
-    """Return mean peak force on soft objects, N, mean time, s, and share without a steady grasp."""
+    """Return mean peak force on soft objects, N, mean time, s, and share of unsteady grasps."""
     soft = [r.peak for r in rows if r.shore_a <= SOFT]
     times = [r.time for r in rows if r.time is not None]
     unsteady = sum(r.time is None or r.dropped for r in rows) / len(rows)
@@ -90,7 +91,7 @@ def _summary(rows: list[Row]) -> tuple[float, float, float]:
 
 
 def _worth(summary: tuple[float, float, float], limit: float) -> tuple[float, float, float, float]:
-    """Return a sort key: violation of the constraints, peak force, time, share without a grasp.
+    """Return a sort key: excess over the limits, peak force, time, share of unsteady grasps.
 
     The best settings come first.
     """

@@ -1,4 +1,4 @@
-"""Sensitivity of the gain from stiffness to those numbers of the objects that were not measured."""
+"""Sensitivity of the gain from stiffness to estimated, not measured, properties of objects."""
 
 from __future__ import annotations
 
@@ -26,7 +26,9 @@ DRAWS, SPREAD = 8, 0.3
 
 
 def sensitivity(tables: Tables) -> dict[str, Between]:
-    """Return the reduction in drops by stiffness, for each change of the unmeasured numbers.
+    """Return the gain from stiffness for each change of the objects' estimated properties.
+
+    The properties are damage limits, masses and friction coefficients.
 
     The policies without and with stiffness are tuned again for each change.
     """

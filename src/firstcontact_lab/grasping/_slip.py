@@ -6,7 +6,7 @@ from firstcontact.twin import GraspPlant
 
 
 class SlipWatch:
-    """Slip detector that reports a slip one latency after its begin, then once every latency.
+    """Slip detector that reports a slip one latency after its start, then once every latency.
 
     Parameters
     ----------

@@ -29,8 +29,8 @@ class Reflexed:
 class Outcomes:
     """Outcomes of every pick: dropped or not, damaged or not.
 
-    The arrays have the shape of the forces, (..., picks). Values are 1 for yes and 0 for no. They
-    are probabilities if a pick represents specimens that scatter.
+    The arrays have the shape (..., picks). Values are 1 for yes and 0 for no. If a pick stands for
+    many specimens, the values are probabilities.
     """
 
     dropped: Values
@@ -44,21 +44,21 @@ class Table:
     Parameters
     ----------
     how
-        Approach speeds, grip forces and boosts.
+        Simulated approach speeds, grip forces and boosts.
     picks
         Picks in order, shape (picks,).
     needed
-        Force that both fingers need to hold the object, N, shape (picks,).
+        Smallest sum of both contact forces that holds the object, N, shape (picks,).
     limit
         Contact force at which the object is damaged, N, shape (picks,).
     estimates
         Estimate at the second contact, by speed and pick; None if there is none.
     peak, hold
-        Largest contact force and sum of both contact forces at the end, N, with the axes speed,
-        pick and grip force.
+        Largest contact force and sum of both contact forces at the end, N. Axes: speed, pick and
+        grip force.
     slip_peak, slip_drop
-        Largest contact force with a slip reflex, N, and 1 if the object is dropped, with the axes
-        speed, pick, lift, detection latency, boost and grip force. NaN without a slip.
+        Largest contact force, N, and 1 for a drop or 0, with a slip reflex. Axes: speed, pick,
+        lift, detection latency, boost and grip force. NaN where the object does not slip.
     """
 
     how: Branching
@@ -73,7 +73,7 @@ class Table:
 
     @classmethod
     def from_branches(cls, rows: Sequence[Branches], how: Branching) -> Table:
-        """Return the table of the outcomes of every pick at every speed, in any order."""
+        """Return the table from the outcomes of every pick at every speed. Rows have any order."""
         by = {(row.speed, row.pick): row for row in rows}
         picks = tuple(sorted({row.pick for row in rows}))
         first = [by[how.speeds[0], pick] for pick in picks]
@@ -109,7 +109,7 @@ class Table:
         return np.array([household_named(p.kind).numbers.shore_a.value for p in self.picks])
 
     def otherwise(self, needed: Values | None = None, limit: Values | None = None) -> Table:
-        """Return the table with other ``needed`` forces or other limits of the picks."""
+        """Return a copy of the table with the given needed forces or limits."""
         return replace(
             self,
             needed=self.needed if needed is None else needed,
@@ -124,7 +124,7 @@ class Table:
         speed
             Index of the approach speed.
         forces
-            Grip forces, N, shape (..., picks). Between the forces of the table, interpolate.
+            Grip forces, N, shape (..., picks). Results are interpolated between the table's forces.
 
         Returns
         -------
@@ -141,7 +141,7 @@ class Table:
         return between(self.peak[speed]), between(self.hold[speed])
 
     def judge(self, peak: Values, hold: Values, scatter: float = 0.0) -> Outcomes:
-        """Return the outcomes without a reflex from the two forces that :meth:`pressed` returns.
+        """Return the outcomes without a slip reflex, from the two results of :meth:`pressed`.
 
         For ``scatter`` see :meth:`outcomes`.
         """
@@ -156,7 +156,7 @@ class Table:
     def outcomes(
         self, speed: int, forces: Values, reflex: Reflexed | None = None, scatter: float = 0.0
     ) -> Outcomes:
-        """Return the outcomes of every pick at the given grip forces, shape (..., picks).
+        """Return the outcomes of every pick at the given grip forces.
 
         Parameters
         ----------
@@ -165,10 +165,10 @@ class Table:
         forces
             Grip forces, N, shape (..., picks).
         reflex
-            Slip reflex; None without one.
+            Slip reflex; None without a slip reflex.
         scatter
-            Relative scatter of the needed and damaging forces of the specimens that a pick
-            represents; 0 if it represents one specimen.
+            Relative scatter of the needed and the damaging forces among the specimens for which a
+            pick stands; 0 if the pick stands for one specimen.
         """
         peak, hold = self.pressed(speed, forces)
         plain = self.judge(peak, hold, scatter)

@@ -1,4 +1,4 @@
-"""Trials of the payload task: every policy closes the same pinch, with one row per outcome."""
+"""Trials of the payload task: every variant closes on the same object, with one row each."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Tuned = Mapping[str, Mapping[str, float]]
 
 @dataclass(frozen=True, slots=True)
 class PinchSetup:
-    """Random pinch: object and session.
+    """Object and session of a random pinch.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class Row:
 
 
 def trial_plant(setup: PinchSetup, variant: Variant, latency: float) -> GraspPlant:
-    """Return the hand before closing. Its random draws do not depend on the policy."""
+    """Return the hand before closing. The random draws are the same for all policies."""
     rig = condition(CONDITION)
     # Each session has another specimen. The first ones are left out: models were trained on them.
     specimen = draw_specimen(setup.seed, rig, KINDS[setup.kind], 1 + _specimen(setup))
@@ -83,7 +83,7 @@ def played(
     tuned: Tuned,
     model: Model | None,
 ) -> ClosingRecord:
-    """Simulate a closing of the setup, with the policy of the variant."""
+    """Simulate a closing on the object of the setup, with the policy of the variant."""
     # The policy knows the drawn approach speed.
     grip = Grip(speed=plant.nominal.speed, force=plant.nominal.force)
     policy = variant.make(grip, KINDS[setup.kind].shore_a, tuned.get(variant.key, {}))

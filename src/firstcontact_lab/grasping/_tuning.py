@@ -1,4 +1,4 @@
-"""Choice of each policy's settings by its outcomes in the table, with the same budget for all."""
+"""Choice of each policy's settings by outcomes in the table. All policies have one budget."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Told = Sequence[Estimate | None]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Candidate:
-    """Settings of a policy, with their outcomes for every pick at every scale.
+    """Settings of a policy, and the outcomes of all picks with these settings, at every scale.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ class Chosen:
     tried
         Number of settings that were compared.
     drops, damage
-        Shares of dropped and of damaged picks among the picks that were used for the choice.
+        Shares of dropped and of damaged picks, over the picks that were used for the choice.
     """
 
     settings: dict[str, float]
@@ -109,9 +109,10 @@ def swept(
     reflex: tuple[int, int] | None,
     scatter: float = 0.0,
 ) -> Outcomes:
-    """Return the outcomes of a policy by scale and pick.
+    """Return the outcomes of a policy, by scale and pick, with these settings.
 
-    ``reflex`` holds the table's indices of the lift and of the detection latency.
+    ``reflex`` holds the table's indices of the lift and of the detection latency; None without a
+    slip reflex.
     """
     forces = policy_forces(kind, settings, table, estimates) * settings.get("scale", 1.0)
     acting = None
@@ -128,7 +129,7 @@ def candidates(
     estimates: Sequence[Told],
     reflex: tuple[int, int] | None = None,
 ) -> list[Candidate]:
-    """Return a candidate for each of the ``tried`` settings, with the outcomes in a table.
+    """Return a candidate for each of the ``tried`` settings, with its outcomes in the table.
 
     ``estimates`` holds the estimates for each approach speed of the table.
     """
@@ -139,7 +140,7 @@ def candidates(
 
 
 def choose(tried: Sequence[Candidate], selected: NDArray[np.bool_]) -> Chosen:
-    """Choose the settings with the fewest drops of the selected picks at about 10 % damage."""
+    """Choose the settings with which the fewest selected picks drop, at about 10 % damage."""
     weights = selected.astype(np.float64)
     fronts = [front(c.outcomes, weights) for c in tried]
     worth = [np.mean([f.drop_share(d) for d in AROUND]) for f in fronts]

@@ -1,4 +1,4 @@
-"""Variants that the payload task compares: a policy with one kind of force array."""
+"""Variants that the payload task compares. Each is a policy with one kind of force array."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Variant:
     policy
         Class of the policy.
     velostat
-        Force array of both fingers; None for the arrays that are drawn for each pinch.
+        Parameters of the force arrays; None if they are drawn at random for each pinch.
     """
 
     key: str
@@ -55,7 +55,7 @@ class Variant:
 
 
 def variants() -> dict[str, Variant]:
-    """Return the compared variants by key: each policy of the task with each kind of sensor."""
+    """Return the variants by key: each policy of the payload task, with each force array."""
     by_key: dict[str, Variant] = {}
     for policy in POLICIES.values():
         if policy.task is not Task.PAYLOAD:
@@ -80,5 +80,5 @@ def playing(part: Part) -> list[Variant]:
 
 
 def unmodulated() -> Variant:
-    """Return the variant without modulation, with which the others are compared."""
+    """Return the variant that does not adapt its force, with which the others are compared."""
     return playing(Part.UNMODULATED)[0]

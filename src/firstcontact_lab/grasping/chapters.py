@@ -1,4 +1,4 @@
-"""Report of the grasp study, made from its results file alone."""
+"""Report of the grasp study, made from its ``results.json`` and film."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def tables(results: GraspResults) -> list[Table]:
 
 
 def _table(caption: str, rows: Sequence[Row[str]], entries: Mapping[str, str]) -> Table:
-    """Return a table with one line per entry. ``entries`` maps the keys that rows use to titles."""
+    """Return a table with one line per entry. ``entries``: title by key, as the rows use it."""
     lines = [(Cell(title), key, False) for key, title in entries.items()]
     return matrix(caption, rows, lines) or Table(caption, ["", *(row.label for row in rows)], [])
 
@@ -86,7 +86,7 @@ def policies_table(household: Household) -> Table:
 
 
 def reflex_table(household: Household) -> Table:
-    """Return the table of the effect of stiffness with a slip reflex."""
+    """Return the table of drops with a slip reflex, with and without stiffness."""
 
     def lookup(value: Callable[[Reflexes], Value]) -> Callable[[str], Value]:
         return lambda name: value(household.slip_reflex[name])
@@ -115,7 +115,7 @@ def _gains(
 
 
 def controls_table(household: Household) -> Table:
-    """Return the table of the gain that remains in the controls."""
+    """Return the table of the gain from stiffness that remains in each control."""
     return _gains(
         "Controls: reduction of drops if each object gets the weight or the damage limit of "
         "another object, drawn at random. Both policies are tuned again. Mean and middle 95 % of "
@@ -127,7 +127,7 @@ def controls_table(household: Household) -> Table:
 
 
 def sensitivity_table(household: Household) -> Table:
-    """Return the table of the gain if the objects' estimated numbers are changed."""
+    """Return the table of the gain from stiffness if objects' estimated properties change."""
     return _gains(
         "Reduction of drops if those numbers of the objects that are estimates have other values. "
         "Both policies are tuned again. The last row has the smallest and the largest value of its "
@@ -293,7 +293,7 @@ def payload_table(results: GraspResults) -> Table:
 
 
 def fronts(results: GraspResults) -> Figure:
-    """Return the first figure of the report."""
+    """Return the figure of the trade-off between drops and damage, by policy."""
     household = results.household
     return Figure(
         "fronts",

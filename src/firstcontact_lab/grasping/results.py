@@ -14,7 +14,7 @@ CEILING = "ceiling"
 
 
 class Summary(Record, frozen=True, kw_only=True):
-    """Means and shares over closings. For the intervals, whole sessions were resampled.
+    """Means and shares over closings. Intervals are bootstrap intervals over sessions.
 
     Parameters
     ----------
@@ -23,11 +23,11 @@ class Summary(Record, frozen=True, kw_only=True):
     steady, dropped, broken
         Shares of the closings with a steady grasp, with a dropped and with a broken object.
     time_ms
-        Mean time to a steady grasp, ms; None without any.
+        Mean time to a steady grasp, ms; None if no grasp was steady.
     n, misses
         Number of closings, and number of missed deadlines.
     intervals
-        Interval of each mean and share, by its field's name.
+        Interval of each mean and share, by the name of the field.
     """
 
     peak_n: float
@@ -42,7 +42,7 @@ class Summary(Record, frozen=True, kw_only=True):
 
 
 class Tuning(Record, frozen=True, kw_only=True):
-    """Chosen settings, with their scores on the tuning pinches."""
+    """Chosen settings of a variant in the payload task, with their scores on the tuning pinches."""
 
     settings: dict[str, float]
     tried: int
@@ -77,14 +77,14 @@ class GraspData(Record, frozen=True, kw_only=True):
 
 
 class ModelErrors(Record, frozen=True, kw_only=True):
-    """Errors on held-out sessions, by window length, ms."""
+    """RMSE and interval width on held-out sessions, Shore A, by window length, ms."""
 
     rmse: dict[str, float]
     interval_width: dict[str, float]
 
 
 class Filmed(Record, frozen=True, kw_only=True):
-    """Content of the film: two objects and the seed of the hand."""
+    """Content of the film: two objects, seed of the hand, and number of the specimens."""
 
     objects: list[str]
     hand: int
@@ -104,19 +104,19 @@ class Between(Record, frozen=True, kw_only=True):
 
     @property
     def bounded(self) -> Bounded:
-        """The number with its interval as the reports show it."""
+        """Number with its interval, as the reports show it."""
         return Bounded(self.value, (self.low, self.high))
 
 
 class FrontPoints(Record, frozen=True, kw_only=True):
-    """Shares of dropped and damaged picks at each scale, from the most cautious scale on."""
+    """Shares of dropped and of damaged picks at each scale, smallest scale first."""
 
     dropped: list[float]
     damaged: list[float]
 
 
 class ChosenSettings(Record, frozen=True, kw_only=True):
-    """Chosen settings of one fold, with shares of drops and damage on the tuning picks."""
+    """Chosen settings of one fold, with the shares of drops and damage in the picks for tuning."""
 
     left_out: list[str]
     settings: dict[str, float]
@@ -137,12 +137,12 @@ class TunedOn(Record, frozen=True, kw_only=True):
 
 
 class RealClosings(Record, frozen=True, kw_only=True):
-    """Full closings of a tuned policy, with plant, detector, model and loop.
+    """Shares of outcomes in the full closings of a tuned policy.
 
-    ``success`` is the share neither dropped nor damaged; ``steady`` the share with a steady grasp,
-    and ``steady_ms`` the mean time to it; ``as_table`` the share with the outcome that the table
-    of closings has; ``in_time`` the share in which an estimate met the policy's deadline, None
-    without a deadline.
+    ``success``: share of picks neither dropped nor damaged. ``steady``: share of picks with a
+    steady grasp. ``steady_ms``: mean time to a steady grasp, ms. ``as_table``: share of picks for
+    which the table of closings agrees on success or failure. ``in_time``: share of picks in which
+    an estimate met the policy's deadline; None without a deadline.
     """
 
     n: int
@@ -157,9 +157,9 @@ class RealClosings(Record, frozen=True, kw_only=True):
 
 
 class ReflexSuccess(Record, frozen=True, kw_only=True):
-    """Shares of picks neither dropped nor damaged, by two policies with a slip reflex.
+    """Shares of successes of two policies with a slip reflex.
 
-    One policy uses no stiffness (``blind``), the other does.
+    ``blind``: policy without stiffness. ``stiffness``: policy that uses the estimate.
     """
 
     blind: float
@@ -169,8 +169,8 @@ class ReflexSuccess(Record, frozen=True, kw_only=True):
 class Reflexes(Record, frozen=True, kw_only=True):
     """Drops with a slip reflex, for one kind of lift and one latency of the slip detection.
 
-    ``blind`` and ``stiffness`` are the shares of drops of these two policies at
-    :attr:`Household.damage`; ``fewer`` is the relative reduction by stiffness.
+    ``blind`` and ``stiffness``: shares of drops of the policies without and with stiffness, at
+    :attr:`Household.damage`. ``fewer``: relative reduction of drops by stiffness.
     """
 
     blind: Between
@@ -180,10 +180,10 @@ class Reflexes(Record, frozen=True, kw_only=True):
 
 
 class ObjectErrors(Record, frozen=True, kw_only=True):
-    """Errors of the estimates of one object, and its outcomes.
+    """Errors of the estimates of one object, and outcomes of its picks.
 
-    ``rmse`` has a key for each window, in ms, and "used" for the estimates that policies used.
-    ``bias`` is the mean error of the used estimates. ``drops`` and ``damage`` are by policy.
+    ``rmse``: by window length in ms; the key "used" is for the estimates that policies used.
+    ``bias``: mean error of the used estimates. ``drops`` and ``damage``: shares by policy.
     """
 
     shore_a: float
@@ -198,12 +198,13 @@ class ObjectErrors(Record, frozen=True, kw_only=True):
 
 
 class Estimates(Record, frozen=True, kw_only=True):
-    """Errors and times of the live estimates on judged picks.
+    """Errors and times of the live estimates on the picks for judging.
 
-    ``rmse`` is over all objects, with a key for each window, in ms, and "used" for the estimates
-    that policies used. ``bearing`` is the same over objects up to 70 Shore A. ``decided`` is the
-    share of pinches whose window is complete before the second contact. ``unanswered`` is the share
-    without an estimate, ``heard`` the share whose second contact was detected.
+    ``rmse``: RMSE over all objects, by window length in ms; the key "used" is for the estimates
+    that policies used. ``bearing``: RMSE over objects up to 70 Shore A. ``decided``: share of picks
+    whose window is complete before the second contact. ``block_rmse``: RMSE on held-out block
+    pinches. ``unanswered``: share of picks without an estimate. ``heard``: share of picks whose
+    second contact was detected.
     """
 
     rmse: dict[str, float]
@@ -215,29 +216,29 @@ class Estimates(Record, frozen=True, kw_only=True):
 
 
 class Household(Record, frozen=True, kw_only=True):
-    """Results of the household: drops and damage with and without stiffness.
+    """Results of the household part: drops and damage with and without stiffness.
 
     Parameters
     ----------
     objects, hands
-        Number of judged objects and hands.
+        Number of objects, and number of hands, in the picks for judging.
     picks
-        Number of judged picks: objects times hands times specimens.
+        Number of picks for judging: objects times hands times specimens.
     damage
         Share of damaged picks at which drops are compared.
     success
-        Share of picks neither dropped nor damaged, by tuned policy. It comes from full closings if
-        the policy has them, otherwise from the table of closings.
+        Share of picks neither dropped nor damaged, by tuned policy. If full closings of the policy
+        were simulated, the share comes from them, otherwise from the table of closings.
     drops_at_10_damage
         Share of drops at 10 % damage, by policy.
     drops_between
         Share of drops at 10 % damage, with intervals over objects and hands, by policy.
     fewer_drops_than_blind
         Relative reduction of drops by live estimates, at 10 % damage. In each resample the forces
-        of both policies are scaled until they damage 10 %.
+        of both policies are scaled until 10 % of the picks are damaged.
     fewer_drops_as_bold
-        Relative reduction of drops by live estimates, with the same forces in each resample. Each
-        additional damaged object counts as dropped.
+        Relative reduction of drops by live estimates, if forces are not scaled anew in each
+        resample. Each object that is damaged in addition counts as dropped.
     success_gain
         Increase of the share of successes by live estimates, in full closings with tuned settings.
     fewer
@@ -245,11 +246,12 @@ class Household(Record, frozen=True, kw_only=True):
     target
         Reduction of drops that the study aims at.
     controls
-        Reduction of drops that remains if weights, limits, or both are those of other objects.
+        Reduction of drops that remains if objects get the weights, the limits, or both, of other
+        objects.
     slip_reflex
         Drops with a slip reflex, by lift and detection latency.
     sensitivity
-        Reduction of drops if numbers of the objects that are estimates are changed.
+        Reduction of drops if properties of objects that were estimated, not measured, are changed.
     """
 
     objects: int
@@ -283,7 +285,7 @@ class Household(Record, frozen=True, kw_only=True):
 
 
 class Payload(Record, frozen=True, kw_only=True):
-    """Results of the payload task: hold objects up to a declared mass as gently as possible."""
+    """Results of the payload task: to hold objects of at most an assumed mass gently."""
 
     data: GraspData
     models: ModelErrors

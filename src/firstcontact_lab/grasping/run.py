@@ -43,7 +43,7 @@ def run_grasp_study(settings: GraspStudySettings, out: Path, quick: bool, comman
     out
         Folder of the study. Recordings and models of an earlier run are replaced.
     quick
-        True for the settings of a quick study, which the report then says.
+        True if the settings are those of a quick study. The report then says so.
     command
         Command line, for the report.
 
@@ -55,8 +55,8 @@ def run_grasp_study(settings: GraspStudySettings, out: Path, quick: bool, comman
     Raises
     ------
     InputError
-        ``out`` cannot be written to, or another study uses it now. Or it holds the results of
-        another study, or recordings or models that no study made.
+        ``out`` cannot be written to, or another study is running in it. Or ``out`` holds results of
+        another study, or recordings or models that were not made by a study.
     """
     options = _options(settings)
     with sole_use(out, options), without_worker_warnings():
@@ -144,7 +144,10 @@ def _payload(settings: GraspStudySettings, model: Model, runner: Runner) -> Payl
 def close_all(
     settings: GraspStudySettings, work: dict[str, Tuning], model: Model, runner: Runner
 ) -> list[Row]:
-    """Simulate each policy on each pinch at each latency, with the same random draws."""
+    """Simulate each variant on each pinch at each latency of the drive.
+
+    The random draws of a pinch are the same for all variants and latencies.
+    """
     tuned = {key: f.settings for key, f in work.items()}
     compared = tuple(variants().values())
     trials = [

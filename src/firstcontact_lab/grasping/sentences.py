@@ -18,7 +18,7 @@ REFERENCES = {
 
 
 def policy_title(name: str) -> str:
-    """Return the title of a policy or a reference."""
+    """Return the title of a policy, or of a reference such as the ceiling."""
     return POLICIES[name].title if name in POLICIES else REFERENCES.get(name, name)
 
 
@@ -42,7 +42,7 @@ def fewer(number: Between) -> str:
 
 
 def headline(household: Household) -> str:
-    """Return a sentence with the gain and the verdict on the target."""
+    """Return sentences with the gain from stiffness, and whether it reaches the target."""
     gain = household.fewer_drops_than_blind
     ours, blind = (household.drops_at_10_damage[k.name] for k in (candidate(), baseline()))
     verdict = "met" if household.met else "not met"
@@ -70,7 +70,7 @@ def reflex_sentence(household: Household) -> str:
 
 
 def shortly(household: Household) -> str:
-    """Return two sentences for the README: the gain, and the gain with a slip reflex."""
+    """Return sentences for the README: the gain, without and with a slip reflex."""
     gain = household.fewer_drops_than_blind
     proof = "" if gain.low > 0 else ", an interval that includes zero"
     by = household.slip_reflex
@@ -93,7 +93,7 @@ def shortly(household: Household) -> str:
 
 
 def sentences(results: GraspResults) -> list[str]:
-    """Return sentences on the gain, on the gain with a reflex, and on their uncertainty."""
+    """Return sentences on the gain from stiffness, with and without a slip reflex."""
     household = results.household
     return [
         headline(household),

@@ -1,4 +1,4 @@
-"""Settings of a grasp study: its size and content."""
+"""Settings of a grasp study: numbers of hands, objects and pinches, and random seed."""
 
 from __future__ import annotations
 
@@ -30,9 +30,9 @@ class HouseholdSettings:
     blocks
         Number of pinches of each block. The model of a hand is conditioned on them.
     speeds, boosts
-        Approach speeds, m/s, and force factors of the reflex.
+        Approach speeds, m/s, and factors by which the slip reflex raises the force.
     forces
-        Forces, N, in steps of about the root of two.
+        Grip forces, N. Each is about 1.4 times the one before it.
     folds
         Number of folds of object families for the tuning.
     budget
@@ -40,7 +40,8 @@ class HouseholdSettings:
     few
         True to try few values of each setting.
     permutations
-        Number of permutations in each control, in which objects get numbers of other objects.
+        Number of permutations in each control. A permutation gives each object the weight or the
+        limit of another object.
     kinds
         Names of the objects.
     """
@@ -96,15 +97,15 @@ class GraspStudySettings:
     sessions
         Number of sessions. Each session has one pinch of every object, with a new specimen.
     latencies
-        Latencies of the drive, such as of its brake, s.
+        Latencies with which the drive, for example its brake, carries out a command, s.
     training
         Number of training pinches of each of the five blocks.
     windows
         Window lengths of the models, s.
     tuning
-        Number of tuning pinches of each object, for force feedback.
+        Number of tuning pinches of each object, for the policies with force feedback.
     coarse
-        True for a small search for the settings of force feedback.
+        True to try few values of each setting of the policies with force feedback.
     kinds
         Names of the objects.
     model, detector
@@ -141,5 +142,5 @@ class GraspStudySettings:
 
     @property
     def objects(self) -> tuple[TwinObject, ...]:
-        """Objects of the pinches."""
+        """Objects of the payload task."""
         return tuple(KINDS[name] for name in self.kinds)

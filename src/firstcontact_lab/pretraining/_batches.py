@@ -38,12 +38,13 @@ class Batch:
     Parameters
     ----------
     x, general
-        Inputs, shape (n, INPUTS), and general features, shape (n, GENERAL).
+        Inputs of the contacts, shape (n, INPUTS), and general features of their rigs, shape (n,
+        GENERAL).
     row
-        Index of each contact's context among the token rows of the whole set (:func:`token_rows`),
-        shape (n,).
+        Row of each contact's tokens in the result of :func:`token_rows` for the whole set, shape
+        (n,).
     is_known
-        Mask of contacts that get a context of their rig, shape (n,).
+        Mask of contacts for which the network knows the context of their rig, shape (n,).
     shore_a
         Shore A of the object, shape (n,).
     """
@@ -69,14 +70,14 @@ def draw_batch(
     examples
         Set of examples.
     indices
-        Positions in the set, shape (n,).
+        Positions of the contacts in the set, shape (n,).
     rng
         Random generator.
     samples
-        Number of valid samples after each contact; None draws it at random.
+        Number of valid samples after each contact; if None, a random number.
     context
-        Index of the context to use, then without hints. None draws both context and hints at
-        random.
+        Index of the context to use for all contacts, without hints. If None, each contact gets a
+        random context, or none, and random hints.
     """
     n = len(indices)
     shortest, longest = lengths(_RATE)
@@ -108,7 +109,7 @@ def draw_batch(
 
 
 def cut(signals: NDArray[np.float32], late: NDArray[np.intp]) -> NDArray[np.float32]:
-    """Return the signals from ``late`` samples after each contact on, minus the mean before it."""
+    """Return signals from ``late`` samples after each contact on, minus their baseline."""
     start = _BEFORE + MARGIN + late
     rows = np.arange(len(signals))[:, None]
     end = start - samples_in(BASELINE_GUARD, _RATE)
@@ -119,12 +120,13 @@ def cut(signals: NDArray[np.float32], late: NDArray[np.intp]) -> NDArray[np.floa
 
 
 def token_rows(examples: Examples) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return one row of tokens per rig, context and stage, and a mask of their levels.
+    """Return one row of tokens per rig, context and stage, and a mask of existing levels.
 
     Returns
     -------
     tokens, there : ndarray
-        Tokens, shape (rows, LEVELS, TOKEN), and mask of existing levels, shape (rows, LEVELS).
+        Tokens, shape (rows, LEVELS, TOKEN), and mask of the levels of Shore A that exist, shape
+        (rows, LEVELS).
     """
     present = np.arange(LEVELS) < examples.levels.reshape(-1, 1)
     return (

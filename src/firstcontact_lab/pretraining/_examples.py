@@ -1,4 +1,4 @@
-"""Examples of one random rig: block pinches as contexts, and contacts to predict."""
+"""Examples of one random rig: contacts to predict, and contexts from its block pinches."""
 
 from __future__ import annotations
 
@@ -61,32 +61,33 @@ _BEFORE, _AFTER = samples_in(BEFORE, _RATE), samples_in(LONGEST, _RATE)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Examples:
-    """Contacts to predict, with their contexts. The first five arrays share their first axis.
+    """Contacts to predict, with the contexts of their rigs.
 
     Parameters
     ----------
     signals
-        Signals in 1/32 counts, shape (n, samples). At either end they are ``MARGIN`` samples longer
-        than in :class:`firstcontact.models._touches.Touches`.
+        Signals in 1/32 of a converter's count, shape (n, samples). At each end they are ``MARGIN``
+        samples longer than in :class:`firstcontact.models._touches.Touches`.
     shore_a
         Shore A of the object, shape (n,).
     radii, speeds
         Radius of the object, m, and ln(closing speed / usual speed of the rig), shape (n,).
     object_ids
-        Number of the object, -1 for blocks, shape (n,).
+        Number of the object, or -1 for a flat block, shape (n,).
     heard
-        Result of :func:`firstcontact.models._network_inputs.facts` without hints (speed and
-        radius), for each context, shape (n, CONTEXTS, BESIDE).
+        Result of :func:`firstcontact.models._network_inputs.facts` for each context, without hints,
+        shape (n, CONTEXTS, BESIDE).
     rigs
-        Index of the rig in the following arrays, shape (n,).
+        Index of the contact's rig in the following arrays, shape (n,).
     tokens
-        Tokens, shape (rigs, CONTEXTS, stages, LEVELS, TOKEN); zeros beyond the rig's levels.
+        Tokens, shape (rigs, CONTEXTS, stages, LEVELS, TOKEN). If a rig has fewer than ``LEVELS``
+        levels of Shore A, the remaining tokens are zero.
     levels
-        Number of levels, shape (rigs, CONTEXTS).
+        Number of levels of Shore A, shape (rigs, CONTEXTS).
     general
         General features, shape (rigs, CONTEXTS, GENERAL).
     scale
-        Level (V) and sign, shape (rigs, CONTEXTS, 2).
+        Loudness (V) and sign of the rig's signals, shape (rigs, CONTEXTS, 2).
     """
 
     signals: NDArray[np.int16]
@@ -106,7 +107,7 @@ class Examples:
 
 
 def joined(parts: Sequence[Examples]) -> Examples:
-    """Return several sets joined into one."""
+    """Return several sets of examples, joined into one."""
     offsets = np.cumsum([0, *(len(part.tokens) for part in parts)])
     arrays = {f.name: [getattr(part, f.name) for part in parts] for f in fields(Examples)}
     arrays["rigs"] = [rigs + offset for rigs, offset in zip(arrays["rigs"], offsets, strict=False)]
@@ -119,7 +120,7 @@ def volts(signals: NDArray[np.int16]) -> NDArray[np.float32]:
 
 
 def placing(rng: Rng, n: int) -> NDArray[np.intp]:
-    """Return random delays of the placement of contacts, in samples, shape (n,)."""
+    """Return random delays with which a detector places contacts, in samples, shape (n,)."""
     drawn = np.round(rng.normal(*PLACED, n)).astype(np.intp)
     return np.clip(drawn, -MARGIN, MARGIN)
 
@@ -127,7 +128,8 @@ def placing(rng: Rng, n: int) -> NDArray[np.intp]:
 def rig_examples(number: int, seed: int, family: Family | None = None, again: int = 0) -> Examples:
     """Return the examples of one rig. They depend only on these arguments.
 
-    ``again`` is the number of pinches of each object in one session.
+    ``again``: number of pinches of each object, all in one session. If 0, each object has ``ASKED``
+    pinches in random sessions.
     """
     rng = np.random.default_rng([seed, number])
     rig = draw_rig(rng)
@@ -176,7 +178,7 @@ def _touch(
 def _context(
     rig: RandomRig, blocks: list[float], days: list[Day], rng: Rng
 ) -> tuple[tuple[NDArray[np.int16], Values], Values]:
-    """Return signals, speeds and Shore A of the rig's block pinches."""
+    """Return the signals and closing speeds of the rig's block pinches, and their Shore A."""
     each = int(rng.integers(*CONTEXT))
     signals, speeds, levels = [], [], []
     for shore_a in blocks:
@@ -191,7 +193,7 @@ def _context(
 
 
 def _touches(signals: NDArray[np.int16], rng: Rng) -> Touches:
-    """Return contacts placed as a detector would place them, cut at a random second contact."""
+    """Return contacts with random delays, as of a detector, and random second contacts."""
     cut, valid = [], []
     shortest, longest = lengths(_RATE)
     for signal, late in zip(volts(signals), placing(rng, len(signals)), strict=True):
@@ -249,7 +251,7 @@ def _example_set(
 
 
 def _subset(shore_a: Values, share: float, rng: Rng) -> NDArray[np.intp]:
-    """Return positions of a share of the pinches of each Shore A, at least two of each."""
+    """Return positions of random pinches: of each Shore A the given share, but at least two."""
     chosen = []
     for level in np.unique(shore_a):
         members = rng.permutation(np.flatnonzero(shore_a == level))

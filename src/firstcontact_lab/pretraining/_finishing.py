@@ -34,9 +34,10 @@ LEVEL = 0.9
 def answers(
     network: Network, examples: Examples, samples: int, seed: int = 0
 ) -> tuple[Values, Values]:
-    """Return predictions and spreads from the first samples of each contact, shape (n,) each.
+    """Return the prediction and its spread for each contact, two arrays of shape (n,).
 
-    ``samples`` is the number of samples. The context of a contact is all block pinches of its rig.
+    The prediction uses the first ``samples`` samples of a contact, and all block pinches of its
+    rig.
     """
     rng = np.random.default_rng([seed, samples])
     everything = np.arange(len(examples))
@@ -53,14 +54,14 @@ def answers(
 
 
 def finished(network: Network, examples: Examples, seed: int) -> InContextModel:
-    """Return the calibrated model, not conditioned on a rig.
+    """Return the network as a model with calibrated intervals, not conditioned on a rig.
 
     Parameters
     ----------
     network
         Trained network.
     examples
-        Examples of rigs outside its training.
+        Examples of rigs on which the network was not trained.
     seed
         Random seed.
     """
@@ -70,10 +71,10 @@ def finished(network: Network, examples: Examples, seed: int) -> InContextModel:
 
 
 def _factor(network: Network, examples: Examples, samples: int, seed: int) -> float:
-    """Return the half width as a multiple of the spread. Intervals cover the share ``LEVEL``.
+    """Return half width / spread of intervals that hold the truth in the share ``LEVEL``.
 
-    This is split conformal prediction with error divided by spread as the score (Papadopoulos et
-    al. 2008).
+    The method is split conformal prediction; the score is error / spread (Papadopoulos et al.
+    2008).
     """
     values, spreads = answers(network, examples, samples, seed)
     is_object = examples.object_ids >= 0

@@ -1,4 +1,4 @@
-"""Error that several pinches of one object share, and the interval of their mean."""
+"""Error that several pinches of one object share, and coverage of their pooled interval."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ PINCHES = 5
 def object_estimates(
     model: InContextModel, examples: Examples, samples: int, seed: int
 ) -> tuple[Values, Values, Values]:
-    """Return predictions and half widths of their intervals, and the Shore A of each object.
+    """Return predictions, half widths of their intervals, and the Shore A of the objects.
 
-    The first two have the shape (objects, PINCHES), the last one (objects,).
+    Predictions and half widths have the shape (objects, PINCHES), Shore A (objects,).
     """
     values, spreads = answers(model.network, examples, samples, seed)
     half = model.half_widths(spreads, samples)
@@ -44,7 +44,7 @@ def shared_part(values: Values, half_widths: Values, truth: Values) -> float:
 
 
 def coverage(values: Values, half_widths: Values, truth: Values, pinches: int) -> float:
-    """Return the share of objects whose Shore A is inside the pooled interval of ``pinches``."""
+    """Return the share of objects whose pooled interval of n ``pinches`` holds their Shore A."""
     combined = [combine(v[:pinches], h[:pinches]) for v, h in zip(values, half_widths, strict=True)]
     covered = [
         estimates.low <= y <= estimates.high for estimates, y in zip(combined, truth, strict=True)
@@ -59,18 +59,20 @@ def same_object(
     samples: Mapping[str, int],
     seed: int,
 ) -> dict[str, Any]:
-    """Return the share of the error that pinches of one object share, and the pooled coverage.
+    """Return the size of the error that pinches of one object share, and the pooled coverage.
 
-    The share is measured on calibration rigs, the coverage of the pooled interval on test rigs.
+    The shared error is measured on calibration rigs, the coverage of pooled intervals on test rigs.
+
+    See :func:`shared_part` and :func:`coverage`.
 
     Parameters
     ----------
     model
-        Model that is not conditioned on a rig. The examples have their contexts.
+        Model that is not conditioned on a rig. The examples contain the contexts of their rigs.
     calibration, test
         Examples of different rigs, with ``PINCHES`` pinches of each object.
     samples
-        Number of samples after the contact for each named time, such as ``5``.
+        Number of samples after the contact, by the time in ms as text, such as "5".
     seed
         Random seed.
     """

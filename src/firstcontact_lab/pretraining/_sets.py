@@ -1,4 +1,4 @@
-"""Files with sets of examples. A set is made in parts. A resumed run reuses finished parts."""
+"""Files with sets of examples. A set has several files; a resumed run reuses those that exist."""
 
 from __future__ import annotations
 
@@ -35,17 +35,18 @@ def example_set(
     Parameters
     ----------
     folder
-        Folder of the parts. Existing parts are read.
+        Folder of the files. Existing files are read, missing files are made.
     first, rigs
         Number of the first rig, and number of rigs.
     seed
         Random seed of all rigs.
     runner
-        Runner that makes the parts.
+        Runner for the simulations.
     family
-        Held-out family; "" for the training distribution.
+        Name of a family of unusual rigs, held out from training; "" for rigs like those in
+        training.
     again
-        Number of pinches of each object in one session; 0 for the training data.
+        Number of pinches of each object, all in one session; 0 for a set like the training data.
     progress
         Function that is called with the number of rigs just finished.
     """

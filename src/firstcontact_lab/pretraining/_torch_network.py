@@ -1,4 +1,4 @@
-"""PyTorch form of the network for training; :mod:`firstcontact.models._context_network` runs it."""
+"""Network in PyTorch, for training. :mod:`firstcontact.models._context_network` predicts."""
 
 from __future__ import annotations
 
@@ -56,20 +56,20 @@ class TorchNetwork(nn.Module):
         present: torch.Tensor,
         general: torch.Tensor,
     ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-        """Return the mixtures for contacts of several rigs.
+        """Return a mixture of normal distributions for each contact. Rigs may differ.
 
         Parameters
         ----------
         x, tokens, general
             Scaled inputs (n, INPUTS), tokens (n, levels, TOKEN), and general features (n, GENERAL).
         present
-            Mask of the existing levels, 1 or 0, shape (n, levels).
+            Mask, 1 for levels of Shore A that the rig has, otherwise 0, shape (n, levels).
 
         Returns
         -------
         tuple
-            Logarithms of the weights, means and logarithms of the standard deviations in the
-            network's unit, shape (n, COMPONENTS) each.
+            Three arrays of shape (n, COMPONENTS): logarithms of the weights, means, and logarithms
+            of the standard deviations, in the network's unit of Shore A.
         """
         silu, layers, n = nn.functional.silu, self.layers, len(x)
         e = silu(layers["token2"](silu(layers["token1"](tokens.clamp(-FARTHEST, FARTHEST)))))
@@ -91,7 +91,7 @@ class TorchNetwork(nn.Module):
         return torch.log_softmax(weight, 1), MEAN_SCALE * centre, spread.clamp(*SPREAD)
 
     def arrays(self) -> dict[str, NDArray[np.float32]]:
-        """Return weights and biases in the form of :class:`firstcontact.models.Network`."""
+        """Return weights and biases by name, as :class:`firstcontact.models.Network` takes them."""
         return {
             f"{name}.{kind}": getattr(self.layers[name], kind).detach().numpy().copy()
             for name in LAYERS

@@ -1,4 +1,4 @@
-"""Training of the network, epoch by epoch. A stopped training can be resumed."""
+"""Training of the network. A stopped training can be resumed."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Lot = tuple[torch.Tensor, ...]
 
 
 class Training:
-    """Training in progress, with its state after each epoch.
+    """Training in progress. Its state is saved after each pass over the examples (epoch).
 
     Parameters
     ----------
@@ -40,8 +40,8 @@ class Training:
     seed
         Random seed of the initial weights and all draws.
     state
-        File for the state after each epoch. A stopped training resumes from it, with the same
-        result.
+        File for the state after each pass over the examples. A stopped training resumes from the
+        file, with the same result as without the stop.
     """
 
     def __init__(self, examples: Examples, epochs: int, seed: int, state: Path) -> None:
@@ -135,14 +135,14 @@ class Training:
 
 
 def _shape(gone: float) -> float:
-    """Return the relative learning rate after a share of the training."""
+    """Return the learning rate, relative to ``RATE``, after the share ``gone`` of training."""
     if gone < WARM_UP:
         return 0.04 + 0.96 * gone / WARM_UP
     return 0.5 * (1 + math.cos(math.pi * min((gone - WARM_UP) / (1 - WARM_UP), 1.0)))
 
 
 def _scales(examples: Examples, seed: int) -> dict[str, NDArray[np.float32]]:
-    """Return mean and standard deviation of the inputs, over evenly spaced examples."""
+    """Return mean and standard deviation of each network input, over some of the examples."""
     rng = np.random.default_rng([seed, 0, 0, 1])
     indices = np.unique(np.linspace(0, len(examples) - 1, 20_000).round().astype(np.intp))
     batch = draw_batch(examples, indices, rng)

@@ -1,4 +1,4 @@
-"""Pre-training of the network of the package: sets, training, intervals and scores."""
+"""Pre-training of the package's network: examples, training, intervals and scores."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ SAMPLES = {str(ms): samples_in(ms / 1000, FINGERTIP_RATE) for ms in TIMES[1:]}
 
 @dataclass(frozen=True, slots=True)
 class Size:
-    """Size of a pre-training.
+    """Size of a pre-training: numbers of simulated rigs and of epochs.
 
     Parameters
     ----------
     rigs
         Number of training rigs.
     calibration, judgement, held_out
-        Number of rigs for the intervals, for scores on the training distribution, and for each
-        held-out family.
+        Number of rigs for the calibration of intervals, for scores on rigs like those in training,
+        and for scores on each held-out family of rigs.
     epochs
         Number of passes over the examples.
     """
@@ -51,7 +51,11 @@ class Size:
     epochs: int = 45
 
     def resized(self, rigs: int, epochs: int) -> Size:
-        """Return a size with another number of rigs. With fewer, all numbers are scaled down."""
+        """Return this size with the given numbers of training rigs and epochs.
+
+        If there are fewer training rigs than in this size, the other numbers of rigs shrink in
+        proportion.
+        """
         share = min(1.0, rigs / self.rigs)
         return Size(
             rigs,
@@ -81,7 +85,7 @@ def pretrain(
     size, seed
         Size, and random seed. On one machine the same size and seed give the same weights.
     runner
-        Runner that makes the sets.
+        Runner that makes the sets of examples.
     say
         Function that is called with lines about the progress.
     """
@@ -112,10 +116,10 @@ def pretrain(
 
 
 def judged(model: InContextModel, examples: Examples, seed: int) -> Mapping[str, Any]:
-    """Return the scores of the model on the contacts with objects, at each time in ``SAMPLES``.
+    """Return the scores of the model on contacts with objects, at each time in ``SAMPLES``.
 
-    The scores are the RMSE, and coverage and mean width of the intervals, in Shore A. The context
-    of each rig is all its block pinches.
+    The scores are the RMSE, and coverage and mean width of the intervals, in Shore A. The network
+    knows all block pinches of each rig.
     """
     is_object = examples.object_ids >= 0
     out: dict[str, Any] = {}

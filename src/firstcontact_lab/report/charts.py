@@ -23,7 +23,7 @@ class Dot:
 
     @classmethod
     def from_bounded(cls, name: str, bounded: Bounded, colour: str) -> Dot:
-        """Return the dot for a value, which may have an interval."""
+        """Return the dot for a value with or without an interval."""
         return cls(name, bounded.value, tuple(bounded.ends or ()), colour)
 
 
@@ -44,7 +44,7 @@ def dot_figure(
     panels: Sequence[Panel],
     most: float | None = None,
 ) -> Figure | None:
-    """Return a figure of values with intervals; None if there are no values.
+    """Return a figure of values with intervals; None if the panels are empty.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def dot_figure(
     panels
         Panels of the subjects, side by side. A model is in the same row in every panel.
     most
-        Largest value of the axis; None to fit the axis to the values.
+        Upper end of the axis; None to fit the axis to the values.
     """
     present = tuple(panel for panel in panels if panel.dots)
     if not present:
@@ -65,7 +65,7 @@ def dot_figure(
 
 @lru_cache(maxsize=32)
 def _draw(axis: str, panels: tuple[Panel, ...], most: float | None) -> str:
-    """Return the image. It is cached, because reports draw the same values many times."""
+    """Return the image of the panels. It is cached, because reports often draw the same values."""
     names = list(dict.fromkeys(dot.name for panel in panels for dot in panel.dots))
     height = 1.5 + 0.34 * len(names)
     size = (SIZE[0] * len(panels), height)

@@ -1,4 +1,4 @@
-"""Findings of a study: results, figures and reasons for what was left out."""
+"""Findings of a study: results, figures, and reasons why results are missing."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class PartResult:
 
     @property
     def results(self) -> SubjectResults:
-        """Results with these entries only."""
+        """Results that contain the entries of this part and nothing else."""
         return NOTHING.replace(self.entries) if self.entries else NOTHING
 
 

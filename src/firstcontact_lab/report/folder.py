@@ -23,21 +23,21 @@ _REMEDY = "choose another --out, or move it away"
 
 @contextmanager
 def sole_use(out: Path, options: Mapping[str, Any]) -> Iterator[None]:
-    """Make and lock the folder of a study. A lock of an ended process is ignored.
+    """Make and lock the folder of a study. The lock ends with the process.
 
     Parameters
     ----------
     out
         The folder.
     options
-        Settings that the results depend on, stored as ``study.asked``. The same study may replace
-        its own results.
+        Settings that the results depend on, stored as ``study.asked``. Only a study with the same
+        settings may replace results in the folder.
 
     Raises
     ------
     InputError
         The folder cannot be made, another study is running in it, or it holds results of another
-        study or of no known study.
+        study or of an unknown program.
     """
     made = not out.exists()
     try:
@@ -68,14 +68,14 @@ def sole_use(out: Path, options: Mapping[str, Any]) -> Iterator[None]:
 
 @contextmanager
 def without_worker_warnings() -> Iterator[None]:
-    """Hide warnings about workers that ended early, because other workers take their jobs."""
+    """Hide warnings about worker processes that ended early. Other workers take their jobs."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "A worker stopped while some jobs", UserWarning)
         yield
 
 
 def _claim(out: Path, options: Mapping[str, Any]) -> None:
-    """Refuse to overwrite results that were made with other settings."""
+    """Raise an InputError if the folder has results that were made with other settings."""
     results = out / RESULTS
     if not results.exists():
         if (out / REPORT).exists():
@@ -95,7 +95,7 @@ def _claim(out: Path, options: Mapping[str, Any]) -> None:
 
 
 def fresh(directory: Path, mark: Mapping[str, object]) -> Path:
-    """Return an empty marked folder. Remove the outputs of an earlier study.
+    """Return an empty folder with a mark file. Remove the outputs of an earlier study.
 
     Raises
     ------
@@ -110,7 +110,7 @@ def fresh(directory: Path, mark: Mapping[str, object]) -> Path:
 
 
 def check_fresh(directory: Path) -> None:
-    """Refuse a folder that :func:`fresh` would not empty.
+    """Raise an InputError if the folder exists and was not made by :func:`fresh`.
 
     Raises
     ------

@@ -49,12 +49,12 @@ def competitor_title(name: str) -> str:
 
 
 def estimator(name: str) -> Look:
-    """Return title and colour of an estimator. The title is its name if it is not installed."""
+    """Return title and colour of an estimator; if it is not installed, its name as the title."""
     return _look(ESTIMATORS, name)
 
 
 def detector(name: str) -> Look:
-    """Return title and colour of a detector. The title is its name if it is not installed."""
+    """Return title and colour of a detector; if it is not installed, its name as the title."""
     return _look(DETECTORS, name)
 
 
@@ -70,7 +70,7 @@ def _look(registry: Registry[Any], name: str) -> Look:
 
 
 def estimators(scored: Iterable[str], baselines: bool = False) -> list[str]:
-    """Return the names in ``scored`` in the order of reports; baselines only if ``baselines``.
+    """Return the names in ``scored`` in the order of reports. Leave out baselines by default.
 
     Estimators of other packages come last, installed or not.
     """
@@ -84,7 +84,7 @@ def estimators(scored: Iterable[str], baselines: bool = False) -> list[str]:
 
 
 def is_baseline(name: str) -> bool:
-    """Return True if an estimator is a baseline, which ignores the shape of the signal."""
+    """Return True if an estimator is a baseline: it ignores the shape of the signal."""
     return name in ESTIMATORS and ESTIMATORS[name].baseline
 
 
@@ -94,5 +94,5 @@ def detectors(scored: Container[str]) -> list[str]:
 
 
 def learned(detector_name: str | None) -> bool:
-    """Return True if the detector at whose contacts the windows start is trained on pinches."""
+    """Return True if the detector with this name is trained on pinches."""
     return detector_name in DETECTORS and DETECTORS[str(detector_name)].learns

@@ -35,15 +35,15 @@ class Section:
     Parameters
     ----------
     anchor, title, text
-        Name for links, heading, and introduction.
+        Name of the section in links, its heading, and its introduction.
     columns
         Tables and figures of each subject that has content.
     sentences
         Sentences about the results.
     figures, table
-        Figure and table with all subjects.
+        Figure and table that show all subjects together.
     details
-        Further tables and figures of each subject. They are folded.
+        Further tables and figures of each subject. They are hidden until the reader opens them.
     """
 
     anchor: str
@@ -69,27 +69,27 @@ class Page:
     Parameters
     ----------
     title, heading, intro
-        Title of the window, heading, and first sentences.
+        Title in the browser, heading, and first sentences.
     badges
-        Badges: the source of the data first, then facts about the run.
+        Short texts at the top: the source of the data, then facts about the run.
     command, versions
         Command line, and version of each package.
     sections
         Sections in order.
     how
-        Terms and sentences about the method.
+        Terms, each with sentences that explain it.
     warning
         Reason why the numbers must not be quoted; empty if they may be quoted.
     notice
-        Progress of an unfinished study: state and details.
+        Progress of an unfinished study: a short text and details.
     claims
         Table of published claims and main results, one line each.
     terms
         Definitions of words that the sections use.
     compared, compared_text
-        Table of published and measured numbers, and a sentence about it.
+        Table of published and measured numbers, and a sentence about the table.
     left_out
-        Reasons for what was left out, by subject.
+        Reasons why results are missing, by subject.
     times
         Time of each step.
     several

@@ -21,7 +21,7 @@ FIELDS: dict[str, Field[Any]] = {}
 
 
 class Field(Generic[K]):
-    """Field: a key of ``results.json`` and the type of its value.
+    """Key of ``results.json`` with the type of its value.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ class Field(Generic[K]):
     kind
         Type of the value: a :class:`firstcontact.core.Record`, or a mapping of records.
     default
-        Value as long as no part has measured it.
+        Value of the field until a part has measured it.
     """
 
     def __init__(self, name: str, kind: Any, default: K) -> None:
@@ -43,7 +43,7 @@ class Field(Generic[K]):
         return Field(name, kind | None, None)
 
     def __call__(self, value: K) -> Entry:  # type: ignore[misc]
-        """Return an entry of the results with a value of this field."""
+        """Return an entry for the results: the name of this field and the value."""
         return self.name, value
 
 
@@ -59,7 +59,7 @@ class SubjectResults(Record, frozen=True, kw_only=True):
         return value
 
     def replace(self, entries: Iterable[Entry]) -> SubjectResults:
-        """Return the results with these entries added. Mappings by name are joined."""
+        """Return the results with these entries added. Join new and old mappings by name."""
         values = {name: getattr(self, name) for name in self.__struct_fields__}
         for name, value in entries:
             existing = values.get(name)
@@ -74,7 +74,7 @@ _kinds: dict[tuple[str, ...], type[SubjectResults]] = {}
 
 
 def subject_kind() -> type[SubjectResults]:
-    """Return the record type of one subject with all fields defined so far."""
+    """Return the record type of a subject's results, with all fields defined so far."""
     names = tuple(FIELDS)
     if names not in _kinds:
         fields = [(f.name, f.kind, f.default) for f in FIELDS.values()]
@@ -94,12 +94,12 @@ class _Options(msgspec.Struct):
 
 
 def write_results(path: Path, results: object) -> None:
-    """Write results to a file atomically, without fields that are None."""
+    """Write results to a file atomically. Leave out fields that are None."""
     write_json(path, to_tree(results))
 
 
 def read_results(path: Path, kind: type[T]) -> T:
-    """Read results of a given type.
+    """Return the results in a file, as a record of type ``kind``.
 
     Raises
     ------
@@ -111,7 +111,7 @@ def read_results(path: Path, kind: type[T]) -> T:
 
 
 def read_options(path: Path, remedy: str) -> dict[str, Any]:
-    """Read the settings that the results of any study depend on.
+    """Return the settings in a ``results.json`` on which its results depend.
 
     Raises
     ------

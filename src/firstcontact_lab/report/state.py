@@ -53,7 +53,8 @@ class State:
     quick
         True for a quick study, whose numbers must not be quoted.
     findings
-        Findings of each subject. The first subject is the top level of ``results.json``.
+        Findings of each subject. Results of the first subject are at the top level of
+        ``results.json``.
     steps
         Titles of all steps, in order.
     completed
@@ -126,6 +127,6 @@ def _complete(findings: Findings) -> SubjectResults:
 
 
 def named_subjects(results: StudyResults) -> dict[str, SubjectResults]:
-    """Return the results of each subject by its name."""
+    """Return the results of each subject, by the name of the subject."""
     run = results.about[STUDY]
     return {run.condition if run else "": results.about, **results}

@@ -57,7 +57,7 @@ def canvas(
     size: tuple[float, float] = SIZE,
     **options: Any,
 ) -> Iterator[tuple[Canvas, NDArray[Any]]]:
-    """Yield a figure and its axes, shape (rows, columns), in the common style."""
+    """Yield a figure in the common style, and an array (rows, columns) of its axes."""
     import matplotlib as mpl
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -69,7 +69,7 @@ def canvas(
 
 
 def uri(figure: Canvas) -> str:
-    """Return the figure as an SVG data URI. Rasterised parts have twice the screen's resolution."""
+    """Return the figure as an SVG data URI. Its pixel images have twice a screen's resolution."""
     buffer = io.StringIO()
     figure.savefig(buffer, format="svg", dpi=192, metadata={"Date": None, "Creator": None})
     svg = re.sub(r"^.*?(?=<svg)", "", buffer.getvalue(), flags=re.DOTALL)
@@ -83,7 +83,7 @@ def boxes(
     width: float,
     colour: str,
 ) -> None:
-    """Draw a box plot of each group of values at its position; a single value is a point."""
+    """Draw a box plot of each group of values at its position. Draw a single value as a point."""
     groups = list(zip(positions, values, strict=True))
     several = {place: group for place, group in groups if len(group) > 1}
     line = {"color": colour, "lw": 0.9}
@@ -113,7 +113,7 @@ def vibration_unit(layout: Layout) -> str:
 def vibration_axis(layout: Layout, milli: bool = False) -> tuple[str, float]:
     """Return the label of a vibration axis, and the factor for its values.
 
-    ``milli`` selects mV for data in V.
+    If ``milli``, data in V are shown in mV.
     """
     unit = vibration_unit(layout)
     name = str(layout.vibration[0].sensor).capitalize()
@@ -121,7 +121,7 @@ def vibration_axis(layout: Layout, milli: bool = False) -> tuple[str, float]:
 
 
 def shades(n: int) -> list[Any]:
-    """Return colours of n ordered levels, from light (soft) to dark (stiff), colour-blind safe."""
+    """Return colour-blind safe colours of n ordered levels, from light (soft) to dark (stiff)."""
     import matplotlib as mpl
 
     return list(mpl.colormaps["viridis_r"](np.linspace(0.12, 0.95, n)))

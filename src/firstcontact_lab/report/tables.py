@@ -28,7 +28,7 @@ class Cell:
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """Line of a table. Quiet lines are shown pale."""
+    """Line of a table. A *quiet* line is shown pale."""
 
     cells: Sequence[Cell]
     quiet: bool = False
@@ -45,18 +45,18 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """Published value that a row is compared with.
+    """Published value with which the value of a row is compared.
 
     Parameters
     ----------
     value
         The value, in the unit of the row.
     tolerance
-        Difference that still counts as reproduced, if the row has no interval.
+        Largest difference at which the value counts as reproduced, if the row has no interval.
     lower
         True if lower values are better.
     note
-        Text instead of a verdict if a comparison is meaningless, such as "input of the twin".
+        Text that replaces the verdict if a comparison is meaningless, such as "input of the twin".
     """
 
     value: float
@@ -65,7 +65,7 @@ class Claim:
     note: str = ""
 
     def verdict(self, value: Value) -> str:
-        """Return the note, else "reproduced", "better" or "worse"; "" if there is no value."""
+        """Return the note, or "reproduced", "better" or "worse"; "" for a missing value."""
         if value is None or isinstance(value, str):
             return ""
         if self.note:
@@ -93,12 +93,12 @@ class Row(Generic[R]):
     published
         Value that the paper reports.
     remark
-        Explanation in the report's comparison with the paper; None if the row is not in it. It can
-        be a function of the results of all subjects by title.
+        Explanation in the report's comparison with the paper; None if the row is not in the
+        comparison. The explanation can be a function of the results of all subjects by title.
     headline
         True to show the row in the README and at the top of the report.
     claim
-        Published value for the verdict at the top of the report.
+        Published value with which the top of the report compares the row.
     """
 
     label: str
@@ -110,16 +110,16 @@ class Row(Generic[R]):
     claim: Claim | None = None
 
     def cell(self, results: R) -> Cell:
-        """Return the value of one subject and its interval."""
+        """Return the cell with the value of one subject and its interval."""
         return format_cell(self.value(results), self.unit)
 
     def remark_on(self, subjects: Mapping[str, R]) -> str:
-        """Return the explanation of the values of these subjects."""
+        """Return the remark on the values of these subjects."""
         return self.remark(subjects) if callable(self.remark) else self.remark or ""
 
 
 def number(value: float, digits: int, sign: str = "") -> str:
-    """Format a number with a proper minus sign, and without a sign if it is zero."""
+    """Return a number as text. The minus sign is "−"; zero has no sign."""
     text = f"{value:{sign}.{digits}f}"
     if float(text) == 0.0:
         text = text.lstrip("+-")
@@ -150,7 +150,7 @@ UNITS: Mapping[str, Callable[[float], str]] = {
 
 
 def format_cell(value: Value, unit: str) -> Cell:
-    """Format a value, with its interval as the detail."""
+    """Return a cell with a value, and its interval as the detail."""
     if value is None:
         return Cell(ABSENT)
     if isinstance(value, str):
@@ -162,7 +162,7 @@ def format_cell(value: Value, unit: str) -> Cell:
 
 
 def optional(find: Callable[[R], S | None], value: Callable[[S], Value]) -> Callable[[R], Value]:
-    """Return a function that gets a value from a record; None if the record is missing."""
+    """Return a function that finds a record and returns its value; None without a record."""
 
     def from_results(results: R) -> Value:
         record = find(results)
@@ -182,7 +182,8 @@ def row_table(
 ) -> Table:
     """Return a table with a line for each row and a column for each subject.
 
-    Rows without a value for any subject are left out. ``notes`` adds the remark to each label.
+    Rows without a value for any subject are left out. If ``notes``, each row's label is followed by
+    the row's remark on the subjects.
     """
     lines = []
     for row in rows:
@@ -198,7 +199,10 @@ def row_table(
 
 
 def claims_table(rows: Iterable[Row[R]], subjects: Mapping[str, R]) -> Table:
-    """Return a table with a line for each claim and headline: published, measured, verdict."""
+    """Return a table with a line for each row that has a claim or is a headline.
+
+    The columns are the published value, the value of each subject, and the verdict.
+    """
     lines = []
     for row in rows:
         cells = [Cell(row.cell(results).text) for results in subjects.values()]
@@ -227,10 +231,9 @@ def beside(tables: Mapping[str, Table], heads: Sequence[str] = ()) -> Table:
     Parameters
     ----------
     tables
-        Tables by the title of their subject (dataset). Lines with the same name are joined into
-        one.
+        Tables by the title of their subject (dataset). Lines with the same name become one line.
     heads
-        Columns to show; all if empty.
+        Names of the columns to show; all if empty.
     """
     head = [""]
     blocks: list[tuple[int, dict[tuple[str, str], Line]]] = []
@@ -276,9 +279,9 @@ def matrix(
     caption
         Caption of the table.
     rows
-        Row definitions, one per column. A number that no record has gets no column.
+        Row definitions, one per column. If no record has a value, the column is left out.
     entries
-        Name, record, and whether its line is quiet. Entries without a record are left out.
+        Name, record, and True for a quiet (pale) line. Entries without a record are left out.
     """
     present = [(name, record, quiet) for name, record, quiet in entries if record is not None]
     columns = [
@@ -304,7 +307,7 @@ def lifted(
     headline: bool = False,
     claim: Claim | None = None,
 ) -> Row[R]:
-    """Return a row of a record, converted to a row of the results that contain the record."""
+    """Return a row definition for results that contain a record, from one for the record."""
     value = optional(find, row.value)
     return Row(prefix + row.label, value, row.unit, published, remark, headline, claim)
 
@@ -317,12 +320,12 @@ def markdown(table: Table) -> str:
 
 
 def markdown_lines(lines: Iterable[Sequence[str]]) -> str:
-    """Return lines of cells as Markdown. The second line is the rule below the head."""
+    """Return lines of cells as Markdown. The second line separates the head from the rest."""
     return "".join("| " + " | ".join(cells) + " |\n" for cells in lines)
 
 
 def plain_lines(table: Table, *, small: bool = False) -> list[str]:
-    """Return a table as lines with aligned columns for a terminal, with details if ``small``."""
+    """Return a table as lines of text with aligned columns. If ``small``, include details."""
     texts = [list(table.head)]
     for line in table.lines:
         texts.append([f"{c.text} {c.small}".rstrip() if small else c.text for c in line.cells])

@@ -11,4 +11,6 @@ Terms of this package:
   another hand, or with a Shore A that was left out of training.
 - A *rig set* holds the pinches of two simulated hands from one seed.
 - A *real set* is a folder with real recordings, and perhaps noise and results of a study.
+- A *hardness rank* orders materials whose Shore A is unknown. Materials with the same rank form a
+  *hardness class*.
 """

@@ -1,4 +1,4 @@
-"""Evaluation protocol of study and benchmark: all competitors get the same simulated rigs."""
+"""Comparison of estimators for study and benchmark: all get the same simulated rigs."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ NETWORK = (
 
 
 class Generalised(Record, frozen=True, kw_only=True):
-    """Scores of competitors on rigs whose seeds nothing else uses, mostly for single pinches.
+    """Scores of competitors on simulated rigs that no other part of the project uses.
 
-    ``floor``: scores of the estimator that is trained on the same kinds of object on the same rig.
-    ``ceiling``: scores of estimators that know the modulus, or the stiffness of the contact.
-    ``pinches``: number of pinches in each set, by use. ``too_short``: share of pinches without any
-    estimate before the second contact; they are not scored.
+    ``floor``: scores of the estimator that is trained on other specimens of the same kinds of
+    object, on the same rig. ``ceiling``: scores of estimators that know the modulus, or the
+    stiffness of the contact. ``pinches``: mean number of pinches in a set, by use. ``too_short``:
+    share of pinches whose second contact came before any estimate; they are not scored.
     """
 
     sets: int
@@ -58,7 +58,7 @@ class Generalised(Record, frozen=True, kw_only=True):
 def rig_sets(
     seeds: Sequence[int], condition: Condition, sizes: Sizes, late: Sequence[int], runner: Runner
 ) -> list[RigSet]:
-    """Make one set per seed; see :func:`firstcontact_lab.study._rig_sets.rig_set`."""
+    """Return one set of pinches per seed; see :func:`firstcontact_lab.study._rig_sets.rig_set`."""
     return runner.map(_made, list(seeds), condition, sizes, late)
 
 
@@ -74,10 +74,10 @@ def compared(
     Parameters
     ----------
     entrants
-        Function that returns the competitors for the set with a given index. The references (floor
-        and ceilings) are added.
+        Function that returns the competitors for the set with a given index. Floor and ceilings are
+        added to them.
     sets, seeds
-        Sets of pinches, and their random seeds.
+        Sets of pinches, and the random seed of each set.
     seed
         Random seed of trainings and intervals.
     runner

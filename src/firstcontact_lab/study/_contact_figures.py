@@ -1,4 +1,4 @@
-"""Figures of contact detection: delays in all pinches, and the decisions in one pinch."""
+"""Figures of contact detection: delays in all pinches, and decisions in one pinch."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ EDGE = 15.0
 def delay_figure(
     dataset: Dataset, delays: Mapping[str, NDArray[np.float64]], early: float
 ) -> Figure:
-    """Draw histograms of the time from the known contact to the first decision, by detector.
+    """Draw a histogram for each detector: time from the known contact to the first decision.
 
     ``early`` is the longest time by which a contact may precede its label, s.
     """
@@ -77,10 +77,10 @@ def detectors_figure(
     n_early: float = 0.090,
     suffix: float = 0.030,
 ) -> Figure:
-    """Draw the vibration of the first finger, the 3σ band, and the windows that fired.
+    """Draw the vibration of the first finger, its 3σ band, and where each detector fired.
 
-    ``start`` is the sample at which the closing and its steady state start. ``early`` is the
-    longest time by which a contact may precede its label, s.
+    ``start`` is the sample at which the closing starts, and with it the steady state. ``early`` is
+    the longest time by which a contact may precede its label, s.
     """
     assert pinch.first is not None
     rate, fingers = pinch.layout.rate, pinch.layout.vibration_fingers

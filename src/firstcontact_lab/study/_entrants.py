@@ -1,4 +1,4 @@
-"""Competitors in the scores beyond the blocks: estimators, the network, and references."""
+"""Competitors whose predictions are compared: estimators, network, floor and ceilings."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Entrant:
     name
         Name in results.
     method
-        Prediction method, one of ``WAYS``.
+        Method of prediction, a key of ``WAYS``.
     options
         Options of the method.
     """
@@ -47,7 +47,7 @@ class Entrant:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Query:
-    """Query to one competitor on one set: pinches to learn from, and pinches to predict.
+    """Job of one competitor on one set: pinches to learn from, and pinches to predict.
 
     ``place`` is the index of the set; ``learn`` and ``ask`` are indices of pinches in it.
     """
@@ -76,7 +76,7 @@ def _trained(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int
 def _in_context(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int) -> Values:
     """Condition an any-time estimator on the pinches ``learn``, and predict the pinches ``ask``.
 
-    The option ``radii`` gives the estimator the radii of the objects that it predicts.
+    With the option ``radii`` the estimator also gets the radius of each object that it predicts.
     """
     query = rigs.touches.take(ask)
     if entrant.options.get("radii"):
@@ -85,15 +85,16 @@ def _in_context(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: 
 
 
 def _anybody(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int) -> Values:
-    """Predict with a user's regressor, by the model of the longest complete window.
+    """Fit an estimator or a user's regressor to ``learn``, and predict the pinches ``ask``.
 
-    One model is trained for each window length.
+    One model is trained for each window length. A contact gets the prediction from the longest
+    window before its second contact.
     """
     return fit_on_set(entrant, rigs, learn, seed).predict(rigs.touches.take(ask)).value
 
 
 def fit_on_set(entrant: Entrant, rigs: RigSet, learn: Index, seed: int) -> ContactPredictor:
-    """Fit an entrant to pinches of a set; see :func:`fit_predictor`."""
+    """Return a competitor that learned from some pinches of a set; see :func:`fit_predictor`."""
     windows = rigs.windows
     return fit_predictor(
         entrant, rigs.touches.take(learn), windows.y[learn], windows.sessions[learn], seed
@@ -103,17 +104,19 @@ def fit_on_set(entrant: Entrant, rigs: RigSet, learn: Index, seed: int) -> Conta
 def fit_predictor(
     entrant: Entrant, touches: Touches, shore_a: Values, groups: NDArray[np.str_], seed: int
 ) -> ContactPredictor:
-    """Condition an any-time estimator on contacts, or train one model for each window length.
+    """Return a competitor that learned from contacts, and predicts at any time after a contact.
+
+    An any-time estimator is conditioned on the contacts. Of other estimators, one model is trained
+    for each window length.
 
     Parameters
     ----------
     entrant
-        Any-time estimator, registered estimator or regressor of a user.
+        Competitor: any-time estimator, registered estimator or a user's regressor.
     touches, shore_a
         Contacts to learn from, shape (n,).
     groups
-        Session or specimen of each contact, shape (n,). Whole groups are held out for the
-        intervals.
+        Session or specimen of each contact, shape (n,). The intervals come from held-out groups.
     seed
         Random seed of trainings and folds.
     """
@@ -132,7 +135,7 @@ def _modulus(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int
 
 
 def _stiffness(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int) -> Values:
-    """Predict with a parabola in the logarithm of the true contact stiffness.
+    """Predict the Shore A by a parabola in the logarithm of the true contact stiffness.
 
     The parabola is fitted to the pinches ``learn``.
     """

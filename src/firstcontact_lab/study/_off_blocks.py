@@ -1,4 +1,4 @@
-"""Scores of an estimator's predictions over all rigs, with bootstrap intervals over rigs."""
+"""Scores of a competitor's predictions over all rigs, with bootstrap intervals over rigs."""
 
 from __future__ import annotations
 
@@ -19,10 +19,13 @@ TOGETHER = 3
 
 
 class OffBlocks(Record, frozen=True, kw_only=True):
-    """Scores of an estimator beyond its training blocks, in Shore A over ``sets`` rigs.
+    """Scores of an estimator beyond the blocks it was trained on: RMSE and bias in Shore A.
 
-    ``accuracy``: share of block pinches whose prediction is nearest to the Shore A of their own
-    block. ``options``: settings of the estimator that differ from the defaults.
+    ``sets``: number of rigs. ``objects``: RMSE on unseen objects. ``three_pinches``: RMSE of means
+    of three pinches. ``blocks``: RMSE on block pinches of other sessions.
+
+    ``accuracy``: share of these block pinches whose prediction is nearest to the Shore A of the
+    pinched block. ``options``: settings of the estimator that differ from the defaults.
     """
 
     sets: int
@@ -45,7 +48,7 @@ class OffBlocks(Record, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Answered:
-    """Predictions for one question on the set with index ``place``. Arrays share their axis."""
+    """Predictions of the pinches ``queries`` for one question, on the set with index ``place``."""
 
     question: str
     place: int
@@ -98,7 +101,7 @@ def _ends(parts: Sequence[Answered]) -> tuple[float, float]:
 
 
 def _together(answered: Answered, seed: int) -> Values:
-    """Return the errors of mean predictions, each over three random pinches of an object."""
+    """Return the errors of mean predictions. Each is a mean over three pinches of one object."""
     rng = np.random.default_rng([seed, answered.place])
     errors = []
     for specimen in np.unique(answered.queries.specimens):
@@ -109,7 +112,7 @@ def _together(answered: Answered, seed: int) -> Values:
 
 
 def _nearest(answered: Answered) -> Values:
-    """Return 1 for each prediction that is nearest to the Shore A of its own block, otherwise 0."""
+    """Return 1 for each prediction that is nearest to the Shore A of the pinched block, else 0."""
     levels = np.unique(answered.queries.y)
     if not len(levels):
         return np.empty(0)
@@ -119,9 +122,9 @@ def _nearest(answered: Answered) -> Values:
 
 
 def _rmse(groups: int) -> Callable[[Values], Values]:
-    """Return a function that averages the root mean squares of several groups of errors.
+    """Return a function that returns the mean of the groups' root mean square errors.
 
-    The function takes counts, sums and sums of squares of the errors of each group.
+    Its argument holds, for each group, count, sum and sum of squares of the errors.
     """
 
     def statistic(sums: Values) -> Values:
@@ -152,7 +155,7 @@ class _Tally:
             of_group[place] = of_group.get(place, np.zeros(3)) + sums
 
     def _columns(self, name: str) -> tuple[Values, Callable[[Values], Values]]:
-        """Return the sums of each set, shape (sets, 3 times groups), and the score's formula."""
+        """Return the sums of each set, shape (sets, 3 · groups), and the function to a score."""
         groups = self._sums[name].values()
         places = sorted({place for of_group in groups for place in of_group})
         columns = np.array(

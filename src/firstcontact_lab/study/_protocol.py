@@ -32,11 +32,11 @@ class Job:
     title
         Title for the progress bar and the report.
     run
-        Function that measures, and returns the part's result.
+        Function that measures the subject, and returns the result for the part.
     vital
         True if the study ends when the job fails.
     cost
-        Relative time of the job.
+        Time that the job takes, relative to other jobs.
     """
 
     subject: str
@@ -53,7 +53,7 @@ def plan(
     runner: Runner,
     set_name: str = "recordings",
 ) -> list[Job]:
-    """Return all jobs: quick steps of every subject first, then slow steps.
+    """Return all jobs of a study: first the quick steps of every subject, then the slow ones.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def plan(
     runner
         Runner of trainings.
     set_name
-        Name of recordings in the results.
+        Name of the recordings in the results.
     """
     subjects: dict[str, Subject] = {}
 
@@ -93,7 +93,7 @@ def run(
     tick: Callable[[str], object] = lambda title: None,
     page: Callable[[State], str] = render,
 ) -> None:
-    """Run all jobs; write ``report.html`` and ``results.json`` after each.
+    """Run all jobs. Write ``report.html`` and ``results.json`` after each job.
 
     Parameters
     ----------

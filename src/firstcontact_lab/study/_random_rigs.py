@@ -1,4 +1,4 @@
-"""Pinches of random rigs whose structure no network was trained on."""
+"""Pinches of random rigs of kinds on which no network was trained."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def _several_object(target: RandomObject, rng: Rng) -> RandomObject:
 
 
 def _gearbox(rng: Rng) -> Change:
-    """Return a change that adds gear noise: lines of varying strength, pink noise, a start jolt."""
+    """Return a function that adds gear noise to a signal: tones, pink noise, a jolt at start."""
     line, swell = float(rng.uniform(250, 900)), float(rng.uniform(15, 60))
     loud, decay = float(rng.uniform(0.005, 0.03)), float(rng.uniform(0.005, 0.02))
 
@@ -96,7 +96,7 @@ def _gearbox(rng: Rng) -> Change:
 
 
 def _compressive(rng: Rng) -> Change:
-    """Return a change of a rig to a compressive sensor, whose output grows less than its input."""
+    """Return a function that compresses a signal: it reduces large values more than small."""
     power, unit = float(rng.uniform(0.65, 0.85)), float(rng.uniform(0.1, 0.5))
 
     def change(signal: Values, rng: Rng) -> Values:
@@ -125,18 +125,18 @@ _MATERIALS = ("lossy", "slow_material", "several")
 
 @dataclass(frozen=True, slots=True, eq=False)
 class JudgedRig:
-    """Labelled contacts of one rig; all arrays share their first axis.
+    """Labelled contacts of one rig.
 
     Parameters
     ----------
     touches
         The contacts.
     shore_a
-        Labels, which include a random error, shape (n,).
+        Shore A of each label, which includes a random error, shape (n,).
     uses, sessions, objects
-        Use, session and object of each contact, shape (n,).
+        Use (such as conditioning), session and object of each contact, shape (n,).
     radii
-        Radius of the object, infinite for a flat one, m, shape (n,).
+        Radius of the object, m, infinite for a flat object, shape (n,).
     speeds
         True closing speed, m/s, shape (n,).
     """
@@ -151,10 +151,12 @@ class JudgedRig:
 
 
 def judged_rig(name: str, number: int, seed: int, *, free_speed: bool = False) -> JudgedRig:
-    """Draw one rig of a family and its pinches. They depend only on these arguments.
+    """Draw one rig of a family, and return its labelled contacts.
 
-    With ``free_speed`` the closing speed of each pinch is the usual one times a random factor
-    within ``FREE_SPEED``.
+    The result depends only on the arguments.
+
+    With ``free_speed`` the rig's usual closing speed is multiplied, in each pinch, by a random
+    factor within ``FREE_SPEED``.
     """
     rng = np.random.default_rng([seed, number, list(STRUCTURES).index(name)])
     family = STRUCTURES[name]
@@ -213,7 +215,7 @@ def judged_rig(name: str, number: int, seed: int, *, free_speed: bool = False) -
 
 
 def _at_free_speed(rig: RandomRig, rng: Rng) -> RandomRig:
-    """Return the rig at a random closing speed. The speed of the motor changes in proportion."""
+    """Return the rig with a random closing speed. The motor's speed changes in proportion."""
     factor = math.exp(rng.uniform(*np.log(FREE_SPEED)))
     finger = rig.finger._replace(speed=rig.finger.speed * factor)
     return replace(rig, finger=finger, noise=rig.noise.scaled(factor, 1.0))
@@ -226,7 +228,7 @@ def _label(shore_a: float, rng: Rng) -> float:
 def _pinch(
     rig: RandomRig, day: Day, target: RandomObject, change: Change | None, rng: Rng
 ) -> tuple[NDArray[np.float32], int, float]:
-    """Return the signal around a detected contact, the number of valid samples, and the speed."""
+    """Return the signal of one contact, its number of valid samples, and the closing speed."""
     more = MARGIN / _RATE
     counts, speed = touch(rig, day, target, rng, BEFORE + more, LONGEST + more)
     signal = counts.astype(np.float64) * (ADC_VOLTS / (ADC_COUNTS * SUBCOUNTS))

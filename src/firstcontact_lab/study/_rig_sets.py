@@ -1,6 +1,6 @@
-"""Sets of twin pinches with seeds that nothing else uses: two hands, with blocks and objects.
+"""Sets of simulated pinches of blocks and objects by two hands, with seeds of their own.
 
-Only the time around the contacts is simulated.
+No other part of the project uses these seeds. Only the time around the contacts is simulated.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Use(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Sizes:
-    """Number of pinches of each block or object, by the use of the pinches (:class:`Use`)."""
+    """Number of pinches of each block or object, one field for each use (:class:`Use`)."""
 
     blocks: int = 40
     held_out: int = 10
@@ -66,18 +66,18 @@ class Sizes:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RigSet:
-    """Pinches of one set; all arrays share their first axis.
+    """Pinches of one set: their windows, contacts and true properties.
 
     Parameters
     ----------
     windows
-        Windows, for estimators with a window of fixed length.
+        Windows after the contacts, for estimators with a window of fixed length.
     touches
-        The same contacts, for estimators that predict at any time.
+        Signals of the same contacts, for estimators that predict at any time.
     uses
-        Use of each pinch, see :class:`Use`, shape (n,).
+        Use of each pinch (:class:`Use`), shape (n,).
     radii
-        Radius of the object, m, infinite for a flat one, shape (n,).
+        Radius of the object, m, infinite for a flat object, shape (n,).
     moduli, stiffnesses
         Young's modulus in each pinch (Pa) and stiffness of the contact (N/m^1.5), shape (n,).
     too_short
@@ -109,8 +109,8 @@ def rig_set(seed: int, condition: Condition, sizes: Sizes, late: Sequence[int]) 
     sizes
         Numbers of pinches.
     late
-        Delays with which a detector placed contacts in complete pinches of this condition, samples.
-        Each contact gets a random one of these delays.
+        Delays of a detector's contacts, samples, measured on complete pinches of this condition.
+        Each contact gets one of these delays at random.
     """
     drawn = list(_planned(seed, condition, sizes))
     placed = generator(seed, condition.name, "placed")

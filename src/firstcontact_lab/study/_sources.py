@@ -1,4 +1,4 @@
-"""Sources of pinches: the twin, recordings, or importable data."""
+"""Sources of a study's pinches: the twin, recordings, or data to import."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _RECORDINGS, _IMPORTED = "recordings", "imported"
 
 
 def simulated(condition: str, settings: StudySettings, out: Path, runner: Runner) -> Dataset:
-    """Simulate a condition into ``out/recordings`` and load it like any recording.
+    """Simulate pinches of a condition into ``out/recordings``, and return them as a dataset.
 
     Recordings of an earlier study in that folder are replaced.
 
@@ -46,7 +46,7 @@ def simulated(condition: str, settings: StudySettings, out: Path, runner: Runner
 
 
 def recorded(path: Path, out: Path) -> Dataset:
-    """Load recordings or importable data, resampled to the models' rate.
+    """Return the pinches of recordings, or of data to import, resampled to the models' rate.
 
     Parameters
     ----------
@@ -59,8 +59,8 @@ def recorded(path: Path, out: Path) -> Dataset:
     Raises
     ------
     InputError
-        There are no usable data, or the folder also contains recordings that an earlier study made.
-        To study the earlier study's recordings, give their own folder as ``path``.
+        There are no usable data. Or the folder contains recordings of an earlier study: to study
+        those, give their folder as ``path``.
     """
     recordings = _recordings(path)
     dataset = load_dataset(recordings) if recordings else _imported(path, out)
@@ -68,7 +68,9 @@ def recorded(path: Path, out: Path) -> Dataset:
 
 
 def check_sources(path: Path | None, out: Path) -> None:
-    """Check a source without reading samples; None as ``path`` means the twin.
+    """Raise an InputError if a source cannot be used. If ``path`` is None, it is the twin.
+
+    Samples are not read.
 
     Raises
     ------
@@ -84,7 +86,7 @@ def check_sources(path: Path | None, out: Path) -> None:
 
 
 def _recordings(path: Path) -> list[Path]:
-    """Return the recordings to study, or an empty list if the path has to be imported."""
+    """Return the recordings to study, or an empty list if ``path`` holds data to import."""
     if not path.exists():
         raise InputError(f"{path} does not exist: give a folder of recordings, or data to import")
     recordings, made = _search(path)
@@ -98,7 +100,10 @@ def _recordings(path: Path) -> list[Path]:
 
 
 def _search(path: Path) -> tuple[list[Path], list[Path]]:
-    """Return the recordings at or below a path, and the folders below it that a study made."""
+    """Return the recordings at or below a path, and the folders below it with a study's recordings.
+
+    Recordings in these folders are left out.
+    """
     if path.is_file():
         return [path] if path.suffix == ".mcap" else [], []
     made = sorted(mark.parent for mark in path.rglob(MARK) if mark.parent != path)

@@ -1,7 +1,8 @@
 """Closings of rigs whose structure differs from the twin's: motor, noise, start-up and contact.
 
-Only the mechanics of the contact come from the twin, with a silent motor and parameters outside the
-training range. This module makes all other signals. No model is trained on these closings.
+The twin simulates only the mechanics of the contact, with a silent motor and parameters outside the
+training range. This module makes all other parts of the signals. No model is trained on these
+closings.
 """
 
 from __future__ import annotations
@@ -74,7 +75,7 @@ def _unit(x: Values) -> Values:
 
 
 def _slow(rng: Rng, n: int, seconds: float) -> Values:
-    """Return a random walk around 0 with unit spread and a correlation time of ``seconds``."""
+    """Return slow noise around 0, with unit spread and a correlation time of ``seconds``."""
     knots = max(2, math.ceil(n / FINGERTIP_RATE / seconds) + 2)
     at = np.linspace(0, knots - 1, n)
     out: Values = np.interp(at, np.arange(knots), rng.standard_normal(knots))
@@ -82,13 +83,13 @@ def _slow(rng: Rng, n: int, seconds: float) -> Values:
 
 
 def _phase(rng: Rng, rate: Values | float, n: int, jitter: float) -> Values:
-    """Return the turns of a shaft. Its rate, Hz, varies by the share ``jitter``."""
+    """Return the angle of a shaft, in turns. Its rate, Hz, varies by the share ``jitter``."""
     speed = rate * (1.0 + jitter * _slow(rng, n, 0.05))
     return rng.random() + np.cumsum(np.broadcast_to(speed, n)) / FINGERTIP_RATE
 
 
 def _pulses(turns: Values, heights: Values) -> Values:
-    """Return a signal with a pulse whenever the turns pass a whole number."""
+    """Return a signal with a pulse whenever ``turns`` passes a whole number, else 0."""
     out = np.zeros(len(turns))
     hits = np.flatnonzero(np.diff(np.floor(turns)) > 0) + 1
     out[hits] = np.resize(heights, len(hits))
@@ -112,7 +113,7 @@ def _brushes(rng: Rng, n: int, pace: Values, size: Mapping[str, float]) -> Value
 
 
 def _gearbox(rng: Rng, n: int, pace: Values, size: Mapping[str, float]) -> Values:
-    """Return gear noise: mesh lines with side bands, and a bad tooth that knocks once per turn."""
+    """Return gear noise: a modulated tone, and a bad tooth that knocks once per turn."""
     shaft = _phase(rng, size["rate"] / 9.0 * pace, n, 0.01)
     mesh = (1.0 + 0.5 * np.sin(2 * np.pi * shaft)) * np.sin(2 * np.pi * 17 * shaft)
     mesh += 0.5 * np.sin(2 * np.pi * 34 * shaft + 1.0)
@@ -128,7 +129,7 @@ def _stick_slip(rng: Rng, n: int, pace: Values, size: Mapping[str, float]) -> Va
 
 
 def _stepper(rng: Rng, n: int, pace: Values, size: Mapping[str, float]) -> Values:
-    """Return stepper noise: a rough square wave of steps that beats with its chopper."""
+    """Return stepper-motor noise: clicks of its steps, whose height beats with another tone."""
     turns = _phase(rng, 2.5 * size["rate"] * pace, n, 0.002)
     beat = 1.0 + 0.4 * np.sin(2 * np.pi * _phase(rng, 0.13 * size["rate"], n, 0.02))
     square = np.sign(np.sin(2 * np.pi * turns)) * beat
@@ -136,7 +137,7 @@ def _stepper(rng: Rng, n: int, pace: Values, size: Mapping[str, float]) -> Value
 
 
 def _servo(rng: Rng, n: int, pace: Values, size: Mapping[str, float]) -> Values:
-    """Return hunting-servo noise: a whine whose loudness and pitch swing several times a second."""
+    """Return servo noise: a whine whose loudness and pitch swing several times a second."""
     hunt = np.sin(2 * np.pi * _phase(rng, size["hunt"], n, 0.1))
     turns = _phase(rng, 4 * size["rate"] * pace * (1.0 + 0.1 * hunt), n, 0.01)
     whine = (1.0 + 0.6 * hunt) * (np.sin(2 * np.pi * turns) + 0.4 * np.sin(6 * np.pi * turns))
@@ -144,7 +145,7 @@ def _servo(rng: Rng, n: int, pace: Values, size: Mapping[str, float]) -> Values:
 
 
 def _belt(rng: Rng, n: int, pace: Values, size: Mapping[str, float]) -> Values:
-    """Return belt noise: a narrow band over a slow rumble."""
+    """Return belt-drive noise: noise in a narrow band, and a slow rumble."""
     band = _unit(_ring(_white(rng, n), 0.4 * size["ring"], 0.06))
     return _unit(band * np.exp(0.3 * _slow(rng, n, 0.03)) + _slow(rng, n, 0.02))
 
@@ -162,7 +163,7 @@ MOTORS: Mapping[str, Motor] = {
 
 
 def _disturbances(rng: Rng, n: int, size: Mapping[str, float]) -> tuple[Values, Values]:
-    """Return clicks of a gear, as multiples of the motor's RMS, and the slowly varying loudness."""
+    """Return gear clicks, as multiples of the motor's RMS, and the motor's varying loudness."""
     clicks, swells = np.zeros(n), np.ones(n)
     for start in rng.integers(0, n, rng.poisson(size["clicks"] * n / FINGERTIP_RATE)):
         length = int(rng.integers(1, 16))
@@ -184,7 +185,7 @@ def _hum(rng: Rng, n: int) -> Values:
 
 
 def _bursts(rng: Rng, n: int) -> Values:
-    """Return white noise with single bursts of 0.2 to 3 ms, on average one in two seconds."""
+    """Return white noise with bursts of 0.2 to 3 ms, on average one burst in two seconds."""
     out = _white(rng, n)
     for start in rng.integers(0, n, rng.poisson(0.5 * n / FINGERTIP_RATE)):
         length = int(rng.integers(1, 16))
@@ -208,27 +209,27 @@ FLOORS: Mapping[str, Callable[[Rng, int], Values]] = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StructuredRig:
-    """Rig with another structure than the twin.
+    """Simulated rig whose structure differs from the twin's.
 
     Parameters
     ----------
     seed
         Random seed of all its draws.
     motor, floor
-        Kind of motor and of noise floor: names in :data:`MOTORS` and :data:`FLOORS`.
+        Kind of motor, a name in :data:`MOTORS`, and kind of noise floor, a name in :data:`FLOORS`.
     rig
         Mechanics of a finger.
     size
-        Numbers that describe the motor: rates and resonances in Hz, and the height of a knock.
+        Properties of the motor by name: rates and resonances, Hz, and the height of a knock.
     loud, quiet
         RMS of motor and noise floor, V.
     thump, overshoot, settle
-        Start of the motor: peak of the jolt as a multiple of the motor's RMS, loudness relative to
-        the steady loudness, and the time in which both fade, s.
+        Start of the motor: peak of its jolt, as a multiple of the motor's RMS; additional loudness,
+        relative to the steady loudness; and the time in which both fade, s.
     coarse
-        Number of steps of the converter that are merged into one.
+        Size of the converter's steps, as a multiple of the twin's.
     holder
-        Frequency in Hz and damping of another resonance of the sensor.
+        Frequency, Hz, and damping of an additional resonance of the sensor.
     """
 
     seed: int
@@ -245,7 +246,7 @@ class StructuredRig:
     holder: tuple[float, float]
 
     def closing(self, key: str, target: RandomObject | None, label: Label, free: float) -> Pinch:
-        """Return a closing that begins at rest, on an object, or on none if ``target`` is None."""
+        """Return a closing on the object ``target``, or on no object. It begins at rest."""
         rng = generator(self.seed, "closing", key)
         begin = round(REST * FINGERTIP_RATE)
         first = begin + round(free * FINGERTIP_RATE)
@@ -283,9 +284,9 @@ class StructuredRig:
     def _contact(
         self, rng: Rng, key: str, target: RandomObject | None, speed: float, first: int
     ) -> tuple[tuple[Contact, ...], Values]:
-        """Simulate the contacts of both fingers. Return them with the piezos' signals.
+        """Return the contacts of both fingers, and the signals of the piezos that they cause.
 
-        The signals begin ``LEAD`` before the first contact.
+        The signals, in V, begin ``LEAD`` seconds before the first contact.
         """
         if target is None:
             return (), np.zeros((0, 2))
@@ -318,7 +319,7 @@ class StructuredRig:
         ), touch
 
     def _sampled(self, volts: Values) -> NDArray[np.int16]:
-        """Return the samples as a device with a coarse converter sends them."""
+        """Return a closing's samples as a device would send them, from voltages."""
         layout = fingertip_layout()
         step = 32 * layout.channels[0].scale
         counts = np.floor((volts + PIEZO_OFFSET_VOLTS) / (step * self.coarse)) * self.coarse
@@ -332,7 +333,7 @@ class StructuredRig:
 
 
 def draw_structured(seed: int, motor: str) -> StructuredRig:
-    """Draw a random rig with this kind of motor, a name in :data:`MOTORS`."""
+    """Return a random rig with this kind of motor, a name in :data:`MOTORS`."""
     rng = generator(seed, "structured", motor)
     rig = draw_rig(rng)
     finger = rig.finger._replace(
@@ -370,7 +371,7 @@ def draw_structured(seed: int, motor: str) -> StructuredRig:
 
 
 def _hard_peak(seed: int, rig: RandomRig) -> float:
-    """Return the largest voltage at the contact with a hard block."""
+    """Return the largest voltage at the contact with a hard flat block."""
     size = {"ring": 400.0, "jolt": 20.0, "clicks": 0.0, "swells": 0.0}
     plain = StructuredRig(
         seed, "belt", "pink", rig, size, 0.0, 0.0, 0.0, 0.0, 0.1, 1, (500.0, 0.2)
@@ -381,7 +382,7 @@ def _hard_peak(seed: int, rig: RandomRig) -> float:
 
 
 def draw_blocks(rig: StructuredRig, levels: tuple[float, ...], each: int, sessions: int) -> Dataset:
-    """Return closings on blocks: ``each`` on every level of Shore A, spread over the sessions."""
+    """Return closings on flat blocks: ``each`` on every level of Shore A, in several sessions."""
     pinches = []
     for level in levels:
         for number in range(each):
@@ -395,7 +396,7 @@ def draw_blocks(rig: StructuredRig, levels: tuple[float, ...], each: int, sessio
 
 
 def draw_objects(rig: StructuredRig, count: int) -> Dataset:
-    """Return closings on random objects, with more loss than the training objects."""
+    """Return closings on random objects. They lose more energy than those in training."""
     pinches = []
     for number in range(count):
         rng = generator(rig.seed, "object", number)
@@ -413,6 +414,6 @@ def draw_objects(rig: StructuredRig, count: int) -> Dataset:
 
 
 def draw_empty(rig: StructuredRig, count: int, free: float) -> Dataset:
-    """Return empty closings, without an object."""
+    """Return closings without an object."""
     pinches = [rig.closing(f"empty {i}", None, Label(), free) for i in range(count)]
     return Dataset(tuple(pinches), "synthetic")

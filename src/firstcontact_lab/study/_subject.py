@@ -1,4 +1,4 @@
-"""Subject of a study (a dataset), with results of earlier parts that later parts use."""
+"""Subject of a study: a dataset, with those results of its parts that later parts use."""
 
 from __future__ import annotations
 
@@ -28,13 +28,14 @@ class Subject:
     dataset
         Pinches, at the models' rate.
     detections
-        Out-of-fold detected first contact of each pinch; empty before detection has run.
+        First contact of each pinch, from a detector not trained on the pinch; None for a missed
+        one. Empty before detection has run.
     predictions
-        Examples with their predictions, by (model, split).
+        Windows and their predictions, by name of the model and name of the split.
     set_name
         Name of the recordings in results.
     adapted
-        Any-time model that is conditioned on the training pinches; None before it was made.
+        Network that is conditioned on the training pinches; None before part ``anytime`` has run.
     """
 
     name: str
@@ -47,7 +48,7 @@ class Subject:
 
     @property
     def truth(self) -> Contacts:
-        """First contact of each pinch from the strips or labels."""
+        """First contact of each pinch from strips or labels; None if unknown."""
         return tuple(p.first for p in self.dataset.pinches)
 
     @property
@@ -60,12 +61,12 @@ class Subject:
 
     @property
     def starts(self) -> Contacts:
-        """Starts of windows: detected contacts if detection has run, else the known contacts."""
+        """Contacts at which windows start: detected contacts if there are any, else known ones."""
         return self.detections or self.truth
 
     @property
     def levels(self) -> Values:
-        """Distinct values of Shore A of the training pinches."""
+        """Distinct values of Shore A in the training pinches."""
         shore = self.dataset.shore_a[~self.dataset.test]
         return np.unique(shore[np.isfinite(shore)])
 
@@ -81,7 +82,10 @@ class Subject:
         *,
         conditioned: bool = True,
     ) -> LabelledWindows:
-        """Return labelled windows for a target of shape (pinches,), with unique specimen names."""
+        """Return windows at ``contacts``, or else at :attr:`starts`, labelled with ``target``.
+
+        ``target`` has the shape (pinches,). Specimen names are unique across objects.
+        """
         cut = self.cut_windows(duration, contacts, conditioned=conditioned)
         data = label_windows(self.dataset, *cut, target)
         return replace(data, specimens=distinct_specimens(self.dataset)[data.rows])
@@ -89,9 +93,11 @@ class Subject:
     def cut_windows(
         self, duration: float, contacts: Contacts | None = None, *, conditioned: bool = True
     ) -> Cut:
-        """Return :func:`contact_windows` at ``contacts``; by default at :attr:`starts`.
+        """Return the windows at ``contacts``, by default at :attr:`starts`, and a mask of pinches.
 
-        The windows are cached, because several parts use the same ones.
+        The mask marks the pinches that have a window.
+
+        The windows are cached, because several parts use the same windows.
         """
         starts = self.starts if contacts is None else contacts
         key = duration, conditioned, tuple(starts)

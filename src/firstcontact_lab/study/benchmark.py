@@ -1,4 +1,4 @@
-"""Benchmark of any regressor against those of firstcontact, with the same rigs and splits."""
+"""Benchmark of any regressor and of firstcontact's estimators, on the same rigs and splits."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ LATE = (0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 4)
 
 
 class Benchmarked(Record, frozen=True, kw_only=True):
-    """Scores in one condition: beyond the blocks, and on unseen objects by time."""
+    """Scores in one condition: of all competitors beyond the blocks, and by time after contact."""
 
     generalise: Generalised
     anytime: dict[str, AnytimeScores]
@@ -42,7 +42,7 @@ class Benchmarked(Record, frozen=True, kw_only=True):
 
 @dataclass(frozen=True, slots=True)
 class Size:
-    """Size of a benchmark: seeds of the sets, and their numbers of pinches."""
+    """Size of a benchmark: seeds of the sets, and numbers of pinches in a set."""
 
     seeds: tuple[int, ...] = StudySettings().rig_seeds
     sizes: Sizes = field(default_factory=Sizes)
@@ -67,7 +67,7 @@ def contender(name: str) -> Entrant:
 
 
 def competitors(name: str) -> list[Entrant]:
-    """Return the contender, the default estimator, and the estimators that a rig conditions."""
+    """Return the named competitor, the default estimator, and the network's variants."""
     query, usual = contender(name), contender(ESTIMATORS.default)
     return [query, *([] if query == usual else [usual]), *NETWORK]
 
@@ -85,11 +85,11 @@ def benchmark(
     Parameters
     ----------
     name
-        As in :func:`contender`.
+        Name of an estimator, as in :func:`contender`.
     conditions
         Conditions of the twin.
     size
-        Sets to use, and their sizes.
+        Seeds of the sets, and numbers of pinches in a set.
     seed
         Random seed of trainings and bootstrap intervals.
     runner

@@ -27,7 +27,7 @@ from firstcontact_lab.study.scores import AnytimeScores
 class BenchmarkResults(Record, frozen=True, kw_only=True):
     """``results.json`` of a benchmark: estimator, settings and scores.
 
-    Scores are by condition of the twin, or of ``recordings``.
+    Scores on the twin are in ``conditions``, scores on recordings in ``recordings``.
     """
 
     contender: str
@@ -52,7 +52,7 @@ def scores_by_time_figure(
     results: Mapping[str, AnytimeScores],
     title: str = "Unseen objects by the time after the contact",
 ) -> Figure:
-    """Plot error, coverage and width of all competitors against the time."""
+    """Plot error, and coverage and width of intervals, against the time after the contact."""
     with canvas(1, len(_PANELS), (9.0, 3.4)) as (figure, axes):
         for ax, (key, label) in zip(axes[0], _PANELS.items(), strict=True):
             for number, (name, scores) in enumerate(results.items()):
@@ -73,7 +73,7 @@ def scores_by_time_figure(
 
 
 def tables(results: Benchmarked) -> list[Table]:
-    """Return the tables of scores beyond the blocks, then of unseen objects by time."""
+    """Return the tables of scores beyond the blocks, and on unseen objects by time."""
     off = NOTHING.replace([GENERALISE(results.generalise)])
     made = (
         objects_off_blocks(off),
@@ -84,7 +84,7 @@ def tables(results: Benchmarked) -> list[Table]:
 
 
 def recorded_parts(results: RecordedData) -> list[tuple[str, Table, Figure]]:
-    """Return heading, table and figure of each group of recorded pinches."""
+    """Return heading, table and figure of held-out sessions, and of unseen objects if any."""
     group_scores = results.held_out
     caption = (
         f'Pinches of role "train". Each of {group_scores.folds} folds holds out whole '
@@ -109,7 +109,7 @@ def recorded_parts(results: RecordedData) -> list[tuple[str, Table, Figure]]:
 
 
 def _intervals(scored: RecordedScores) -> str:
-    """Return a sentence that says which groups (sessions or specimens) the intervals resample."""
+    """Return a sentence on the intervals: they resample sessions or specimens."""
     if scored.clusters < 2:
         return f"There is no bootstrap interval: all pinches are of one {scored.cluster}."
     return f"In brackets: 95 % bootstrap interval over {scored.clusters} {scored.cluster}s."
@@ -146,7 +146,7 @@ def about(results: BenchmarkResults) -> list[str]:
 
 
 def by_time(results: Mapping[str, AnytimeScores], caption: str) -> Table:
-    """Return errors, coverage and width of all competitors at each time."""
+    """Return a table of all competitors: errors, and coverage and width of intervals by time."""
     times = list(next(iter(results.values())).rmse)
     lines = []
     for name, scores in results.items():
@@ -196,7 +196,7 @@ def render(results: BenchmarkResults) -> str:
 
 
 def in_words(results: BenchmarkResults) -> list[str]:
-    """Return the tables as lines for a terminal."""
+    """Return the tables of a benchmark as lines for a terminal."""
     lines = about(results)
     for name, outcome in results.conditions.items():
         lines += ["", name]

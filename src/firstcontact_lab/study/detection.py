@@ -1,4 +1,4 @@
-"""Contacts from detectors that were not trained on the same pinches (out-of-fold)."""
+"""Contacts in pinches from detectors that were not trained on these pinches (out of fold)."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ FOLDS = 3
 
 
 def detection_splits(dataset: Dataset, seed: int) -> list[Split]:
-    """Return folds over all pinches, with training pinches of role ``train`` only.
+    """Return folds that test all pinches, and train on pinches of role ``train`` only.
 
-    Whole sessions are held out if they are known. Otherwise folds are random, and each split states
-    that sessions and specimens are on both sides. A single pinch gives no folds.
+    Whole sessions are held out if they are known. Otherwise folds are random, and each fold states
+    that sessions and specimens are on both of its sides. For a single pinch, return an empty list.
     """
     if len(dataset) < 2:
         return []
@@ -36,9 +36,9 @@ def detection_splits(dataset: Dataset, seed: int) -> list[Split]:
 def judge(
     job: tuple[str, int], dataset: Dataset, splits: Sequence[Split], early: float
 ) -> list[PinchDecisions] | str:
-    """Fit a detector if it needs training, and apply it to the test side of a split.
+    """Return a detector's decisions on the test side of a split. Train it first if needed.
 
-    Return a sentence with the reason if the detector cannot learn from these pinches.
+    If the detector cannot learn from the training side, return a sentence with the reason.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def judge(
 def judge_detectors(
     dataset: Dataset, splits: Sequence[Split], early: float, runner: Runner
 ) -> tuple[dict[str, list[PinchDecisions]], dict[str, str]]:
-    """Return the decisions of every detector, and the reasons why detectors have none."""
+    """Return decisions by detector, and for the other detectors the reason why there are none."""
     failed: dict[str, str] = {}
     for name, kind in DETECTORS.items():
         if kind.learns and not (splits and len(splits[0].train)):
@@ -90,7 +90,7 @@ def judge_detectors(
 
 
 def _vibration_only(dataset: Dataset) -> Dataset:
-    """Return the dataset with only the vibration channels, which is enough for the workers."""
+    """Return the dataset with only the vibration channels, to send less data to the workers."""
     columns = list(dataset.layout.columns(ChannelKind.VIBRATION))
     channels = tuple(replace(c, axes=1, axis=0) for c in dataset.layout.vibration)
     layout = replace(dataset.layout, channels=channels)
@@ -106,9 +106,9 @@ def _vibration_only(dataset: Dataset) -> Dataset:
 def trigger_delays(
     dataset: Dataset, triggers: Sequence[Contact | None]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the times from the known contact to the detected contact and to the decision, s.
+    """Return the times from known to detected contact, and from known contact to decision, s.
 
-    The times are NaN if the contact is unknown or was missed.
+    Both arrays have the shape (pinches,). A time is NaN if the contact is unknown or was missed.
     """
     rate = dataset.layout.rate
     out = np.full((2, len(dataset)), np.nan)

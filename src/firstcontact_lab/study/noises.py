@@ -1,4 +1,4 @@
-"""Detection and estimation on the twin's pinches with other noise."""
+"""Scores of detection and estimation on twin pinches whose noise differs from training."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ SAID = "noise of "
 
 
 class NoiseScores(Record, frozen=True, kw_only=True):
-    """Scores on the twin's pinches with other noise. Models were trained with the modelled noise.
+    """Scores on twin pinches with one kind of noise, for models trained with the usual noise.
 
     Parameters
     ----------
@@ -40,11 +40,11 @@ class NoiseScores(Record, frozen=True, kw_only=True):
     detectors
         Scores by detector.
     estimator, estimated
-        Estimator with 15 ms windows at the default detector's contacts, and number of predicted
-        pinches.
+        Name of the estimator, which takes windows of 15 ms at the contacts of the default detector,
+        and number of pinches that it predicted.
     rmse, rmse_unseen
-        RMSE on the training objects (on other rigs) and on unseen objects, Shore A; None without
-        such objects.
+        RMSE on objects of role ``train`` and on objects of role ``test``, Shore A. None if there
+        are no such objects.
     """
 
     noise: str
@@ -56,7 +56,7 @@ class NoiseScores(Record, frozen=True, kw_only=True):
 
 
 class NoiseScorer:
-    """Scorer with detectors and the default estimator, trained once on the twin.
+    """Scorer for pinches with any noise. It trains detectors and an estimator once, on the twin.
 
     Parameters
     ----------
@@ -88,14 +88,14 @@ class NoiseScorer:
         return self._detectors[DETECTORS.default]
 
     def score(self, name: str, dataset: Dataset) -> NoiseScores:
-        """Score pinches that were not used for training.
+        """Return the scores on some pinches that were not used for training.
 
         Parameters
         ----------
         name
             Name of the pinches, for messages.
         dataset
-            Pinches at the rate of the training data.
+            Pinches to score, at the rate of the training data.
         """
         self._say(f"{name}: {len(dataset)} pinches of the twin")
         windows = labelled_windows(
@@ -136,7 +136,7 @@ _ERRORS: Sequence[Row[NoiseScores]] = (
 
 
 def noise_tables(subjects: Subjects) -> list[Table]:
-    """Return tables of detection and errors on the twin's pinches with each noise."""
+    """Return tables of detection and of errors: twin pinches, one line for each noise."""
     noises = {name.replace("_", " "): r[NOISE] for name, r in subjects.items() if r[NOISE]}
     caption = (
         "Twin results: the same simulated pinches, with the modelled noise of the electronics, and "

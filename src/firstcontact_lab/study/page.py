@@ -41,7 +41,7 @@ def read_study(path: Path) -> StudyResults:
 
 
 def rows(subjects: Subjects, parts: Sequence[str] = ()) -> list[Row[SubjectResults]]:
-    """Return the rows of these parts, or of all parts."""
+    """Return the row definitions of these parts; by default of all parts."""
     return [row for name in parts or PARTS for row in PARTS[name].rows(subjects)]
 
 
@@ -57,7 +57,7 @@ def comparison(subjects: Subjects) -> Table:
 
 
 def claims(subjects: Subjects) -> Table:
-    """Return the claims of the paper with verdicts, then our further main results."""
+    """Return a table of the paper's claims with verdicts, then of further main results."""
     chosen = sorted(rows(subjects), key=lambda row: row.claim is None)
     return claims_table(chosen, subjects)
 
@@ -72,7 +72,10 @@ def sections(all_findings: Sequence[Findings], parts: Mapping[str, Part] = PARTS
 def _section(
     name: str, part: Part, subjects: Subjects, all_findings: Sequence[Findings]
 ) -> Section | None:
-    """Return a section: figure and table of all subjects, and further ones folded."""
+    """Return a section of the report; None if it has no content.
+
+    One figure and one table show all subjects. Further figures and tables are hidden until opened.
+    """
     tables: dict[str, list[Table]] = {}
     figures: dict[str, list[Figure]] = {}
     for findings in all_findings:
@@ -110,7 +113,7 @@ def _titled(title: str, figure: Figure) -> Figure:
 
 
 def subject_title(findings: Findings) -> str:
-    """Return the title of a subject. For simulated pinches it names the twin."""
+    """Return the title of a subject, with "(twin)" after it if its pinches are simulated."""
     return f"{findings.title} (twin)" if is_twin(findings.results) else findings.title
 
 
@@ -171,12 +174,12 @@ _COMPARED = "The published numbers come from another hand and its objects."
 
 
 def elapsed(state: State) -> str:
-    """Return the time that a study has taken."""
+    """Return the time that a study has taken, as text."""
     return duration(state.seconds) + (" so far" if state.pending else "")
 
 
 def notice(state: State) -> tuple[str, str] | None:
-    """Return the progress of an unfinished study; None if it is finished."""
+    """Return state and details of an unfinished study as text; None if it is finished."""
     if not state.pending:
         return None
     pending = "; ".join(state.pending)
@@ -208,7 +211,7 @@ def _how(state: State, subjects: Subjects, twin: bool) -> list[tuple[str, list[s
 
 
 def shared(subjects: Subjects) -> str:
-    """Return sentences about groups that are on both sides of a split."""
+    """Return sentences about sessions, specimens and levels on both sides of a split."""
     sentences = []
     folds = [results[CONTACT].about.folds for results in subjects.values()]
     if any(subject_results and subject_results.n > 1 for subject_results in folds):

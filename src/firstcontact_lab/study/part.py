@@ -22,20 +22,20 @@ Measure = Callable[[Subject, StudySettings, Runner], PartResult]
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One measurement of a part.
+    """One measurement of a part of a study.
 
     Parameters
     ----------
     title
         Title for the progress bar and the report.
     run
-        Function that measures a subject.
+        Function that measures a subject, and returns the result.
     late
-        True for a slow step. It runs after all subjects' other steps.
+        True for a slow step. Slow steps run last, after the other steps of all subjects.
     vital
         True if the study ends when the step fails.
     cost
-        Relative time of the step, to estimate the remaining time.
+        Time that the step takes, relative to other steps. It serves to estimate the remaining time.
     """
 
     title: str
@@ -46,7 +46,7 @@ class Step:
 
 
 def with_ranks(measure: Measure) -> Measure:
-    """Return a measurement that is skipped if no pinch of the subject has a hardness rank."""
+    """Return a measurement that does nothing if no pinch of the subject has a hardness rank."""
 
     def measure_ranks(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
         if not np.isfinite(subject.dataset.hardness_rank).any():
@@ -57,17 +57,17 @@ def with_ranks(measure: Measure) -> Measure:
 
 
 def no_text(subjects: Subjects) -> str:
-    """Return no text."""
+    """Return "", the text of a part without an introduction."""
     return ""
 
 
 def no_rows(subjects: Subjects) -> Sequence[Row[SubjectResults]]:
-    """Return no rows."""
+    """Return (), the row definitions of a part without any."""
     return ()
 
 
 def no_figure(subjects: Subjects) -> Figure | None:
-    """Return no figure."""
+    """Return None, the figure of a part without one."""
     return None
 
 
@@ -86,21 +86,21 @@ class Part:
     steps
         Measurements, in order.
     text
-        Introduction to the section, from the results so far.
+        Function that returns the introduction to the section, from the results so far.
     tables
         Functions that make tables of one subject. They return None if the subject has no such
-        results. The report shows the first table with the subjects side by side, and folds the
-        others.
+        results. The report shows the first table with the subjects side by side, and hides the
+        other tables until the reader opens them.
     rows
-        Definitions of numbers that the docs tables, the README and the comparison with the paper
-        show.
+        Function that returns row definitions: numbers for the docs tables, the README and the
+        comparison with the paper.
     columns
         Columns of the first table that the report shows; all if empty.
     figure
-        Function that draws one figure of all subjects. If None, the report shows the first figure
-        of each subject. Other figures are folded.
+        Function that draws one figure of all subjects. If it returns None, the report shows the
+        first figure of each subject. Other figures are hidden until opened.
     needs
-        Parts whose results the measurements use. They run first.
+        Names of parts whose results the measurements use. These parts run first.
     by_default
         True if a study without a choice of parts includes the part.
     """
@@ -118,7 +118,7 @@ class Part:
 
 
 def per_subject(subjects: Subjects, describe: Callable[[SubjectResults], str | None]) -> list[str]:
-    """Return a description of each subject that has one: "title: description"."""
+    """Return "title: description" for each subject for which ``describe`` returns a text."""
     texts = ((title, describe(results)) for title, results in subjects.items())
     return [f"{title}: {text}" for title, text in texts if text]
 

@@ -41,8 +41,9 @@ Names = NDArray[np.str_]
 class RecordedScores(Record, frozen=True, kw_only=True):
     """Scores of one group of recorded pinches, by competitor.
 
-    ``learned``: number of training pinches, mean over ``folds``. ``cluster`` is "session" or
-    "specimen": bootstrap intervals resample whole clusters, of which ``clusters`` were scored.
+    ``learned``: mean number of training pinches over ``folds`` folds. ``cluster``: "session" or
+    "specimen"; bootstrap intervals resample whole sessions or specimens. ``clusters``: number of
+    sessions or specimens that were scored.
     """
 
     learned: float
@@ -55,10 +56,11 @@ class RecordedScores(Record, frozen=True, kw_only=True):
 class RecordedData(Record, frozen=True, kw_only=True):
     """Recordings of a benchmark and the scores on them.
 
-    ``held_out``: pinches of role "train", in folds that hold out whole sessions or specimens.
-    ``objects``: pinches of role "test", by models that learned from all of role "train";
-    ``left_out``: reason if there are none. ``unused``: pinches without contact or Shore A;
-    ``too_short``: pinches whose second contact came before any estimate.
+    ``held_out``: scores on pinches of role "train", in folds that hold out whole sessions or
+    specimens. ``objects``: scores on pinches of role "test", by models that learned from all
+    pinches of role "train". ``left_out``: reason if ``objects`` is None. ``unused``: number of
+    pinches without a contact or Shore A. ``too_short``: number of pinches whose second contact came
+    before any estimate.
     """
 
     path: str
@@ -82,7 +84,7 @@ def benchmark_recordings(
 ) -> RecordedData:
     """Score a regressor, the default estimator and the network on the same folds.
 
-    Contacts come from a detector that was trained on other sessions.
+    The contacts of a pinch come from a detector that was not trained on the pinch.
 
     Parameters
     ----------
@@ -150,7 +152,7 @@ def benchmark_recordings(
 
 
 def _load(path: Path, say: Callable[[str], object]) -> Dataset:
-    """Load recordings at the network's rate."""
+    """Return the pinches of recordings, resampled to the network's rate."""
     dataset = load_dataset(path)
     for sentence in dataset.losses:
         say(f"warning: {sentence}")
@@ -191,7 +193,10 @@ def _contacts(dataset: Dataset, seed: int, runner: Runner) -> tuple[Sequence[Con
 def _groups(
     dataset: Dataset, labelled: LabelledTouches, learn: NDArray[np.intp], path: Path
 ) -> tuple[str, Names]:
-    """Return "session" or "specimen", and the group of each pinch, which folds keep whole."""
+    """Return "session" or "specimen", and the session or specimen of each pinch.
+
+    Folds hold out whole sessions or whole specimens.
+    """
     if labelled.take(learn).named_sessions is not None:
         return "session", labelled.sessions
     specimens = [dataset.pinches[place].label.specimen for place in labelled.rows[learn]]
@@ -213,7 +218,7 @@ def _scores(
     seed: int,
     runner: Runner,
 ) -> RecordedScores:
-    """Score all entrants on the test sides of the same splits."""
+    """Return the scores of all competitors on the test sides of the same splits."""
     trainings = [(entrant, split) for entrant in entrants for split in splits]
     answers = iter(runner.map(_predict, trainings, labelled, groups, seed))
     order = np.concatenate([split.test for split in splits])
@@ -235,7 +240,7 @@ def _scores(
 def _predict(
     training: tuple[Entrant, Split], labelled: LabelledTouches, groups: Names, seed: int
 ) -> dict[int, Predictions]:
-    """Fit an entrant to the training side of a split. Predict the test side, by time."""
+    """Fit a competitor to the training side of a split. Return predictions of the test side."""
     entrant, split = training
     train, test = labelled.take(split.train), labelled.take(split.test)
     model = fit_predictor(entrant, train.touches, train.shore_a, groups[split.train], seed)

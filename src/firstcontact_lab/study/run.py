@@ -33,7 +33,7 @@ def run_study(
     out
         Folder of the study.
     recordings
-        Recordings to study; None to simulate both conditions of the twin.
+        Folder or file of recordings to study; None to simulate both conditions of the twin.
     quick
         True for the quick settings. The report states this.
     command
@@ -50,7 +50,7 @@ def run_study(
         The data cannot be used. Or ``out`` cannot be written, belongs to a study that is still
         running, or holds the results of another study.
     KeyboardInterrupt
-        On Ctrl-C, after all processes have ended and the partial report is written.
+        The user pressed Ctrl-C. All processes have ended, and the report so far is written.
     """
     from tqdm import tqdm
 
@@ -89,7 +89,7 @@ def run_study(
 
 
 def _options(settings: StudySettings, recordings: Path | None) -> dict[str, Any]:
-    """Return the data and settings that the results depend on."""
+    """Return the settings and the path of the recordings, on which the results depend."""
     data = None if recordings is None else str(resolve_path(recordings))
     sizes = {name: value for name, value in asdict(settings).items() if name != "workers"}
     return {"verb": "study", "recordings": data, **sizes}

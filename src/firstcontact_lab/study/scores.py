@@ -24,10 +24,12 @@ from firstcontact.signal import samples_in
 
 
 class AnytimeScores(Record, frozen=True, kw_only=True):
-    """Scores over ``n`` pinches by time after the contact, ms, from the signal up to that time.
+    """Scores over ``n`` pinches, by the time after the contact, ms.
 
-    ``coverage`` and ``width`` (Shore A) belong to the model's intervals. ``out_of_range`` is the
-    share of contacts out of range. ``intervals`` are by score, then by time.
+    Predictions for a time use only the signal up to this time.
+
+    ``coverage`` and ``width`` (mean, Shore A) describe the model's intervals. ``out_of_range``:
+    share of contacts out of range. ``intervals``: bootstrap intervals by score, then by time.
     """
 
     n: int
@@ -39,7 +41,7 @@ class AnytimeScores(Record, frozen=True, kw_only=True):
 
 
 class MeanErrors(Record, frozen=True, kw_only=True):
-    """Errors of the specimens' mean predictions, over ``n`` equally weighted specimens."""
+    """Errors of mean predictions, one for each specimen. The ``n`` specimens have equal weight."""
 
     rmse: float
     mae: float
@@ -49,7 +51,9 @@ class MeanErrors(Record, frozen=True, kw_only=True):
 
 
 class RankCorrelation(Record, frozen=True, kw_only=True):
-    """Spearman's rho over ``n`` groups, and two-sided p-value; None if truth or score is constant.
+    """Spearman's rho over ``n`` groups, and its two-sided p-value.
+
+    Both are None if the truth or the score is constant.
 
     ``exact`` is True if all permutations were tried.
     """
@@ -70,23 +74,24 @@ _STATISTICS: Mapping[str, Callable[[Values], Values]] = {
 def predictions_by_time(
     model: ContactPredictor, touches: Touches, times: Sequence[int] = TIMES
 ) -> dict[int, Predictions]:
-    """Return predictions by time after the contact, ms, from samples before the second contact."""
+    """Return predictions by time after the contact, ms, without samples of the second contact."""
     return {ms: model.predict(touches.until(samples_in(1e-3 * ms, touches.rate))) for ms in times}
 
 
 def anytime_scores(
     predictions: Mapping[int, Predictions], truth: Values, clusters: NDArray[Any], seed: int
 ) -> AnytimeScores:
-    """Return errors and interval scores at each time, with bootstrap intervals over clusters.
+    """Return the scores of predictions at each time, with bootstrap intervals.
 
     Parameters
     ----------
     predictions
-        Predictions by time, ms, of the same contacts.
+        Predictions by time after the contact, ms, all for the same contacts.
     truth
         Shore A, shape (n,).
     clusters
-        Cluster of each contact, shape (n,). The bootstrap resamples whole clusters.
+        Cluster of each contact, such as its session, shape (n,). The bootstrap resamples whole
+        clusters.
     seed
         Random seed of the resampling.
 
@@ -127,7 +132,7 @@ def anytime_scores(
 
 
 def join_by_time(parts: Sequence[Mapping[int, Predictions]]) -> dict[int, Predictions]:
-    """Join predictions for several parts of contacts, by time."""
+    """Return the predictions for several groups of contacts, joined at each time."""
     joined = {}
     for ms in parts[0]:
         columns = zip(*(part[ms].columns for part in parts), strict=True)
@@ -137,7 +142,7 @@ def join_by_time(parts: Sequence[Mapping[int, Predictions]]) -> dict[int, Predic
 
 
 def over_objects(each: Mapping[str, SpecimenErrors]) -> MeanErrors:
-    """Return the errors of the objects' mean predictions. All objects have the same weight."""
+    """Return the errors of mean predictions, one per object. All objects have the same weight."""
     error = np.array([o.mean - o.true for o in each.values()])
     return MeanErrors(
         rmse=float(np.sqrt((error**2).mean())),
@@ -149,7 +154,9 @@ def over_objects(each: Mapping[str, SpecimenErrors]) -> MeanErrors:
 
 
 def rank_correlation(truth: Values, score: Values, seed: int) -> RankCorrelation:
-    """Return Spearman's rho with a permutation p-value, exact for small n.
+    """Return Spearman's rho with a p-value from permutations.
+
+    For small n all permutations are tried, and the p-value is exact.
 
     Parameters
     ----------

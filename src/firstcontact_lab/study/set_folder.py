@@ -25,9 +25,10 @@ class RealSet:
     noise
         Unbroken stretches of samples without contacts.
     front_ends
-        Description of the front end of each session; "*" stands for all.
+        Description of the front end (amplifier and converter) by session; "*" stands for all
+        sessions.
     study
-        Results of a study of the set; None without one.
+        Results of a study of the set; None if there was no study.
     early
         Longest time by which a contact may precede its label, s.
     """
@@ -40,7 +41,7 @@ class RealSet:
     early: float
 
     def front_end(self, session: str) -> str:
-        """Return the description of the front end; "" if unknown."""
+        """Return the description of a session's front end; "" if unknown."""
         return self.front_ends.get(session, self.front_ends.get("*", ""))
 
     @property

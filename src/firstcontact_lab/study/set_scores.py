@@ -1,4 +1,7 @@
-"""Scores of detectors on sets of recordings: trained on the twin, or on other specimens."""
+"""Scores of detectors on sets of real recordings.
+
+The detectors were trained on the twin, or on other specimens of the set.
+"""
 
 from __future__ import annotations
 
@@ -32,19 +35,19 @@ Firsts = list[Contact | None]
 
 
 class Placement(Record, frozen=True, kw_only=True):
-    """Placement of a detector's first triggers on recordings at their own rate.
+    """Placement of a detector's first triggers, on recordings that were not resampled.
 
     Parameters
     ----------
     n
         Number of labelled contacts.
     placed_2_ms
-        Share of contacts whose first trigger is placed within 2 ms of the label, or earlier by at
-        most the label's largest lateness.
+        Share of contacts whose first trigger is placed within 2 ms of the label. If labels may be
+        late, triggers may be earlier by the largest lateness.
     early_triggers
-        Number of contacts whose first trigger is placed more than 2 ms too early.
+        Number of contacts whose first trigger is placed too early for ``placed_2_ms``.
     delay_ms
-        Time from the label to the decision, over contacts placed within 2 ms.
+        Time from the label to the decision, for the contacts that ``placed_2_ms`` counts.
     """
 
     n: int
@@ -59,11 +62,11 @@ class DetectorScores(Placement, frozen=True, kw_only=True):
     Parameters
     ----------
     late, missed
-        Number of contacts whose first trigger is placed more than 2 ms too late, and number without
-        a trigger.
+        Number of contacts whose first trigger is placed more than 2 ms after the label, and number
+        of contacts without a trigger.
     noise_false_alarms_per_minute
-        False alarms per minute in recordings of the set's noise, for the worst of the trained
-        detectors; None without noise.
+        False alarms per minute in recordings of the set's noise; None without such recordings. If
+        several detectors were trained, the number is that of the worst.
     """
 
     late: int
@@ -72,14 +75,15 @@ class DetectorScores(Placement, frozen=True, kw_only=True):
 
 
 class FinderScores(Record, frozen=True, kw_only=True):
-    """Distances of onsets from the look-ahead finder to labels and to detected contacts.
+    """Scores of the onset finder, which also uses samples after a contact.
 
     Parameters
     ----------
     placed_2_ms
-        Share of the labelled contacts with an onset of the finder within 2 ms.
+        Share of the labelled contacts for which the finder reports an onset within 2 ms.
     from_label_ms, from_detector_ms
-        Median and 95th percentile of the distance, ms.
+        Median and 95th percentile of the time between an onset and the label, or an onset and the
+        detector's contact, ms.
     """
 
     placed_2_ms: float
@@ -99,27 +103,26 @@ class SetResults(Record, frozen=True, kw_only=True):
     Parameters
     ----------
     n, placed_2_ms, early_triggers, delay_ms, noise_false_alarms_per_minute
-        Scores of the default detector with ``training``; see :class:`DetectorScores`.
+        Scores of the default detector, trained on ``training``; see :class:`DetectorScores`.
     sensor, rate_hz, front_end
         Sensor, rate and front end of the recordings.
     training
-        Training data of the default detector in the scores above: a key in the entries of
-        ``detectors``.
+        Training data of the default detector in these scores: "twin", "others" or "nothing".
     early_ms
-        Longest time by which a contact may precede its label.
+        Longest time by which a contact may precede its label, ms.
     noise_seconds
-        Length of the recorded noise.
+        Length of the recorded noise, s.
     detectors
-        Scores by detector and training data: the ``twin``, or ``others`` (all specimens of the set
-        except the tested one).
+        Scores by detector, then by training data: "twin"; "others", all specimens of the set except
+        the tested specimen; or "nothing" for a detector without training.
     files
-        Scores by recording, of the default detector with ``training``.
+        Scores of the default detector, trained on ``training``, by recording.
     finder
-        Scores of the onset finder, which looks ahead.
+        Scores of the onset finder, which also uses samples after a contact.
     order_rho, order_p
         Rank correlation of hardness with an untrained score, and its p-value.
     class_held_out
-        Balanced accuracy of the hardness class with the material held out, by length in ms.
+        Balanced accuracy of the hardness class of held-out materials, by window length in ms.
     chance
         Balanced accuracy of a constant prediction.
     """
@@ -149,7 +152,7 @@ class SetResults(Record, frozen=True, kw_only=True):
 def score_set(
     recorded_set: RealSet, twin: Dataset, say: Callable[[str], object] = lambda line: None
 ) -> SetResults:
-    """Score every detector on one set.
+    """Return the scores of every detector on one set.
 
     Parameters
     ----------
@@ -203,7 +206,7 @@ def score_set(
 def _judged(
     name: str, training: str, labelled: Dataset, twin: Dataset, early: float
 ) -> tuple[Firsts, list[Detector]]:
-    """Return the first trigger of each pinch, by a detector that is not trained on its specimen.
+    """Return each pinch's first trigger, from a detector not trained on the pinch's specimen.
 
     Also return the trained detectors.
     """
@@ -263,7 +266,7 @@ def _good(places: NDArray[np.float64], early: float) -> NDArray[np.bool_]:
 
 
 def _alarms(detector: Detector, noise: Sequence[Block], recorded_set: RealSet) -> int:
-    """Count the false alarms (runs of firing windows) in unbroken noise."""
+    """Return the number of false alarms in noise. Successive windows that fire are one alarm."""
     alarms = 0
     for number, block in enumerate(noise):
         detector.start(recorded_set.layout)
@@ -285,7 +288,10 @@ def _by_file(recorded_set: RealSet, labelled: Dataset, firsts: Firsts) -> dict[s
 
 
 def _finder(recorded_set: RealSet, labelled: Dataset, firsts: Firsts) -> FinderScores:
-    """Score the finder: distances of its nearest onset to each label and to each first trigger."""
+    """Return the scores of the onset finder.
+
+    The onset nearest to a label is compared with the label and with the first trigger.
+    """
     from_label, from_detector = [], []
     rate = recorded_set.layout.rate
     for pinch, first in zip(labelled.pinches, firsts, strict=True):
@@ -310,7 +316,7 @@ def _finder(recorded_set: RealSet, labelled: Dataset, firsts: Firsts) -> FinderS
 def _about(
     recorded_set: RealSet, detectors: dict[str, dict[str, DetectorScores]], labelled: Dataset | None
 ) -> SetResults:
-    """Return the results of a set, with those from a study of the same set if there is one."""
+    """Return the results of a set, including results of an earlier study of the set."""
     order = recorded_set.study[HARDNESS] if recorded_set.study else None
     real = (
         next(iter((recorded_set.study[REAL] or {}).values()), None) if recorded_set.study else None

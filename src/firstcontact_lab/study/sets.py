@@ -61,7 +61,7 @@ _ALARMS = Row[DetectorScores](
 def _quantile_rows(
     median: str, p95: str, delays: Callable[[R], Delays | None]
 ) -> tuple[Row[R], Row[R]]:
-    """Return the rows of the median and the 95th percentile of times, ms."""
+    """Return two row definitions: median and 95th percentile of times, ms."""
     return (
         Row(median, optional(delays, lambda d: d.median), "ms"),
         Row(p95, optional(delays, lambda d: d.p95), "ms"),
@@ -83,7 +83,7 @@ _DETECTOR_ROWS: Sequence[Row[DetectorScores]] = (
 
 
 def set_rows(subjects: Subjects) -> list[Row[SubjectResults]]:
-    """Return the rows of a set: sensor, default detector, order and class of hardness."""
+    """Return the row definitions of a set: sensor, default detector, and hardness of materials."""
 
     def lookup(value: Callable[[SetResults], Value]) -> Callable[[SubjectResults], Value]:
         return optional(lambda results: results[SET], value)
@@ -136,7 +136,7 @@ def overview(subjects: Subjects) -> Table:
 
 
 def _trainings_table(results: SubjectResults) -> Table | None:
-    """Return a table of the scores of every detector with each training data."""
+    """Return a table of the scores of every detector, by its training data."""
     set_results = results[SET]
     entries = [
         (
@@ -158,7 +158,7 @@ _FINDER_ROWS: Sequence[Row[FinderScores]] = (
 
 
 def _finder_table(results: SubjectResults) -> Table | None:
-    """Return a table of the distances of the onset finder, which may look ahead."""
+    """Return a table of the onset finder's scores. It also uses samples after a contact."""
     set_results = results[SET]
     caption = (
         "The onset finder that suggests marks for labelling, and looks ahead: share of the labels "

@@ -17,7 +17,8 @@ class StudySettings:
     Parameters
     ----------
     block_pinches, object_pinches
-        Number of twin pinches for each of the 5 blocks, and for each of the 8 objects.
+        Number of simulated pinches of each of the five flat blocks, and of each of the eight unseen
+        objects.
     durations
         Window lengths to compare, s.
     folds
@@ -29,15 +30,15 @@ class StudySettings:
     detector
         Name of the contact detector that places the windows.
     early
-        Longest time by which a contact may come before its label, s. A label that a trigger sets
-        comes after its contact.
+        Longest time by which a contact may precede its label, s. For example, a label from a
+        trigger circuit comes after the contact.
     rig_seeds
-        Seeds of the twin's rigs for scores beyond the blocks.
+        Seeds of the simulated rigs for scores beyond the blocks.
     board
-        Path of an ``embedded.json`` with the cost of models on the microcontroller, to compare with
-        the time on this machine; "" for no such table.
+        Path of an ``embedded.json`` with the cost of models on the microcontroller. The report
+        compares it with the time on this machine. If empty, this table is left out.
     parts
-        Names of the parts to run; the parts that these need run too. If empty, the default parts.
+        Names of the parts to run; parts that they need run, too. If empty, the default parts.
     seed
         Random seed of all draws except the rigs.
     workers

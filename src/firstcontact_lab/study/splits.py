@@ -1,4 +1,4 @@
-"""Splits of the study: the paper's splits, and checks whether scores on a split make sense."""
+"""Splits of pinches as in the paper, and checks that scores on a split make sense."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def random_90_10(classes: NDArray[Any], seed: int) -> list[Split]:
 
 
 def random_folds(classes: NDArray[Any], seed: int, folds: int = FOLDS) -> list[Split]:
-    """Return random stratified folds. Scores on them are optimistic, for comparison only.
+    """Return random stratified folds. Scores on them are too good, for comparison only.
 
     Raises
     ------
@@ -64,7 +64,7 @@ def learns_one_value(splits: Sequence[Split], values: NDArray[Any]) -> bool:
 
 
 def never_learned(splits: Sequence[Split], classes: NDArray[Any]) -> NDArray[Any]:
-    """Return the classes that are tested in a split but not in its training data, ascending.
+    """Return the classes that some split tests, but does not have in its training data.
 
     No model can predict them, so an accuracy over such a split is meaningless.
     """

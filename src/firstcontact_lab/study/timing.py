@@ -45,12 +45,12 @@ class Timed:
 
     @property
     def uninterrupted(self) -> NDArray[np.float64]:
-        """Times of the calls without preemption; of all calls if there are none."""
+        """Times of the calls that were not preempted; if all were preempted, of all calls."""
         return self.microseconds if self.preempted.all() else self.microseconds[~self.preempted]
 
 
 def timed(call: Call, windows: Sequence[Any] | NDArray[Any], calls: int) -> Timed:
-    """Time ``calls`` single calls over the windows in turn, after a warm-up."""
+    """Return the times of ``calls`` single calls over the windows in turn, after a warm-up."""
     for i in range(min(WARM_UP, calls)):
         call(windows[i % len(windows)])
     spent = np.empty(calls)
@@ -67,7 +67,7 @@ def timed(call: Call, windows: Sequence[Any] | NDArray[Any], calls: int) -> Time
 
 
 def preemptions() -> int:
-    """Return how often other processes have preempted this thread since it began."""
+    """Return how often other processes have preempted this thread so far."""
     return resource.getrusage(_WHOSE).ru_nivcsw
 
 
@@ -77,10 +77,10 @@ def load() -> float:
 
 
 class InferenceTime(Record, frozen=True, kw_only=True):
-    """Single-window inference time on one thread, µs, without preempted calls.
+    """Time to predict one window on one thread, µs. Preempted calls do not count.
 
-    ``reference``: time of the training library. ``speedup``: ratio of the medians. ``load`` and
-    ``cores`` describe the machine at the start.
+    ``reference``: name of the training library, with its times in further fields. ``speedup``:
+    ratio of the medians. ``load`` and ``cores`` describe the machine at the start.
     """
 
     p50: float
@@ -101,7 +101,7 @@ class InferenceTime(Record, frozen=True, kw_only=True):
 def time_inference(
     model: WindowModel, X: Windows, reference: Reference | None, calls: int = 10_000
 ) -> InferenceTime:
-    """Measure single-window inference on one thread, for the model and the training library.
+    """Return the time to predict one window on one thread, by the model and another library.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def time_inference(
     X
         Windows (n, samples, channels) to predict in turn.
     reference
-        Prediction by another library; None without comparison.
+        Prediction function of the training library; None for no comparison.
     calls
         Number of calls to time.
     """
@@ -135,7 +135,7 @@ def time_inference(
 
 
 def time_calls(call: Call, inputs: Sequence[Any] | NDArray[Any], calls: int) -> InferenceTime:
-    """Measure single calls on one thread over the inputs in turn, without a reference."""
+    """Return the time of single calls on one thread, over the inputs in turn."""
     import threadpoolctl
 
     busy = load()

@@ -1,7 +1,7 @@
-"""Ladder of window models: one for each of several lengths after a contact.
+"""Window ladder: several window models, each for another window length after a contact.
 
-Each length has one model with a conformal interval from held-out sessions. With a ladder,
-registered estimators and users' regressors can be compared with the any-time network.
+Each model has a conformal interval from held-out sessions. A ladder predicts at any time, so
+registered estimators and users' regressors can be compared with the network.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def registered(estimator: object, options: Mapping[str, Any] | None = None) -> L
     estimator
         Name in the registry, ``PACKAGE:NAME``, or a regressor with scikit-learn's interface.
     options
-        Further fields of the estimator.
+        Settings of the estimator, by field.
     """
 
     def learn(
@@ -66,7 +66,7 @@ def registered(estimator: object, options: Mapping[str, Any] | None = None) -> L
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _OneLength:
-    """Model of one window length, without an interval if too few windows were held out."""
+    """Model of one window length. Without enough held-out windows it has no interval."""
 
     samples: int
     ask: Ask
@@ -76,7 +76,9 @@ class _OneLength:
 
 
 class WindowLadder:
-    """Models of several window lengths. The longest window that fits predicts each contact.
+    """Models of several window lengths. For each contact the longest valid window predicts.
+
+    A window is valid if it ends before the second contact.
 
     Parameters
     ----------
@@ -85,7 +87,7 @@ class WindowLadder:
     rate
         Sampling rate of the windows, Hz.
     conditioned
-        True if windows pass the published filters.
+        True if the published filters are applied to the windows.
     """
 
     def __init__(self, models: Sequence[_OneLength], rate: float, conditioned: bool) -> None:
@@ -99,8 +101,9 @@ class WindowLadder:
     def predict(self, touches: Touches) -> Predictions:
         """Return a prediction for each contact, from its samples before the second contact.
 
-        If a window is constant, or shorter than all training windows, the prediction is the mean of
-        the training contacts, its interval is the whole scale, and it is marked out of range.
+        If the signal is constant, or the second contact comes before the end of the shortest
+        window, the prediction is the mean Shore A in training. Its interval is then the whole
+        scale, and it is marked out of range.
 
         Raises
         ------
@@ -143,7 +146,9 @@ def fit_window_ladder(
     lengths: Sequence[float] = LENGTHS,
     conditioned: bool = False,
 ) -> WindowLadder:
-    """Train a model for each length, on contacts with a full window before the second contact.
+    """Return a ladder: one model for each window length, trained on these contacts.
+
+    A contact trains a model if its window ends before the second contact.
 
     Parameters
     ----------
@@ -152,8 +157,8 @@ def fit_window_ladder(
     touches, shore_a
         Training contacts, shape (n,).
     groups
-        Session or specimen of each contact, shape (n,). Whole groups are held out for the
-        intervals. With None, single pinches are held out, which is optimistic.
+        Session or specimen of each contact, shape (n,). The intervals come from held-out groups.
+        With None, single pinches are held out, and the intervals are too narrow.
     seed
         Random seed of trainings and folds.
     level
@@ -161,7 +166,7 @@ def fit_window_ladder(
     lengths
         Window lengths, s.
     conditioned
-        True to use the published filters, as far as possible without samples after the window.
+        True to filter windows as published, but without samples after the window.
 
     Raises
     ------
@@ -219,7 +224,7 @@ def windows(touches: Touches, samples: int, conditioned: bool = False) -> Window
     Parameters
     ----------
     touches
-        Contacts with at least this number of valid samples.
+        Contacts with at least ``samples`` valid samples.
     samples
         Number of samples in each window.
     conditioned

@@ -1,1 +1,1 @@
-"""Verbs of the lab. Entry points add them to the command line."""
+"""Verbs of ``firstcontact_lab``. Entry points add them to the command line."""

@@ -1,4 +1,4 @@
-"""``firstcontact grasp-study``: benefit of knowing the stiffness, for the simulated hand."""
+"""``firstcontact grasp-study``: measure what knowing the stiffness is worth to a hand."""
 
 from __future__ import annotations
 

@@ -51,7 +51,10 @@ class Sets:
 
 
 def _check_alike(twin: Dataset, noises: Sequence[tuple[str, Dataset]]) -> None:
-    """Check, before computing, that the sets have names and contacts, and all the same layout."""
+    """Raise an InputError unless all noise folders have distinct names and known contacts.
+
+    Their layout must be that of the training recordings.
+    """
     names = [name for name, _ in noises]
     for name, dataset in noises:
         if names.count(name) > 1:

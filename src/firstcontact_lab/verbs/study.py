@@ -1,4 +1,4 @@
-"""``firstcontact study``: every experiment, one report."""
+"""``firstcontact study``: run every experiment, and write one report."""
 
 from __future__ import annotations
 

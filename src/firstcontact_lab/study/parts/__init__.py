@@ -39,7 +39,7 @@ PARTS: Registry[Part] = Registry(
 
 
 def chosen_parts(names: Sequence[str]) -> dict[str, Part]:
-    """Return the parts with these names, or the default parts, and all that they need.
+    """Return the parts with these names, or the default parts, and all parts that they need.
 
     Raises
     ------

@@ -32,7 +32,9 @@ from firstcontact_lab.study.settings import StudySettings
 
 
 class Answers(Record, frozen=True, kw_only=True):
-    """Times from the contact to a complete window, ms. ``n`` of ``of`` pinches have a window.
+    """Times from the known contact to a complete window, ms.
+
+    ``n``: number of pinches with a window, of ``of`` pinches.
 
     ``before_second``: share of pinches whose window is complete before the second contact.
     ``with_second``: number of pinches with a known second contact.
@@ -47,7 +49,7 @@ class Answers(Record, frozen=True, kw_only=True):
 
 
 class AnswerTimes(Answers, frozen=True, kw_only=True):
-    """Times for the default window, and for each window length, by the length in ms."""
+    """Times to a complete window: of the default length, and by length in ms."""
 
     window_length_ms: dict[str, Answers]
 
@@ -55,9 +57,9 @@ class AnswerTimes(Answers, frozen=True, kw_only=True):
 def answer_time(subject: Subject, settings: StudySettings) -> PartResult:
     """Measure the time from the known contact to a complete window, by window length.
 
-    The time ends when the contact is detected, and the window is complete with the samples that its
-    filter needs after it. The delay of the resampler is added. Computing and transport are not
-    included, so ``before_second`` differs from "in time" of live output. A pinch counts if its
+    The time ends when the contact is detected and the window is complete, including the later
+    samples that its filter needs. The delay of the resampler is added. Computing and transport are
+    not included, so ``before_second`` differs from "in time" in live output. A pinch counts if its
     first trigger is on the right finger, is not early, and is followed by a complete window.
     """
     answer_sample = [i for i, p in enumerate(subject.dataset.pinches) if p.first is not None]
@@ -77,7 +79,7 @@ def answer_time(subject: Subject, settings: StudySettings) -> PartResult:
 
 
 def answered(pinch: Pinch, contact: Contact, duration: float) -> int:
-    """Return the sample number at which the window from a contact is complete."""
+    """Return the number of the sample that completes the window from a contact."""
     layout = pinch.layout
     last = contact.sample + samples_in(duration, layout.rate) - 1
     return max(contact.decided, last + Conditioner(layout).lookahead)
@@ -89,19 +91,19 @@ def waits(
     answer_sample: Callable[[Pinch, Contact], int],
     early: float,
 ) -> Iterator[tuple[Pinch, float | None]]:
-    """Yield each pinch with a known first contact, and the time from it to an estimate, s.
+    """Yield each pinch with a known first contact, and the time from there to an estimate, s.
 
-    The delay of the resampler is added. The time is None if the detected contact is early or on the
-    other finger.
+    The delay of the resampler is added. The time is None if the contact was not detected, or was
+    detected too early or on the other finger.
 
     Parameters
     ----------
     dataset, contacts
-        Pinches, and the detected contact of each; None without one.
+        Pinches, and the detected contact of each pinch; None if no contact was detected.
     answer_sample
         Function that returns the sample after which a contact's estimate is known.
     early
-        Longest time by which a contact may be placed early, s.
+        Longest time by which a contact may precede its label, s.
     """
     waited = resampler_lookahead(dataset)
     for pinch, contact in zip(dataset.pinches, contacts, strict=True):
@@ -115,10 +117,10 @@ def waits(
 
 
 def before_second(answers: Sequence[tuple[Pinch, float | None]]) -> tuple[float | None, int | None]:
-    """Return the share of pinches with an estimate before the second contact, and a count.
+    """Return the share of pinches with an estimate before the second contact, and their number.
 
-    The share is of the pinches with a known second contact, and the count is the number of these.
-    Both are None if there is no such pinch.
+    Only pinches with a known second contact count: the number is of these pinches. If there are
+    none, return None twice.
     """
     both = [(p.offset, seconds) for p, seconds in answers if p.offset is not None]
     early = sum(seconds is not None and seconds < offset for offset, seconds in both)

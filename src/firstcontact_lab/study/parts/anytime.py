@@ -57,7 +57,7 @@ from firstcontact_lab.study.splits import learns_one_value
 
 
 class FixedWindow(Record, frozen=True, kw_only=True):
-    """Error of the default window estimator, on the pinches that have a whole window."""
+    """Error of the default window estimator, on those scored pinches that have a whole window."""
 
     estimator: str
     n: int
@@ -66,19 +66,21 @@ class FixedWindow(Record, frozen=True, kw_only=True):
 
 
 class OtherScores(Record, frozen=True, kw_only=True):
-    """Scores of another estimator on the pinches that the default one predicts."""
+    """Scores of an estimator other than the default, on the same pinches."""
 
     unseen: AnytimeScores = field(name="asked")
     blocks: AnytimeScores | None = None
 
 
 class AnytimeResults(AnytimeScores, frozen=True, kw_only=True):
-    """Scores of ``estimator`` on ``pinches``: unseen objects, or blocks of other sessions.
+    """Scores of ``estimator`` on unseen objects or, without such objects, on held-out sessions.
 
-    ``before_second``: share of ``with_second`` pinches of any role with an estimate before the
-    second contact, including all delays. ``too_short``: pinches whose second contact came before
-    any estimate; they are not scored. ``scheme``: conditioning scheme. ``level``: nominal coverage
-    of the intervals. ``other_estimators``: scores of the other any-time estimators by name.
+    ``pinches``: "objects" or "blocks", the scored pinches. ``with_second``: number of pinches, of
+    any role, with a known second contact. ``before_second``: share of these with an estimate before
+    the second contact, including the delays of detection and resampling. ``too_short``: number of
+    pinches whose second contact came before any estimate; they are not scored. ``scheme``: one
+    context for all fingers, or one for each. ``level``: nominal coverage of the intervals.
+    ``other_estimators``: scores of the other any-time estimators by name.
     """
 
     pinches: str = field(name="asked")
@@ -93,7 +95,7 @@ class AnytimeResults(AnytimeScores, frozen=True, kw_only=True):
     other_estimators: dict[str, OtherScores] | None = field(default=None, name="others")
 
     def by_estimator(self) -> dict[str, OtherScores]:
-        """Return the scores of all any-time estimators by name, the default one first."""
+        """Return the scores of all any-time estimators by name, the default estimator first."""
         return {
             self.estimator: OtherScores(unseen=self, blocks=self.blocks),
             **(self.other_estimators or {}),
@@ -104,7 +106,7 @@ _TITLE = "Estimates at any time"
 
 
 def anytime(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Condition estimators on training pinches, and predict unseen objects and other sessions.
+    """Condition estimators on training pinches; score unseen objects and held-out sessions.
 
     No weights are trained. Samples from the second contact on are ignored. Pinches whose second
     contact comes before any estimate are counted but not scored.
@@ -172,12 +174,15 @@ def conditioning_contacts(labelled: LabelledTouches, subject: Subject) -> Labell
 
 
 def conditioned_model(estimator: str, home: LabelledTouches, seed: int) -> Adapted:
-    """Condition an any-time estimator on these contacts of the rig."""
+    """Return an any-time estimator that is conditioned on these contacts of the rig."""
     return rig_estimators()[estimator](Task.REGRESSION, home.touches.rate).fit_contacts(home, seed)
 
 
 def _folds(home: LabelledTouches, settings: StudySettings) -> list[Split]:
-    """Return folds that hold out whole sessions; none if one leaves a single Shore A to learn."""
+    """Return folds that hold out whole sessions.
+
+    If some fold leaves only one Shore A for training, return an empty list.
+    """
     if home.named_sessions is None:
         return []
     folds = by_session(home.sessions, home.shore_a, settings.seed, settings.folds)
@@ -187,15 +192,15 @@ def _folds(home: LabelledTouches, settings: StudySettings) -> list[Split]:
 def _predict(
     split: Split, home: LabelledTouches, objects: LabelledTouches, seed: int
 ) -> tuple[Adapted | None, dict[str, Mapping[int, Predictions]]]:
-    """Condition all estimators on the training side of a split. Predict the test side, or objects.
+    """Condition all estimators on the training side of a split, and predict.
 
-    The objects are predicted if the split has no test side.
+    They predict the test side or, if it is empty, the unseen objects.
 
     Returns
     -------
     tuple
-        Model of the default estimator (None if it learned from a part of the contacts only), and
-        the predictions of each estimator by time.
+        Model of the default estimator (None if some contacts were held out), and the predictions of
+        each estimator by time.
     """
     learned = home.take(split.train)
     queries = home.take(split.test) if len(split.test) else objects
@@ -221,7 +226,7 @@ def _block_scores(
     home: LabelledTouches,
     seed: int,
 ) -> AnytimeScores:
-    """Return the scores on training pinches, with whole sessions held out."""
+    """Return the scores on training pinches, predicted by models from other sessions."""
     queries = home.take(np.concatenate([fold.test for fold in folds]))
     return anytime_scores(join_by_time(predictions), queries.shore_a, queries.sessions, seed)
 
@@ -245,7 +250,9 @@ def _fixed(subject: Subject, queries: LabelledTouches, seed: int) -> FixedWindow
 
 
 def _before_second(subject: Subject, early: float) -> tuple[float | None, int | None]:
-    """Return the share of pinches with an estimate before the second contact.
+    """Return the share of pinches with an estimate before the second contact, and their number.
+
+    See :func:`before_second`.
 
     The first estimate needs a detected contact, and as many samples after it as the network's
     earliest prediction.
@@ -272,7 +279,7 @@ _SIDES = {"objects": ("o-", "unseen objects"), "blocks": ("s--", "blocks of othe
 
 
 def anytime_figure(results: AnytimeResults) -> Figure:
-    """Draw RMSE and mean width by time, with the RMSE of the default estimator."""
+    """Draw RMSE and mean interval width by time, with the default window estimator's RMSE."""
     look = names.estimator(results.estimator)
     sides: dict[str, AnytimeScores] = {results.pinches: results}
     if results.blocks is not None:
@@ -318,7 +325,7 @@ ANYTIME = Field.optional("anytime", AnytimeResults)
 
 
 def anytime_table(results: SubjectResults) -> Table | None:
-    """Return a table of error, coverage, width and share out of range at each time."""
+    """Return a table of error, interval coverage and width, and share out of range, by time."""
     by_time = results[ANYTIME]
     if by_time is None:
         return None

@@ -1,4 +1,4 @@
-"""Classification and regression of the blocks in every split."""
+"""Classification and regression of the pinches on flat blocks, in every split."""
 
 from __future__ import annotations
 
@@ -42,14 +42,14 @@ from firstcontact_lab.study.splits import learns_one_value, never_learned, rando
 
 
 class WindowCounts(Record, frozen=True, kw_only=True):
-    """Number of labelled pinches, and of those with a window."""
+    """Number of labelled pinches, and number of labelled pinches with a window."""
 
     pinches: int
     with_window: int
 
 
 class SplitScores(Record, frozen=True, kw_only=True):
-    """Scores of regression and of classification in one split; None for those not computed.
+    """Scores of regression and of classification in one split. Missing scores are None.
 
     ``per_level`` has the errors of each Shore A level.
     """
@@ -68,9 +68,9 @@ class SplitScores(Record, frozen=True, kw_only=True):
 
 
 class BlockScores(Record, frozen=True, kw_only=True):
-    """Scores of an estimator in each split of the blocks.
+    """Scores of an estimator in each split of the block pinches.
 
-    ``strip_aligned`` holds the scores of windows that start at the known contact.
+    ``strip_aligned`` holds the scores on windows that start at the known contacts.
     """
 
     random_90_10: SplitScores | None = None
@@ -79,13 +79,13 @@ class BlockScores(Record, frozen=True, kw_only=True):
     strip_aligned: BlockScores | None = None
 
     def split(self, name: str) -> SplitScores | None:
-        """Return the scores of a split."""
+        """Return the scores in a split; None if there are none."""
         scores_by_model: SplitScores | None = getattr(self, name)
         return scores_by_model
 
 
 class BlockConditions(Record, frozen=True, kw_only=True):
-    """Conditions under which all estimators are scored on blocks."""
+    """Conditions under which all estimators are scored on block pinches."""
 
     windows: WindowCounts | None = None
 
@@ -104,9 +104,9 @@ Splits = dict[tuple[str, Task], list[Split]]
 def blocks(
     subject: Subject, settings: StudySettings, runner: Runner, models: Sequence[str]
 ) -> PartResult:
-    """Score these models in the random split, by session, and with each Shore A left out.
+    """Score these estimators in the random split, by session, and with each Shore A left out.
 
-    The default estimator is also scored at the strip-aligned contact, if known.
+    If contacts are known, the default estimator is also scored on windows that start at them.
     """
     if len(subject.levels) < 2:
         return PartResult(
@@ -162,7 +162,7 @@ def _learnable(subject: Subject, data: LabelledWindows) -> LabelledWindows:
 
 
 def _splits(data: LabelledWindows, settings: StudySettings) -> tuple[Splits, list[str]]:
-    """Return the possible questions (a task with splits), and reasons why others are impossible."""
+    """Return splits for each task that the data permit, and why other splits are impossible."""
     counts = np.unique(data.y, return_counts=True)[1]
     out: Splits = {}
     left_out = []
@@ -259,7 +259,7 @@ def _figures(subject: Subject, scores_by_model: Mapping[str, BlockScores]) -> li
 
 
 def confusion_figure(model: str, split: str, scores: SplitScores, unit: str = "Shore A") -> Figure:
-    """Draw the confusion matrix of a classification, with rows as shares of the true class."""
+    """Draw the confusion matrix of a classification. Each row holds shares of one true class."""
     counts = np.array(scores.confusion)
     share = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)
     ticks = [f"{c:g}" if isinstance(c, float) else str(c) for c in scores.classes or ()]
@@ -296,7 +296,7 @@ def confusion_figure(model: str, split: str, scores: SplitScores, unit: str = "S
 
 
 def leave_one_out_figure(drawn: Mapping[str, tuple[LabelledWindows, Values]]) -> Figure:
-    """Draw predictions by models that were trained without the Shore A of the predicted pinch."""
+    """Draw predictions of pinches by models that were trained without the pinch's Shore A."""
     with canvas() as (figure, axes):
         ax = axes[0, 0]
         levels = np.unique(next(iter(drawn.values()))[0].y)
@@ -356,7 +356,7 @@ _CAPTIONS = {
 
 
 def accuracy_figure(subjects: Subjects) -> Figure | None:
-    """Draw the accuracy of all estimators with sessions held out, and chance as a line."""
+    """Draw the accuracy of all estimators on held-out sessions, and chance as a line."""
     panels = []
     for title, results in subjects.items():
         dots, classes = [], 0
@@ -380,13 +380,16 @@ def accuracy_figure(subjects: Subjects) -> Figure | None:
 
 
 def able(slow: bool) -> list[str]:
-    """Return the installed estimators that train slowly, or those that train quickly."""
+    """Return the names of installed estimators that train slowly, or that train quickly."""
     entries = window_estimators().items()
     return [n for n, kind in entries if kind.slow == slow and not missing_modules(kind.modules)]
 
 
 def block_table(results: SubjectResults, split: str, variants: bool = True) -> Table | None:
-    """Return a table of the scores of all estimators in one split, with or without variants."""
+    """Return a table of the scores of all estimators in one split.
+
+    ``variants``: also scores on windows that start at the known contacts.
+    """
     entries = []
     for name in names.estimators(results[BLOCKS], True):
         scores, title = results[BLOCKS][name], names.estimator(name).title
@@ -437,7 +440,7 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
 
 
 def _interval_remark(name: str, subjects: Subjects, value: float) -> str:
-    """Return a remark: where the published value lies relative to the interval of each subject."""
+    """Return a remark: the published value is inside, above or below each subject's interval."""
 
     def place(results: SubjectResults) -> str | None:
         scores = results[BLOCKS].get(name, BlockScores()).random_90_10

@@ -1,4 +1,4 @@
-"""Gain from a measured closing speed, on rigs whose structure differs from the training rigs."""
+"""Gain from a measured closing speed, on rigs of kinds on which no network was trained."""
 
 from __future__ import annotations
 
@@ -67,10 +67,13 @@ KEYS = tuple(
 
 
 class SpeedScores(Record, frozen=True, kw_only=True):
-    """Scores of a model with one kind of measurement: RMSE in Shore A and coverage by ``KEYS``.
+    """Scores of a model with one kind of speed measurement, by ``KEYS``.
 
-    ``intervals``: 95 % bootstrap intervals over rigs. ``gains``: intervals of the difference from
-    the same model without a measurement; the difference is below 0 if the measurement helps.
+    ``scores``: RMSE in Shore A, and coverage.
+
+    ``intervals``: 95 % bootstrap intervals over rigs. ``gains``: intervals of the score minus the
+    score of the same model without a measurement. An RMSE difference below 0 means that the
+    measurement helps.
     """
 
     scores: dict[str, float]
@@ -79,10 +82,11 @@ class SpeedScores(Record, frozen=True, kw_only=True):
 
 
 class ClosingSpeeds(Record, frozen=True, kw_only=True):
-    """Scores with a measured closing speed, on ``rigs`` rigs of each family of simulated rigs.
+    """Scores with a measured closing speed, on simulated rigs.
 
-    The rigs are drawn from ``seed``. Keys of the scores are the variation of the speed
-    (``SPEEDS``), the model (``MODELS``) and the measurement (``MEASUREMENTS``).
+    ``families``: kinds of rigs. ``rigs``: number of rigs of each kind, drawn from ``seed``.
+    ``scores`` are by variation of the speed (``SPEEDS``), model (``MODELS``) and measurement
+    (``MEASUREMENTS``).
     """
 
     seed: int
@@ -92,7 +96,7 @@ class ClosingSpeeds(Record, frozen=True, kw_only=True):
 
 
 def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Score both models with each measurement. Rigs are random: the subject's data are not used."""
+    """Score both models with each measurement, on random rigs instead of the subject's data."""
     if subject.name != PAPER_RIG.name:
         return PartResult()
     names = ["linear_pad", "several"] if settings.brief else list(STRUCTURES)
@@ -131,12 +135,12 @@ def _entry(means: Values, resampled: Values, reference: Values) -> SpeedScores:
 
 
 def _root_mean_squares(means: Values) -> Values:
-    """Return scores from means over rigs, shape (..., keys)."""
+    """Return scores, shape (..., keys), from means over rigs: roots of the mean squares."""
     return np.where([key.endswith("ms") for key in KEYS], np.sqrt(means), means)
 
 
 def _scores_of_rig(job: tuple[str, int], seed: int, free: bool) -> list[list[list[float]]]:
-    """Return mean squares and coverage, shape (models, measurements, keys)."""
+    """Return mean squared errors and coverage, shape (models, measurements, keys)."""
     rig = judged_rig(*job, seed, free_speed=free)
     rng = np.random.default_rng([seed, job[1], list(STRUCTURES).index(job[0])])
     scores = [_scores(_measured(rig, measured, rng)) for measured in MEASUREMENTS.values()]
@@ -146,7 +150,7 @@ def _scores_of_rig(job: tuple[str, int], seed: int, free: bool) -> list[list[lis
 def _measured(
     rig: JudgedRig, measured: tuple[float, bool] | None, rng: np.random.Generator
 ) -> JudgedRig:
-    """Return the rig, whose pinches get closing speeds with the random error of a measurement."""
+    """Return the rig with measured closing speeds, which have a random error."""
     if measured is None:
         return rig
     error, is_stated = measured
@@ -156,7 +160,7 @@ def _measured(
 
 
 def _scores(rig: JudgedRig) -> list[list[float]]:
-    """Return the scores of each model, shape (models, keys)."""
+    """Return mean squared errors and coverage of each model, shape (models, keys)."""
     is_context, touches = rig.uses == OWN, rig.touches
     model = adapt_combined(
         pretrained(), touches.take(is_context), rig.shore_a[is_context], rig.sessions[is_context]
@@ -190,7 +194,7 @@ _COLUMNS = [
 
 
 def usual_table(results: SubjectResults) -> Table | None:
-    """Return a table of errors on rigs whose pinches all have about the same speed."""
+    """Return a table of errors on rigs that close at about the same speed in all pinches."""
     return _table(results[CLOSING_SPEEDS], "usual")
 
 

@@ -32,7 +32,7 @@ from firstcontact_lab.study.settings import StudySettings
 
 @dataclass(frozen=True, slots=True)
 class Accepted:
-    """Accepted errors of detections, ms: of the place of the contact, and of the decision.
+    """Accepted errors of detections, ms: of the contact's placement and of the decision.
 
     Parameters
     ----------
@@ -47,13 +47,13 @@ class Accepted:
 
     @classmethod
     def from_results(cls, subjects: Subjects) -> Accepted:
-        """Return the distances of a study. They are the same for all subjects."""
+        """Return the accepted errors of a study. They are the same for all subjects."""
         early = (results[CONTACT].about.early_ms or 0.0 for results in subjects.values())
         return cls(max(early, default=0.0))
 
     @property
     def place(self) -> str:
-        """Reference of the times as text: "label" or "known contact"."""
+        """Name of the reference of all times: "label" or "known contact"."""
         return "label" if self.early else "known contact"
 
     @property
@@ -65,7 +65,7 @@ class Accepted:
 
     @property
     def placed_fully(self) -> str:
-        """Accepted placements as part of a sentence, after "placing the contact"."""
+        """Accepted placements as the end of a sentence, after "placing the contact"."""
         if not self.early:
             return f"within ±{self.tolerance:g} ms of the known contact"
         return (
@@ -82,7 +82,7 @@ class Accepted:
 
     @property
     def decided_fully(self) -> str:
-        """Accepted decisions as part of a sentence, after "the trigger came"."""
+        """Accepted decisions as the end of a sentence, after "the trigger came"."""
         if not self.early:
             late = f"{self.tolerance:g} ms after it"
             return f"no earlier than the known contact and no later than {late}"
@@ -90,7 +90,10 @@ class Accepted:
 
 
 class DetectionFolds(Record, frozen=True, kw_only=True):
-    """Folds of the detection scores: number, held-out groups, and groups on both sides."""
+    """Folds of the detection scores.
+
+    ``held_out``: "sessions" or "pinches". ``shares``: groups that are on both sides of a fold.
+    """
 
     n: int
     held_out: str
@@ -98,7 +101,7 @@ class DetectionFolds(Record, frozen=True, kw_only=True):
 
 
 class MissingContacts(Record, frozen=True, kw_only=True):
-    """Number of pinches without a detected contact, and number of all pinches."""
+    """Number of pinches in which the detector ``by`` found no contact, of ``of`` pinches."""
 
     by: str
     pinches: int
@@ -106,11 +109,12 @@ class MissingContacts(Record, frozen=True, kw_only=True):
 
 
 class ContactConditions(Record, frozen=True, kw_only=True):
-    """Conditions of the detection scores, and origin of the starts of windows and closings.
+    """Conditions of the detection scores, and origin of the windows.
 
-    Windows start at contacts of a named detector, or at "known" ones. ``folds`` and ``early_ms``
-    (largest lateness of a label) belong to the scores. ``not_found`` belongs to the detector at
-    whose contacts windows start.
+    ``windows_start_at``: name of the detector at whose contacts windows start, or "known".
+    ``steady_state``: number of closings by how their start was found. ``folds``: folds of the
+    scores. ``early_ms``: longest time by which a contact may precede its label. ``not_found``:
+    contacts that the chosen detector missed.
     """
 
     windows_start_at: str | None = None
@@ -129,11 +133,12 @@ KNOWN = "known"
 
 
 def contacts(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Detect all first contacts out of fold, and score every detector against the truth.
+    """Detect all first contacts out of fold, and score every detector against known contacts.
 
-    The function sets ``subject.detections`` from the detector in the settings. Detectors get each
-    pinch from the start of its closing. If the detector in the settings cannot be trained, windows
-    start at labelled contacts, or at contacts of an untrained detector if there are more of these.
+    The function sets ``subject.detections`` to the contacts of the detector in the settings.
+    Detectors get each pinch from the start of its closing. If the detector in the settings cannot
+    be trained, windows start at the known contacts. If an untrained detector finds more contacts
+    than are known, windows start at its contacts.
     """
     starts = closing_starts(subject.dataset)
     dataset = cut_closings(subject.dataset, starts)
@@ -199,7 +204,7 @@ def _describe_folds(splits: Sequence[Split]) -> DetectionFolds:
 
 
 def _example(dataset: Dataset, detections: Sequence[Contact | None]) -> int:
-    """Return the index of the middle pinch among those with a detected contact."""
+    """Return the index of the middle pinch among those with a known and a detected contact."""
     able = [
         i
         for i, (p, c) in enumerate(zip(dataset.pinches, detections, strict=True))
@@ -218,7 +223,10 @@ NEAR = 0.02
 
 
 class Target(NamedTuple):
-    """Target of a detector: smallest shares of windows and pinches, largest median delay, ms."""
+    """Target of a detector: smallest shares of right windows and pinches, largest median delay.
+
+    The delay is in ms.
+    """
 
     windows: float
     pinches: float
@@ -230,7 +238,7 @@ TARGET = {"svm": Target(windows=0.999, pinches=0.995, delay=3.0)}
 
 
 def window_starts(subjects: Subjects) -> list[str]:
-    """Return the names of the detectors at whose contacts windows start, or "known"."""
+    """Return the detectors at whose contacts windows start; "known" stands for known contacts."""
     starts = (results[CONTACT].about.windows_start_at for results in subjects.values())
     return distinct(start for start in starts if start is not None)
 
@@ -266,7 +274,7 @@ def _text(subjects: Subjects) -> str:
 
 
 def detector_rows(accepted: Accepted) -> list[Row[DetectionScores]]:
-    """Return the rows of one detector. Their remarks explain how each number was counted."""
+    """Return the row definitions of one detector. Remarks explain how each number was counted."""
     suffix = " after its label" if accepted.early else ""
     return [
         Row("windows right", lambda s: s.window_accuracy, "share", remark="of all 20 ms windows"),
@@ -389,7 +397,7 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
 
 
 def _silence(name: str, subjects: Subjects) -> str:
-    """Return a sentence with the accuracy over windows of a detector that never fires."""
+    """Return a sentence with the accuracy that a detector would have if it never fired."""
 
     def quiet(results: SubjectResults) -> str | None:
         scores = results[CONTACT].get(name)
@@ -411,7 +419,7 @@ def _missed(scores: DetectionScores, target: Target) -> list[str]:
 
 
 def _target_remark(name: str, subjects: Subjects, accepted: Accepted) -> str:
-    """Return a sentence on whether each subject reaches the target of a detector."""
+    """Return a sentence on the target of a detector, and whether it is reached by subject."""
     target = TARGET.get(name)
     if accepted.early or target is None:
         return ""  # the count is less strict than the target

@@ -30,9 +30,9 @@ from firstcontact_lab.study.part import Part, Step, Subjects
 
 
 class DataSummary(Record, frozen=True, kw_only=True):
-    """Summary of a dataset: counts, origin, and assumptions that its import made.
+    """Summary of a dataset: counts, origin, and assumptions that were made in its import.
 
-    ``model_rate_hz`` is present if the models' rate differs from the recordings'.
+    ``model_rate_hz`` is the models' rate, if it differs from the rate of the recordings.
     """
 
     source: str
@@ -48,7 +48,10 @@ class DataSummary(Record, frozen=True, kw_only=True):
 
 
 class Offsets(Record, frozen=True, kw_only=True):
-    """Times from the first to the second contact, ms. ``sd`` needs two pinches."""
+    """Distribution of offsets, the times from the first to the second contact, ms.
+
+    ``sd`` is None for a single pinch.
+    """
 
     mean: float
     sd: float | None = None
@@ -103,7 +106,7 @@ def describe(subject: Subject) -> PartResult:
 
 
 def _merged(notes: Sequence[str], most: int = 12) -> list[str]:
-    """Return unique notes, at most ``most``, and the number of further ones."""
+    """Return the first ``most`` different notes, then a line with the number of further notes."""
     unique = list(dict.fromkeys(notes))
     if len(unique) <= most:
         return unique
@@ -114,9 +117,10 @@ COLOURS = {Finger.INDEX: BLUE, Finger.THUMB: ORANGE, None: BLUE}
 
 
 def timing_figure(pinch: Pinch, before_s: float = 0.030, after_s: float = 0.110) -> Figure:
-    """Draw the vibration of both fingers, and their force if recorded, around the contacts.
+    """Draw the vibration of both fingers around the contacts, and their force if recorded.
 
-    ``before_s`` and ``after_s`` are seconds around the first contact. The pinch must contain them.
+    The figure shows ``before_s`` seconds before and ``after_s`` seconds after the first contact.
+    The pinch must contain this time.
     """
     rows = 2 if pinch.layout.has_force else 1
     rate = pinch.layout.rate

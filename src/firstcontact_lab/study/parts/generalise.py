@@ -1,4 +1,4 @@
-"""Scores of estimators beyond the blocks: unseen objects, other hands, a level left out."""
+"""Scores of estimators beyond the blocks: unseen objects, another hand, a Shore A left out."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ SLOW_SETS = 1
 def generalise(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
     """Score every competitor on twin sets that were not used for tuning.
 
-    Contacts get delays drawn from this subject's correctly detected contacts. Pinches whose second
-    contact comes before any estimate are not scored.
+    Contacts get random delays: those of this subject's correctly detected contacts. Pinches whose
+    second contact comes before any estimate are not scored.
     """
     if subject.name not in CONDITIONS:
         return PartResult()
@@ -50,7 +50,7 @@ def generalise(subject: Subject, settings: StudySettings, runner: Runner) -> Par
 
 
 def _entrants(settings: StudySettings, place: int) -> list[Entrant]:
-    """Return all competitors for a set."""
+    """Return all competitors for the set with index ``place``."""
     out = []
     for name, entry in window_estimators().items():
         if entry.baseline or Task.REGRESSION not in entry.tasks or missing_modules(entry.modules):
@@ -84,7 +84,7 @@ _PANELS = {
 
 
 def generalise_figure(generalised: Generalised) -> Figure:
-    """Draw RMSE with intervals over rigs, and the floor and ceilings as lines."""
+    """Draw RMSE with bootstrap intervals over rigs, and the floor and ceilings as lines."""
     rows = list(generalised.estimators)
     rigs = "1 rig" if generalised.sets == 1 else f"{generalised.sets} rigs"
     size = (6.2, 1.4 + 0.46 * len(rows))
@@ -143,7 +143,7 @@ def objects_off_blocks(results: SubjectResults) -> Table | None:
 
 
 def others_off_blocks(results: SubjectResults) -> Table | None:
-    """Return a table of errors: another hand, a level left out, blocks of other sessions."""
+    """Return a table of errors: another hand, a Shore A left out, blocks of other sessions."""
     return _table(results[GENERALISE], _OTHERS, "Other hands, levels and sessions: RMSE")
 
 
@@ -177,7 +177,7 @@ def _table(
 
 
 def _about(scores: OffBlocks, sets: int) -> str:
-    """Return a remark on unusual settings or sets of an estimator; "" if there are none."""
+    """Return a remark on settings that differ from the defaults, and on missing sets; or ""."""
     options = [f"{key} {value}" for key, value in (scores.options or {}).items()]
     return ", ".join([*options, f"{scores.sets} of {sets} rigs"] if scores.sets < sets else options)
 

@@ -54,7 +54,7 @@ from firstcontact_lab.study.splits import learns_one_value, never_learned, rando
 
 
 class Material(Record, frozen=True, kw_only=True):
-    """Means of one material's pinches."""
+    """Hardness rank of a material, and means over its pinches."""
 
     rank: float
     n: int
@@ -63,23 +63,26 @@ class Material(Record, frozen=True, kw_only=True):
 
 
 class RankRegression(RankCorrelation, frozen=True, kw_only=True):
-    """Rank regression: correlation over materials, and errors over pinches, in units of rank."""
+    """Scores of a regression of the hardness rank.
+
+    The correlation is over materials. The errors are over pinches, in units of rank.
+    """
 
     errors: RegressionScores
 
 
 class MaterialLeftOut(Record, frozen=True, kw_only=True):
-    """Class scores with each material left out of training."""
+    """Scores with each material left out of training: of the rank, and of the hardness class."""
 
     rank_regression: RankRegression | None = None
     classification: dict[str, ClassificationScores] | None = None
 
 
 class HardnessOrder(Record, frozen=True, kw_only=True):
-    """Rank correlations over materials, and class scores, if the pinches permit them.
+    """Rank correlations over materials, and scores of the hardness class if possible.
 
-    ``pinches`` is the number of pinches with a rank, and ``n_pinches`` the number of these with a
-    window. ``score`` describes the score, without training, that orders the materials.
+    ``pinches``: number of pinches with a hardness rank. ``n_pinches``: number of these pinches with
+    a window. ``score``: description of the untrained score that orders the materials.
     """
 
     n_pinches: int
@@ -92,13 +95,13 @@ class HardnessOrder(Record, frozen=True, kw_only=True):
 
     @property
     def rho_left_out(self) -> float | None:
-        """Spearman ρ of the rank regression, with each material left out."""
+        """Spearman's rho of the rank regression, with each material left out; None if missing."""
         left_out = self.leave_one_material_out
         regression = left_out.rank_regression if left_out else None
         return regression.rho if regression else None
 
     def classes_left_out(self) -> dict[str, ClassificationScores]:
-        """Class scores by estimator; empty if these pinches do not permit them."""
+        """Return scores of the hardness class by estimator, with each material left out; or {}."""
         left_out = self.leave_one_material_out
         return (left_out.classification if left_out else None) or {}
 
@@ -114,7 +117,7 @@ HELD, MIXED = "leave_one_material_out", "random_folds"
 
 
 def spectral_centroid(X: np.ndarray[Any, np.dtype[np.float32]], rate: float) -> Values:
-    """Return the centroid of the power spectrum of Hann-weighted windows.
+    """Return the centroid frequency of each window's power spectrum, with Hann weights.
 
     Parameters
     ----------
@@ -138,7 +141,7 @@ def spectral_centroid(X: np.ndarray[Any, np.dtype[np.float32]], rate: float) -> 
 
 
 def hardness(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Measure Spearman's rho over materials, and scores with a whole material left out."""
+    """Measure how well scores order the materials, also if a material is left out of training."""
     if not subject.has_known_contacts:
         return PartResult(left_out=["Hardness order: no pinch has a known first contact."])
     dataset = subject.dataset
@@ -205,7 +208,10 @@ def hardness(subject: Subject, settings: StudySettings, runner: Runner) -> PartR
 def _questions(
     data: LabelledWindows, settings: StudySettings
 ) -> tuple[dict[tuple[str, str], Question], list[str]]:
-    """Return the possible questions (a task with splits), and reasons why others are impossible."""
+    """Return the questions that these pinches permit, and why others are impossible.
+
+    A question is an estimator with its task, and splits of the pinches.
+    """
     out: dict[tuple[str, str], Question] = {}
     left_out = []
     reference = ESTIMATORS.default
@@ -241,7 +247,7 @@ def _questions(
 
 
 def _classifiers() -> list[str]:
-    """Return the classifiers that train quickly, baselines last."""
+    """Return the names of the classifiers that train quickly, baselines last."""
     able = [
         n for n, e in window_estimators().items() if Task.CLASSIFICATION in e.tasks and not e.slow
     ]
@@ -308,7 +314,7 @@ def hardness_figure(data: LabelledWindows, centroid: Values) -> Figure:
 
 
 def materials_figure(left_out: ClassificationScores, random: ClassificationScores) -> Figure:
-    """Draw the accuracy with a material left out and in random folds.
+    """Draw the accuracy with each material left out, and in random folds.
 
     A line is the accuracy of the best constant prediction.
     """

@@ -66,7 +66,7 @@ from firstcontact_lab.study.timing import InferenceTime, time_calls, time_infere
 
 
 class InferenceTimes(InferenceTime, frozen=True, kw_only=True):
-    """Inference times of an estimator: those of its regression, and of ``classification``."""
+    """Inference times of an estimator's regression, and in ``classification`` of its classifier."""
 
     classification: InferenceTime | None = None
 
@@ -78,11 +78,13 @@ _Positive = Annotated[int, msgspec.Meta(gt=0)]
 
 
 class BoardTime(Record, frozen=True, kw_only=True):
-    """Cost of a prediction on the board by one form of a model: full, or a smaller version of it.
+    """Cost of one prediction on the board.
 
-    ``estimator`` and ``task`` identify the model. ``samples`` is the number of samples that the
-    model takes from the contact on, at ``rate_hz``. ``instructions`` are those of the model's most
-    expensive prediction, counted by the emulator.
+    It is the cost of one form of a model: the model in C, or a smaller version for the board.
+
+    ``estimator`` and ``task`` identify the model. ``samples``: number of samples after the contact
+    that the form takes, at ``rate_hz``. ``instructions``: instructions of its most expensive
+    prediction, counted by the emulator.
     """
 
     estimator: Name
@@ -93,12 +95,15 @@ class BoardTime(Record, frozen=True, kw_only=True):
 
     @property
     def signal_ms(self) -> float:
-        """Duration of the samples, ms."""
+        """Duration of the samples that the form takes, ms."""
         return 1e3 * self.samples / self.rate_hz
 
     @property
     def microseconds(self) -> float:
-        """Time on the board with the assumed clock rate and cycles per instruction, us."""
+        """Time of a prediction on the board, us.
+
+        Clock rate and cycles per instruction are assumed.
+        """
         return microseconds(self.instructions)
 
 
@@ -117,12 +122,12 @@ class _Board(msgspec.Struct):
 
 
 def read_board(path: Path) -> dict[str, BoardTime]:
-    """Return the costs in an ``embedded.json``, by the names of the forms.
+    """Return the costs in an ``embedded.json``, by the name of the form.
 
     Raises
     ------
     InputError
-        The file cannot be read, is of another kind, or has no costs.
+        The file cannot be read, has another format, or has no costs.
     """
     remedy = "give the embedded.json of `make embedded` of this version"
     rows = read_record(read_regular(path, LONGEST), _Board, str(path), remedy).models
@@ -149,11 +154,11 @@ SLOW_WINDOWS = 300
 
 
 def inference(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Measure p50 and p99 of single-window inference, with our code and the training library.
+    """Measure the time to predict one window, with our code and with the training library.
 
-    Models learn from all blocks, as in use, because the time of a support vector machine depends on
-    its number of support vectors. Estimators that train slowly learn from a part, because their
-    inference time does not depend on the data.
+    Models learn from all block pinches, because the time of a support vector machine depends on its
+    number of support vectors. Estimators that train slowly learn from a part of the pinches,
+    because their inference time does not depend on the training data.
     """
     data = subject.windows(DURATION)
     blocks = data.take(~data.test)
@@ -195,7 +200,7 @@ def inference(subject: Subject, settings: StudySettings, runner: Runner) -> Part
 
 
 def _anytime(subject: Subject, settings: StudySettings) -> InferenceTime | None:
-    """Time the any-time network's first estimate. Return None if the network does not apply."""
+    """Return the time of the network's first estimate; None if the network cannot predict."""
     model = pretrained()
     if not subject.detections or not is_same_rate(subject.dataset.layout.rate, model.rate):
         return None
@@ -213,7 +218,7 @@ def _anytime(subject: Subject, settings: StudySettings) -> InferenceTime | None:
 
 
 def _train(job: tuple[str, Task], blocks: LabelledWindows, seed: int) -> WindowModel:
-    """Return a briefly trained model: on all blocks, or on a part if training is slow."""
+    """Return a briefly trained model. If training is slow, it learns from a part of the pinches."""
     model, task = job
     entry = ESTIMATORS.find(model)
     options = dict(entry.quick)
@@ -251,7 +256,7 @@ _TIMES = (
 
 
 def inference_table(results: SubjectResults) -> Table | None:
-    """Return a table of the times for one window, with our code and the training library."""
+    """Return a table of the times for one window, with our code and with the training library."""
     times = results[INFERENCE]
     if not times:
         return None
@@ -291,7 +296,10 @@ _CAPTION = (
 
 
 def board_table(results: SubjectResults) -> Table | None:
-    """Return a table of samples, instructions, time on the board and time here, by form."""
+    """Return a table of samples, instructions and time on the board, and time on this machine.
+
+    There is one line per form of a model: see :class:`BoardTime`.
+    """
     board = results[BOARD]
     if not board:
         return None
@@ -322,7 +330,7 @@ def _form_title(time: BoardTime) -> str:
 
 
 def _ends(board: Mapping[str, BoardTime]) -> list[str]:
-    """Return the cheapest and the most expensive form of each model, in the order of ``board``."""
+    """Return the names of each model's cheapest and most expensive form, in the given order."""
     models: dict[tuple[str, str], list[str]] = {}
     for form, time in board.items():
         models.setdefault((time.estimator, time.task), []).append(form)
@@ -335,7 +343,10 @@ def _ends(board: Mapping[str, BoardTime]) -> list[str]:
 
 
 def _local_p99(results: SubjectResults, time: BoardTime) -> float | None:
-    """Return the p99 time, on this machine, of the model from which a form was made, us."""
+    """Return the 99th percentile of the full model's time on this machine, us.
+
+    ``time`` is the cost of a form of this model on the board.
+    """
     network = results[ANYTIME_TIME]
     if time.estimator in NETWORK_TITLES:
         return None if network is None else network.p99

@@ -57,7 +57,11 @@ from firstcontact_lab.study.splits import learns_one_value, unseen_objects
 
 
 class ObjectScores(RegressionScores, frozen=True, kw_only=True):
-    """Scores of an estimator on unseen objects: per pinch, per object, and of objects' means."""
+    """Scores of an estimator on unseen objects.
+
+    The scores are over pinches, for each object, and of the mean predictions of objects.
+    ``strip_aligned``: scores on windows that start at the known contacts.
+    """
 
     per_object: dict[str, SpecimenErrors]
     over_objects: MeanErrors
@@ -65,7 +69,10 @@ class ObjectScores(RegressionScores, frozen=True, kw_only=True):
 
 
 class ObjectConditions(Record, frozen=True, kw_only=True):
-    """Conditions of the scores on objects. ``shares``: groups on both sides of the split."""
+    """Conditions of the scores on unseen objects.
+
+    ``shares``: groups, such as sessions, that may be on both sides of the split.
+    """
 
     windows: WindowCounts | None = None
     shares: list[str] | None = None
@@ -81,7 +88,7 @@ UNSEEN = "unseen_objects"
 def objects(
     subject: Subject, settings: StudySettings, runner: Runner, models: Sequence[str]
 ) -> PartResult:
-    """Fit on all pinches of the role ``train`` and predict the role ``test``."""
+    """Fit these estimators to all pinches of role ``train``, and score pinches of role ``test``."""
     reason = why_not_unseen(subject)
     if reason:
         return PartResult(left_out=[reason])
@@ -127,7 +134,7 @@ def objects(
 
 
 def object_splits(subject: Subject, data: LabelledWindows) -> list[Split]:
-    """Return the split by roles, or an empty list if these windows do not allow it."""
+    """Return the split by roles in a list, or an empty list if the windows do not permit it."""
     if why_not_unseen(subject) or not data.test.any() or data.test.all():
         return []
     split = unseen_objects(data.test, [Group.SESSION] if _sessions_unknown(subject) else [])
@@ -135,7 +142,7 @@ def object_splits(subject: Subject, data: LabelledWindows) -> list[Split]:
 
 
 def object_scores(data: LabelledWindows, predicted: Values, seed: int) -> ObjectScores:
-    """Return scores per pinch (whole objects are resampled) and per object."""
+    """Return scores over pinches and per object. Intervals resample whole specimens."""
     is_predicted = np.isfinite(predicted)
     selected, answers = data.take(is_predicted), predicted[is_predicted]
     scores = regression_scores(selected.y, answers, specimen_names(selected), seed)
@@ -173,9 +180,9 @@ def why_not_unseen(subject: Subject) -> str:
 
 
 def _specimens(dataset: Dataset) -> set[tuple[str, str]]:
-    """Return the object (or the level of Shore A if unnamed) and the specimen of each pinch.
+    """Return pairs of object and specimen. The Shore A replaces the name of an unnamed object.
 
-    The level of a named object is not used, because repeated measurements of one object may differ.
+    The Shore A of a named object is not used, because repeated measurements may differ.
     """
     labels = [pinch.label for pinch in dataset.pinches]
     return {
@@ -247,7 +254,10 @@ def object_table(results: SubjectResults, variants: bool = True) -> Table | None
 
 
 def per_object_table(results: SubjectResults) -> Table | None:
-    """Return a table of mean, spread and bias for each object and estimator, without baselines."""
+    """Return a table of mean prediction, spread and bias by object and estimator.
+
+    Baselines are left out.
+    """
     each = {n: results[OBJECTS][n].per_object for n in names.estimators(results[OBJECTS])}
     if not each:
         return None

@@ -1,6 +1,6 @@
-"""Scores of the network, of a regression on the rig's pinches, and of their average.
+"""Scores of the network, of a regression on the rig's own pinches, and of averages of both.
 
-The scores are measured on random rigs whose structure differs from the training rigs.
+The rigs are random, of kinds on which no network was trained.
 """
 
 from __future__ import annotations
@@ -82,10 +82,10 @@ METHODS = {
 
 
 class RandomRigScores(Record, frozen=True, kw_only=True):
-    """Scores of one method: RMSE in Shore A, coverage and width by ``KEYS``.
+    """Scores of one method, by ``KEYS``: RMSE in Shore A, and coverage and width of intervals.
 
-    ``intervals``: 95 % bootstrap intervals over rigs. ``gains``: intervals of the difference from
-    the network; the difference is below 0 if the method is better.
+    ``intervals``: 95 % bootstrap intervals over rigs. ``gains``: intervals of the score minus the
+    network's score. An RMSE difference below 0 means that the method is better than the network.
     """
 
     scores: dict[str, float]
@@ -94,7 +94,10 @@ class RandomRigScores(Record, frozen=True, kw_only=True):
 
 
 class RandomRigs(Record, frozen=True, kw_only=True):
-    """Scores of the methods on ``rigs`` rigs of each family of simulated rigs, from ``seed``."""
+    """Scores of the methods on simulated rigs.
+
+    ``families``: kinds of rigs. ``rigs``: number of rigs of each kind, drawn from ``seed``.
+    """
 
     seed: int
     rigs: int
@@ -103,7 +106,7 @@ class RandomRigs(Record, frozen=True, kw_only=True):
 
 
 def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Score all methods on the same contacts. Rigs are random: the subject's data are not used."""
+    """Score all methods on the same contacts of random rigs, not on the subject's data."""
     if subject.name != PAPER_RIG.name:
         return PartResult()
     names = ["linear_pad", "several"] if settings.brief else list(STRUCTURES)
@@ -129,13 +132,13 @@ def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
 
 
 def _scores_from_means(means: Values) -> Values:
-    """Return the scores for the ``keys``. ``means`` are means over rigs, shape (..., keys)."""
+    """Return scores, shape (..., keys), from means over rigs: roots of the mean squares."""
     is_error = np.array([key.split()[-1] not in ("coverage", "width") for key in KEYS])
     return np.where(is_error, np.sqrt(means), means)
 
 
 def _scores_of_rig(job: tuple[str, int], seed: int) -> list[list[float]]:
-    """Return mean squares, coverage and width of each method, shape (methods, keys)."""
+    """Return mean squared error, coverage and width of each method, shape (methods, keys)."""
     rig = judged_rig(*job, seed)
     predicted = _predictions(rig)
     return [_scores(rig, [predicted[name](rig.touches, ms) for ms in TIMES]) for name in METHODS]
@@ -147,7 +150,7 @@ Predict = Callable[[Touches, int], Predicted]
 
 
 def _predictions(rig: JudgedRig) -> dict[str, Predict]:
-    """Return the predictions of each method."""
+    """Return a prediction function for each method, fitted to the rig's own block pinches."""
     is_own = rig.uses == OWN
     learn, shore_a, sessions = rig.touches.take(is_own), rig.shore_a[is_own], rig.sessions[is_own]
     network = adapt_network(pretrained(), learn, shore_a, sessions).model
@@ -256,12 +259,12 @@ _WITH_INTERVALS = (
 
 
 def errors_table(results: SubjectResults) -> Table | None:
-    """Return a table of the errors of single pinches, by time and use."""
+    """Return a table of the errors of single pinches, by time after the contact and by use."""
     return _table(results[RANDOM_RIGS], _COLUMNS, "RMSE of one pinch")
 
 
 def intervals_table(results: SubjectResults) -> Table | None:
-    """Return a table: errors of three pinches, and coverage and width of intervals at 5 ms."""
+    """Return a table of errors of three pooled pinches, and of intervals at 5 ms."""
     return _table(results[RANDOM_RIGS], _MORE, "Three pinches pooled and 90 % intervals, 5 ms")
 
 

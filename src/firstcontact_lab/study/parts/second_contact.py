@@ -1,4 +1,4 @@
-"""Error of estimates from windows with the second contact in them, and from windows without."""
+"""Error of estimates from windows that contain the second contact, and from other windows."""
 
 from __future__ import annotations
 
@@ -30,7 +30,10 @@ from firstcontact_lab.study.settings import StudySettings
 
 
 class SecondContact(Record, frozen=True, kw_only=True):
-    """Errors for windows "with" and "without" the second contact, and for "misplaced" windows."""
+    """Errors for windows "with" and "without" the second contact, and for "misplaced" ones.
+
+    Misplaced windows do not begin at the first contact.
+    """
 
     blocks: dict[str, RegressionScores] | None = None
     objects: dict[str, RegressionScores] | None = None
@@ -39,7 +42,10 @@ class SecondContact(Record, frozen=True, kw_only=True):
 def by_side(
     scores_by_side: Mapping[str, SecondContact],
 ) -> list[tuple[str, str, str, RegressionScores]]:
-    """Yield estimator, side, group of windows, and errors: first of blocks, then of objects."""
+    """Return estimator, "blocks" or "objects", group of windows, and errors of each group.
+
+    Groups of blocks come first.
+    """
     sides = [("blocks", model, side_scores.blocks) for model, side_scores in scores_by_side.items()]
     sides += [("objects", model, scores.objects) for model, scores in scores_by_side.items()]
     return [
@@ -50,10 +56,10 @@ def by_side(
 
 
 def second_contact(subject: Subject, settings: StudySettings) -> PartResult:
-    """Score existing predictions by whether the window contains the second contact.
+    """Score the predictions of earlier parts, with and without the second contact in the window.
 
-    Windows that do not begin at the first contact (after a trigger that is false, late or of the
-    other finger) are scored separately.
+    Windows that do not begin at the first contact are scored separately. They follow a trigger that
+    is false, late or of the other finger.
     """
     room = samples_to_spare(subject)
     astray = misplaced(subject, settings.early)
@@ -100,11 +106,11 @@ def misplaced(subject: Subject, early: float) -> NDArray[np.bool_]:
 
 
 def samples_to_spare(subject: Subject) -> Values:
-    """Return the samples from the end of each window to the second contact, shape (pinches,).
+    """Return the number of samples from each window's end to the second contact, (pinches,).
 
     A negative number means that the second contact is in the window or before it. The value is NaN
     if the second contact is unknown or there is no window. A window begins at the detected contact,
-    which can differ slightly from the true one.
+    which can differ slightly from the true contact.
     """
     out = np.full(len(subject.dataset), np.nan)
     for i, (pinch, start) in enumerate(zip(subject.dataset.pinches, subject.starts, strict=True)):
@@ -135,7 +141,10 @@ _SCORES: Sequence[Row[RegressionScores]] = (
 
 
 def second_figure(subjects: Subjects) -> Figure | None:
-    """Draw the RMSE with and without the second contact. Groups of one pinch get no dot."""
+    """Draw the RMSE with and without the second contact in the window.
+
+    A group with a single pinch gets no dot.
+    """
     panels = []
     for title, results in subjects.items():
         dots = []
@@ -159,7 +168,10 @@ def second_figure(subjects: Subjects) -> Figure | None:
 
 
 def second_table(results: SubjectResults, variants: bool = True) -> Table | None:
-    """Return a table of errors with and without the second contact, also of variants if wanted."""
+    """Return a table of errors with and without the second contact in the window.
+
+    ``variants``: include misplaced windows, and estimators without published values.
+    """
     divided = results[SECOND_CONTACT]
     entries = [
         (

@@ -61,7 +61,8 @@ class Reading(Record, frozen=True, kw_only=True):
     n
         Number of pinches with a window of 15 ms.
     material_held_out
-        Balanced accuracy by length in ms: mean over materials, then over classes.
+        Balanced accuracy by window length in ms: mean over the materials of a class, then over
+        classes.
     """
 
     estimator: str
@@ -72,10 +73,13 @@ class Reading(Record, frozen=True, kw_only=True):
 
 
 class RealMaterial(Record, frozen=True, kw_only=True):
-    """Scores of one left-out material: accuracy by window length in ms, and mean centroids, Hz.
+    """Scores of one material that was left out of training.
 
-    ``sessions``: accuracy in each of several sessions, by window length. All sessions of a material
-    were left out together.
+    ``accuracy``: share of windows with the right class, by window length in ms. ``centroid_hz`` and
+    ``conditioned_centroid_hz``: mean spectral centroid without and with the published filters.
+
+    ``sessions``: accuracy by session and window length, if there are several sessions. All sessions
+    of a material were left out together.
     """
 
     rank: float
@@ -96,11 +100,11 @@ class RealSet(Record, frozen=True, kw_only=True):
     materials
         Number of materials.
     material_held_out
-        Balanced accuracy of the first reading, by length in ms.
+        Balanced accuracy of the first reading, by window length in ms.
     chance
         Balanced accuracy of any constant prediction.
     score
-        Description of the unfitted score that orders materials.
+        Description of the score, without training, that orders the materials.
     rho, p
         Spearman's rho of ``score`` over materials and its p-value, from the signal as the device
         sent it.
@@ -127,7 +131,7 @@ class RealSet(Record, frozen=True, kw_only=True):
     by_material: dict[str, RealMaterial]
 
     def worst(self, ms: str) -> tuple[str, float]:
-        """Return the material with the lowest accuracy at a length in ms, and the accuracy."""
+        """Return the material with the lowest accuracy after ``ms`` ms, and this accuracy."""
         shares = {m: e.accuracy[ms] for m, e in self.by_material.items() if ms in e.accuracy}
         name = min(shares, key=lambda m: shares[m])
         return name, shares[name]
@@ -145,7 +149,7 @@ class _Variant:
 
 
 def short_windows(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Score the hardness classes of left-out materials from short windows, and their order."""
+    """Score the hardness class and the hardness order of left-out materials, from short windows."""
     if not subject.has_known_contacts:
         return PartResult(
             left_out=["Short windows of materials left out: no pinch has a known first contact."]
@@ -195,7 +199,7 @@ def short_windows(subject: Subject, settings: StudySettings, runner: Runner) -> 
 
 
 def _ways(subject: Subject) -> list[_Variant]:
-    """Return the kinds of windows to score: first that of the main numbers, then alternatives."""
+    """Return the kinds of windows to score. The first kind gives the main numbers."""
     moves = [
         n for n, e in window_estimators().items() if e.moves and Task.CLASSIFICATION in e.tasks
     ]
@@ -213,7 +217,7 @@ def _ways(subject: Subject) -> list[_Variant]:
 
 
 def _windows(subject: Subject, reading: _Variant, duration: float) -> LabelledWindows:
-    """Return windows of known materials.
+    """Return the windows of pinches whose material has a name and a hardness rank.
 
     Each material counts as one session, so folds hold out whole materials.
     """
@@ -246,7 +250,10 @@ def _by_material(data: LabelledWindows, predicted: Values) -> dict[str, float]:
 def _by_session(
     subject: Subject, data: LabelledWindows, predicted: Values
 ) -> dict[tuple[str, str], float]:
-    """Return the share of right classes by material and session, if it has several sessions."""
+    """Return the share of right classes, by material and session.
+
+    Materials with a single session are left out.
+    """
     sessions, right = subject.dataset.sessions[data.rows], predicted == data.y
     out = {}
     for material in np.unique(data.objects):
@@ -322,14 +329,14 @@ def _centroids(data: LabelledWindows) -> dict[str, float]:
 
 
 def _most(order: Values) -> float:
-    """Return Spearman's rho of a score that orders the materials perfectly but has no ties."""
+    """Return Spearman's rho of a score that orders materials perfectly, but has no equal values."""
     from scipy.stats import spearmanr
 
     return float(spearmanr(np.sort(order), np.arange(len(order))).statistic)
 
 
 def accuracy_figure(real: RealSet) -> Figure:
-    """Draw the accuracy of each reading against the window length."""
+    """Draw the accuracy of each reading (kind of windows) against the window length."""
     lengths = [float(ms) for ms in real.material_held_out]
     with canvas(size=(6.2, 4.0)) as (figure, axes):
         ax = axes[0, 0]
@@ -361,7 +368,7 @@ def accuracy_figure(real: RealSet) -> Figure:
 
 
 def by_material_figure(real: RealSet) -> Figure:
-    """Draw the accuracy of each material at each length, as a map with numbers."""
+    """Draw the accuracy of each material at each window length, as a map with numbers."""
     lengths = list(real.material_held_out)
     order = _sorted(real)
     shares = np.array(
@@ -391,7 +398,7 @@ def by_material_figure(real: RealSet) -> Figure:
 
 
 def order_figure(real: RealSet) -> Figure:
-    """Draw the mean centroid of each material: as sent, and after the published filters."""
+    """Draw the mean spectral centroid of each material, without and with the published filters."""
     order = _sorted(real)[::-1]
     ranks = sorted({material.rank for _, material in order})
     colours = dict(zip(ranks, shades(len(ranks)), strict=True))
@@ -471,12 +478,15 @@ def reading_title(reading: Reading) -> tuple[str, str]:
 
 
 def real_set(results: SubjectResults) -> RealSet | None:
-    """Return the results of the recorded set, if there are any."""
+    """Return the results on the recorded set; None if there are none."""
     return next(iter((results[REAL] or {}).values()), None)
 
 
 def short_table(results: SubjectResults) -> Table | None:
-    """Return a table of the balanced accuracy of each reading by window length, and the order."""
+    """Return a table of each reading's balanced accuracy, by window length.
+
+    The last line is on the order of hardness.
+    """
     real = real_set(results)
     if real is None:
         return None
@@ -494,7 +504,7 @@ def short_table(results: SubjectResults) -> Table | None:
 
 
 def materials_table(results: SubjectResults) -> Table | None:
-    """Return a table of accuracy and centroid of each material, the softest first."""
+    """Return a table of accuracy and spectral centroid of each material, the softest first."""
     real = real_set(results)
     if real is None:
         return None

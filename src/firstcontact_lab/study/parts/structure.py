@@ -1,4 +1,4 @@
-"""Contacts, and estimates from them, on rigs whose structure differs from the twin's."""
+"""Scores of contacts and estimates on rigs whose structure differs from the twin's."""
 
 from __future__ import annotations
 
@@ -59,18 +59,20 @@ OUTCOMES = ("success", "false_alarms", "late", "misses", "wrong_finger")
 
 
 class StructureScores(Record, frozen=True, kw_only=True):
-    """Scores of a detector on rigs of other structure. Shares are of pinches of unseen objects.
+    """Scores of a detector on rigs whose structure differs from the twin's.
+
+    All pinches are of unseen objects.
 
     Parameters
     ----------
     placed, early, late, missed
-        Shares of pinches whose first contact is placed within 3 ms, earlier, later, or not at all.
-        A contact of the wrong finger counts as missed.
+        Shares of pinches whose first contact is detected within 3 ms of the truth, earlier, later,
+        or not at all. A contact of the wrong finger counts as missed.
     false_alarms_per_minute
-        Detected contacts per minute of motor time in empty closings of 0.25 s.
+        Detected contacts per minute of closing, in closings of 0.25 s without an object.
     rmse, coverage
-        RMSE in Shore A, 5 ms after the detected contacts, of the network conditioned on the rig;
-        and share of the network's intervals that hold the true Shore A.
+        Scores of the network, conditioned on the rig, 5 ms after the detected contact: RMSE in
+        Shore A, and share of intervals that hold the true Shore A.
     combined, combined_coverage
         The same scores of the estimator ``combined``.
     gain
@@ -100,10 +102,12 @@ class StructureScores(Record, frozen=True, kw_only=True):
 
 
 class Structures(Record, frozen=True, kw_only=True):
-    """Scores of detectors by name, and RMSE of the unconditioned model by time, ms.
+    """Scores of detectors by name, and RMSE of the network by time after the contact, ms.
 
-    There are ``rigs`` rigs from ``seeds`` for each motor, and ``pinches`` pinches of unseen objects
-    on each rig.
+    In ``unknown_rig`` the network is not conditioned on the rig.
+
+    ``rigs``: number of rigs, one for each kind of motor and seed. ``pinches``: number of pinches of
+    unseen objects by each rig.
     """
 
     rigs: int
@@ -145,7 +149,7 @@ _RATIOS: Mapping[str, tuple[int, int]] = {
 
 
 def structure(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
-    """Score detectors on rigs unlike the twin, once for all subjects."""
+    """Score detectors on rigs whose structure differs from the twin's, once for all subjects."""
     if subject.name != "paper-rig":
         return PartResult()
     seeds = list(range(1, 2 if settings.brief else 1 + SEEDS))
@@ -174,7 +178,10 @@ def structure(subject: Subject, settings: StudySettings, runner: Runner) -> Part
 def _judge_rig(
     place: tuple[str, int], count: int
 ) -> tuple[dict[str, _Counts], list[tuple[float, float]]]:
-    """Return counts and errors of each detector on a rig, and errors of the unconditioned model."""
+    """Return counts and errors of each detector on a rig, and errors of an unconditioned network.
+
+    Each of these errors is a sum of squares, with the number of estimates.
+    """
     motor, seed = place
     rig = draw_structured(seed, motor)
     blocks = draw_blocks(rig, LEVELS, BLOCKS_EACH, 3)
@@ -204,7 +211,7 @@ def _judge_rig(
 
 
 def _models(blocks: Dataset) -> tuple[Model, Model]:
-    """Return the network and ``combined``, both conditioned on detected contacts of blocks."""
+    """Return the network and ``combined``, both conditioned on detected contacts with blocks."""
     combined = train(blocks, CombinedModel.kind)
     return combined.only(InContextModel.kind), combined
 
@@ -222,7 +229,7 @@ def _squares(values: Values, dataset: Dataset) -> Values:
 
 
 def _alarms(detector: Detector, empty: Dataset, *, confirm: bool) -> tuple[int, float]:
-    """Return the number of contacts in empty closings, and the observed minutes."""
+    """Return the number of contacts in closings without an object, and the observed minutes."""
     part = round(HEARD * FINGERTIP_RATE)
     alarms, seconds = 0, 0.0
     for pinch in cut_closings(empty):
@@ -276,7 +283,7 @@ _NAMES = {"shipped": "Shipped detector", "own": "Detector from its own blocks"}
 
 
 def structure_table(results: SubjectResults) -> Table | None:
-    """Return a table of the scores of each detector, with and without withdrawals."""
+    """Return a table of the scores of each detector, with and without withdrawn contacts."""
     structures = results[STRUCTURE]
     if structures is None:
         return None
@@ -293,7 +300,7 @@ def structure_table(results: SubjectResults) -> Table | None:
 
 
 def unknown_table(results: SubjectResults) -> Table | None:
-    """Return a table of the error of the unconditioned model by the time after the contact."""
+    """Return a table of errors of the unconditioned network, by the time after the contact."""
     structures = results[STRUCTURE]
     if structures is None:
         return None

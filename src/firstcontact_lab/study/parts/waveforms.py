@@ -18,7 +18,7 @@ from firstcontact_lab.study.part import (
 
 
 class PeakVoltage(Record, frozen=True, kw_only=True):
-    """Peak voltages in the windows of one level of Shore A, V."""
+    """Mean and spread of the peak voltages in the windows of one level of Shore A, V."""
 
     mean: float
     sd: float | None = None
@@ -26,7 +26,7 @@ class PeakVoltage(Record, frozen=True, kw_only=True):
 
 
 def waveforms(subject: Subject) -> PartResult:
-    """Plot representative responses and the peak amplitude against Shore A."""
+    """Draw the median vibration of each level of Shore A, and the peak amplitudes by Shore A."""
     if len(subject.levels) < 2:
         return PartResult(
             left_out=["Responses by stiffness: the training pinches have only one Shore A level."]
@@ -50,7 +50,7 @@ def _peaks(values: NDArray[np.float64]) -> PeakVoltage:
 
 
 def response_figure(blocks: LabelledWindows, unit: str) -> Figure:
-    """Draw the median waveform of each level from the contact on, with its interquartile range."""
+    """Draw the median waveform of each level of Shore A, with its interquartile range."""
     levels = np.unique(blocks.y)
     time = 1e3 * np.arange(blocks.X.shape[1]) / blocks.rate
     with canvas() as (figure, axes):

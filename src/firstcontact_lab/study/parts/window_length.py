@@ -31,7 +31,7 @@ from firstcontact_lab.study.splits import learns_one_value
 
 
 class WindowErrors(Record, frozen=True, kw_only=True):
-    """Errors with one length of window."""
+    """Errors with windows of one length, on blocks and on unseen objects."""
 
     blocks: RegressionScores | None = None
     objects: RegressionScores | None = None
@@ -46,8 +46,8 @@ class WindowSearch(Record, frozen=True, kw_only=True):
 def window_length(subject: Subject, settings: StudySettings, runner: Runner) -> PartResult:
     """Measure the error of the default estimator by window length, on blocks and objects.
 
-    Trainings are short, with the same options for all lengths, because there is one for each length
-    and fold.
+    Each length and fold has its own training. So trainings are short, with the same options for all
+    lengths.
     """
     questions, places = [], []
     model = ESTIMATORS.default

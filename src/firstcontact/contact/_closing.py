@@ -1,4 +1,4 @@
-"""Closings of a hand in a stream, with their contacts. Live sessions and recorders use them."""
+"""Splitter of a stream into closings with their contacts, for live sessions and recorders."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from firstcontact.signal import samples_in
 
 @dataclass(frozen=True, slots=True)
 class ClosingBegan:
-    """Start of a closing at this sample."""
+    """Start of a closing. ``sample`` is its first sample."""
 
     sample: int
     epoch: int
@@ -30,10 +30,10 @@ class ClosingSamples:
     block
         Samples of the closing.
     contacts
-        Contacts that these samples revealed.
+        Contacts that ``block`` revealed.
     withdrawn
-        First contact if these samples disproved it, else None. All later contacts are withdrawn
-        with it, and the closing continues without contacts.
+        First contact of the closing if ``block`` disproved it, else None. All later contacts are
+        withdrawn with it. The closing continues as if there had been no contact.
     """
 
     block: Block
@@ -43,9 +43,9 @@ class ClosingSamples:
 
 @dataclass(frozen=True, slots=True)
 class ClosingEnded:
-    """End of a closing before this sample.
+    """End of a closing. ``sample`` is the first sample after it.
 
-    ``is_complete`` is False if the closing did not end by itself, but samples are missing after it.
+    ``is_complete`` is False if missing samples or a new epoch cut the closing off.
     """
 
     sample: int
@@ -59,8 +59,8 @@ Stage = ClosingBegan | ClosingSamples | ClosingEnded
 class Closings:
     """Splitter that cuts a stream into closings and detects the contacts in each.
 
-    The detector gets the same samples as if the closing had been cut out of a recording. So live
-    and offline results agree.
+    In each closing, the detector gets the same samples as from a recording. So live and offline
+    results agree.
 
     Parameters
     ----------
@@ -113,12 +113,12 @@ class Closings:
 
     @property
     def end(self) -> int:
-        """Number of the next sample."""
+        """Number of the first sample after the last block."""
         return self._end
 
     @property
     def due(self) -> int | None:
-        """Number of further samples until the next contact can be known; None outside a closing."""
+        """Number of samples until the next contact or withdrawal; None if none can follow."""
         return None if not self._open or self._listener.ended else self._listener.due
 
     def update(self, block: Block) -> Iterator[Stage]:
@@ -156,7 +156,7 @@ class Closings:
         yield from self._extend(block, position, block.end)
 
     def _extend(self, block: Block, start: int, stop: int) -> Iterator[ClosingSamples]:
-        """Pass the samples of the closing to the detector."""
+        """Yield the samples ``start`` to ``stop`` of a block, with the contacts in them."""
         if not self._open or start >= stop:
             return
         first = start - block.first_sample
@@ -170,7 +170,7 @@ class Closings:
 
 
 def _stages(block: Block, events: Sequence[Contact | Withdrawal]) -> Iterator[ClosingSamples]:
-    """Cut a block after each withdrawal, so that later samples belong to the next contact."""
+    """Yield a block with its contacts. Cut it after each withdrawal of a contact."""
     contacts: list[Contact] = []
     for event in events:
         if isinstance(event, Contact):

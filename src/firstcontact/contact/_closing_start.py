@@ -42,8 +42,9 @@ def settling(layout: Layout) -> int:
 def closing_start(pinch: Pinch, floors: Calibration | None = None) -> ClosingStart:
     """Return the start of a pinch's closing, where the steady state begins.
 
-    As in a live session, this is 39 ms after the start of the motor. If the motor runs from the
-    first sample on, the closing starts with that sample. Labels of contacts are not used.
+    The closing starts 39 ms after the motor, as in a live session. If the motor runs from the first
+    sample on, or its start is unknown, the closing starts with the first sample. Labels of contacts
+    are not used.
 
     Parameters
     ----------
@@ -71,7 +72,11 @@ def closing_start(pinch: Pinch, floors: Calibration | None = None) -> ClosingSta
 
 
 def closing_starts(dataset: Dataset) -> tuple[ClosingStart, ...]:
-    """Return the start of each pinch's closing. Pinches of a session share their noise floors."""
+    """Return the start of each pinch's closing.
+
+    If a pinch has neither a known start of the motor nor noise floors, the floors are estimated
+    from the pinches of its session.
+    """
     floors = {id(p): floor for group in _rigs(dataset.pinches) for p, floor in _shared(group)}
     return tuple(closing_start(p, floors.get(id(p))) for p in dataset.pinches)
 
@@ -84,7 +89,7 @@ def cut_closings(dataset: Dataset, starts: Sequence[ClosingStart] | None = None)
     dataset
         The pinches.
     starts
-        Result of :func:`closing_starts`, if known already.
+        Starts from :func:`closing_starts`, one for each pinch; None to compute them.
 
     Returns
     -------
@@ -107,7 +112,7 @@ WORDS = {
 
 
 def describe_starts(counts: Mapping[str, int]) -> str:
-    """Return a sentence: where the steady states begin, and in how many pinches.
+    """Return a text that states where the steady states begin, and in how many pinches.
 
     Parameters
     ----------
@@ -120,7 +125,7 @@ def describe_starts(counts: Mapping[str, int]) -> str:
 
 
 def count_starts(starts: Sequence[ClosingStart]) -> dict[str, int]:
-    """Count the closings per method. Methods without a closing are omitted."""
+    """Return the number of closings for each method that found one or more."""
     counts = Counter(start.how for start in starts)
     return {str(how): counts[how] for how in How if counts[how]}
 
@@ -148,9 +153,9 @@ def _audible_start(pinch: Pinch, calibration: Calibration) -> int | None:
 
 
 def _rigs(pinches: Sequence[Pinch]) -> list[list[Pinch]]:
-    """Return the pinches with unknown motor start, one group per session.
+    """Return the pinches whose motor start is unknown, in one group per session.
 
-    All sessions with few pinches form one group.
+    Sessions with fewer than ``FEW`` pinches share one group.
     """
     sessions: dict[str, list[Pinch]] = {}
     for pinch in pinches:

@@ -66,9 +66,10 @@ class ConfirmingLatch:
 
     A finger that meets an object pushes for milliseconds. A click of the gears or a burst of
     interference changes faster, and a swell of the motor is faint. So a first contact is withdrawn
-    after 3 ms, with all later ones, if its signal changes faster than a push or is faint. A signal
-    20 times above the motor's is no click, however fast. The fingers can then report contacts
-    again. Without a motor, as for a sensor that a person moves, all contacts count.
+    after 3 ms if its signal is faint or changes faster than a push. A signal 20 times louder than
+    the motor is confirmed, however fast it changes. All later contacts are withdrawn with the first
+    one, and the fingers can report contacts again. Without a motor, as for a sensor that a person
+    moves, no contact is withdrawn.
 
     The result does not depend on the sizes of the blocks.
 
@@ -80,7 +81,7 @@ class ConfirmingLatch:
     Attributes
     ----------
     latched
-        Fingers with a contact.
+        Fingers that reported a contact. A withdrawal removes them.
     is_confirmed
         True once no contact can be withdrawn any more.
     """
@@ -99,7 +100,10 @@ class ConfirmingLatch:
 
     @property
     def due(self) -> int | None:
-        """Number of samples until the first contact is confirmed or withdrawn; None without it."""
+        """Number of samples until the first contact is confirmed or withdrawn.
+
+        None if no contact waits for its confirmation.
+        """
         return None if self._first is None else self._due_sample(self._first) + 1 - self._end
 
     def update(self, block: Block, decisions: WindowDecisions) -> list[Contact | Withdrawal]:
@@ -127,14 +131,14 @@ class ConfirmingLatch:
         return events + self._confirm(block.end)
 
     def newest(self, count: int, age: int) -> NDArray[np.float64] | None:
-        """Return smoothed samples of this closing, V; None if there are too few.
+        """Return ``count`` smoothed samples that end ``age`` samples ago, V; None if too few.
 
         Parameters
         ----------
         count
             Number of samples.
         age
-            Number of newer samples, which are left out.
+            Number of newest samples, which are left out.
 
         Returns
         -------
@@ -231,8 +235,8 @@ def is_push(
 class _Judge:
     """Decisions of a detector whose steady state follows a motor that becomes quieter.
 
-    A motor is loudest when it starts, and the first steady state is measured soon after that. So
-    the steady state is measured again at intervals, until the first contact is confirmed.
+    A motor is loudest when it starts, and the first steady state is measured soon after its start.
+    So the steady state is measured again at intervals, until the first contact is confirmed.
 
     Parameters
     ----------
@@ -257,7 +261,7 @@ class _Judge:
         self.has_resettled = False
 
     def update(self, block: Block) -> Iterator[tuple[WindowDecisions, list[Contact | Withdrawal]]]:
-        """Yield the decisions and the events of each piece of a block.
+        """Yield the decisions, contacts and withdrawals of each piece of a block.
 
         The pieces end where the steady state is measured again, so results do not depend on the
         sizes of blocks.
@@ -306,7 +310,7 @@ class ContactListener:
 
     @property
     def ended(self) -> bool:
-        """True if no event can follow in this closing."""
+        """True if no contact or withdrawal can follow in this closing."""
         return self._latch.is_confirmed and len(self._latch.latched) == self._fingers
 
     @property
@@ -316,7 +320,7 @@ class ContactListener:
 
     @property
     def due(self) -> int:
-        """Number of samples until the next event is possible."""
+        """Number of samples until the next contact or withdrawal is possible."""
         windowed = self._judge.windowed
         due = 1 if windowed is None else windowed.due
         latch_due = self._latch.due
@@ -339,11 +343,12 @@ class PinchDecisions:
     Parameters
     ----------
     windows
-        Decisions for the first windows, up to the last one that was judged.
+        Decisions for the detector's windows, from the first of the pinch to the last that was
+        judged.
     fixed_windows
-        The same, but relative to the first steady state of the pinch, as published.
+        The same decisions, but relative to the first steady state of the pinch, as published.
     first
-        First contact that is not withdrawn; None without one.
+        First contact that is not withdrawn; None if there is none.
     """
 
     windows: WindowDecisions
@@ -369,8 +374,8 @@ def judge_pinch(detector: Detector, pinch: Pinch, until: int) -> PinchDecisions:
     Returns
     -------
     PinchDecisions
-        Decisions for these windows, and the first contact in them that is not withdrawn. The fixed
-        windows end at ``until``, or later if the steady state never changes.
+        Decisions for the judged windows, and the first contact in them that is not withdrawn.
+        ``fixed_windows`` end at ``until``, or later if the steady state never changes.
     """
     judge = _Judge(detector, pinch.layout)
     windows: list[WindowDecisions] = []
@@ -392,7 +397,7 @@ def judge_pinch(detector: Detector, pinch: Pinch, until: int) -> PinchDecisions:
 def _standing(
     events: Sequence[Contact | Withdrawal], earlier: Sequence[Contact] = ()
 ) -> list[Contact]:
-    """Return the earlier contacts and the new ones, without the withdrawn contacts."""
+    """Return the contacts among ``earlier`` and ``events`` that no withdrawal removes."""
     contacts = list(earlier)
     for event in events:
         if isinstance(event, Contact):
@@ -405,8 +410,8 @@ def _standing(
 def _pieces(block: Block, until: int, rate: float) -> Iterator[Block]:
     """Yield the samples before ``until`` as one block, then the later ones in short blocks.
 
-    All blocks last ``PIECE``, s; the first is longer if ``until`` is later, and the last can be
-    shorter.
+    Each block lasts ``PIECE`` seconds. The first is longer if ``until`` comes later, and the last
+    can be shorter.
     """
     size = samples_in(PIECE, rate)
     end = max(until - block.first_sample, size)
@@ -462,7 +467,7 @@ def first_contact(detector: Detector, pinch: Pinch) -> Contact | None:
 def _listen(detector: Detector, pinch: Pinch) -> Iterator[tuple[list[Contact], bool]]:
     """Yield the contacts so far, and True if no contact can be withdrawn any more.
 
-    The generator stops when no event can follow in this closing.
+    The generator stops when no contact or withdrawal can follow in this closing.
     """
     block = _block(pinch, closing_start(pinch).sample)
     listener = ContactListener(detector, pinch.layout)

@@ -63,7 +63,10 @@ def latch(
 
 
 def fired_windows(decisions: WindowDecisions) -> Iterator[tuple[int, list[int | None]]]:
-    """Yield the last sample of each window that fired, and the onset of each column that did."""
+    """Yield the last sample of each window that fired, and the onset in each column.
+
+    The onset is None in a column without a contact.
+    """
     if not decisions.fired.any():
         return
     rows = np.flatnonzero(decisions.fired.any(axis=1))
@@ -130,7 +133,7 @@ class Detector(Protocol):
         """
 
     def start(self, layout: Layout) -> None:
-        """Start a new closing: forget the stream and release all fingers."""
+        """Start a new closing: forget all earlier samples and contacts."""
 
     def judge(self, block: Block) -> WindowDecisions:
         """Return the decisions for the windows that this block completes.
@@ -143,7 +146,7 @@ class Detector(Protocol):
         """Return the contacts that this block reveals, at most one per finger and closing."""
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
-        """Return all learned and chosen numbers for saving. Raise InputError if not trained."""
+        """Return all learned numbers and options for saving. Raise InputError if not trained."""
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Self:

@@ -94,7 +94,7 @@ def save_detector(
 
 
 def card_digest(directory: Path) -> str:
-    """Return the checksum of a folder's detector card, which model cards store."""
+    """Return the checksum of a folder's detector card. Model cards store this checksum."""
     return digest((directory / CARD).read_bytes())
 
 

@@ -18,20 +18,20 @@ FLOOR = 0.1
 
 
 def feature_count(step: int) -> int:
-    """Return the number of features of a window with ``step`` new samples."""
+    """Return the number of features of a window whose newest step has ``step`` samples."""
     return step + COARSE + 6 * PARTS + 2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Edges:
-    """Starts and widths of the parts of a window, in samples."""
+    """Starts and widths of the pieces of a window, in samples."""
 
     starts: NDArray[np.intp]
     widths: NDArray[np.intp]
 
 
 def _means(x: NDArray[np.float64], edges: _Edges) -> NDArray[np.float64]:
-    """Return the mean of each part along the last axis."""
+    """Return the mean of each piece along the last axis."""
     out: NDArray[np.float64] = np.add.reduceat(x, edges.starts, axis=-1) / edges.widths
     return out
 
@@ -44,16 +44,16 @@ def _part_edges(start: int, stop: int, parts: int) -> _Edges:
 
 @lru_cache(maxsize=64)
 def _loudness_edges(quiet: int, new: int, n: int) -> _Edges:
-    """Return the edges of three quiet parts and of three parts in each recent step."""
+    """Return the edges of nine pieces: three of the quiet samples and three of each recent step."""
     parts = [_part_edges(*span, PARTS) for span in ((0, quiet), (quiet, new), (new, n))]
     starts, widths = ([getattr(p, name) for p in parts] for name in ("starts", "widths"))
     return _Edges(np.concatenate(starts), np.concatenate(widths))
 
 
 def edges(samples: int, step: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return the starts of the parts for loudness, and of the parts for means, in samples.
+    """Return the starts of the pieces for loudness, and of the pieces for means, in samples.
 
-    Each array ends with the end of its last part.
+    Each array ends with the end of its last piece.
     """
     new, quiet = samples - step, samples - 2 * step
     coarse = _part_edges(quiet, new, COARSE).starts
@@ -64,10 +64,11 @@ def edges(samples: int, step: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 
 
 def window_features(windows: NDArray[np.float64], step: int) -> NDArray[np.float64]:
-    """Return the shape of a window's recent part and the loudness of all parts.
+    """Return features of windows: their newest waveform, and the loudness of nine pieces of each.
 
-    The newest two steps are recent, because a contact that is faint in one window can show in the
-    next. The older part is quiet; its mean is subtracted from the window. The features are:
+    The newest two steps of a window are recent, because a contact that is faint in one window can
+    show in the next. The samples before them are quiet. Their mean is subtracted from the window.
+    The features are:
 
     - the samples of the newest step and the means of the step before, compressed by asinh, so that
       loud and faint contacts lie close together;
@@ -80,7 +81,7 @@ def window_features(windows: NDArray[np.float64], step: int) -> NDArray[np.float
     windows
         Shape (windows, samples), in sigmas of the steady state. A window is longer than two steps.
     step
-        Number of samples in the new part.
+        Number of samples in a step.
 
     Returns
     -------

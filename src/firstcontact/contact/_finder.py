@@ -51,11 +51,11 @@ def find_onsets(signals: NDArray[np.float64], rate: float) -> list[Onset]:
 
     Unlike a detector, the finder knows the quiet level of the whole signal. At every sample it
     compares the loudness before and after the sample. A rise of the loudness is a leap, and the
-    largest leaps are accepted first. So the finder finds more contacts, but cannot run live. A leap
-    counts as a contact only if the signal also changes faster than before the leap. This excludes
-    slow swings, but not rebounds. The onset is then located in the unfiltered signal. A causal
-    filter would delay the onset, and a filter in both directions would start a slow onset too
-    early.
+    largest leaps are accepted first. So the finder finds more contacts than a detector, but cannot
+    run live. A leap counts as a contact only if the signal also changes faster than before the
+    leap. This excludes slow swings, but not rebounds. The onset is then located in the unfiltered
+    signal. A causal filter would delay the onset, and a filter in both directions would start a
+    slow onset too early.
 
     Parameters
     ----------
@@ -104,10 +104,10 @@ def _find_in_channel(signal: NDArray[np.float64], rate: float) -> list[tuple[int
 def _levels(
     signal: NDArray[np.float64], places: NDArray[np.intp], ahead: int, behind: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return two levels at each position in ``places``: the deviation before, the RMS after it.
+    """Return two levels at each position in ``places``: the signal's RMS before it and after it.
 
     Both are taken around the mean of the signal before the position, so that the drift of a sensor
-    causes no contact. ``ahead`` and ``behind`` are the lengths of the spans, in samples.
+    causes no contact. ``ahead`` and ``behind`` are the numbers of samples after and before it.
     """
     x = signal - signal.mean()
     sums, power = (np.concatenate([[0.0], np.cumsum(v)]) for v in (x, x**2))
@@ -128,7 +128,7 @@ def _refined(x: NDArray[np.float64], place: int, rate: float) -> int:
 
 
 def _quiet(x: NDArray[np.float64], piece: int) -> float:
-    """Return the level (standard deviation) of the quieter pieces of a signal.
+    """Return the quiet level of a signal: a low quantile of the deviations of its pieces.
 
     ``piece`` is the length of a piece in samples.
     """

@@ -36,7 +36,7 @@ REARM = 0.3
 
 
 class Turn(Enum):
-    """Kind of change of the gate."""
+    """Change of the gate: it opens or it shuts."""
 
     OPENS = auto()
     SHUTS = auto()
@@ -44,7 +44,7 @@ class Turn(Enum):
 
 @dataclass(frozen=True, slots=True)
 class GateEvent:
-    """Opening or shutting of the gate before this sample."""
+    """Opening or shutting of the gate. ``sample`` is the first sample after it."""
 
     turn: Turn
     sample: int
@@ -62,14 +62,14 @@ class _State(Enum):
 class ClosingGate:
     """Gate that opens when the motor has run for 39 ms without a held object, and shuts at rest.
 
-    All decisions lie on a grid of 3 ms, which begins with an epoch and continues after a gap. So
-    the result depends neither on block sizes nor on samples that were lost at another time. The
-    gate needs the noise floors of the calibration. Without them it opens at the first sample of
-    each epoch and shuts at the end of the epoch. This suits recordings with one closing per epoch.
+    The gate decides every 3 ms, counted from the start of an epoch even after a gap. So the result
+    depends neither on block sizes nor on samples that were lost at another time. The gate needs the
+    noise floors of the calibration. Without them it opens at the first sample of each epoch and
+    shuts at the end of the epoch. This suits recordings with one closing per epoch.
 
     A sensor that belongs to no finger is moved by a person, so no motor runs before a contact. With
-    such a layout the gate opens at rest. After a contact that :meth:`touched` reported, it opens
-    again once the sensor has rested, at the earliest after 0.3 s.
+    such a sensor the gate opens at rest. After a contact that was reported to :meth:`touched`, it
+    opens again once the sensor has rested, at the earliest after 0.3 s.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ class ClosingGate:
 
     @property
     def undecided(self) -> int:
-        """Number of further samples that the current step takes before the gate decides again."""
+        """Number of further samples that do not yet complete the gate's next decision."""
         return self._skipped + self._step - 1 - self._waiting_samples if self._started else 0
 
     def touched(self, sample: int) -> None:
@@ -129,8 +129,8 @@ class ClosingGate:
         Returns
         -------
         list of GateEvent
-            Events in order. After a gap or in a new epoch, the first event may be the end of the
-            closing before it, at the last sample before the gap.
+            Events in order. If the block follows a gap or begins a new epoch, the first event can
+            shut the gate at the end of the earlier samples.
         """
         events: list[GateEvent] = []
         if not self._started or block.first_sample != self._next or block.epoch != self._epoch:
@@ -185,7 +185,7 @@ class ClosingGate:
         return events
 
     def _quiet(self, volts: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return a mask of the steps at rest. At rest, most of the last 13 steps are quiet.
+        """Return a mask of the steps at rest: most of the 13 steps up to each of them are quiet.
 
         ``volts`` holds piezos and taxels, shape (steps, samples, columns).
         """
@@ -215,7 +215,7 @@ class ClosingGate:
         return quiet
 
     def _turns(self, quiet: NDArray[np.bool_], felt: NDArray[np.float64]) -> list[GateEvent]:
-        """Run the state machine over the steps of a block.
+        """Return the openings and shuttings of the gate in the steps of a block.
 
         ``felt`` holds the taxels, shape (steps, samples, taxels).
         """
@@ -272,7 +272,7 @@ class ClosingGate:
         return [GateEvent(Turn.SHUTS, self._step_sample(k))] if was_open else []
 
     def _reopen(self, k: int) -> list[GateEvent]:
-        """End the current closing, if any, and start another one after step ``k``."""
+        """Open the gate after step ``k``. Shut it first if it is open. Return these events."""
         events = self._shut(k)
         self._open, self._due = True, None
         return [*events, GateEvent(Turn.OPENS, self._step_sample(k))]
@@ -291,7 +291,7 @@ class ClosingGate:
     def _learn_unloaded(
         self, quiet: NDArray[np.bool_], force: NDArray[np.float64], start: int, stop: int | None
     ) -> None:
-        """Update the lowest force at rest. The force with a held object is higher."""
+        """Update the lowest force of each taxel at rest. A held object raises the force."""
         levels = force[start:stop]
         if force.shape[1] and len(levels):
             lowest = levels.min(axis=0)
@@ -311,10 +311,10 @@ def step_sums(piezo: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def step_powers(sums: NDArray[np.float64], samples: int) -> NDArray[np.float64]:
-    """Return the power of the steps in each run of 13 consecutive steps.
+    """Return the power of each step in every run of 13 consecutive steps, without the run's level.
 
-    The power is taken around a mean of the run. This is the median of its steps' means, because a
-    knock is loud but lasts less than 7 steps.
+    The level is the median of the means of the run's steps. A knock does not change it: a knock is
+    loud, but lasts less than 7 steps.
 
     Parameters
     ----------

@@ -1,4 +1,7 @@
-"""Logistic regression on loudness, in looks 0.4 ms apart; four consecutive looks must agree."""
+"""Contact detector with a logistic regression on loudness.
+
+It looks every 0.4 ms. Four consecutive looks must agree.
+"""
 
 from __future__ import annotations
 
@@ -54,8 +57,8 @@ class LogisticDetector(TrainedDetector):
 
     Frequent looks mean more chances of a false alarm. Two rules compensate for this: the lowest of
     the four scores must exceed the threshold, and the threshold is chosen on held-out pinches. All
-    features are levels relative to the rig's noise while its motor runs. An unusual loudness can
-    only count towards a contact, never against it. So the detector also works on other rigs.
+    features are levels relative to the rig's noise while its motor runs. So the detector also works
+    on rigs that it was not trained on.
 
     Parameters
     ----------
@@ -125,7 +128,7 @@ class LogisticDetector(TrainedDetector):
         self._memory = np.full((len(self._weights), _REMEMBERED, 2), np.nan)
 
     def _compile(self) -> Any:
-        """Return the constants of the compiled kernel; None if no kernel fits this rate."""
+        """Return the constants of the compiled kernel; None if it cannot be used."""
         module, sizes = kernels(), self._sizes
         lengths = np.array(parts(self._rate), np.int32)
         # A subclass may judge in its own way.
@@ -234,7 +237,7 @@ class LogisticDetector(TrainedDetector):
         return Judgement("loudness", constants, lengths_of, doubles)
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
-        """Return the rate and the weights. The threshold is subtracted from the intercept.
+        """Return the rate, the weights, and the intercept from which the threshold is subtracted.
 
         Raises
         ------

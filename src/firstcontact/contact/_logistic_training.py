@@ -35,7 +35,7 @@ MOST = 40_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Looks:
-    """Looks (windows, as features) at one pinch, grouped by finger.
+    """Looks at one pinch, as features of windows, grouped by finger.
 
     Parameters
     ----------
@@ -46,12 +46,12 @@ class Looks:
     shows
         Mask of looks that must show the finger's contact, shape (looks,).
     early, due
-        Masks of looks that end before the pinch's first contact, and of looks that can still detect
-        it in time, shape (looks,).
+        Two masks, shape (looks,). ``early`` marks looks that end before the pinch's first contact.
+        ``due`` marks looks that can still detect that contact in time.
     begins
         Positions at which runs of consecutive looks begin, then the total number of looks. Each
-        finger has two runs: one keeps the first steady state, the other follows a motor that
-        becomes quieter.
+        finger has two runs of the same looks. In one, the steady state is always the first one. In
+        the other, it follows a motor that becomes quieter.
     """
 
     features: NDArray[np.float64]
@@ -62,7 +62,7 @@ class Looks:
     begins: tuple[int, ...]
 
     def levels(self, line: NDArray[np.float64]) -> tuple[float, float]:
-        """Return the highest agreed scores before the pinch's first contact, and at this contact.
+        """Return the highest agreed score before the pinch's first contact, and the highest at it.
 
         The agreed score of :data:`LOOKS` consecutive looks is the lowest of their scores.
         """
@@ -80,7 +80,7 @@ class Looks:
 def add_clicks(
     x: NDArray[np.float64], weights: NDArray[np.float64], stop: int, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Add clicks to a channel, as the rig's gears could make them.
+    """Return a channel with added clicks, as the rig's gears could make them.
 
     The clicks are short bursts that ring like the rig's own noise. Gears that hardly clicked during
     the recording may click on another day.
@@ -173,9 +173,9 @@ def _settled(
     last: int,
     rate: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return windows in sigmas of the steady state at their ends, and prediction weights.
+    """Return windows in sigmas of the steady state that holds at their ends, and its weights.
 
-    The weights are those of the linear prediction from that steady state.
+    The weights are those of the linear prediction from this steady state.
 
     Before the sample ``last``, the steady state follows a motor that becomes quieter, as in
     :class:`firstcontact.contact._confirmation.ContactListener`.
@@ -228,8 +228,9 @@ def fit_line(looks: Sequence[Looks], seed: int) -> NDArray[np.float64]:
 def best_threshold(levels: NDArray[np.float64]) -> float:
     """Return the threshold with the fewest false alarms and late decisions.
 
-    The count is smooth: each level adds a logistic function of its distance beyond the threshold.
-    So the threshold lies in the middle of a gap between scores, not just above a single click.
+    Errors are counted smoothly: each level adds a logistic function of how far it is on the wrong
+    side of the threshold. So the threshold lies in the middle of a gap between scores, not just
+    above a single click.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Loudness features: the newest part of a window relative to the part before."""
+"""Loudness features: levels of a window's newest samples relative to its quiet part."""
 
 from __future__ import annotations
 
@@ -28,19 +28,19 @@ EACH = len(PARTS) + 3
 def prediction(quiet: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return a filter that removes the predictable part of the motor's noise.
 
-    It is a linear prediction (Yule-Walker) from the steady state. Motor spectra and ringing sensors
-    differ between rigs, but the prediction error is white on all of them.
+    The filter is a linear prediction (Yule-Walker) from the steady state. Motor spectra and ringing
+    sensors differ between rigs, but the prediction error is white on all of them.
 
     Parameters
     ----------
     quiet
-        Steady state of one channel, in its sigmas, shape (samples,).
+        Samples of one channel in the steady state, in its sigmas, shape (samples,).
 
     Returns
     -------
     ndarray
-        Weights of the newest sample and of the samples before. The prediction error of ``quiet``
-        has a sigma of 1. Shape (ORDER + 1,).
+        Weights of the newest sample and of the samples before it, shape (ORDER + 1,). With them the
+        prediction error of ``quiet`` has a sigma of 1.
     """
     n = len(quiet)
     lags = np.array([quiet[: n - k] @ quiet[k:] for k in range(ORDER + 1)]) / n
@@ -54,7 +54,7 @@ def prediction(quiet: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def prediction_error(x: NDArray[np.float64], weights: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the prediction error along the last axis, ``ORDER`` samples shorter.
+    """Return the prediction error of ``x`` along the last axis. It is ``ORDER`` samples shorter.
 
     ``weights`` come from :func:`prediction`, shape (..., ORDER + 1).
     """
@@ -77,9 +77,9 @@ def prediction_error(x: NDArray[np.float64], weights: NDArray[np.float64]) -> ND
 
 @lru_cache(maxsize=64)
 def _edges(n: int, rate: float) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-    """Return the edges of a window's parts, and the divisors that turn sums into levels.
+    """Return the edges of a window's pieces, and the divisors that turn their sums into levels.
 
-    The quiet part comes first. The divisors have the shape (2, 1, EACH + 1).
+    The quiet part is the first piece. The divisors have the shape (2, 1, EACH + 1).
     """
     lengths = parts(rate)
     edges = np.array([0, *(n - k for k in lengths[::-1])])
@@ -91,7 +91,10 @@ def _edges(n: int, rate: float) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
 
 
 def parts(rate: float) -> list[int]:
-    """Return the lengths of the newest parts, ascending, and of the recent part, in samples."""
+    """Return the lengths of spans that end with a window, ascending, in samples.
+
+    The last one is the recent part. The samples before it are the quiet part.
+    """
     lengths: list[int] = []
     for part in (*PARTS, RECENT):
         lengths.append(max(samples_in(part, rate), lengths[-1] + 1 if lengths else 1))
@@ -99,11 +102,12 @@ def parts(rate: float) -> list[int]:
 
 
 def logarithm_weights(weights: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Convert weights of features to weights of logarithms of levels.
+    """Convert weights of loudness features to weights of logarithms of levels.
 
-    The features are differences of logarithms. ``weights`` has the shape (2 * EACH,), the result
-    (2, EACH + 1), with one row per signal. The order of the logarithms in a row is: newest parts,
-    quiet part, part between, highest peak, peak of the quiet part.
+    The features are differences of these logarithms. ``weights`` has the shape (2 * EACH,). The
+    result has the shape (2, EACH + 1): a row for the signal and one for its prediction error. The
+    order in a row is: spans of the newest 3 ms, quiet part, the 3 ms between them, peak of the
+    newest 3 ms, peak of the quiet part.
     """
     out = []
     for quiet, *newest, between, peak in weights.reshape(2, EACH):
@@ -114,12 +118,12 @@ def logarithm_weights(weights: NDArray[np.float64]) -> NDArray[np.float64]:
 def loudness_features(
     windows: NDArray[np.float64], weights: NDArray[np.float64], rate: float
 ) -> NDArray[np.float64]:
-    """Return the logarithms of levels of the signal and of its prediction error.
+    """Return the loudness features of windows: of the signal, then of its prediction error.
 
-    The features of each of the two signals are the logarithm of the quiet part's level, then
-    differences of logarithms. These are the levels of the newest parts, and of the 3 ms before
-    them, relative to the quiet part. The last difference is the peak of the newest 3 ms relative to
-    the peak of the quiet part.
+    Each of the two has the same features, all logarithms. The first is the level of the quiet part.
+    The next are the levels of five spans at the end of the window, 0.4 to 3 ms long, relative to
+    the quiet part. Then comes the level of the 3 ms before these spans, relative to the quiet part.
+    The last is the peak of the newest 3 ms, relative to the peak of the quiet part.
 
     Parameters
     ----------

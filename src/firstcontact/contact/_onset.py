@@ -50,7 +50,10 @@ def pick_onset(windows: NDArray[np.float64], search: int) -> NDArray[np.intp]:
 
 @lru_cache(maxsize=64)
 def _sides(n: int, first: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the sample count and the weight of both sides of each split, shape (2, 1, splits)."""
+    """Return the sample counts and the weights of both sides of each split.
+
+    Each of the two arrays has the shape (2, 1, splits).
+    """
     left = np.arange(first, n - LEAST_LOUD + 1, dtype=np.float64)
     counts = np.stack([left, n - left])[:, None]
     weights = np.stack([left, n - left - 1])[:, None]

@@ -28,7 +28,7 @@ RUNNING_OF_FEW = 2.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Start:
-    """Levels at the start of a pinch, each of shape (fingers,)."""
+    """Levels at the start of a pinch, at rest and with the motor, shape (fingers,)."""
 
     quiet: NDArray[np.float64]  # RMS of the first 39 ms, V
     motor: NDArray[np.float64]  # of the motor, V; 0 without an audible motor
@@ -38,9 +38,9 @@ def rest_floor(pinches: Sequence[Pinch]) -> Calibration | None:
     """Return the noise floors of the fingers if these pinches begin at rest, else None.
 
     A pinch begins at rest if its first 39 ms are quiet, the signal then rises and stays up for 80
-    ms (the motor), and a much louder event follows (the contact). Most pinches must show this. If
-    the motor is inaudible, the first rise is the contact itself, and no event three times as loud
-    follows: such a pinch does not count. Labels are not used.
+    ms (the motor), and a much louder event follows (the contact). At least half of the pinches must
+    begin at rest. If the motor is inaudible, the first rise is the contact itself, and no event
+    three times as loud follows: such a pinch does not count. Labels are not used.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def rest_floor(pinches: Sequence[Pinch]) -> Calibration | None:
 
 
 def _start(pinch: Pinch, running: float) -> _Start | None:
-    """Return the levels at the start of a pinch; None if the pinch is too short."""
+    """Return the levels at the start of a pinch; None if the pinch is unusable or too short."""
     samples = samples_in(STEP, pinch.layout.rate)
     if not samples:  # the rate is too low
         return None

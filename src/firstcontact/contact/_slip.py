@@ -36,15 +36,18 @@ class SlipDetector(ABC):
 
     @abstractmethod
     def start(self, layout: Layout) -> None:
-        """Start a stream of this layout, with nothing held."""
+        """Start a stream of this layout. The hand holds no object yet."""
 
     @abstractmethod
     def hold(self) -> None:
-        """Report that an object is held from the next sample on. Repeat it after each command."""
+        """Report that the hand holds an object from the next sample on.
+
+        Call this method again after each command to the hand.
+        """
 
     @abstractmethod
     def release(self) -> None:
-        """Report that nothing is held any more."""
+        """Report that the hand holds no object any more."""
 
     @abstractmethod
     def update(self, block: Block) -> list[int]:
@@ -76,7 +79,7 @@ class PowerSlipDetector(SlipDetector):
         self.threshold = threshold
 
     def start(self, layout: Layout) -> None:
-        """Start a stream of this layout, with nothing held."""
+        """Start a stream of this layout. The hand holds no object yet."""
         from scipy.signal import butter  # slow to import, and only some sessions detect slips
 
         columns = layout.columns(ChannelKind.VIBRATION)
@@ -95,7 +98,7 @@ class PowerSlipDetector(SlipDetector):
         self.release()
 
     def hold(self) -> None:
-        """Learn the level without slip again, from the next sample on."""
+        """Begin a hold: learn the level without slip again, from the next sample on."""
         self._is_holding = True
         self._part = np.zeros((0, self._state.shape[2]))
         self._rest: NDArray[np.float64] | None = None
@@ -107,7 +110,7 @@ class PowerSlipDetector(SlipDetector):
         self.loudness = float("nan")
 
     def release(self) -> None:
-        """Report that nothing is held any more."""
+        """Report that the hand holds no object any more."""
         self.hold()
         self._is_holding = False
 
@@ -145,7 +148,7 @@ class PowerSlipDetector(SlipDetector):
         return slips
 
     def _slips(self, power: NDArray[np.float64]) -> bool:
-        """Return True if this piece starts a slip, or if a slip still continues."""
+        """Return True to report a slip: at its start, then every 50 ms while it continues."""
         if self._rest is None:
             self._sum += power
             self._count += 1

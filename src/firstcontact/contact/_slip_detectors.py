@@ -1,4 +1,4 @@
-"""Registry of slip detectors. A new detector is one file and one line here."""
+"""Registry of slip detectors. To add a detector, write one file and add one line here."""
 
 from __future__ import annotations
 

@@ -113,7 +113,7 @@ class WindowDetector(ABC):
         return cls()
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
-        """Return all learned and chosen numbers for saving. By default none."""
+        """Return all learned numbers and options for saving. By default there are none."""
         return {}
 
     @classmethod
@@ -139,7 +139,8 @@ class WindowDetector(ABC):
     def settled(self, quiet: NDArray[np.float64]) -> None:  # noqa: B027
         """Learn from a steady state. By default do nothing.
 
-        Called when the first one is complete, and again when a quieter one replaces it.
+        This method is called when the first steady state is complete, and again when a quieter one
+        replaces it.
 
         Parameters
         ----------
@@ -189,7 +190,7 @@ class WindowDetector(ABC):
         )
 
     def start(self, layout: Layout) -> None:
-        """Start a new closing: forget the stream and release all fingers.
+        """Start a new closing: forget all earlier samples and contacts.
 
         Raises
         ------
@@ -234,7 +235,8 @@ class WindowDetector(ABC):
         Parameters
         ----------
         quiet
-            Later samples without a contact, smoothed, V, shape (steady, fingers).
+            Smoothed samples from later in the closing, before any contact, V, shape (steady,
+            fingers).
 
         Returns
         -------
@@ -340,7 +342,7 @@ def _windows(
 def finite_runs(
     volts: NDArray[np.float64], first_sample: int
 ) -> Iterator[tuple[int, NDArray[Any]]]:
-    """Yield the stretches of finite samples, with their first sample numbers."""
+    """Yield each stretch of finite samples, with the number of its first sample."""
     bad = np.flatnonzero(~np.isfinite(volts).all(axis=1))
     edges = [-1, *bad.tolist(), len(volts)]
     for a, b in itertools.pairwise(edges):

@@ -30,10 +30,10 @@ FOLDS = 3
 class SvmDetector(TrainedDetector):
     """Detector with one RBF-SVM for both fingers. Its inputs are features of the window.
 
-    Training uses windows at several times after contacts, and windows before contacts. The windows
-    that the machine classifies worst are then added, and the machine is trained again. The
-    threshold is chosen on held-out folds of the training pinches, grouped by session: it is the
-    middle of the range in which the most first contacts are detected correctly.
+    Training begins with some windows that end at several times after contacts, and some that end
+    before contacts. The windows that the SVM classifies worst are then added, and the SVM is
+    trained again. The threshold is chosen on held-out folds of the training pinches, grouped by
+    session: it is the middle of the range in which the most first contacts are detected correctly.
 
     Parameters
     ----------
@@ -154,7 +154,7 @@ class SvmDetector(TrainedDetector):
 
 
 def _train(data: TrainingWindows, seed: int) -> RbfMachine:
-    """Train on some windows per class, add the negatives closest to the margin, and train again."""
+    """Train on some windows of each class, add the worst classified windows, and train again."""
     rng = np.random.default_rng(seed)
     sign = np.where(data.positive, 1.0, -1.0)
     classes = [np.flatnonzero(data.positive), np.flatnonzero(~data.positive)]
@@ -176,9 +176,9 @@ def _fit(data: TrainingWindows, chosen: NDArray[np.intp]) -> RbfMachine:
 def _best_threshold(data: TrainingWindows, decision: NDArray[np.float64]) -> float:
     """Return the threshold that detects the most first contacts correctly.
 
-    It is the middle of the lowest range with this property. The first contact is detected correctly
-    if all windows before it stay below the threshold, and one window with the contact exceeds it
-    for every position of the window grid.
+    If a range of thresholds does, its middle is returned. A first contact is detected correctly if
+    no window before it exceeds the threshold, and at every position of the window grid a window
+    with the contact does.
     """
     is_quiet = data.first & ~data.positive
     is_loud = data.first & data.positive

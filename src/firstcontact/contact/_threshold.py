@@ -18,15 +18,15 @@ HIGHEST = 1e6
 
 
 class ThresholdDetector(WindowDetector):
-    """Detector that fires if a new sample is more than ``sigmas`` from the steady mean.
+    """Detector that fires if a new sample is far from the mean of the steady state.
 
-    Only the newest 3 ms of a window are compared: the older part was judged when its samples were
-    new. The first detection is the same as with whole windows, and no crossing counts twice.
+    Only the newest 3 ms of a window are compared, because earlier windows have judged the older
+    samples. The first detection is the same as with whole windows, and no crossing counts twice.
 
     Parameters
     ----------
     sigmas
-        Height of the threshold.
+        Largest distance from the mean that is no contact, in sigmas of the steady state.
 
     Examples
     --------
@@ -64,7 +64,7 @@ class ThresholdDetector(WindowDetector):
         return cls(float(sigmas))
 
     def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return a mask of the windows with a crossing in their newest part."""
+        """Return a mask of the windows that exceed the threshold in their newest 3 ms."""
         new = windows[:, :, -self._sizes.step :]
         return np.asarray(np.abs(new).max(axis=2) > self.sigmas)
 

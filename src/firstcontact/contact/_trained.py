@@ -51,7 +51,7 @@ class TrainedDetector(WindowDetector):
         return self.title if self.title.isupper() else self.title.lower()
 
     def start(self, layout: Layout) -> None:
-        """Start a new closing: forget the stream and release all fingers.
+        """Start a new closing: forget all earlier samples and contacts.
 
         Raises
         ------

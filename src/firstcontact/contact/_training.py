@@ -25,9 +25,9 @@ CHANCES = 2
 
 
 def session_groups(sessions: NDArray[np.str_], folds: int) -> NDArray[np.intp]:
-    """Return the group of each pinch for folds: its session, or its own number.
+    """Return the group of each pinch, by which pinches are divided into folds: its session.
 
-    With fewer sessions than folds, each pinch is a group of its own.
+    If there are fewer sessions than ``folds``, each pinch is a group of its own.
     """
     names, numbers = np.unique(sessions, return_inverse=True)
     return np.arange(len(sessions)) if len(names) < folds else numbers.astype(np.intp)
@@ -42,7 +42,7 @@ class TrainingWindows:
     features
         Features of each window, shape (windows, features).
     positive
-        Mask of windows with a contact in their recent part, shape (windows,).
+        Mask of windows that show a contact, shape (windows,).
     pinch
         Pinch number of each window, shape (windows,).
     first
@@ -65,7 +65,7 @@ class TrainingWindows:
 
 
 def usable(pinch: Pinch, sizes: WindowSizes, early: float) -> bool:
-    """Return True if a known first contact is preceded by a steady state and a window."""
+    """Return True if the first contact is known, and the samples before it suffice for training."""
     if pinch.first is None:
         return False
     room = pinch.first.sample - pinch.first_sample - samples_in(early, pinch.layout.rate)
@@ -77,9 +77,10 @@ def training_windows(
 ) -> TrainingWindows:
     """Return the training windows of all usable pinches.
 
-    Negatives are windows of each finger before its own contact, one per step, at a random phase. If
-    the second contact is unknown, the negatives of both fingers end before the first contact.
-    Positives end 1.4 ms after each contact, and at several later times up to two steps.
+    Negative windows end before the contact of their finger, one per step from a random sample on.
+    If the second contact is unknown, the negative windows of both fingers end before the first
+    contact. Positive windows end 1.4 ms after each contact, and at several times in the two steps
+    after that.
 
     Parameters
     ----------
@@ -90,7 +91,7 @@ def training_windows(
     early
         Longest time by which a contact may precede its label, s.
     seed
-        Random seed of the phases.
+        Random seed of the sample from which the negative windows are cut.
     """
     rng = np.random.default_rng(seed)
     empty = TrainingWindows(

@@ -4,8 +4,8 @@
     firstcontact import FOLDER --labels labels.csv --channels channels.csv --source real --out held
 
 Each file, OBJECT_NUMBER_TRIAL_HOLD.mat, holds the signals of two fingertips while a gripper holds
-an object. Vibration has 2200 Hz in packets of 22 samples, the other signals have 100 Hz. The trial
-becomes the session. The hardness class of an object follows from its name.
+an object. Vibration is sampled at 2200 Hz and stored in packets of 22 samples. The other signals
+are sampled at 100 Hz. Each trial becomes a session. The name of an object gives its hardness class.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ HARD = ("acrylic", "steel_vase")
 
 
 def rows(path: Path, lines: list[list[str]]) -> None:
-    """Write a table."""
+    """Write a CSV file with one row per line."""
     with path.open("w", encoding="utf-8", newline="") as table:
         csv.writer(table).writerows(lines)
 
 
 def main(folder: Path, labels: Path, channels: Path) -> None:
-    """Write the object of each file and the sensor of each variable."""
+    """Write one table with each file's object, and one with each variable's sensor."""
     lines = [["file", "object", "specimen", "session", "hardness_class"]]
     for file in sorted(folder.glob("*_HOLD.mat")):
         *words, _, trial, _ = file.stem.split("_")

@@ -3,7 +3,7 @@
     python examples/long_wav.py
     firstcontact import long.wav --events events.csv --sensor piezo --source synthetic --out knocks
 
-The knocks are synthetic. Everything else works as with your own files.
+The knocks are synthetic. The second command imports your own files in the same way.
 """
 
 from __future__ import annotations

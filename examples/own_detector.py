@@ -17,22 +17,22 @@ from firstcontact.twin import simulate
 
 
 class EnergyDetector(WindowDetector):
-    """Detector that fires when the newest part of a window is much louder than the steady state."""
+    """Detector that fires when the newest samples are much louder than the steady state."""
 
     name = "energy"
 
     def fires(self, windows):
         """Return True for each window with a contact.
 
-        Windows have the shape (windows, fingers, samples). Their unit is the standard deviation of
-        the steady state.
+        A window is 20 ms of samples, of which the last 3 ms are new. ``windows`` has the shape
+        (windows, fingers, samples). Its unit is the standard deviation of the steady state.
         """
         new = windows[:, :, -windows.shape[2] * 3 // 20 :]
         return np.mean(new**2, axis=2) > 6.0
 
 
 def count_correct(detector: Detector, dataset: Dataset, within: float = 0.003) -> int:
-    """Count detections of the right finger, placed within ``within`` s of the strip's contact."""
+    """Count first contacts on the right finger, at most ``within`` s from the strip's contact."""
     count = 0
     for pinch in dataset.pinches:
         contacts = detect(detector, pinch)
@@ -43,7 +43,7 @@ def count_correct(detector: Detector, dataset: Dataset, within: float = 0.003) -
 
 
 def main() -> None:
-    """Compare both detectors on a few pinches."""
+    """Compare the published threshold with EnergyDetector on a few pinches."""
     with TemporaryDirectory() as folder:
         simulate(
             Path(folder, "pinches"), "paper-rig", pinches_per_block=8, pinches_per_object=0, seed=1

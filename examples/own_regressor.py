@@ -1,4 +1,4 @@
-"""Your own scikit-learn regressors, compared with ours on a small set of simulated rigs.
+"""Your own scikit-learn regressors, compared with the package's on a small simulated set.
 
 python examples/own_regressor.py
 """
@@ -24,7 +24,7 @@ class Loudness:
         return self
 
     def predict(self, X):
-        """Return Shore A, shape (n,)."""
+        """Return the predicted Shore A of each contact, shape (n,)."""
         return np.polyval(self.line, np.log(X.std(axis=1)))
 
 

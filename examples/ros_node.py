@@ -1,4 +1,6 @@
-"""ROS 2 node that publishes stiffness at first contact: python examples/ros_node.py twin rig.
+"""ROS 2 node that publishes the estimated stiffness of each pinched object.
+
+python examples/ros_node.py twin rig
 
 Needs rclpy and std_msgs of a ROS 2 installation. Each message on /stiffness holds the value and
 the ends of the interval, Shore A.
@@ -22,7 +24,7 @@ class Stiffness(Node):
         self.device, self.model, self.pinches = device, model, pinches
 
     def run(self) -> None:
-        """Follow the device until ROS is shut down or the pinches are done."""
+        """Publish estimates until ROS is shut down, the source ends or all pinches are done."""
         with fc.open(self.device) as source:
             for event in fc.live(source, self.model, pinches=self.pinches):
                 if isinstance(event, fc.Estimate) and event.final:

@@ -3,8 +3,9 @@
     python examples/strike_events.py piezo_strikes strikes.csv front_ends.csv noise.wav
     firstcontact import piezo_strikes/wav --events strikes.csv --sensor piezo --out pads
 
-``hits.csv`` has file and sample of each strike, ``files.csv`` pad and surface of each file. Mesh
-heads count as soft, rubber and kick pads as hard. A pad is one specimen, a file one session.
+``hits.csv`` has the file and the sample of each strike. ``files.csv`` has the pad and the surface
+of each file. Mesh heads count as soft, rubber and kick pads as hard. Each pad is one specimen. Each
+file is one session.
 
 One file contains the noise of the converter. The last 85 s of this file become ``noise.wav``; the
 earlier part has strikes, and two knocks at 4.57 and 4.83 s. ``noise_volts.wav`` is the same noise
@@ -34,7 +35,7 @@ def rows(path: Path) -> list[dict[str, str]]:
 
 
 def main(folder: Path, out: Path, front_ends: Path, noise: Path) -> None:
-    """Join the tables and extract the noise."""
+    """Write the tables of strikes and of front ends, and the files with the noise."""
     files = {row["file"]: row for row in rows(folder / "files.csv")}
     with out.open("w", encoding="utf-8", newline="") as table:
         writer = csv.writer(table)

@@ -49,7 +49,7 @@ class GaussianProcessModel(ArraysModel):
     level
         Level argument of :func:`firstcontact.models.shape_and_level`.
     inputs
-        Inputs of the stored windows, shape (m, inputs).
+        Shape and level of each training window that the model stores, shape (m, inputs).
     weights
         Weights of the predicted mean, shape (m,).
     inverse
@@ -97,25 +97,25 @@ class GaussianProcessModel(ArraysModel):
         }
 
     def _covariance(self, X: Windows) -> NDArray[np.float64]:
-        """Return the covariance of windows with the training windows, shape (n, m)."""
+        """Return the covariance of windows with the stored windows, shape (n, m)."""
         x = shape_and_level(X, self._arrays["level"]).astype(np.float64) / self._length
         covariance: NDArray[np.float64] = self._signal * self._shape.rows(x)
         return covariance
 
     def outputs(self, X: Windows) -> Values:
-        """Return the mean for each window, shape (n, 1)."""
+        """Return the predicted mean for each window, shape (n, 1)."""
         mean: Values = self._covariance(X) @ self._arrays["weights"][:, None]
         return mean
 
     def spread(self, X: Windows) -> Values:
-        """Return the standard deviation of each prediction, noise included."""
+        """Return the predicted standard deviation for each window, noise included."""
         projected = self._covariance(X) @ self._arrays["inverse"].T
         variance = self._signal + self._noise - np.einsum("ij,ij->i", projected, projected)
         spread: Values = np.sqrt(np.maximum(variance, self._noise)) * self.target[1]
         return spread
 
     def program(self) -> Program:
-        """Return the program: shape and level, covariances, then mean and standard deviation."""
+        """Return the steps that predict: shape and level, covariances, mean, standard deviation."""
         a = self._arrays
         n = self.spec.samples * self.spec.channels
         slope = LEVEL_WEIGHT / float(a["level"][1])
@@ -133,14 +133,15 @@ class GaussianProcessModel(ArraysModel):
 
 @dataclass(frozen=True)
 class GaussianProcess(Estimator):
-    """Gaussian-process regression on the shape and the level of a window.
+    """Gaussian-process regression on the shape and the level (log RMS) of a window.
 
     Parameters
     ----------
     task, rate
         Task and sampling rate, as for every estimator; regression only.
     max_windows
-        The model keeps at most this many windows, evenly spaced in the order of targets.
+        Largest number of training windows that the model stores, evenly spaced in the order of
+        targets.
     """
 
     name: ClassVar[str] = "gaussian_process"
@@ -178,7 +179,7 @@ class GaussianProcess(Estimator):
         )
 
     def reference(self, model: GaussianProcessModel, X: Windows, y: Values) -> Reference:
-        """Return scikit-learn's Gaussian process with the same kernel and windows."""
+        """Return scikit-learn's Gaussian process with the kernel and windows of ``model``."""
         from sklearn.gaussian_process import GaussianProcessRegressor
 
         arrays = model.to_arrays()
@@ -189,7 +190,7 @@ class GaussianProcess(Estimator):
 
 
 def _spaced(y: Values, most: int, seed: int) -> NDArray[np.intp]:
-    """Return at most ``most`` positions, ascending, spaced in the order of targets."""
+    """Return the ascending positions of up to ``most`` targets, evenly spaced when sorted."""
     shuffled = np.random.default_rng(seed).permutation(len(y))
     ordered = shuffled[np.argsort(y[shuffled], kind="stable")]
     spaced = np.linspace(0, len(y) - 1, min(most, len(y))).round().astype(np.intp)
@@ -205,7 +206,7 @@ def _form(signal: float, length: float, noise: float) -> Any:
 
 
 def _kernel(inputs: NDArray[np.float32], wanted: Values) -> tuple[float, float, float]:
-    """Return variance, length and noise variance of the kernel with the highest likelihood."""
+    """Return signal variance, length scale and noise variance of the most likely kernel."""
     import warnings
 
     from sklearn.exceptions import ConvergenceWarning

@@ -1,4 +1,4 @@
-"""MiniRocket with ridge regression. A feature is how often a kernel's output exceeds a threshold.
+"""MiniRocket with ridge regression. Features say how often a kernel's output exceeds a threshold.
 
 A. Dempster, D. F. Schmidt, G. I. Webb: MiniRocket: A Very Fast (Almost) Deterministic Transform for
 Time Series Classification, KDD 2021. This version uses NumPy alone. The packages that contain
@@ -48,13 +48,13 @@ np.put_along_axis(KERNELS, _TRIPLES, np.float32(HIGH), axis=1)
 
 
 def dilations(samples: int) -> NDArray[np.int64]:
-    """Return the distances between the taps for windows of this length, ascending."""
+    """Return the ascending distances between a kernel's taps, for windows of ``samples``."""
     most = max(1.0, (samples - 1) / (TAPS - 1))
     return np.unique(np.logspace(0, np.log2(most), 5, base=2.0).astype(np.int64))
 
 
 def convolve(X: Values, dilation: int) -> Values:
-    """Convolve windows (n, samples) with all kernels, zero-padded: (n, 84, samples)."""
+    """Return windows (n, samples), zero-padded, convolved with each kernel: (n, 84, samples)."""
     reach = dilation * (TAPS // 2)
     padded = np.pad(X, ((0, 0), (reach, reach)))
     starts = dilation * np.arange(TAPS)[:, None] + np.arange(X.shape[1])
@@ -73,7 +73,7 @@ def normalised(X: Windows) -> Values:
 
 
 class MiniRocketModel(ArraysModel):
-    """Linear model on the level of a window and on how often each kernel's output exceeds a bias.
+    """Linear model on the log RMS of a window and on how often kernels' outputs exceed thresholds.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ class MiniRocketModel(ArraysModel):
     steps
         Dilations of the kernels, shape (d,).
     biases
-        Thresholds on the kernels' outputs, shape (d, 84, k).
+        Thresholds on the kernels' outputs, k for each kernel and dilation, shape (d, 84, k).
     mean, scale
         Mean and scale of each feature, shape (84 d k + 1,).
     weights
@@ -137,7 +137,7 @@ class MiniRocketModel(ArraysModel):
         return out
 
     def program(self) -> Program:
-        """Return the program: shape and level, shares above the biases, and the linear model."""
+        """Return the steps that predict: shares above the biases with the log RMS, linear model."""
         arrays, spec = self._arrays, self.spec
         n = spec.samples * spec.channels
         dilated = [int(step) for step in arrays["dilations"]]
@@ -163,9 +163,9 @@ def features(
 
 @dataclass(frozen=True)
 class MiniRocket(Estimator):
-    """Ridge regression on MiniRocket's features of a window's shape, and on its level.
+    """Ridge regression on MiniRocket's features of a window, and on the window's log RMS.
 
-    For classification the ridge predicts one target per class: 1 for the class, -1 for others.
+    For classification it predicts one target per class: 1 for the class, -1 for the other classes.
     Biases are quantiles of the kernels' output on training windows.
     """
 
@@ -200,7 +200,7 @@ class MiniRocket(Estimator):
 
 
 def _biases(waves: Values, steps: NDArray[np.int64], seed: int) -> NDArray[np.float32]:
-    """Return quantiles of each kernel's output on some windows: (d, 84, k)."""
+    """Return quantiles of each kernel's output on random windows, shape (d, 84, k)."""
     k = max(1, FEATURES // (len(KERNELS) * len(steps)))
     # Low-discrepancy quantiles by the golden ratio, as published.
     golden = (np.arange(1, len(steps) * len(KERNELS) * k + 1) * (np.sqrt(5) - 1) / 2) % 1.0
@@ -221,7 +221,7 @@ def _ridge(
     groups: NDArray[Any] | None,
     seed: int,
 ) -> tuple[NDArray[np.float32], float]:
-    """Return weights with offsets, (outputs, features + 1), and the best penalty."""
+    """Return weights with offsets, (outputs, features + 1), and the penalty of least error."""
     x = inputs.astype(np.float64)
     errors = np.zeros(len(RIDGES))
     for train, validation in inner_folds(y, groups, seed):
@@ -238,7 +238,8 @@ def _ridges(
 ) -> Iterator[NDArray[np.float64]]:
     """Yield weights and offset for each penalty. The products of the features are computed once.
 
-    With fewer windows than features the dual problem is smaller and has the same weights.
+    If there are fewer windows than features, it solves the dual problem: that is smaller and gives
+    the same weights.
     """
     from scipy.linalg import solve
 

@@ -31,13 +31,13 @@ class OpenClosing:
     estimates
         Estimates of the closing; None without a model.
     end
-        Number of the first sample after the pinch; 0 before its first contact.
+        Number of the first sample after the pinch; 0 before the first contact.
     contacts
         Contacts so far.
     closing_speed
         Closing speed before the first contact, as the hand measured it; None if unknown.
     unmeasured
-        First contact whose closing speed was not requested from the hand yet; None if none is left.
+        First contact, until the closing speed before it is requested; then None.
     """
 
     start: int
@@ -50,7 +50,7 @@ class OpenClosing:
 
 
 class Strips:
-    """First contact of each strip in a closing.
+    """Collector of the first contact of each strip in a closing.
 
     Parameters
     ----------
@@ -63,13 +63,13 @@ class Strips:
         self.begin()
 
     def begin(self) -> None:
-        """Begin a closing."""
+        """Begin a closing: forget the contacts of the last one."""
         self._closed: list[Contact] = []
         self._open: set[Finger] = set()
 
     @property
     def contacts(self) -> tuple[Contact, ...]:
-        """First contact of each strip, in order."""
+        """First contact of each strip, in order of time."""
         return tuple(sorted(self._closed, key=lambda contact: contact.sample))
 
     def watch(self, block: Block, end: int | None) -> None:

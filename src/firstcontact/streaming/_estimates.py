@@ -14,7 +14,7 @@ from firstcontact.streaming._predictors import Prediction, Predictor
 
 
 class ClosingEstimates:
-    """Estimates of a closing, from any model. Block sizes do not matter.
+    """Collector of the estimates of a closing, from any model, with blocks of any size.
 
     Parameters
     ----------
@@ -70,16 +70,16 @@ class ClosingEstimates:
 
     @property
     def due(self) -> int | None:
-        """Number of samples that complete the next estimate; None after the last one."""
+        """Number of further samples until the next estimate; None if no estimate can follow."""
         return None if self._second is not None or self._is_settled else self._stream.due
 
     def prepare(self) -> None:
-        """Prepare the next estimate after the events of a block were delivered."""
+        """Prepare the next estimate. Call this once the events of a block were delivered."""
         if self.due is not None:
             self._stream.prepare()
 
     def set_speed(self, measured: ClosingSpeed | None) -> None:
-        """Set the closing speed before the first contact, ahead of the block with that contact."""
+        """Set the closing speed before the first contact. Call this before the contact's update."""
         self._stream.set_speed(measured)
 
     def withdraw(self) -> None:
@@ -103,7 +103,7 @@ class ClosingEstimates:
         block
             Samples of the closing.
         contacts
-            Contacts known by the end of the block.
+            Contacts of the closing that are known by the end of the block.
         host
             Time at which the block's last byte had been read, s.
         transport
@@ -143,9 +143,10 @@ class ClosingEstimates:
         host: float,
         transport: float,
     ) -> list[tuple[int, Event]]:
-        """Return the new estimates from samples before the second contact, and the final one.
+        """Return the new estimates, each with the sample after which it was known.
 
-        The final estimate is returned only if no more estimates follow.
+        Estimates from samples after the second contact are left out. If no estimate can follow, the
+        last one is returned once more, marked as final.
         """
         now = self._clock() if predictions else 0.0
         events: list[tuple[int, Event]] = []
@@ -191,7 +192,7 @@ class ClosingEstimates:
         return events
 
     def _stop(self, first: Contact, second: Contact, epoch: int) -> list[tuple[int, Event]]:
-        """Drop estimates that depend on samples after the second contact. Return the final one."""
+        """Drop estimates from samples after the second contact. Return the final one if new."""
         made = len(self._made)
         self._made = [pair for pair in self._made if _stands(pair[0], second)]
         if self._is_settled and len(self._made) == made:
@@ -200,11 +201,9 @@ class ClosingEstimates:
         return [(second.decided, self._settle(first, second.decided, epoch))]
 
     def finish(self, sample: int, epoch: int, reason: str) -> list[Event]:
-        """End the closing before this sample.
+        """End the closing before ``sample``. Return its final estimate if that is new.
 
-        Return its final estimate if that was not returned yet.
-
-        ``reason`` states why a closing has no estimate.
+        If the closing has no estimate, return a :class:`NoEstimate` with ``reason`` instead.
         """
         if self._first is None or self._is_settled:
             return []

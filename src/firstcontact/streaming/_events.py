@@ -1,7 +1,4 @@
-"""Live events. Each event is a tagged struct.
-
-The JSON form of an event is a JSON line, and a message to the page.
-"""
+"""Live events: structs that are also written as JSON lines and sent to the page."""
 
 from __future__ import annotations
 
@@ -34,7 +31,7 @@ class Verdict(StrEnum):
 
 
 class ClosingStart(msgspec.Struct, frozen=True, tag="closing_start"):
-    """Start of a closing. Contacts are reported from here on.
+    """Start of a closing. Contacts are reported from this sample on.
 
     Parameters
     ----------
@@ -57,8 +54,8 @@ class ContactEvent(msgspec.Struct, frozen=True, tag="contact"):
     Parameters
     ----------
     contact
-        Finger (0 index finger, 1 thumb, null for a sensor of no finger), sample of the contact, and
-        sample after which it was detected.
+        Contact with three fields: the finger (0 index finger, 1 thumb, null for a sensor of no
+        finger), the sample of the contact, and the sample after which it was detected.
     first
         True for the first contact of the closing.
     epoch
@@ -134,9 +131,9 @@ def judged(estimate: Estimate, offset: float | None, *, real_time: bool = True) 
     """Return the estimate with its field ``in_time`` filled in.
 
     This is the only definition of "in time". An estimate is in time if it was available before the
-    second contact. Both times count from the first contact on the host's clock. The time of the
-    estimate includes waiting, transport and computing. The time of the second contact is that at
-    which its sample was taken. Without a second contact nothing can be too late.
+    second contact. Both times are measured from the first contact, on the host's clock. The time of
+    the estimate includes waiting, transport and computing. The time of the second contact is that
+    at which its sample was taken. If there is no second contact, no estimate is too late.
 
     Parameters
     ----------
@@ -161,9 +158,9 @@ class PinchDone(msgspec.Struct, frozen=True, kw_only=True, tag="pinch"):
     number
         Number of the pinch, from 1. Closings without a contact are not counted.
     start, end
-        Number of the first sample, and of the first sample after the pinch.
+        Number of the pinch's first sample, and of the first sample after the pinch.
     epoch
-        Epoch of these samples.
+        Epoch of the pinch's samples.
     contacts
         Detected contacts: the first, and the second if there was one.
     strips
@@ -180,9 +177,9 @@ class PinchDone(msgspec.Struct, frozen=True, kw_only=True, tag="pinch"):
         Closing speed before the first contact and its standard error, m/s, as the hand measured
         them; null if not measured.
     verdict
-        ``in_time`` if an estimate was in time, ``too_late`` if all came later, ``none`` if there
-        was no estimate; null if there is an estimate but samples did not come in real time. The
-        verdict follows from the other fields.
+        ``in_time`` if an estimate was in time, ``too_late`` if all estimates were too late,
+        ``none`` if there was no estimate. Null if there is an estimate but samples did not come in
+        real time. The verdict follows from the other fields.
     """
 
     number: int
@@ -280,19 +277,19 @@ class ObjectEstimate(msgspec.Struct, frozen=True, kw_only=True, tag="object_esti
 
 
 class HandCommand(msgspec.Struct, frozen=True, tag="hand_command"):
-    """Request that was carried out by the driven hand, or release of the hand after a silence.
+    """Request that the driven hand carried out, or release of the hand after a silence.
 
-    A silence is a pause of the samples or of this program.
+    A silence is a time in which samples stopped coming, or this program paused.
 
     Parameters
     ----------
     ask
         ``close`` or ``open``.
     by
-        Origin of the request: ``keyboard``, ``standard input``, ``viewer N of the page``,
-        ``silence``, or the name of another program.
+        Origin: ``keyboard``, ``standard input``, ``viewer N of the page`` or the name of another
+        program; ``silence`` for a release after a silence.
     sample, epoch
-        Newest sample, and its epoch, when the hand was commanded.
+        Newest sample at the time of the request or release, and its epoch.
     """
 
     ask: Ask
@@ -313,8 +310,8 @@ class HandPrediction(msgspec.Struct, frozen=True, tag="hand_prediction"):
     ----------
     event
         The device's ``contact``, ``estimate`` or ``no_estimate``. Its ``host`` is the time at which
-        the host received it; ``compute`` is the time that the device needed, 0 if it does not
-        measure that.
+        the host received it. Its ``compute`` is the computing time on the device, 0 if the device
+        does not measure this time.
     """
 
     event: ContactEvent | Estimate | NoEstimate
@@ -336,11 +333,12 @@ class HandCheck(msgspec.Struct, frozen=True, kw_only=True):
     Parameters
     ----------
     contacts
-        True if the contacts are equal: fingers, samples, and when they were decided.
+        True if device and host have the same contacts, with the same fingers, samples, and samples
+        after which they were detected.
     compared
         Number of compared estimates.
     largest
-        Largest difference of a value or of an end of an interval, Shore A.
+        Largest difference between device and host in a value or an end of an interval, Shore A.
     flags
         True if device and host agree on ``out_of_range``.
     missing
@@ -348,7 +346,8 @@ class HandCheck(msgspec.Struct, frozen=True, kw_only=True):
     lost
         True if the host lost samples of the pinch.
     same
-        True if nothing differs by more than 0.01 Shore A. This value follows from the other fields.
+        True if ``contacts`` and ``flags`` are true, ``missing`` is 0, and ``largest`` is at most
+        0.01. This value follows from the other fields.
     """
 
     contacts: bool

@@ -1,4 +1,4 @@
-"""Distribution of updates to sinks, one thread per sink."""
+"""Distribution of updates to sinks (outputs of a live session), one thread per sink."""
 
 from __future__ import annotations
 
@@ -92,7 +92,8 @@ class Fanout:
     descriptor
         Descriptor of the source.
     patient
-        True to wait for slow sinks, so that none misses an update. Only for sources that can wait.
+        True to wait for slow sinks, so that none misses an update. Use it only with a source that
+        can wait.
     """
 
     def __init__(
@@ -110,20 +111,20 @@ class Fanout:
 
     @property
     def dropped(self) -> dict[str, int]:
-        """Number of updates that each sink missed, by name, except sinks whose reader left."""
+        """Number of updates that each sink missed, by name. Sinks whose reader left are omitted."""
         return {f.sink.name: f.dropped for f in self._feeders if not f.left}
 
     @property
     def failed(self) -> dict[str, str]:
-        """Reason of each failure, by the sink's name, without sinks whose reader left."""
+        """Reason of each failure, by the sink's name. Sinks whose reader left are omitted."""
         return {f.sink.name: f.failed for f in self._feeders if f.failed and not f.left}
 
     @property
     def deserted(self) -> bool:
-        """True if there were sinks, and all of them have failed or left."""
+        """True if there are sinks, and each of them has failed or lost its reader."""
         return bool(self._feeders) and all(f.failed for f in self._feeders)
 
     def close(self, timeout: float = 2.0) -> None:
-        """Close each sink after its queue is empty. Unless patient, wait at most ``timeout`` s."""
+        """Close each sink after its queue is empty. Wait ``timeout`` s at most, unless patient."""
         for feeder in self._feeders:
             feeder.close(None if self._patient else timeout)

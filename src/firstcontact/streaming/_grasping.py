@@ -23,33 +23,34 @@ SILENCE = "silence"
 
 
 class Grasping:
-    """Actor (event handler) that drives a hand through the closings of a live session.
+    """Event handler that drives a hand through the closings of a live session.
 
-    The start of the motor (:class:`ClosingStart`) begins a closing of a hand that closes by itself.
-    Other hands close on request. Such a closing ends with a request to open, with a release after a
-    silence of the samples or of this program, or when the origin of the request disconnects. A
-    motor start alone begins no closing of such a hand, because the motor may open it.
+    Some hands close by themselves: the start of the motor (:class:`ClosingStart`) begins their
+    closings. Other hands close on request. Their motor's start alone begins no closing, because the
+    motor may also open the hand. A requested closing ends with a request to open, or when the
+    origin of the request disconnects. It also ends with a release because samples stopped coming or
+    this program paused.
 
-    The policy gets the final estimate of a closing. A policy with ``early`` also gets each estimate
-    before it. Estimates out of range are ignored.
+    The policy gets the final estimate of a closing. A policy with ``early`` also gets the estimates
+    before the final one. Estimates out of range are ignored.
 
-    Times are on the samples' clock. An estimate meets the deadline if it reaches the hand earlier.
-    The time to reach the hand includes computing, transport beyond the shortest transport time, and
-    the hand's pacing. The shortest transport time is unknown.
+    Times are on the samples' clock. An estimate meets the deadline if it reaches the hand before
+    the deadline. The time to reach the hand includes computing and the hand's pacing. It also
+    includes the transport of the samples, except for the shortest transport time, which is unknown.
 
     Parameters
     ----------
     policy
         Grasp policy.
     hand
-        Open hand. Each block restarts the timeout after which a
+        Hand with an open connection. Each block restarts the timeout after which a
         :class:`~firstcontact.grasp._safe.SafeHand` releases the hand.
     layout
         Columns of the samples.
     deadline
         Deadline of an estimate, s after the first contact; by default that of the policy.
     transport
-        Delay of the samples if they come in real time; None otherwise.
+        Measurement of the samples' delay if they come in real time; None otherwise.
     slip
         Slip detector for requested closings, from their end until the hand opens. None means that
         slips are not detected.
@@ -118,7 +119,8 @@ class Grasping:
         Returns
         -------
         sequence of Event
-            One event for each request that was carried out, and one for a release after a silence.
+            One event for each request that was carried out. One more for a release because samples
+            stopped coming or this program paused.
         """
         events = self._obey(block)
         if isinstance(self.hand, SafeHand):
@@ -137,7 +139,7 @@ class Grasping:
         self.hand.release()
 
     def _closing_starts(self, event: ClosingStart) -> None:
-        """Begin a closing of a hand that closes by itself."""
+        """Process the start of the motor: begin a closing if the hand closes by itself."""
         is_requested = self.requests.by is not None
         if not is_requested and Begins.OTHERS not in self.hand.begins:
             return
@@ -197,7 +199,7 @@ class Grasping:
         return self.hand.counts.released if isinstance(self.hand, SafeHand) else 0
 
     def _estimated(self, estimate: Estimate) -> None:
-        """Pass an estimate to the policy, the final one only once."""
+        """Pass an estimate to the policy. The final estimate is passed once at most."""
         if self._is_final or not (estimate.final or self.loop.policy.early):
             return
         self._is_final = estimate.final
@@ -226,8 +228,8 @@ class Grasping:
 def grasp_lines(grasping: Grasping, *, real_time: bool = True) -> list[str]:
     """Return lines of text about the commands to the hand, for the end of a run.
 
-    Without ``real_time`` they leave out deadlines, which have no meaning if samples come faster
-    than they were taken.
+    If ``real_time`` is false, the lines leave out deadlines. These have no meaning if samples come
+    faster than they were taken.
     """
     counts = grasping.loop.counts
     lines = [

@@ -1,4 +1,4 @@
-"""Predictions of a device, compared with the host's pinch by pinch."""
+"""Comparison of the predictions of device and host, pinch by pinch."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class HandPredictions:
     def update(
         self, messages: Sequence[DevicePrediction], block: Block, host: float
     ) -> list[Event]:
-        """Process messages of the device and the newest samples. Return the resulting events."""
+        """Process messages of the device and the newest samples. Return the events that follow."""
         begin = (block.epoch, block.first_sample)
         if self._heard is not None and self._heard < begin:
             self._gaps = [g for g in self._gaps if g[1] > self._away(self._heard, -4)]
@@ -110,14 +110,14 @@ class HandPredictions:
             self._done.append(pinch)
 
     def ended(self) -> list[Event]:
-        """Return the remaining pinches at the end of the stream."""
+        """Return the events of the remaining pinches, at the end of the stream."""
         last = max((place for place, _ in self._events), default=(0, 0))
         host_last = max(map(_pinch_place, self._done), default=(0, 0))
         # The device may have predicted from samples that the host has not processed.
         return self._pinches(*min(max(last, host_last), self._heard or (0, 0)))
 
     def _pinches(self, epoch: int, until: int) -> list[Event]:
-        """Return the pinches whose first contact was up to this sample. Each is returned once."""
+        """Return new events of pinches whose first contact is at sample ``until`` or earlier."""
         due = (epoch, until)
         events: list[Event] = []
         firsts = [

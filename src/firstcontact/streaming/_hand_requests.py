@@ -21,7 +21,7 @@ class Ask(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """Request with its origin. ``ask`` is None if the origin has disconnected."""
+    """Request and its origin ``by``. ``ask`` is None if the origin has disconnected."""
 
     ask: Ask | None
     by: str
@@ -38,7 +38,7 @@ class HandRequests:
     name
         Name of the hand.
     begins
-        Parties that can begin the hand's closings.
+        Parties that can begin the hand's closings: this program, others, or both.
     release
         Function that releases the hand; safe to call from any thread.
 
@@ -87,7 +87,7 @@ class HandRequests:
                 self._waiting.put(Request(ask, by))
 
     def gone(self, by: str) -> None:
-        """Open the hand if this origin, now disconnected, had closed it."""
+        """Open the hand if the origin ``by``, now disconnected, had closed it."""
         with self._lock:
             self._gone.add(by)
             if self.by != by:

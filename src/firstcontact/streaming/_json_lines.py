@@ -1,4 +1,4 @@
-"""JSON lines for other programs: one tagged struct per line."""
+"""JSON lines for other programs: one object per line, with its type."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class ChannelLine(msgspec.Struct, frozen=True):
     finger
         Number of the finger; null for a sensor of no finger.
     unit
-        Unit of its values.
+        Unit of the column's values.
     """
 
     name: str
@@ -39,7 +39,7 @@ class ChannelLine(msgspec.Struct, frozen=True):
 
 
 class DescriptorLine(msgspec.Struct, frozen=True, kw_only=True, tag="descriptor"):
-    """First line: the source of the samples, and their columns.
+    """First line, which describes the source of the samples and their columns.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ class DescriptorLine(msgspec.Struct, frozen=True, kw_only=True, tag="descriptor"
         ``real``, ``twin``, ``synthetic`` or ``unknown``.
     predictor
         ``model`` (digest), ``detector``, ``anytime`` (network) and noise ``floors`` of a device
-        that predicts by itself; null for others.
+        that predicts by itself; null for other devices.
     rate
         Sampling rate, Hz.
     fingers
@@ -198,7 +198,7 @@ class JsonLinesSink:
         self._failed: Mapping[str, str] = {}
 
     def open(self, descriptor: Descriptor) -> None:
-        """Write the descriptor."""
+        """Write the line that describes the source."""
         self._write([json_line(DescriptorLine.describe(descriptor))])
 
     def take(self, update: Update) -> None:

@@ -25,14 +25,14 @@ TIMES = {
 
 
 class Ledger:
-    """Times of a run, with one entry per pinch, and one per estimate for ``compute``.
+    """Collector of the times of a run: computing per estimate, all other times per pinch.
 
     Parameters
     ----------
     rate
         Sampling rate, Hz.
     delay
-        Delay of the source's own filter, s; each wait contains it.
+        Delay of the source's own filter, s. Each waiting time contains it.
     """
 
     def __init__(self, rate: float, delay: float = 0.0) -> None:
@@ -48,7 +48,7 @@ class Ledger:
         self.overruns = 0
         #: Number of blocks so far.
         self.blocks = 0
-        #: Time spent on them, s.
+        #: Time spent on these blocks, s.
         self.busy = 0.0
         self._times: dict[str, deque[float]] = {name: deque(maxlen=KEPT) for name in TIMES}
 
@@ -83,7 +83,7 @@ class Ledger:
             self._times[name].append(seconds)
 
     def summary(self) -> Mapping[str, float]:
-        """Return the numbers so far: counts, and p50, p99 and max of each time, s.
+        """Return the counts so far, and median (p50), 99th percentile and maximum of each time, s.
 
         ``in_time``, ``too_late``, ``none`` and ``unjudged`` add up to ``pinches``. ``unheard`` is
         the number of pinches in time because no second contact was detected.

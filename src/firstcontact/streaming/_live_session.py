@@ -39,7 +39,7 @@ def live_session(
     recordings: Path = Path(),
     shape: str = "",
 ) -> Iterator[tuple[LiveSession, Grasping | None]]:
-    """Open a session. The hand is always released at the end.
+    """Open a live session in a context manager, which releases the hand at the end.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def live_session(
     Yields
     ------
     tuple of LiveSession and Grasping
-        The session, and its hand's actor (None without a hand).
+        The session, and the event handler that drives its hand (None without a hand).
 
     Raises
     ------
@@ -112,7 +112,7 @@ def live_session(
 
 
 def _speed_measurement(source: Source, grasping: Grasping | None) -> MeasureSpeed | None:
-    """Return the function that gives the closing speed: of the hand, or of a replayed recording."""
+    """Return the function that gives the closing speed, from a replayed recording or the hand."""
     recorded: Callable[[int, int], ClosingSpeed | None] | None
     recorded = getattr(source, "closing_speed", None)
     if recorded is not None:
@@ -146,7 +146,7 @@ def check_hand(
     Raises
     ------
     InputError
-        The hand cannot be driven so. The error names the parameter.
+        The hand cannot be driven with these options or this source. The error names the parameter.
     """
     if policy is not None:
         POLICIES.find(policy)
@@ -174,7 +174,7 @@ def check_hand(
 
 
 def _check_slip(slip: str, hand: str | None, policy: str) -> None:
-    """Refuse a slip detector if the policy does not react to slips."""
+    """Refuse a slip detector without a hand that closes on request or a policy with a reflex."""
     SLIP_DETECTORS.find(slip)
     if hand is None or Begins.US not in HANDS.find(hand).begins:
         raise InputError(

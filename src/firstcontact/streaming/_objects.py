@@ -1,4 +1,4 @@
-"""Objects of the pinches: names, and pooled estimates for several pinches of one object."""
+"""Names of the pinched objects, and pooled estimates from several pinches of one object."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ class ObjectCombiner:
     """Pool of the final estimates of several pinches of one object.
 
     Pinches are pooled only if they are marked as one object: by :meth:`new_object`, by a marker
-    with an object's name, or by the labels of a replayed recording. Another name, or
-    :meth:`new_object`, begins another object. An unmarked pinch is not pooled. Pinches whose final
-    estimate is out of range are left out.
+    with an object's name, or by the labels of a replayed recording. A new name, or
+    :meth:`new_object`, begins another object. An unmarked pinch is not pooled with others. Pinches
+    whose final estimate is out of range are left out.
     """
 
     def __init__(self) -> None:
@@ -41,7 +41,7 @@ class ObjectCombiner:
         self._markers += [m for m in markers if not concerns_hand(m.text)]
 
     def add_pinch(self, pinch: PinchDone) -> ObjectEstimate | None:
-        """Add a finished pinch. Return its object's estimate; None if the pinch is not pooled."""
+        """Add a finished pinch. Return its object's estimate; None if the pinch is left out."""
         if self._is_new:
             self._is_new = False
             self._estimates.clear()
@@ -60,7 +60,8 @@ class ObjectCombiner:
     def add_labels(self, marks: Iterable[PinchMark]) -> ObjectEstimate | None:
         """Process labels of past pinches in a replayed recording.
 
-        If they name another object for the last pinch, return the estimate from that pinch alone.
+        If a label shows that the last pinch was of another object than those before it, return the
+        estimate from the last pinch alone.
         """
         if self._last is None:
             return None
@@ -135,7 +136,7 @@ class ObjectNames:
     def add_labels(self, marks: Iterable[PinchMark]) -> list[tuple[int, str]]:
         """Process labels of a recording.
 
-        Return the number of each past pinch that a label belongs to, with the name of its object.
+        Return number and object name of each past pinch that a label belongs to.
         """
         self._marks += [m for m in marks if m.label.object]
         named = [(pinch, label) for pinch in self._unnamed if (label := self._label(pinch))]

@@ -43,7 +43,7 @@ from firstcontact.streaming._predictors import Predictor
 #: model if that is longer: all offsets between the contacts are shorter.
 AFTER = 0.2
 #: Length of the groups in which samples are processed while no event is due, s. Each group wakes an
-#: idle core, and a page does not draw more often.
+#: idle core, and the page does not draw more often than that.
 IDLE = 0.024
 #: Time between predictions for an artificial contact while a closing waits for its first one, s.
 #: Otherwise the model leaves the processor's caches within a few milliseconds.
@@ -51,7 +51,8 @@ WARM = 0.005
 #: Longest closing, s. Without noise floors, a longer epoch contains several closings.
 LONGEST_EPOCH = 10.0
 
-#: Function of a contact's sample, its epoch, and its time on the host's clock, s (NaN if unknown).
+#: Function that returns the closing speed before a contact. It takes the contact's sample, epoch,
+#: and time on the host's clock, s (NaN if unknown).
 MeasureSpeed = Callable[[int, int, float], ClosingSpeed | None]
 
 _log = logging.getLogger(__name__)
@@ -60,8 +61,8 @@ _log = logging.getLogger(__name__)
 class Pipeline:
     """Live pipeline: detects contacts and estimates stiffness.
 
-    Contacts and estimates of a closing equal the offline results of the same detector and model, if
-    the closing were cut out of a recording. Block sizes do not matter.
+    The contacts and estimates of a closing are those that the same detector and model give offline
+    for the same closing, cut out of a recording. They do not depend on the sizes of the blocks.
 
     Parameters
     ----------
@@ -70,8 +71,8 @@ class Pipeline:
     detector
         Fitted or loaded detector.
     predictor
-        Model that predicts; see :func:`firstcontact.streaming.live_predictor`. None for contacts
-        alone.
+        Model that predicts; see :func:`firstcontact.streaming.live_predictor`. None to detect
+        contacts without estimates.
     calibration
         Noise floors of the fingers. Without them a closing begins with each epoch, and a warning is
         logged if an epoch is longer than any closing.
@@ -120,7 +121,7 @@ class Pipeline:
         self.layout = layout
         #: Name of the detector.
         self.detector = detector.name
-        #: Model that predicts; None for contacts alone.
+        #: Model that predicts; None to detect contacts without estimates.
         self.predictor = predictor
         self.ledger = Ledger(layout.rate, delay)
         self.radius = math.nan
@@ -155,7 +156,7 @@ class Pipeline:
     def update(self, block: Block, host: float) -> Iterator[Event]:
         """Yield the events of the next block in order, without delay.
 
-        Iterate to the end before the next block.
+        Exhaust the iterator before you pass the next block.
 
         Parameters
         ----------
@@ -192,11 +193,11 @@ class Pipeline:
 
     @property
     def due(self) -> int:
-        """Number of samples until the next event is possible, at least 1."""
+        """Number of further samples until the next event is possible, at least 1."""
         return max(1, self._lot - self._waiting_samples)
 
     def finish(self) -> list[Event]:
-        """Return the remaining events of the last pinch when the stream has ended."""
+        """Return the remaining events of the last pinch. Call this once the stream has ended."""
         events = list(self._work(self._clock())) if self._waiting else []
         if self._pinch is not None:
             events += self._end(self._closings.end, "the stream ended")
@@ -321,7 +322,7 @@ class Pipeline:
         return ordered
 
     def _measure_speed(self, pinch: OpenClosing) -> None:
-        """Get the closing speed before the first contact. This may take milliseconds."""
+        """Measure the closing speed before the first contact. This may take milliseconds."""
         contact, pinch.unmeasured = pinch.unmeasured, None
         if self.measure_speed is None or contact is None:
             return

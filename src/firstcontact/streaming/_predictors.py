@@ -1,4 +1,4 @@
-"""Live predictors: the network and the window models, with one interface."""
+"""Live predictors: one interface for the network and for window models."""
 
 from __future__ import annotations
 
@@ -59,27 +59,27 @@ class PredictionStream(Protocol):
 
     @property
     def due(self) -> int | None:
-        """Number of samples that complete the next prediction; None after the last one."""
+        """Number of further samples until the next prediction; None if none can follow."""
 
     @property
     def ended(self) -> bool:
         """True once no further prediction can come."""
 
     def update(self, block: Block, contact: Contact | None) -> Iterator[Prediction]:
-        """Yield the predictions that the next samples complete. Iterate to the end.
+        """Yield the predictions that these samples complete. Exhaust the iterator.
 
         ``contact`` is the first contact, given with the block in which it was detected. InputError
         is raised if the model cannot predict from the signal.
         """
 
     def set_speed(self, measured: ClosingSpeed | None) -> None:
-        """Set the measured closing speed, before the block that revealed the contact."""
+        """Set the measured closing speed. Called before the update with the contact."""
 
     def prepare(self) -> None:
-        """Prepare the next prediction. Called after the events of a block were delivered."""
+        """Prepare the next prediction. Called once the events of a block were delivered."""
 
     def withdraw(self) -> None:
-        """Discard the contact, and wait for another one."""
+        """Discard the contact, and wait for another contact."""
 
 
 class Predictor(Protocol):
@@ -120,7 +120,7 @@ class Predictor(Protocol):
         radius
             Radius of the object, m: infinite for a flat object, NaN if unknown.
         real_time
-            True to make several predictions one by one, so that the first is available early.
+            True to make due predictions one by one, so that the first is available early.
         """
 
     def warm(self) -> None:
@@ -259,17 +259,17 @@ class _NetworkStream:
 
 
 class WindowLadder:
-    """Predictor with several window models. It predicts when each window is complete.
+    """Predictor with several window models: each predicts when its window is complete.
 
     Parameters
     ----------
     windows
-        Models of one estimator with their intervals, one for each length.
+        Models of one estimator with their intervals, one for each length of the window.
 
     Raises
     ------
     InputError
-        There is no model, or there are two for the same length.
+        There is no model, or two models have windows of the same length.
     """
 
     uses_shape = uses_speed = False
@@ -378,15 +378,15 @@ class _WindowsStream:
 def live_predictor(model: Model, estimator: str | None = None) -> Predictor | None:
     """Return the live predictor of a model; None for a model that holds a detector only.
 
-    The network predicts if the model has one, as in :meth:`Model.predict`. A network or window
-    model at another sampling rate than the detector's is left out.
+    As in :meth:`Model.predict`, the network predicts if the model has one; else the window models
+    predict. Models whose sampling rate is not the detector's are left out.
 
     Parameters
     ----------
     model
         Trained model.
     estimator
-        Name of the estimator to use instead, such as "svm".
+        Name of the estimator that predicts, such as "svm", instead of that default.
 
     Raises
     ------

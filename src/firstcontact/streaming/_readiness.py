@@ -14,15 +14,16 @@ SWITCH = 1e-4
 
 
 class Readiness:
-    """Settings of the process for a real-time session, restored on leaving.
+    """Context manager with settings of the process for a real-time session.
 
-    Python switches back to the session's thread quickly. This thread has a real-time priority if
-    the system allows it. The garbage collector skips existing objects.
+    While it is open, Python switches quickly back to the session's thread. This thread has a
+    real-time priority if the system allows it. The garbage collector skips objects that existed
+    before.
 
     Parameters
     ----------
     real_time
-        False if samples do not come in real time. Then nothing is changed.
+        False if samples do not come in real time. The settings are then left as they are.
     """
 
     def __init__(self, *, real_time: bool) -> None:

@@ -36,16 +36,16 @@ POLL = 0.003
 
 
 class Actor(Protocol):
-    """Handler of events in the session's thread. It must be fast."""
+    """Event handler in the thread of a live session. It must be fast."""
 
     def on_samples(self, block: Block, host: float) -> None:
-        """Process new samples, with their host time, s, before their events."""
+        """Process new samples before their events. ``host`` is the time of their arrival, s."""
 
     def on_event(self, event: Event) -> None:
         """Process an event."""
 
     def after_block(self, block: Block) -> Sequence[Event]:
-        """Process new samples after their events. Return events that the actor adds."""
+        """Process new samples after their events. Return additional events."""
 
     def ended(self) -> None:
         """Handle the end of the session, before anything else is closed."""
@@ -61,15 +61,15 @@ class LiveSession:
     pipeline
         Pipeline for the source's layout.
     actors
-        Actors that get each event before any output.
+        Event handlers that get each event before any output does.
     recordings
         Folder for recordings that a viewer starts.
     calibration
-        Calibration for the headers of these recordings.
+        Calibration that is stored in the headers of the viewers' recordings.
     hand
         Requests of viewers to the hand; None without a hand.
     shape
-        Shape of all objects, "flat" or a radius in mm, until a viewer sets another.
+        Shape of all objects, "flat" or a radius in mm, until a viewer sets another shape.
 
     Raises
     ------
@@ -103,7 +103,7 @@ class LiveSession:
         self._arrivals: list[Arrival] = []
         self._was_connected: bool | None = None  # at the time the source was closed
         self._events: list[Event] = []
-        self._given = 0  # number of these events that the caller has
+        self._given = 0  # number of the events in _events that the caller has got
         self._is_prompt = False  # True if a program waits for the events
         self._can_poll = getattr(source, "can_poll", False)
         self._objects = ObjectCombiner()
@@ -129,8 +129,8 @@ class LiveSession:
     ) -> None:
         """Run until the source ends, all outputs have failed, or a limit is reached.
 
-        At the end the source is closed first, then the recording. So the recorder and the sinks get
-        all samples that the source has received.
+        At the end the source is closed before the recording. So the recorder and the sinks get all
+        samples that the source has received.
 
         Parameters
         ----------
@@ -141,9 +141,9 @@ class LiveSession:
         pinches
             Largest number of pinches.
         stopped
-            Function that returns True to end; called several times a second.
+            Function that returns True to end the session; called several times a second.
         patient
-            True to wait for slow sinks, for a source that can wait.
+            True to wait for slow sinks. Use it only with a source that can wait.
 
         Raises
         ------
@@ -266,7 +266,7 @@ class LiveSession:
     def new_object(self) -> None:
         """Begin another object.
 
-        The next pinches are pooled, without those of the previous object.
+        Its pinches are pooled, without those of the previous object.
         """
         self._objects.new_object()
         self.pipeline.radius = parse_radius(self._shape)
@@ -304,14 +304,14 @@ class LiveSession:
         Raises
         ------
         InputError
-            There is no hand, or the request is never possible or not possible now.
+            There is no hand, or the hand cannot carry out the request now or ever.
         """
         if self._hand is None:
             raise InputError("No hand is driven: start again with --hand")
         self._hand.ask(ask, by)
 
     def hand_gone(self, by: str) -> None:
-        """Open the hand if this origin, now disconnected, had closed it."""
+        """Open the hand if the origin ``by``, now disconnected, had closed it."""
         if self._hand is not None:
             self._hand.gone(by)
 
@@ -322,7 +322,7 @@ class LiveSession:
 
     @property
     def _is_deserted(self) -> bool:
-        """True if all outputs have failed."""
+        """True if all outputs have failed, and there is neither an actor nor a recording."""
         assert self.fanout is not None
         return self.fanout.deserted and not self._actors and self.recording.path is None
 
@@ -332,7 +332,7 @@ class LiveSession:
         return 1 if self._actors and self.pipeline.is_closing else self.pipeline.due
 
     def _take(self, arrival: Arrival) -> bool:
-        """Process samples. Return True if sinks need an immediate update."""
+        """Process samples. Return True if they have markers or events for the sinks."""
         self._arrivals.append(arrival)
         block, host = arrival.block, arrival.host
         self._objects.add_markers(arrival.markers)
@@ -363,7 +363,7 @@ class LiveSession:
                 self._events += [] if combined is None else [combined]
 
     def _close_source(self) -> None:
-        """Close the source. Keep the samples that it received, for the recorder and the sinks."""
+        """Close the source. Keep all samples that it received for the recorder and the sinks."""
         self._was_connected = self.source.health.connected
         self._arrivals += drain(self.source)
 
@@ -416,7 +416,7 @@ class LiveSession:
             closing_speed=pinch.closing_speed,
         )
         if not self.pipeline.layout.has_strip:
-            # A person who confirms contacts later begins with these.
+            # A person who confirms contacts later begins with the detected ones.
             detected = tuple(c for c in pinch.contacts if pinch.start <= c.sample < pinch.end)
             name = self.pipeline.detector if detected else ""
             mark = replace(mark, found=detected, found_by=name)

@@ -16,20 +16,20 @@ from firstcontact.streaming._hand_requests import Ask
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Update:
-    """Samples and events since the last update, and the state of the session.
+    """Samples and events since the last update, and the state of the live session.
 
     Parameters
     ----------
     arrivals
         Samples, in order.
     events
-        Events in these samples.
+        Events since the last update, in order.
     health
         State of the source.
     recording
         State of the recorder.
     ledger
-        Numbers of the time ledger so far, by name; times in s.
+        Numbers of the time ledger so far, by name. Times are in s.
     failed
         Reason of each failure, by the sink's name.
     """
@@ -43,7 +43,7 @@ class Update:
 
 
 class Sink(Protocol):
-    """Output of a session. It takes updates in a separate thread.
+    """Output of a live session. It takes updates in a separate thread.
 
     A sink may be slow or fail. Its queue is bounded: updates that do not fit are dropped and
     counted, and the session continues. A sink for other programs sets ``is_prompt = True`` and gets
@@ -69,7 +69,7 @@ class Sink(Protocol):
 
 
 class Controls(Protocol):
-    """Requests of viewers to the session, callable from any thread."""
+    """Methods with which viewers control a live session, callable from any thread."""
 
     def start_recording(self) -> Path:
         """Begin a recording. Raise InputError if one is running or cannot be created."""
@@ -87,10 +87,10 @@ class Controls(Protocol):
         """Send a request to the hand. Raise InputError if it is not possible now."""
 
     def hand_gone(self, by: str) -> None:
-        """Open the hand if this viewer, now disconnected, had closed it."""
+        """Open the hand if the viewer ``by``, now disconnected, had closed it."""
 
     def new_object(self) -> None:
-        """Begin another object. From now on, only its pinches are pooled."""
+        """Begin another object. From now on, only pinches of the new object are pooled."""
 
     @property
     def uses_shape(self) -> bool:
@@ -101,7 +101,7 @@ class Controls(Protocol):
 
 
 def write_now(stream: TextIO, text: str) -> None:
-    """Write and flush.
+    """Write text to a stream and flush the stream.
 
     Raises
     ------

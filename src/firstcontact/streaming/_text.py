@@ -1,4 +1,4 @@
-"""Pinches as lines of text."""
+"""Lines of text about pinches, for people."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ class TextSink:
             self._write(f"  pinch {number} was {name}")
 
     def close(self) -> None:
-        """Write a line about lost samples that were not reported yet."""
+        """Write a line about lost samples, if some were not reported yet."""
         for line in self._link.lines(self._health, last=True):
             self._write(line)
 
@@ -88,10 +88,10 @@ class TextSink:
 
 
 def pinch_line(pinch: PinchDone, alone: bool = False) -> str:
-    """Return a pinch on one line. ``alone`` marks a single sensor, without second contacts.
+    """Return one line of text about a pinch.
 
-    The line has the estimate that was available at the second contact, then the final estimate if
-    it came later.
+    The line has the estimate that was available at the second contact. If the final estimate came
+    later, it follows. ``alone`` is true for a single sensor, which has no second contact.
     """
     is_judged = not alone and pinch.verdict is not None
     judged = pinch.in_force if is_judged else pinch.final
@@ -124,7 +124,7 @@ def estimate_words(estimate: Estimate, *, timed: bool) -> str:
 
 
 def hand_line(event: HandPinch) -> str:
-    """Return the predictions of a device for a pinch on one line."""
+    """Return one line of text about a device's predictions for a pinch."""
     parts = []
     if not event.contacts:
         parts.append("no contact")
@@ -137,7 +137,7 @@ def hand_line(event: HandPinch) -> str:
 
 
 def check_words(check: HandCheck) -> str:
-    """Return the comparison with the host's own predictions in words."""
+    """Return the comparison of the device's predictions with the host's, in words."""
     if check.same:
         return f"the same on this computer ({check.compared} estimates)"
     if check.lost:
@@ -150,7 +150,7 @@ def check_words(check: HandCheck) -> str:
 
 
 def object_line(event: ObjectEstimate) -> str:
-    """Return the pooled estimate of an object on one line."""
+    """Return one line of text about the pooled estimate of an object."""
     return (
         f"the same object, {event.pinches} pinches: {event.value:.1f} Shore A "
         f"({event.low:.0f} to {event.high:.0f})"

@@ -1,4 +1,4 @@
-"""Simulated hand of the running twin. Commands go over the twin's serial line."""
+"""Hand of the running twin, which takes commands over the twin's serial line."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ class Closeup:
         self._marks: list[dict[str, Any]] = []
 
     def add(self, block: Block) -> bool:
-        """Add a block. Return True if the picture changed."""
+        """Add a block. Return True if the close-up changed."""
         self._blocks.append(block)
         self._held += len(block.data)
         while self._held - len(self._blocks[0].data) >= HELD * self._layout.rate:
@@ -52,7 +52,7 @@ class Closeup:
         return self._fill(block)
 
     def begin(self, contact: Contact, epoch: int) -> None:
-        """Show this contact from now on."""
+        """Show the samples around this first contact from now on."""
         self._contact, self._epoch = contact, epoch
         self._first = contact.sample - self._before
         self._trace[:] = np.nan
@@ -62,7 +62,7 @@ class Closeup:
             self._fill(block)
 
     def mark(self, contact: Contact) -> None:
-        """Add the contact of a finger."""
+        """Mark the contact of a finger in the close-up."""
         if self._contact is not None:
             elapsed = (contact.sample - self._contact.sample) / self._layout.rate
             self._marks.append(
@@ -87,7 +87,7 @@ class Closeup:
         return True
 
     def tree(self) -> dict[str, Any] | None:
-        """Return times, ms from the contact, and values for the page. Missing samples are None."""
+        """Return times, ms from the contact, traces and marks. Missing samples are None."""
         if self._contact is None:
             return None
         ms = (np.arange(self._n) - self._before) / self._layout.rate * 1e3

@@ -16,10 +16,10 @@ EPOCHS = 8
 
 
 class Columns:
-    """Ring buffer of columns: minimum and maximum of a few samples of each channel.
+    """Ring buffer of columns. A column is the minimum and maximum of a few samples per channel.
 
-    Columns are counted from 0 without restarts. A gap in the samples and a new epoch leave empty
-    columns (NaN).
+    Columns are numbered from 0; a new epoch continues the numbers. A gap in the samples and a new
+    epoch leave empty columns (NaN).
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ class Columns:
         self._vibration = layout.columns(ChannelKind.VIBRATION)
         #: Number of samples in a column.
         self.samples = max(1, round(layout.rate * SECONDS / COLUMNS))
-        # A quarter more than is shown, so that a viewer that hiccups misses nothing.
+        # A quarter more than is shown, so that a viewer misses nothing in a short pause.
         visible = int(np.ceil(layout.rate * SECONDS / self.samples))
         self._size = visible + visible // 4
         self._ring = np.full((self._size, len(self._vibration), 2), np.nan, np.float32)
@@ -87,14 +87,14 @@ class Columns:
         self._top = max(self._top, top)
 
     def place(self, sample: int, epoch: int) -> float | None:
-        """Return the position of a sample, in columns; None for an old epoch."""
+        """Return the position of a sample, in columns; None if its epoch is too old."""
         if epoch not in self._epochs:
             return None
         origin, base = self._epochs[epoch]
         return base + (sample - origin) / self.samples
 
     def since(self, column: int) -> tuple[int, NDArray[np.float32]]:
-        """Return all stored complete columns from this number on.
+        """Return all stored complete columns from number ``column`` on.
 
         Returns
         -------

@@ -41,7 +41,7 @@ class Allowance:
     Parameters
     ----------
     burst
-        Number of requests that are allowed at once after a pause.
+        Largest number of requests at once, after a pause.
     refill
         Long-term limit on the rate of requests, Hz.
     clock
@@ -58,7 +58,7 @@ class Allowance:
         self._seen = clock()
 
     def take(self) -> float:
-        """Allow one request and return 0.0, or return the time until one is allowed, s."""
+        """Allow one request and return 0.0, or return the time until the next is allowed, s."""
         now = self._clock()
         self._left = min(self._most, self._left + (now - self._seen) * self._refill)
         self._seen = now
@@ -84,23 +84,23 @@ class Commands:
     async def obey(
         self, message: str | bytes, allowance: Allowance, by: str
     ) -> tuple[dict[str, Any], float]:
-        """Carry out a message. Always return a reply, and raise nothing.
+        """Carry out a viewer's message and return a reply, also about errors.
 
         Parameters
         ----------
         message
             JSON of a :class:`Request`.
         allowance
-            Allowance of this viewer.
+            Allowance of the viewer.
         by
-            Name of this viewer as the origin of hand requests.
+            Name of the viewer as the origin of requests to the hand.
 
         Returns
         -------
         answer : dict
             Reply with ``ok`` (True if done), ``do`` (the request), and ``text`` for the person.
         wait : float
-            Time for which to ignore this viewer, s: 0 unless it sent too many requests.
+            Time for which to ignore the viewer, s: 0 unless it sent too many requests.
         """
         data = message.encode(errors="surrogatepass") if isinstance(message, str) else message
         wait = 0.0
@@ -126,7 +126,7 @@ class Commands:
         return {"ok": True, "do": request.do, "text": outcome}, 0.0
 
     def gone(self, by: str) -> None:
-        """Open the hand if this viewer, now disconnected, had closed it."""
+        """Open the hand if the viewer ``by``, now disconnected, had closed it."""
         if self._controls is not None:
             self._controls.hand_gone(by)
 

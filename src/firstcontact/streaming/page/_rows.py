@@ -46,7 +46,7 @@ def brief(pinch: PinchDone) -> PinchDone:
 
 
 class PinchRows:
-    """Rows of the last pinches, the newest last."""
+    """Collector of the table's rows for the last pinches, the newest last."""
 
     def __init__(self) -> None:
         self._rows: deque[Row] = deque(maxlen=ROWS)
@@ -54,7 +54,7 @@ class PinchRows:
         self._losses: deque[Marker] = deque(maxlen=ROWS)
 
     def add_marker(self, marker: Marker) -> None:
-        """Process a marker. It names the current or the next pinch, or reports a lost object."""
+        """Process a marker. It names the object of a pinch, or reports that an object was lost."""
         if lost_object(marker.text):
             self._losses.append(marker)
         if concerns_hand(marker.text):
@@ -75,7 +75,7 @@ class PinchRows:
         self._rows.append(Row(brief(pinch), last_marker(self._markers, pinch, previous)))
 
     def hand(self, event: HandPinch) -> None:
-        """Add the predictions of a device for a pinch."""
+        """Add a device's predictions to the row of their pinch."""
         if event.contacts:
             place = event.epoch, event.contacts[0].sample
             words = hand_line(event).strip()

@@ -1,4 +1,4 @@
-"""Server of the page's files and its socket, in one event loop."""
+"""Server of the page's files and of the WebSocket that updates it, in one event loop."""
 
 from __future__ import annotations
 
@@ -43,11 +43,11 @@ class _Viewer:
     Parameters
     ----------
     name
-        Name of the viewer as the origin of hand requests.
+        Name of the viewer as the origin of requests to the hand.
     heard
-        Time of its newest message, s of the monotonic clock.
+        Time of the viewer's newest message, s of the monotonic clock.
     closes
-        True if its last request to the hand was to close it.
+        True if the viewer's last request to the hand was to close it.
     """
 
     name: str
@@ -55,10 +55,10 @@ class _Viewer:
     closes: bool = False
 
     async def watch(self) -> None:
-        """Raise TimeoutError once a viewer that has closed the hand is silent.
+        """Wait until the viewer has closed the hand and is silent, then raise TimeoutError.
 
-        The library's keepalive does not detect a page that hangs, because the browser itself
-        replies.
+        The keepalive of the WebSocket library does not detect a page that hangs, because the
+        browser itself replies to it.
         """
         while not self.closes or time.monotonic() - self.heard < SILENCE:
             await asyncio.sleep(TICK)
@@ -66,7 +66,7 @@ class _Viewer:
 
 
 class PageServer:
-    """Web server of the page, active while :meth:`run` runs.
+    """Web server of the page. It serves while :meth:`run` runs.
 
     Parameters
     ----------

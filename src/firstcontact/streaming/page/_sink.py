@@ -33,18 +33,18 @@ class PageSink:
     port
         Port of the page; 0 selects a free one.
     token
-        Secret for viewers. If ``host`` is not loopback, a missing token is generated; on loopback
-        None means no token.
+        Secret that viewers must send. None means that none is needed if ``host`` is loopback;
+        otherwise a token is generated.
     controls
-        Controls for viewers; None if they may only look.
+        Controls for viewers; None if viewers may only look.
     landmarks
-        Shore A of known objects by name, marked on the scale.
+        Shore A of the objects that are marked on the page's scale, by name.
 
     Raises
     ------
     InputError
         The port is in use, the address does not belong to this machine, the token is too short, or
-        a known object's Shore A is no number.
+        an object's Shore A is no number.
     """
 
     name = "page"
@@ -85,7 +85,7 @@ class PageSink:
 
     @property
     def url(self) -> str:
-        """Address to open in a browser. It contains the token, if there is one."""
+        """Address to open in a browser. It contains the token if one is needed."""
         return self._guard.url
 
     def open(self, descriptor: Descriptor) -> None:

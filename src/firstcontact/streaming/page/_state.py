@@ -1,4 +1,4 @@
-"""State of the page in parts that change separately, for viewers that come and go."""
+"""State of the page, in parts that change separately. New viewers get all parts."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ FORCE_SECONDS = 0.02
 
 
 class Now(msgspec.Struct, frozen=True):
-    """Current closing for the page, as events.
+    """Events of the current or the last closing, as the page shows them.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ class State:
     descriptor
         Descriptor of the source.
     landmarks
-        Shore A of known objects, by name.
+        Shore A of the objects that are marked on the page's scale, by name.
     controls
         Controls for viewers; None if they may only look.
     """
@@ -141,7 +141,7 @@ class State:
                 self._settle()
 
     def _settle(self) -> None:
-        """Process waiting updates: all samples up to each event, then the event."""
+        """Process waiting updates in order: the samples of each, then its events."""
         pending, self._pending = self._pending, []
         arrivals: list[Arrival] = []
         for update in pending:
@@ -266,9 +266,10 @@ class State:
         self._put("closeup", self._closeup.tree())
 
     def changed(self, seen: dict[str, int]) -> dict[str, str]:
-        """Return the JSON of parts that changed since ``seen``, and update ``seen``.
+        """Return the JSON of the parts that changed since a viewer's last call, by name.
 
-        ``seen`` holds the change counter of each part, by name.
+        ``seen`` holds the change counters that the viewer got then, by name of the part. They are
+        updated in place.
         """
         new: dict[str, str] = {}
         with self._lock:
@@ -310,9 +311,9 @@ def _recording(status: RecorderStatus) -> dict[str, Any]:
 
 
 def _with(estimates: Sequence[Estimate], estimate: Estimate) -> tuple[Estimate, ...]:
-    """Return the estimates with a new one.
+    """Return the estimates with a new estimate added.
 
-    A final one replaces those of equal or longer elapsed time.
+    A final estimate replaces the estimates of equal or longer elapsed time.
     """
     if estimate.final:
         estimates = [e for e in estimates if e.elapsed < estimate.elapsed]

@@ -44,7 +44,7 @@ class Guard:
     port
         Port of the page.
     token
-        Secret for viewers. With None, only requests to loopback names are served.
+        Secret that viewers must send. With None, only requests to loopback names are served.
     """
 
     host: str
@@ -63,7 +63,7 @@ class Guard:
 
     @property
     def url(self) -> str:
-        """Address to open in a browser. It contains the token, if there is one."""
+        """Address to open in a browser. It contains the token if one is needed."""
         host = f"[{self.host}]" if ":" in self.host else self.host
         if self.host in {"0.0.0.0", "::"}:  # noqa: S104  # what a viewer elsewhere can open
             host = socket.gethostname()
@@ -71,7 +71,7 @@ class Guard:
         return f"http://{host}:{self.port}/{query}"
 
     def check(self, path: str, headers: Headers, websocket: bool) -> bool:
-        """Check a request.
+        """Refuse a request unless its headers, and its token if one is needed, allow it.
 
         Returns
         -------

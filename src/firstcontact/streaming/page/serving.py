@@ -45,7 +45,7 @@ TYPES = {
 def load(package: str, folder: str) -> Files:
     """Return content type and bytes of each file in a package folder, by URL path.
 
-    Files that are not in the result are not served.
+    Only files of the known types are returned, and only returned files are served.
     """
     table = {}
     for item in files(package).joinpath(folder).iterdir():
@@ -57,7 +57,7 @@ def load(package: str, folder: str) -> Files:
 
 
 def answer(request: Request, guard: Guard, served: Files) -> Response | None:
-    """Return the response to a request; None lets the request open the socket."""
+    """Return the response to a request; None lets the request open the WebSocket."""
     path = request.path.partition("?")[0]
     websocket = path == SOCKET
     try:
@@ -108,11 +108,11 @@ def serve_page(
     Parameters
     ----------
     view
-        Handler of an opened socket.
+        Handler of an opened WebSocket.
     listening
         Socket from :func:`listen`.
     answers
-        Function that answers a request, or returns None to let it open the socket.
+        Function that answers a request, or returns None to let it open the WebSocket.
     longest
         Longest message of a viewer, bytes.
     more
@@ -136,7 +136,7 @@ def serve_page(
 
 
 def plain(status: HTTPStatus, sentence: str) -> Response:
-    """Return a response with a sentence as plain text."""
+    """Return a response with one sentence of plain text."""
     return _response(status, "text/plain; charset=utf-8", sentence.encode())
 
 

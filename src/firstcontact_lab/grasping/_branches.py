@@ -1,4 +1,4 @@
-"""Simulation of a pick with every grip force, after one common approach."""
+"""Simulation of a pick with every grip force. All grip forces share one approach."""
 
 from __future__ import annotations
 
@@ -59,9 +59,9 @@ class Branches:
     peak, hold
         Largest contact force, N, and sum of both contact forces at the end, N. Axis: grip force.
     slip_peak, slip_drop
-        Largest contact force, N, and 1 for a drop or 0, if the hand has a slip reflex. Axes: kind
-        of lift, latency of the slip detection, boost and grip force. NaN where the object does not
-        slip.
+        With a slip reflex: largest contact force, N, and 1 if the object is dropped, otherwise 0.
+        Axes: kind of lift, latency of the slip detection, boost and grip force. NaN where the
+        object does not slip.
     """
 
     pick: Pick
@@ -128,7 +128,7 @@ def _until(plant: GraspPlant, since: float) -> None:
 def _reflex(
     plant: GraspPlant, force: float, wait: float, boost: float, speed: float
 ) -> tuple[float, bool]:
-    """Lift with a slip reflex. Return the largest contact force, N, and True if dropped."""
+    """Lift with a slip reflex. Return the largest contact force, N, and True for a drop."""
     watch = SlipWatch(wait)
     while not plant.ended and not plant.lost:
         plant.move(10)

@@ -56,7 +56,7 @@ class PlantHand(Hand):
 
 @dataclass(frozen=True, slots=True)
 class ClosingRecord:
-    """Commands and estimates of one closing, and the counts of its grasp loop, such as misses.
+    """Commands and estimates of one closing, and counts such as missed deadlines.
 
     ``estimates`` include estimates that the policy did not use.
     """

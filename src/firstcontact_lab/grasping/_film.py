@@ -31,7 +31,7 @@ PICTURES, PACE = 72, 12
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Take:
-    """One filmed closing: grip force (N), time from the first contact (s), and outcome."""
+    """One filmed closing: grip force (N) over the time from the first contact (s), and outcome."""
 
     policy: str
     kind: str
@@ -82,8 +82,8 @@ def film(
     kinds, hand, specimen
         Objects, seed of the hand, and number of the specimen.
     settings
-        Names of two policies. The value of each is a function from an object to the settings of the
-        policy for it.
+        Functions by the name of the policy, for two policies. A function takes an object, and
+        returns the policy's settings for this object.
     hands
         Models of the hands.
     pictures

@@ -67,7 +67,10 @@ class Judgement:
         return {**self.plain, **dict(zip(names, self.reflexes[_full()], strict=True))}
 
     def chosen(self) -> dict[str, SettingsOf]:
-        """Return for each policy a function that returns the settings tuned without an object."""
+        """Return by policy a function that takes an object, and returns its settings.
+
+        These settings were tuned without the object.
+        """
         return {name: self._fold_settings(policy) for name, policy in self.everyone.items()}
 
     def _fold_settings(self, policy: Judged) -> SettingsOf:

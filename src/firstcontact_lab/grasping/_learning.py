@@ -1,4 +1,7 @@
-"""Training of the detector and models for the payload task, on separate pinches of its hand."""
+"""Training of the detector and models for the payload task, on pinches by the same hand.
+
+The pinches for training are not those that are scored.
+"""
 
 from __future__ import annotations
 

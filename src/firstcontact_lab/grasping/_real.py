@@ -26,7 +26,7 @@ LOOK = 10
 class RealJob:
     """Full closing to simulate: pick, policy with its settings, lift and slip detector.
 
-    ``detection`` is the assumed latency of the slip detector, s; None without one.
+    ``detection`` is the assumed latency of the slip detector, s; None without a slip detector.
     """
 
     pick: Pick

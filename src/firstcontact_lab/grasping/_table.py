@@ -57,8 +57,9 @@ class Table:
         Largest contact force and sum of both contact forces at the end, N. Axes: speed, pick and
         grip force.
     slip_peak, slip_drop
-        Largest contact force, N, and 1 for a drop or 0, with a slip reflex. Axes: speed, pick,
-        lift, detection latency, boost and grip force. NaN where the object does not slip.
+        With a slip reflex: largest contact force, N, and 1 if the object is dropped, otherwise 0.
+        Axes: speed, pick, lift, detection latency, boost and grip force. NaN where the object does
+        not slip.
     """
 
     how: Branching

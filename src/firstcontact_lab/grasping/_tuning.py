@@ -97,7 +97,7 @@ def policy_forces(kind: type[Policy], settings: Settings, table: Table, estimate
 
 
 def speed_place(table: Table, settings: Settings) -> int:
-    """Return the index in the table of the approach speed that the settings state."""
+    """Return the table's index of the approach speed in the settings."""
     return table.how.speeds.index(settings["approach"])
 
 

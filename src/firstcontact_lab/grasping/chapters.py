@@ -54,7 +54,10 @@ def tables(results: GraspResults) -> list[Table]:
 
 
 def _table(caption: str, rows: Sequence[Row[str]], entries: Mapping[str, str]) -> Table:
-    """Return a table with one line per entry. ``entries``: title by key, as the rows use it."""
+    """Return a table with one line per entry.
+
+    ``entries`` maps each key, with which the rows find their values, to the title of a line.
+    """
     lines = [(Cell(title), key, False) for key, title in entries.items()]
     return matrix(caption, rows, lines) or Table(caption, ["", *(row.label for row in rows)], [])
 

@@ -242,7 +242,8 @@ class Household(Record, frozen=True, kw_only=True):
     success_gain
         Increase of the share of successes by live estimates, in full closings with tuned settings.
     fewer
-        Relative reduction of drops as in ``fewer_drops_than_blind``, by policy without a reflex.
+        Relative reduction of drops as in ``fewer_drops_than_blind``, by policy without a slip
+        reflex.
     target
         Reduction of drops that the study aims at.
     controls
@@ -279,7 +280,7 @@ class Household(Record, frozen=True, kw_only=True):
 
     @property
     def met(self) -> bool:
-        """True if the reduction of drops reaches the target, and its interval excludes zero."""
+        """True if the reduction of drops reaches the target, and the interval excludes zero."""
         gain = self.fewer_drops_than_blind
         return gain.value >= self.target and gain.low > 0
 

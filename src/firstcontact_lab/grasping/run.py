@@ -34,7 +34,9 @@ from firstcontact_lab.report.results import write_results
 
 
 def run_grasp_study(settings: GraspStudySettings, out: Path, quick: bool, command: str) -> Path:
-    """Run everything and write ``report.html``, ``results.json``, ``film.gif`` and ``grasp.png``.
+    """Run a grasp study. Write its report, results, film and figure, and return the report.
+
+    The files are ``report.html``, ``results.json``, ``film.gif`` and ``grasp.png``.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ class HouseholdSettings:
     tuning_specimens, judged_specimens
         Numbers that identify the specimens of every object, for tuning and for judging.
     blocks
-        Number of pinches of each block. The model of a hand is conditioned on them.
+        Number of pinches of each block. The model of a hand is conditioned on these pinches.
     speeds, boosts
         Approach speeds, m/s, and factors by which the slip reflex raises the force.
     forces

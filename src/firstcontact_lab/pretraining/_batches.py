@@ -63,7 +63,7 @@ def draw_batch(
     samples: int | None = None,
     context: int | None = None,
 ) -> Batch:
-    """Return inputs for some contacts, with random placement errors, signal lengths and contexts.
+    """Return a batch of some contacts, with random placement errors, lengths and contexts.
 
     Parameters
     ----------

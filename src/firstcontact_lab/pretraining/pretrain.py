@@ -116,7 +116,9 @@ def pretrain(
 
 
 def judged(model: InContextModel, examples: Examples, seed: int) -> Mapping[str, Any]:
-    """Return the scores of the model on contacts with objects, at each time in ``SAMPLES``.
+    """Return the scores of the model at each time in ``SAMPLES``.
+
+    Only contacts with objects other than flat blocks are scored.
 
     The scores are the RMSE, and coverage and mean width of the intervals, in Shore A. The network
     knows all block pinches of each rig.

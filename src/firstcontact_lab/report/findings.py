@@ -17,7 +17,7 @@ class Figure:
     key
         Name of the figure. A later figure with the same name replaces it.
     title
-        Subject of the figure.
+        Topic of the figure.
     caption
         Explanation of how to read the figure.
     image

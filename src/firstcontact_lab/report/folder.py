@@ -23,7 +23,7 @@ _REMEDY = "choose another --out, or move it away"
 
 @contextmanager
 def sole_use(out: Path, options: Mapping[str, Any]) -> Iterator[None]:
-    """Make and lock the folder of a study. The lock ends with the process.
+    """Make and lock the folder of a study. The lock ends with the ``with`` statement.
 
     Parameters
     ----------
@@ -36,8 +36,8 @@ def sole_use(out: Path, options: Mapping[str, Any]) -> Iterator[None]:
     Raises
     ------
     InputError
-        The folder cannot be made, another study is running in it, or it holds results of another
-        study or of an unknown program.
+        The folder cannot be made, or another study is running in it. Or it holds results of another
+        study, or results that no study of this version made.
     """
     made = not out.exists()
     try:

@@ -49,7 +49,7 @@ class State:
     command
         Command line that started the study.
     settings
-        Sizes and seeds.
+        Sizes and seeds of the study.
     quick
         True for a quick study, whose numbers must not be quoted.
     findings

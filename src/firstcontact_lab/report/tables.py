@@ -307,7 +307,7 @@ def lifted(
     headline: bool = False,
     claim: Claim | None = None,
 ) -> Row[R]:
-    """Return a row definition for results that contain a record, from one for the record."""
+    """Return a row definition for results, made from that of a record in the results."""
     value = optional(find, row.value)
     return Row(prefix + row.label, value, row.unit, published, remark, headline, claim)
 

@@ -1,4 +1,4 @@
-"""Pinches of random rigs of kinds on which no network was trained."""
+"""Pinches of random rigs whose kinds no network was trained on."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def _gearbox(rng: Rng) -> Change:
 
 
 def _compressive(rng: Rng) -> Change:
-    """Return a function that compresses a signal: it reduces large values more than small."""
+    """Return a function that compresses a signal: it reduces large values more than small ones."""
     power, unit = float(rng.uniform(0.65, 0.85)), float(rng.uniform(0.1, 0.5))
 
     def change(signal: Values, rng: Rng) -> Values:

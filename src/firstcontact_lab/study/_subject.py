@@ -35,7 +35,8 @@ class Subject:
     set_name
         Name of the recordings in results.
     adapted
-        Network that is conditioned on the training pinches; None before part ``anytime`` has run.
+        Default any-time estimator, conditioned on the training pinches; None before part
+        ``anytime`` has run.
     """
 
     name: str

@@ -34,7 +34,11 @@ LATE = (0, 0, 1, 1, 1, 2, 2, 2, 3, 3, 4)
 
 
 class Benchmarked(Record, frozen=True, kw_only=True):
-    """Scores in one condition: of all competitors beyond the blocks, and by time after contact."""
+    """Scores of all competitors in one condition of the twin.
+
+    ``generalise``: scores beyond the blocks. ``anytime``: scores on unseen objects, by time after
+    the contact.
+    """
 
     generalise: Generalised
     anytime: dict[str, AnytimeScores]

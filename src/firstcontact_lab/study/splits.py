@@ -19,7 +19,7 @@ RANDOM_TEST = 0.1
 def random_90_10(classes: NDArray[Any], seed: int) -> list[Split]:
     """Return the paper's split: 90 % of the pinches for training, drawn at random by class.
 
-    Sessions and specimens are on both sides.
+    Pinches of the same session or specimen are on both sides.
     """
     from sklearn.model_selection import StratifiedShuffleSplit
 
@@ -32,7 +32,7 @@ def random_90_10(classes: NDArray[Any], seed: int) -> list[Split]:
 
 
 def random_folds(classes: NDArray[Any], seed: int, folds: int = FOLDS) -> list[Split]:
-    """Return random stratified folds. Scores on them are too good, for comparison only.
+    """Return random stratified folds. Scores on them are optimistic: use them for comparison.
 
     Raises
     ------
@@ -53,7 +53,7 @@ def random_folds(classes: NDArray[Any], seed: int, folds: int = FOLDS) -> list[S
 
 
 def unseen_objects(test: NDArray[np.bool_], shares: Sequence[Group] = ()) -> Split:
-    """Return the split with role ``train`` for training and role ``test`` for testing."""
+    """Return the split that trains on pinches of role ``train`` and tests on role ``test``."""
     learn, ask = np.flatnonzero(~test), np.flatnonzero(test)
     return Split("unseen objects", learn, ask, frozenset(shares))
 

@@ -1,4 +1,4 @@
-"""Registered parts of a study, in the order of the report. A part is one file and one line."""
+"""Registered parts of a study, in the order of the report."""
 
 from __future__ import annotations
 

@@ -117,10 +117,10 @@ def waits(
 
 
 def before_second(answers: Sequence[tuple[Pinch, float | None]]) -> tuple[float | None, int | None]:
-    """Return the share of pinches with an estimate before the second contact, and their number.
+    """Return the share of pinches with an estimate before the second contact, and a number.
 
-    Only pinches with a known second contact count: the number is of these pinches. If there are
-    none, return None twice.
+    The number is that of pinches with a known second contact, and the share is of these. If there
+    are no such pinches, both are None.
     """
     both = [(p.offset, seconds) for p, seconds in answers if p.offset is not None]
     early = sum(seconds is not None and seconds < offset for offset, seconds in both)

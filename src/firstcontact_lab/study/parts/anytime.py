@@ -250,9 +250,9 @@ def _fixed(subject: Subject, queries: LabelledTouches, seed: int) -> FixedWindow
 
 
 def _before_second(subject: Subject, early: float) -> tuple[float | None, int | None]:
-    """Return the share of pinches with an estimate before the second contact, and their number.
+    """Return the share of pinches with an estimate before the second contact, and a number.
 
-    See :func:`before_second`.
+    For the number see :func:`before_second`.
 
     The first estimate needs a detected contact, and as many samples after it as the network's
     earliest prediction.

@@ -388,7 +388,7 @@ def able(slow: bool) -> list[str]:
 def block_table(results: SubjectResults, split: str, variants: bool = True) -> Table | None:
     """Return a table of the scores of all estimators in one split.
 
-    ``variants``: also scores on windows that start at the known contacts.
+    If ``variants``, include scores on windows that start at the known contacts.
     """
     entries = []
     for name in names.estimators(results[BLOCKS], True):

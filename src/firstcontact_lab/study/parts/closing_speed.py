@@ -1,4 +1,4 @@
-"""Gain from a measured closing speed, on rigs of kinds on which no network was trained."""
+"""Errors with a measured closing speed, on rigs whose kinds no network was trained on."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ def _entry(means: Values, resampled: Values, reference: Values) -> SpeedScores:
 
 
 def _root_mean_squares(means: Values) -> Values:
-    """Return scores, shape (..., keys), from means over rigs: roots of the mean squares."""
+    """Return scores from means over rigs, shape (..., keys). Mean squared errors become RMSE."""
     return np.where([key.endswith("ms") for key in KEYS], np.sqrt(means), means)
 
 

@@ -92,7 +92,8 @@ class Accepted:
 class DetectionFolds(Record, frozen=True, kw_only=True):
     """Folds of the detection scores.
 
-    ``held_out``: "sessions" or "pinches". ``shares``: groups that are on both sides of a fold.
+    ``held_out``: "sessions" or "pinches". ``shares``: groups (sessions, specimens) that are on both
+    sides of a fold.
     """
 
     n: int
@@ -408,7 +409,7 @@ def _silence(name: str, subjects: Subjects) -> str:
 
 
 def _missed(scores: DetectionScores, target: Target) -> list[str]:
-    """Return a description of each part of the target that the detector does not reach."""
+    """Return the names of the quantities, such as "delay", that do not reach the target."""
     windows, delay = scores.window_accuracy, scores.median_delay
     reached = {
         "windows": windows is not None and windows >= target.windows,
@@ -419,7 +420,7 @@ def _missed(scores: DetectionScores, target: Target) -> list[str]:
 
 
 def _target_remark(name: str, subjects: Subjects, accepted: Accepted) -> str:
-    """Return a sentence on the target of a detector, and whether it is reached by subject."""
+    """Return a sentence on the target of a detector, and on the subjects that reach it."""
     target = TARGET.get(name)
     if accepted.early or target is None:
         return ""  # the count is less strict than the target

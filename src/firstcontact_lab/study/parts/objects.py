@@ -59,8 +59,9 @@ from firstcontact_lab.study.splits import learns_one_value, unseen_objects
 class ObjectScores(RegressionScores, frozen=True, kw_only=True):
     """Scores of an estimator on unseen objects.
 
-    The scores are over pinches, for each object, and of the mean predictions of objects.
-    ``strip_aligned``: scores on windows that start at the known contacts.
+    The scores are over pinches. ``per_object``: scores of each object. ``over_objects``: errors of
+    the mean prediction of each object. ``strip_aligned``: scores on windows that start at the known
+    contacts.
     """
 
     per_object: dict[str, SpecimenErrors]

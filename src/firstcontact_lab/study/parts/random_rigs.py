@@ -1,6 +1,6 @@
 """Scores of the network, of a regression on the rig's own pinches, and of averages of both.
 
-The rigs are random, of kinds on which no network was trained.
+The rigs are random. No network was trained on rigs of their kinds.
 """
 
 from __future__ import annotations
@@ -132,7 +132,7 @@ def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
 
 
 def _scores_from_means(means: Values) -> Values:
-    """Return scores, shape (..., keys), from means over rigs: roots of the mean squares."""
+    """Return scores from means over rigs, shape (..., keys). Mean squared errors become RMSE."""
     is_error = np.array([key.split()[-1] not in ("coverage", "width") for key in KEYS])
     return np.where(is_error, np.sqrt(means), means)
 

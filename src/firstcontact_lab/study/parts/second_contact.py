@@ -106,11 +106,11 @@ def misplaced(subject: Subject, early: float) -> NDArray[np.bool_]:
 
 
 def samples_to_spare(subject: Subject) -> Values:
-    """Return the number of samples from each window's end to the second contact, (pinches,).
+    """Return the number of samples from each window's end to the second contact.
 
-    A negative number means that the second contact is in the window or before it. The value is NaN
-    if the second contact is unknown or there is no window. A window begins at the detected contact,
-    which can differ slightly from the true contact.
+    The shape is (pinches,). A negative number means that the second contact is in the window or
+    before it. The value is NaN if the second contact is unknown or there is no window. A window
+    begins at the detected contact, which can differ slightly from the true contact.
     """
     out = np.full(len(subject.dataset), np.nan)
     for i, (pinch, start) in enumerate(zip(subject.dataset.pinches, subject.starts, strict=True)):
@@ -170,7 +170,7 @@ def second_figure(subjects: Subjects) -> Figure | None:
 def second_table(results: SubjectResults, variants: bool = True) -> Table | None:
     """Return a table of errors with and without the second contact in the window.
 
-    ``variants``: include misplaced windows, and estimators without published values.
+    If ``variants``, include misplaced windows, and estimators without published values.
     """
     divided = results[SECOND_CONTACT]
     entries = [

@@ -485,7 +485,7 @@ def real_set(results: SubjectResults) -> RealSet | None:
 def short_table(results: SubjectResults) -> Table | None:
     """Return a table of each reading's balanced accuracy, by window length.
 
-    The last line is on the order of hardness.
+    The caption states the order of hardness.
     """
     real = real_set(results)
     if real is None:

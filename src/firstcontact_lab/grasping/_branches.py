@@ -19,7 +19,7 @@ Values = NDArray[np.float64]
 
 #: Kinds of lift, by name.
 LIFTS = {"abrupt": Lift(), "gradual": Lift(duration=1.0)}
-#: Declared latencies of the slip detection, s.
+#: Assumed latencies of the slip detection, s.
 DETECTION = (0.100, 0.300)
 #: Number of samples to simulate at a time when no policy reads them.
 LOT = 100

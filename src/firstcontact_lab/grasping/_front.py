@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 
 from firstcontact_lab.grasping._table import Outcomes, Values
 
-#: Scales: factors by which all forces of a policy are multiplied, from the most cautious one on.
+#: Scales: factors by which all forces of a policy are multiplied, smallest first.
 SCALES = np.exp(np.linspace(np.log(0.25), np.log(4.0), 41))
 #: Index of scale 1, which leaves the tuned forces as they are.
 TUNED = int(np.argmin(np.abs(SCALES - 1.0)))
 #: Share of damaged picks at which drops are compared.
 DAMAGE = 0.10
-#: Shares of damaged picks; a setting is chosen by its mean drops at these. The drops at a single
-#: share would be too random.
+#: Shares of damaged picks. Settings are chosen by their mean drops at these shares. The drops at a
+#: single share would be too random.
 AROUND = (0.07, 0.10, 0.13)
 
 

@@ -23,7 +23,7 @@ from firstcontact_lab.grasping._household_numbers import (
 
 #: RMSE of the noise that is added to labels, Shore A; 0 for exact labels.
 NOISES = (0.0, 3.0, 5.0, 10.0)
-#: Lift and detection latency of full closings with a reflex.
+#: Kind of lift and latency of the slip detection in full closings with a slip reflex.
 FULL = ("gradual", DETECTION[0])
 
 #: Function from the name of an object to the settings of a policy that is judged on it.

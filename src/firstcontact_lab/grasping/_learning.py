@@ -40,7 +40,7 @@ def learn(settings: GraspStudySettings, out: Path) -> fc.Model:
         The folder holds recordings or models that were not made by a study.
     """
     models = out / "models"
-    # A study makes models after marked recordings. Without these, the models are somebody else's.
+    # A study makes models after marked recordings. Without these, no study made the models.
     if models.exists() and not (out / "recordings" / MARK).exists():
         raise InputError(
             f"{models} was not made by a grasp study: choose another --out, or move it away"

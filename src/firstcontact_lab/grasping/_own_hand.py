@@ -23,7 +23,7 @@ from firstcontact_lab.grasping._closing import LAYOUT
 
 #: Condition of the twin.
 CONDITION = "paper-rig"
-#: Time that a block is observed after its first contact, s, longer than any window.
+#: Time after the first contact with a block at which its closing ends, s; longer than any window.
 AFTER = 0.060
 
 

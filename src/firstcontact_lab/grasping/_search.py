@@ -18,7 +18,7 @@ from firstcontact_lab.grasping.settings import HEADLINE, KINDS, SOFT, GraspStudy
 FINALISTS = 12
 #: Largest additional time to a steady grasp, relative to a closing without modulation.
 SLOWER = 0.10
-#: Objects of the first round: a soft one, and the heaviest one.
+#: Objects of the first round: a soft object, and the heaviest object.
 FIRST_ROUND = ("block 10", "orange 1")
 
 

@@ -66,7 +66,8 @@ class Row:
 def trial_plant(setup: PinchSetup, variant: Variant, latency: float) -> GraspPlant:
     """Return the hand before closing. The random draws are the same for all policies."""
     rig = condition(CONDITION)
-    # Each session has another specimen. The first ones are left out: models were trained on them.
+    # Each session has another specimen. The first specimens are left out: models were trained on
+    # them.
     specimen = draw_specimen(setup.seed, rig, KINDS[setup.kind], 1 + _specimen(setup))
     draw = draw_pinch(setup.seed, rig, f"{setup.group}-{setup.session}", specimen, setup.kind)
     return GraspPlant(draw, Drive(latency=latency), specimen, variant.velostat)

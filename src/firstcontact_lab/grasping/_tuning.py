@@ -16,11 +16,11 @@ from firstcontact_lab.grasping._front import AROUND, SCALES, Front, find_scale, 
 from firstcontact_lab.grasping._table import Outcomes, Reflexed, Table, Values
 
 #: Relative scatter of needed and damaging force between the specimens that a pick for tuning
-#: represents. Household specimens scatter as much. With it a setting does not depend on single
-#: specimens.
+#: represents. Household specimens scatter as much. With this scatter settings do not depend on
+#: single specimens.
 SCATTER = 0.2
 Settings = Mapping[str, float]
-#: Estimate that a policy gets for each pick; None without one.
+#: Estimate that a policy gets for each pick; None without an estimate.
 Told = Sequence[Estimate | None]
 
 

@@ -43,17 +43,17 @@ from firstcontact.twin import (
     touch,
 )
 
-#: Largest placement error of a contact in samples, and its mean and standard deviation, as for the
-#: detectors on the twin.
+#: Largest placement error of a contact in samples, and mean and standard deviation of the error, as
+#: for the detectors on the twin.
 MARGIN = 8
 PLACED = (2.0, 1.2)
 #: Range of the number of block pinches of each Shore A level in a context, without its upper end.
 CONTEXT = (4, 20)
 #: Number of random objects to predict, and number of pinches of each object and of each block.
 THINGS, ASKED = 24, 2
-#: Number of contexts from a rig's block pinches: one of all pinches, the others of some.
+#: Number of contexts of a rig: one from all its block pinches, the other from some of them.
 CONTEXTS = 2
-#: Share of rigs that have the paper's blocks.
+#: Share of rigs whose blocks have the Shore A of the paper's blocks.
 PAPER = 0.6
 _RATE = FINGERTIP_RATE
 _BEFORE, _AFTER = samples_in(BEFORE, _RATE), samples_in(LONGEST, _RATE)

@@ -13,8 +13,8 @@ from firstcontact.core import Runner, replacing
 from firstcontact.twin import FAMILIES
 from firstcontact_lab.pretraining._examples import Examples, joined, rig_examples
 
-#: Version of the files, raised when rigs, objects or stored values change. Older files are made
-#: again.
+#: Version of the files, raised when rigs, objects or stored values change. Older files are
+#: replaced.
 DRAWN = 1
 #: Number of rigs in one file.
 PART = 50

@@ -18,7 +18,7 @@ from firstcontact_lab.pretraining._batches import draw_batch, token_rows
 from firstcontact_lab.pretraining._examples import Examples
 from firstcontact_lab.pretraining._torch_network import TorchNetwork
 
-#: Number of contacts in a step, and number prepared together.
+#: Number of contacts in a training step, and number of contacts that are prepared together.
 BATCH, PREPARED = 512, 16_384
 #: Largest learning rate, the share of the training in which it rises, and weight decay.
 RATE, WARM_UP, DECAY = 2e-3, 0.15, 2e-2
@@ -63,7 +63,8 @@ class Training:
             losses = []
             lots = list(self._order(epoch))
             for place, indices in enumerate(lots):
-                # Each lot draws from its own seed, so a resumed training draws the same numbers.
+                # Each lot of contacts has its own seed, so a resumed training draws the same
+                # numbers.
                 rng = np.random.default_rng([self._seed, epoch, place])
                 for part, lot in enumerate(self._lots(indices, rng)):
                     gone = (epoch + (place + part * BATCH / PREPARED) / len(lots)) / self._epochs

@@ -15,7 +15,7 @@ from firstcontact_lab.report.tables import Table
 if TYPE_CHECKING:
     from jinja2 import Template
 
-#: Largest number of columns of a table that is shown next to another one.
+#: Largest number of columns of a table that is shown next to another table.
 _HALF = 8
 
 

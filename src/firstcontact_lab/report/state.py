@@ -36,7 +36,7 @@ STUDY = Field.optional("study", StudyRun)
 VERSIONS = Field.optional("versions", dict[str, str])
 PENDING = Field.optional("pending", list[str])
 
-#: ``results.json``: the first subject at the top, the others under their names.
+#: Content of ``results.json``: the first subject at the top, the others under their names.
 StudyResults = ByName[SubjectResults, SubjectResults]
 
 

@@ -43,7 +43,7 @@ STYLE: Any = {
     "lines.linewidth": 1.4,
     "text.color": INK,
     "svg.fonttype": "path",
-    # Same figure, same bytes.
+    # The same figure gives the same bytes.
     "svg.hashsalt": "firstcontact",
 }
 #: Width and height of a figure in the report, inch.

@@ -250,7 +250,8 @@ def beside(tables: Mapping[str, Table], heads: Sequence[str] = ()) -> Table:
         for line in table.lines:
             name = line.cells[0]
             seen[name.text] += 1
-            # Details may hold numbers of the subject: they tell lines apart only where they must.
+            # Details may hold numbers of the subject: use them only if names alone do not tell
+            # lines apart.
             alike = len({count[name.text] for count in counts}) == 1
             key = name.text, str(seen[name.text]) if alike else name.small
             lines[key] = Line([line.cells[place] for place in chosen], line.quiet)

@@ -17,11 +17,11 @@ from firstcontact_lab.study._rig_sets import RigSet, Sizes, Use, rig_set
 #: Shore A levels that are left out in turn.
 LEVELS = (20.0, 29.0, 43.0)
 BRIEF = Sizes(blocks=16, held_out=4, objects=6, other_blocks=6, kinds=16)
-#: Names of the queries, besides those that leave out a level.
+#: Names of the questions, besides those that leave out a level of Shore A.
 HOME, OTHER, FLOOR = "home", "other hand", "floor"
 
-#: Competitors with additional knowledge, and those trained on the same kinds of object on the same
-#: rig.
+#: Ceilings (competitors with additional knowledge), and floor (trained on the same kinds of object
+#: on the same rig).
 TOLD = (
     Entrant("modulus", "told the modulus"),
     Entrant("contact_stiffness", "told the stiffness"),

@@ -33,7 +33,7 @@ from firstcontact.twin import (
 
 Values = NDArray[np.float64]
 #: Delay of placed contacts in samples, mean and standard deviation: twice as variable as in the
-#: training of the network. No contact is further off than ``MARGIN``.
+#: training of the network. No delay is longer than ``MARGIN``.
 DELAY, MARGIN = (3.0, 2.5), 12
 #: Standard deviation of a label, Shore A.
 LABEL = 2.0
@@ -108,7 +108,7 @@ def _compressive(rng: Rng) -> Change:
     return change
 
 
-#: Families besides those of the twin, and changes of the signal.
+#: Families of rigs: those of the twin, and families whose signals are changed.
 STRUCTURES: Mapping[str, Family] = {
     **FAMILIES,
     "lossy": Family("loss outside the training range", change_object=_lossy),

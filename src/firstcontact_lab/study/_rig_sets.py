@@ -44,7 +44,7 @@ class Use(StrEnum):
     #: Blocks for conditioning, and blocks of other sessions.
     BLOCKS = "blocks"
     HELD = "held_blocks"
-    #: Objects outside all training.
+    #: Objects that no estimator is trained on.
     OBJECTS = "objects"
     #: Blocks and objects of another hand.
     OTHER_BLOCKS = "other_hand_blocks"

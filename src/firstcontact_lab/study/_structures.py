@@ -54,8 +54,8 @@ LEAD = 0.012
 LABEL = 2.0
 #: Range of the ratio between the peak of a hard block and the RMS of the motor.
 CLEAR = (80.0, 400.0)
-#: Clicks and swells of any motor: largest number per second of each, median peak of a click, and
-#: largest growth of a swell. The last two are multiples of the motor's RMS.
+#: Clicks and swells of all motors: largest number of each per second, median peak of a click, and
+#: largest growth of a swell. Peak and growth are multiples of the motor's RMS.
 CLICKS, CLICK = 2.0, 10.0
 SWELLS, SWELL = 0.5, 3.0
 
@@ -151,7 +151,7 @@ def _belt(rng: Rng, n: int, pace: Values, size: Mapping[str, float]) -> Values:
 
 
 Motor = Callable[[Rng, int, Values, Mapping[str, float]], Values]
-#: Motors by name, each with another law of its sound.
+#: Functions that return a motor's noise, by the kind of motor.
 MOTORS: Mapping[str, Motor] = {
     "brushes": _brushes,
     "gearbox": _gearbox,

@@ -13,7 +13,7 @@ from firstcontact.signal import contact_windows
 
 Values = NDArray[np.float64]
 Contacts = tuple[Contact | None, ...]
-#: Windows, and a mask of the pinches that have one.
+#: Windows, and a mask of the pinches that have a window.
 Cut = tuple[Windows, NDArray[np.bool_]]
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from firstcontact.models import Group, Split
 
-#: Most random folds.
+#: Largest number of random folds.
 FOLDS = 5
 #: Share of the pinches that the paper's random split keeps for testing.
 RANDOM_TEST = 0.1

@@ -122,7 +122,8 @@ def blocks(
     reference = ESTIMATORS.default
     strip = bool(subject.detections) and reference in models and len(aligned) > 0
     if strip:
-        # The effect of the alignment is measured in the other two splits only.
+        # The effect of windows that start at known contacts is measured in the other two splits
+        # only.
         strip_splits = {
             place: folds
             for place, folds in _splits(aligned, settings)[0].items()

@@ -35,12 +35,12 @@ from firstcontact_lab.study.settings import StudySettings
 Values = NDArray[np.float64]
 #: Seed of the rigs, and rigs of each family. No choice was made on rigs of this seed.
 SEED, RIGS = 9108, 2
-#: Times after the contact that are scored, ms, and that of coverage.
+#: Times after the contact at which errors are scored, ms, and time of the coverage, ms.
 TIMES, MIDDLE = (2, 5, 15), 5
 #: Resamples of the rigs.
 RESAMPLES = 2000
-#: Relative standard error of the measured speeds, and False if the model does not get this error;
-#: None without a measurement.
+#: Relative standard error of the measured speeds, and True if the model gets this error; None
+#: without a measurement.
 MEASUREMENTS: dict[str, tuple[float, bool] | None] = {
     "not measured": None,
     "exact": (0.0, True),
@@ -57,8 +57,8 @@ SPEEDS = {
     "usual": "Closing speed alike in all pinches of a rig, as far as hands repeat it",
     "free": "Closing speed of each pinch from 0.5 to 2 times the usual one",
 }
-#: Scores of a model with a measurement: RMSE by use and time, and coverage at ``MIDDLE``. The
-#: former are kept as mean squares of a rig.
+#: Scores of a model with a measurement: RMSE by use and time, and coverage at ``MIDDLE``. For each
+#: rig, mean squared errors are kept instead of the RMSE.
 KEYS = tuple(
     f"{use} {score}"
     for use in (EVERYDAY, RANDOM)

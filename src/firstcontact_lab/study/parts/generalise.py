@@ -29,7 +29,7 @@ from firstcontact_lab.study._subject import Subject
 from firstcontact_lab.study.part import Part, Step
 from firstcontact_lab.study.settings import StudySettings
 
-#: Number of sets on which slow estimators are scored. Their training there is brief.
+#: Number of sets on which estimators that train slowly are scored. Their training is brief.
 SLOW_SETS = 1
 
 

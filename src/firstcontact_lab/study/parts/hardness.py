@@ -106,7 +106,7 @@ class HardnessOrder(Record, frozen=True, kw_only=True):
         return (left_out.classification if left_out else None) or {}
 
 
-#: The score that orders materials without any training. Declared before any result was seen: a
+#: Score that orders materials without any training. It was chosen before any result was seen: a
 #: harder surface gives a shorter contact (Hertz), so more of the energy of the first 15 ms lies at
 #: high frequencies.
 SCORE = "spectral centroid of the first 15 ms after contact, Hz"

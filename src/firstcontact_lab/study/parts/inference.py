@@ -108,8 +108,8 @@ class BoardTime(Record, frozen=True, kw_only=True):
 
 
 class _Row(msgspec.Struct):
-    # The entry of a detector has no estimator. That of a model too large for the board has no
-    # instructions.
+    # The entry of a detector has no estimator. The entry of a model that is too large for the board
+    # has no instructions.
     estimator: Name | None = None
     task: Name | None = None
     samples: _Positive | None = None

@@ -53,7 +53,8 @@ MIDDLE = 5
 RESAMPLES = 2000
 _USES = (BLOCK, EVERYDAY, RANDOM)
 #: Scores of a method, in this order: by use the RMSE at each time and of three pinches, then
-#: coverage and width of one pinch and of three. Errors are kept as mean squares of a rig.
+#: coverage and width of one pinch and of three. For each rig, mean squared errors are kept instead
+#: of the RMSE.
 KEYS = tuple(
     f"{use} {score}"
     for use in _USES

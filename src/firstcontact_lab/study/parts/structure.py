@@ -46,10 +46,11 @@ from firstcontact_lab.study.part import Part, Step, Subjects
 from firstcontact_lab.study.settings import StudySettings
 
 Values = NDArray[np.float64]
-#: Rigs of each motor, and pinches of each rig.
+#: Number of rigs of each kind of motor, and numbers of pinches of each rig.
 SEEDS, BLOCKS_EACH, OBJECTS, EMPTY = 3, 6, 40, 4
 LEVELS = (20.0, 29.0, 43.0, 52.0, 60.0)
-#: Length of empty closings, s, and of the parts in which they are searched: that of usual closings.
+#: Length of empty closings, s, and length of the pieces in which contacts are searched, as long as
+#: usual closings.
 LASTS, HEARD = 3.0, 0.25
 #: Time after the contact of the scored estimates, s.
 AT = 0.005

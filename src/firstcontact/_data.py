@@ -21,7 +21,8 @@ def load(path: AnyPath | Iterable[AnyPath]) -> Dataset:
     Parameters
     ----------
     path
-        A recording, a folder that is searched with all folders in it, or several of these.
+        A recording; a folder, which is searched with all folders in it; or a list of recordings and
+        folders.
 
     Returns
     -------
@@ -120,7 +121,7 @@ def simulate(
     positions: bool = False,
     progress: Progress = None,
 ) -> Dataset:
-    """Simulate labelled pinches of five blocks and eight objects on the twin.
+    """Simulate labelled pinches of five flat blocks and eight other objects on the twin.
 
     Parameters
     ----------
@@ -129,13 +130,14 @@ def simulate(
     condition
         "paper-rig" varies the pinches as in the published set-up, "everyday" as outside a lab.
     pinches_per_block, pinches_per_object
-        Number of pinches of each block, and of each object.
+        Number of pinches of each flat block, and of each other object.
     seed
-        The same seed writes the same bytes.
+        Random seed. The same seed writes the same bytes.
     workers
         Number of threads; all cores by default. It does not change the result.
     noise
-        Recording of a real sensor at rest. Its noise replaces the modelled electronics and hum.
+        Recording of a real sensor at rest. It replaces the modelled noise of the electronics and
+        the modelled hum.
     positions
         True for a hand that reports its positions: each pinch then has a measured closing speed.
     progress

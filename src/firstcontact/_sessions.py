@@ -32,7 +32,7 @@ def open(
         "twin" for the simulated hand, a serial port, "audio", "lsl:NAME", "csv:PORT", or the
         path of a recording (.mcap).
     speed
-        Multiple of real time, for the twin and recordings.
+        Speed of the twin or of a recording, as a multiple of real time.
     condition, seed
         Condition and random seed of the twin.
     objects
@@ -41,7 +41,7 @@ def open(
     Raises
     ------
     InputError
-        The device is not there, or cannot be used with these parameters.
+        The device does not exist, or cannot be used with these parameters.
 
     Examples
     --------
@@ -101,8 +101,8 @@ def live(
     seconds, pinches
         End after this time, s, or after this number of pinches.
     real_time
-        Set False for a source that runs at another speed without reporting it. Estimates are then
-        not rated as in time or too late.
+        Set False for a source that runs faster or slower than real time without reporting it.
+        Estimates are then not rated as in time or too late.
 
     Yields
     ------

@@ -8,13 +8,14 @@ from firstcontact.core import require_modules
 
 
 def on_cluster(cluster: str | None) -> AbstractContextManager[None]:
-    """Return a context in which heavy computing runs on a cluster; without an address, locally.
+    """Return a context manager in whose block heavy computing runs on a cluster.
+
+    ``cluster`` is the address of the scheduler. If it is None, this machine computes.
 
     Raises
     ------
     InputError
-        The extra packages are not installed or, on entering the context, the cluster cannot be
-        used.
+        The extra packages are not installed. On entering the block: the cluster cannot be used.
     """
     if cluster is None:
         return nullcontext()

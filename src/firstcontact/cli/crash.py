@@ -1,4 +1,4 @@
-"""Report of an unexpected error: one sentence, and a log to send."""
+"""Report of an unexpected error: one sentence, and a crash log to send."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SECRET = ("--token",)
 
 
 def crash_report(error: BaseException, arguments: Sequence[str]) -> str:
-    """Write the log. Return a sentence with the error and the path of the log."""
+    """Write a crash log. Return a sentence with the error and the path of the log."""
     summary = one_line(f"{type(error).__name__}: {error}".removesuffix(": "))
     cause = "memory ran out" if isinstance(error, MemoryError) else "an unexpected error occurred"
     path = _write(_text(error, arguments))
@@ -50,7 +50,7 @@ def _text(error: BaseException, arguments: Sequence[str]) -> str:
 
 
 def _redacted(arguments: Sequence[str]) -> tuple[str, list[str]]:
-    """Return the command line without its secrets, and the secrets."""
+    """Return the command line with its secrets hidden, and a list of these secrets."""
     words, secrets = [], []
     hide = False
     for word in arguments:
@@ -67,9 +67,12 @@ def _redacted(arguments: Sequence[str]) -> tuple[str, list[str]]:
 
 
 def _write(text: str) -> Path | None:
-    """Write the log into the folder of program states, or else of temporary files.
+    """Write a crash log.
 
-    Return its path, or None if neither folder can be written.
+    The log goes into the user's folder for program states (``~/.local/state``) or, if this folder
+    cannot be written, into the folder for temporary files.
+
+    Return the path of the log, or None if neither folder can be written.
     """
     name = f"firstcontact-{datetime.now(UTC):%Y%m%dT%H%M%S.%fZ}-{os.getpid()}.log"
     for folder in (_state, lambda: Path(tempfile.gettempdir())):

@@ -1,4 +1,4 @@
-"""Terminal output of a guided recording: plain lines, and a status line on a tty."""
+"""Terminal output of a guided recording: lines of text and, on a terminal, a status line."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from firstcontact.collect import Guide, Judged, is_tapped
 from firstcontact.core import InputError, Label
 from firstcontact.device import LinkNews, Source
 
-#: Time without a closing after which the terminal prints a reminder, s of the device's time.
+#: Time without a closing after which the terminal prints a reminder, s by the device's clock.
 REMIND = 10.0
-#: Factor over the noise floor above which closings cannot be detected.
+#: Noise, as a multiple of the noise floor, above which closings cannot be detected.
 NOISY = 1.4
 
 
@@ -40,14 +40,15 @@ def entered() -> bool:
 
 
 class Terminal:
-    """Terminal that shows a recording and asks for Enter when the object has to be changed.
+    """Terminal display of a recording. It asks for Enter when the object has to be changed.
 
     Parameters
     ----------
     source
-        Source of the recording.
+        Source of the recorded samples.
     stop
-        Request to stop. While samples are recorded, a signal only sets this request.
+        Request to stop. While samples are recorded, a signal such as Ctrl-C only sets this request
+        and raises no error.
     asks
         True if a person changes the objects.
 
@@ -82,7 +83,7 @@ class Terminal:
             )
 
     def begin(self, guide: Guide) -> None:
-        """Show the objects and results of this guide."""
+        """Start to show a recording. Its guide names the objects and judges the closings."""
         health = self._source.health
         self._guide = guide
         self._asks = self._asks and guide.objects > 1
@@ -93,7 +94,7 @@ class Terminal:
         self._stop.gently = True
 
     def end(self) -> None:
-        """Print how much data came, was lost or damaged, and how many closings were refused."""
+        """Print the numbers of received and lost samples, damaged frames, and refused closings."""
         self._stop.gently = False
         guide, health = self._following(), self._source.health
         self.complete = guide.current is None
@@ -112,12 +113,12 @@ class Terminal:
             )
 
     def next_object(self, label: Label, recorded: int, wanted: int) -> bool:
-        """Name the next object. Return False if a person must place it first.
+        """Print the next object. Return False if a person must put it in place first.
 
         Raises
         ------
         InputError
-            A person must place the object, but standard output is closed.
+            A person must put the object in place, but standard output is closed.
         """
         shore = "" if label.shore_a is None else f", {label.shore_a:g} Shore A"
         self._say_and_reset_timer(
@@ -133,7 +134,7 @@ class Terminal:
         return not self._asks
 
     def in_place(self) -> bool:
-        """Return True if Enter was pressed.
+        """Return True if Enter was pressed: the object is in place.
 
         Raises
         ------
@@ -158,7 +159,7 @@ class Terminal:
         self._say_and_reset_timer(", ".join(parts))
 
     def going_on(self) -> None:
-        """Refresh the status line. Print link changes and reminders."""
+        """Refresh the status line. Print reminders, and news about the connection to the device."""
         health, guide = self._source.health, self._following()
         for line in self._link.lines(health):
             self.say(line)

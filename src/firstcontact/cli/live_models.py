@@ -38,7 +38,7 @@ def live_model(folder: Path | None, detector: Path | None) -> Model:
 
 
 def left_out(model: Model, predictor: Predictor | None, estimator: str | None) -> str:
-    """Return a note if the network is left out because of its sampling rate, else ""."""
+    """Return a note if the network cannot predict because of its sampling rate, else ""."""
     network = model.network
     if estimator is not None or network is None or predictor is None:
         return ""
@@ -59,7 +59,10 @@ def landmarks(model: Model) -> dict[str, float]:
 
 
 def device_model_line(device: DevicePredictor, model: Path | None) -> str:
-    """Return a line about the model that runs on a device, compared with the folder ``model``."""
+    """Return a line about the model that runs on a device, and how it compares with ``model``.
+
+    ``model`` is the folder from which the device was flashed; None if the user names none.
+    """
     from firstcontact.export import hand_image
 
     line = f"the device predicts by itself, with the model {device.model}"
@@ -75,7 +78,7 @@ def device_model_line(device: DevicePredictor, model: Path | None) -> str:
 
 
 def device_noise(device: DevicePredictor | None) -> Calibration | None:
-    """Return the noise floors that a device states, for the host; None if it states none."""
+    """Return the noise floors that a device reports, for the host; None if it reports none."""
     from firstcontact.core import Calibration, VibrationCalibration, fingertip_layout
 
     if device is None or len(device.floors) < 2 or not min(device.floors) > 0:

@@ -18,12 +18,12 @@ _kept: deque[str] = deque(maxlen=KEPT)
 
 
 class _Lines(logging.Handler):
-    """Handler that keeps each record as one plain line, and prints those above a level.
+    """Handler that keeps each log record as one line of text, and prints the important records.
 
     Parameters
     ----------
     level_shown
-        Lowest level that is shown.
+        Lowest level of the records that are printed.
     """
 
     def __init__(self, level_shown: int) -> None:
@@ -35,7 +35,7 @@ class _Lines(logging.Handler):
         self.formatter.converter = time.gmtime
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Keep a record, and show it."""
+        """Keep a log record. Print it if its level is high enough."""
         line = one_line(self.format(record))
         _kept.append(line)
         if record.levelno >= self._shown:
@@ -45,7 +45,7 @@ class _Lines(logging.Handler):
 
 @contextmanager
 def logged(verbose: bool) -> Iterator[None]:
-    """Keep and print the package's log records until the end of the block.
+    """Keep and print the package's log records until the end of the ``with`` block.
 
     Parameters
     ----------
@@ -66,5 +66,5 @@ def logged(verbose: bool) -> Iterator[None]:
 
 
 def last_lines() -> tuple[str, ...]:
-    """Return the last lines of the log."""
+    """Return the last lines of the log, at most ``KEPT``."""
     return tuple(_kept)

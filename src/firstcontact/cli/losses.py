@@ -1,4 +1,4 @@
-"""Warnings about unusable parts of recordings."""
+"""Warnings about data in recordings that cannot be used."""
 
 from __future__ import annotations
 
@@ -6,6 +6,6 @@ from firstcontact.core import Dataset
 
 
 def print_losses(dataset: Dataset) -> None:
-    """Print a warning for each part of a recording that could not be loaded."""
+    """Print a warning for each piece of a recording that could not be loaded."""
     for sentence in dataset.losses:
         print(f"warning: {sentence}")

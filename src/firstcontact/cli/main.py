@@ -22,7 +22,8 @@ from firstcontact.core import (
     summarize_error,
 )
 
-#: Exit codes: success, unusable input, unexpected error. That of a signal is 128 plus its number.
+#: Exit codes: success, unusable input, unexpected error. After a signal the code is 128 plus the
+#: signal's number.
 DONE, INPUT, UNFORESEEN = 0, 2, 70
 #: Option of all verbs.
 VERBOSE = "--verbose"
@@ -111,7 +112,7 @@ def _parsed(arguments: list[str]) -> Any:
 
 
 def _with_option(error: InputError, verb: Any) -> str:
-    """Return an error's message that names the option, or the path in it, not the parameter."""
+    """Return an error's message, preceded by the option's name or by the path given to it."""
     if not error.parameter or verb is None:
         return str(error)
     field = getattr(verb, "options", {}).get(error.parameter, error.parameter)
@@ -128,7 +129,10 @@ def _failed(code: int, sentence: str) -> int:
 
 
 def _output_code(out: Output) -> int:
-    """Return 2 if printed text was lost, but 0 if the reader had closed the output."""
+    """Return the exit code of the output: 2 if printed text was lost, else 0.
+
+    If the reader closed the output, the code is 0, too.
+    """
     if out.failed is None or out.gone:
         return DONE
     return _failed(INPUT, f"standard output: {out.failed.strerror}: the output is incomplete")

@@ -25,7 +25,7 @@ INDENT = 28
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Option:
-    """Properties of an option that the type and the docstring of its field cannot hold.
+    """Properties of an option that its field's type and docstring cannot express.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class Option:
     positional
         True for an argument without a name.
     names
-        Names that the help lists; the verb refuses others.
+        Allowed names, which the help lists. The verb itself refuses other names.
     help
         Text in place of the field's docstring.
     """
@@ -89,7 +89,7 @@ class Argument:
 
     @property
     def metavar(self) -> str:
-        """Return the placeholder of the value in the help; of a positional argument, the name."""
+        """Return the placeholder of the value in the help; for a positional argument, its name."""
         if self.option.positional:
             return self.field.name.upper()
         kind = _without_none(self.kind)
@@ -263,7 +263,7 @@ def _refuse_unknown(parser: _Parser, verb: type[Any], unknown_words: list[str]) 
 
 
 def _field_texts(verb: type[Any]) -> dict[str, str]:
-    """Return the docstring below each field; an empty result if the source is not available."""
+    """Return the docstring below each field; nothing if the source code is not available."""
     try:
         body = ast.parse(dedent(inspect.getsource(verb))).body[0]
     except (OSError, TypeError, SyntaxError):

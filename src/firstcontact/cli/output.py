@@ -63,7 +63,7 @@ class Output:
 
     @property
     def gone(self) -> bool:
-        """True if the program that read the stream has closed it."""
+        """True if the program that reads the stream has closed it."""
         return self.failed is not None and self.failed.errno in GONE
 
     def _lost(self, error: OSError) -> None:
@@ -106,5 +106,5 @@ def _nowhere(mode: str) -> TextIO:
 
 
 def reader_gone() -> bool:
-    """Return True if the program that read standard output has closed it."""
+    """Return True if the program that reads standard output has closed it."""
     return isinstance(sys.stdout, Output) and sys.stdout.gone

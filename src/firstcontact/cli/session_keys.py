@@ -28,7 +28,7 @@ AGAIN = 0.5
 
 @dataclass(frozen=True, slots=True)
 class Request:
-    """Request in a line of JSON."""
+    """Request of another program to the session, as a line of JSON."""
 
     do: Literal["close", "open", "new"]
 
@@ -70,7 +70,7 @@ def session_keys(session: LiveSession) -> Iterator[None]:
 
 
 def _standard_input() -> int | None:
-    """Return the file behind standard input, or None if it is missing or closed."""
+    """Return the file descriptor of standard input, or None if it is missing or closed."""
     try:
         return None if sys.stdin is None else sys.stdin.fileno()
     except (OSError, ValueError):
@@ -87,7 +87,8 @@ def _keys(session: LiveSession) -> Iterator[str]:
 def _keys_at_once(number: int) -> list[Any] | None:
     """Make a terminal deliver each key immediately, and return its old settings.
 
-    Return None if the file ``number`` is no terminal, or a terminal of another program.
+    ``number`` is a file descriptor. Return None if the file is no terminal, or if another program
+    is in the foreground of the terminal.
     """
     if not (os.isatty(number) and _ours(number)):
         return None
@@ -100,7 +101,7 @@ def _keys_at_once(number: int) -> list[Any] | None:
 
 
 def _ours(number: int) -> bool:
-    """Return True if this program is in the foreground of the terminal ``number``.
+    """Return True if this program is in the foreground of a terminal, given its file descriptor.
 
     In the background, reading the terminal would stop the program.
     """

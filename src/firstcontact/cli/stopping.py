@@ -1,4 +1,4 @@
-"""Signals as requests to stop, so that a file can be finished."""
+"""Signals, such as Ctrl-C, as requests to stop, so that a file can be finished."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ INSISTED = 5.0
 
 
 class Stop:
-    """Request to stop the process.
+    """Request to stop the process, made by a signal such as Ctrl-C.
 
     Attributes
     ----------
     signal
-        First signal; None before it.
+        First signal that came; None before.
     gently
-        True while a loop polls ``requested``. The first signal then only sets ``requested``;
-        otherwise it raises KeyboardInterrupt.
+        True while a loop polls ``requested``. The first signal then only sets ``requested``. If
+        ``gently`` is False, the first signal also raises KeyboardInterrupt.
     """
 
     def __init__(self) -> None:
@@ -41,7 +41,7 @@ class Stop:
 
     @property
     def code(self) -> int:
-        """Exit code of a stopped program, as shells have it: 130 for Ctrl-C."""
+        """Exit code of a stopped program, by the convention of shells: 130 for Ctrl-C."""
         return 128 + (self.signal or signal.SIGINT)
 
     def _take(self, number: int, frame: FrameType | None) -> None:
@@ -63,7 +63,9 @@ _installed: list[Stop] = []
 
 @contextmanager
 def stopping() -> Iterator[Stop]:
-    """Handle the signals of :data:`NAMES` until the end of the block; nested blocks share a Stop.
+    """Yield a Stop that handles the signals in :data:`NAMES` until the end of the ``with`` block.
+
+    Nested blocks share one Stop.
 
     If SIGHUP or SIGQUIT was ignored before (``nohup``), it stays ignored. Only the main thread gets
     signals.

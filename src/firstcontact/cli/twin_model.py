@@ -1,4 +1,4 @@
-"""Default model for the twin: shipped for its default hand, otherwise trained and cached."""
+"""Default model for the twin: shipped for the twin's default options, else trained and cached."""
 
 from __future__ import annotations
 
@@ -32,7 +32,8 @@ def twin_model(condition: str, seed: int) -> Path:
     condition
         Condition of the twin.
     seed
-        Random seed of the twin. The training pinches differ from the pinches that it shows live.
+        Random seed of the twin. The training pinches differ from the pinches that the twin shows
+        live.
     """
     if (condition, seed) == SHIPPED_HAND:
         return SHIPPED

@@ -30,7 +30,7 @@ SECONDS = (0.1, 3600.0)
 
 
 def silent(line: str) -> None:
-    """Ignore a line."""
+    """Ignore a line. It is the default for ``say``."""
 
 
 def calibrate(
@@ -60,20 +60,20 @@ def calibrate(
     tap
         True to measure a tap on each fingertip.
     weights
-        CSV file with the columns finger, newtons and volts of known weights, or its rows. A force
-        curve is fitted to them.
+        Measurements with known weights, to which force curves are fitted: a CSV file with the
+        columns finger, newtons and volts, or the rows of such a file.
     weigh
-        Known weights, N. They are put on a taxel of each finger one after the other.
+        Known weights, N. A person puts each weight on a taxel of each finger, one after the other.
     say
-        Called with each line for the person at the device, such as ``print``.
+        Function, such as ``print``, that is called with each line for the person at the device.
     confirmed
-        Polled while a person puts a weight of ``weigh`` in place. The weight is measured once this
-        function returns True.
+        Function that is called repeatedly while a person puts a weight of ``weigh`` in place. Once
+        it returns True, the weight is measured.
 
     Returns
     -------
     Calibration
-        Noise floors, and taps and force curves where they were measured.
+        Noise floors, and the taps and force curves that were measured.
 
     Raises
     ------
@@ -136,7 +136,7 @@ def _with_taps(source: Source, calibration: Calibration, say: Say) -> Calibratio
 
 
 def _curves(weighings: Sequence[Weighing]) -> tuple[ForceCurve, ...]:
-    """Fit a force curve for each finger."""
+    """Return a force curve for each finger, fitted to its weighings."""
     fingers = sorted({w.finger for w in weighings})
     if not fingers:
         raise InputError("no weight is given: add a line for each weight", parameter="weights")
@@ -146,7 +146,7 @@ def _curves(weighings: Sequence[Weighing]) -> tuple[ForceCurve, ...]:
 def _weighings(
     source: Source, weigh: Sequence[float], say: Say, confirmed: Callable[[], bool]
 ) -> list[Weighing]:
-    """Ask for each weight on each finger, and measure it."""
+    """Ask for each weight on each finger. Return the measured voltages."""
     weighings = []
     link = LinkNews(source.health)
     fingers = source.descriptor.layout.vibration_fingers
@@ -174,7 +174,7 @@ def loaded_volts(source: Source, finger: Finger, seconds: float = 1.0) -> float:
     finger
         Finger whose force channels are read.
     seconds
-        Time over which the voltage is averaged, s of the device's time.
+        Time over which the voltage is averaged, s by the device's clock.
 
     Raises
     ------

@@ -39,7 +39,7 @@ class Agreement:
     drift, drift_error
         Relative difference of the camera's clock rate from the device's, and its standard error.
     left_out
-        Contacts that only the camera has.
+        Contacts for which only the camera has a time.
     """
 
     residuals: Mapping[Key, float]
@@ -51,17 +51,17 @@ class Agreement:
 
     @property
     def within(self) -> float:
-        """Share of contacts that agree within one frame."""
+        """Share of contacts whose two times differ by at most one frame."""
         return float(np.mean(self._sizes <= 1.0 / self.fps))
 
     @property
     def median(self) -> float:
-        """Median disagreement, s."""
+        """Median absolute difference between the two times of a contact, s."""
         return float(np.median(self._sizes))
 
     @property
     def largest(self) -> float:
-        """Largest disagreement, s."""
+        """Largest absolute difference between the two times of a contact, s."""
         return float(self._sizes.max())
 
     @property
@@ -85,7 +85,7 @@ def read_contacts(path: Path) -> dict[Key, float]:
     Raises
     ------
     InputError
-        The file cannot be read, misses a column, a value cannot be used, or a contact is listed
+        The file cannot be read or misses a column, a value cannot be used, or a contact is listed
         twice.
     """
     contacts: dict[Key, float] = {}
@@ -106,7 +106,7 @@ def read_contacts(path: Path) -> dict[Key, float]:
 
 
 def compare(recording: Recording, contacts: Mapping[Key, float], fps: float = 960.0) -> Agreement:
-    """Fit the camera's clock to the device's clock, and return the residuals.
+    """Fit the camera's clock to the device's clock, and return how well the contacts agree.
 
     Each epoch has its own offset, because the device counts from 0 again. All epochs share one
     drift. The fit is robust to a few wrong labels.
@@ -123,7 +123,7 @@ def compare(recording: Recording, contacts: Mapping[Key, float], fps: float = 96
     Raises
     ------
     InputError
-        ``fps`` is out of range, or too few pinches have contacts in both lists.
+        ``fps`` is out of range, or too few pinches have times from both the strips and the camera.
     """
     if not 1.0 <= fps <= FASTEST:
         raise InputError(f"fps is {fps:g}: give the camera's frames per second, 1 to {FASTEST:g}")
@@ -172,10 +172,10 @@ def _least_squares(
     near: NDArray[np.bool_],
     otherwise: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], float]:
-    """Fit the clocks by least squares to the contacts in the mask ``near``.
+    """Fit the clocks by least squares to the contacts that the mask ``near`` selects.
 
-    Return the parameters and the standard error of the last parameter, the drift. If the mask has
-    too few contacts, return the parameters ``otherwise``, and NaN as the error.
+    Return the parameters and the standard error of the last parameter, the drift. If the mask
+    selects too few contacts, return ``otherwise`` as the parameters and NaN as the error.
     """
     a, b = design[near], difference[near]
     if len(a) <= a.shape[1] or np.linalg.matrix_rank(a) < a.shape[1]:

@@ -61,7 +61,10 @@ class ClosingCheck:
 
     @property
     def anchor(self) -> int | None:
-        """Sample of the first contact, by the strips or else by the detector."""
+        """Number of the first contact's sample; None without a contact.
+
+        It comes from the strips or, if no strip has closed, from the detector.
+        """
         samples = self.strips.values() or [c.sample for c in self.contacts.values()]
         return min(samples, default=None)
 
@@ -79,13 +82,13 @@ class ClosingCheck:
 
     @property
     def truth(self) -> tuple[Contact, ...]:
-        """Contacts from the strips, in the order of time."""
+        """Contacts from the strips, in time order."""
         contacts = [Contact(f, s, s) for f, s in self.strips.items()]
         return tuple(sorted(contacts, key=lambda c: c.sample))
 
     @property
     def detected(self) -> tuple[Contact, ...]:
-        """Detected contacts of sensors without a strip, in the order of time."""
+        """Detected contacts of fingers without a strip, in time order."""
         contacts = [
             c
             for f, c in self.contacts.items()
@@ -129,9 +132,9 @@ class ClosingCheck:
         return faults
 
     def disagreement(self) -> float | None:
-        """Return the time from the first contact of a strip to that of the same finger's piezo, s.
+        """Return the time (s) from the first strip's contact to that of the same finger's piezo.
 
-        Return None if one of them is missing.
+        Return None if one of the two contacts is missing.
         """
         if not self.truth or self.truth[0].finger not in self.contacts:
             return None

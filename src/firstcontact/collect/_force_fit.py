@@ -1,8 +1,8 @@
 """Fit of a finger's force curve to known weights.
 
-A taxel is a piece of Velostat sheet, whose conductance rises with the force on it: leak + gain *
-force ** exponent. The leak is the conductance without a load. The device measures the conductance
-as the voltage of a divider.
+A taxel is a piece of Velostat, a sheet whose electrical conductance rises with the force on it. The
+conductance is ``leak + gain * force ** exponent``, where the leak is that without a load. The sheet
+and a resistor form a voltage divider, and the device measures the voltage over the resistor.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ COLUMNS = ("finger", "newtons", "volts")
 
 @dataclass(frozen=True, slots=True)
 class Weighing:
-    """Known force on one taxel, N, with the divider's voltage, V."""
+    """Known force (N) on one taxel, and the voltage (V) over the divider's resistor."""
 
     finger: Finger
     newtons: float
@@ -42,7 +42,7 @@ def read_weights(path: Path) -> tuple[Weighing, ...]:
     Raises
     ------
     InputError
-        The file cannot be read, misses a column, or a value cannot be used.
+        The file cannot be read or misses a column, or a value cannot be used.
     """
     weighings = []
     for line, row in read_rows(path, COLUMNS):

@@ -20,7 +20,7 @@ from firstcontact.recording import PinchMark
 SIGMAS = 10.0
 #: Length of the pieces in which blocks are processed, s: a closing cannot begin and end within one.
 PIECE = 0.015
-#: Length of the parts over which noise is measured, s.
+#: Length of the pieces of stream in which noise is measured, s.
 QUIET = 0.1
 
 
@@ -31,21 +31,22 @@ class Judged:
     Parameters
     ----------
     label
-        Label of the object that should be pinched.
+        Label of the object that was to be pinched.
     faults
         Reasons why the closing does not count; empty if it counts.
     mark
         Mark of the pinch to write; None if the closing does not count.
     k, wanted
-        Number of valid pinches of this object so far, and the wanted number.
+        Number of valid pinches of the object so far, and number of wanted pinches.
     offset
-        Time from the first to the second contact of the strips, s; None if one is missing.
+        Time from the first to the second contact, by the strips, s; None if a contact is missing.
     disagreement
-        Time from the first contact of a strip to that of the same finger's piezo, s; None if one is
-        missing.
+        Time from the first strip's contact to the contact that the same finger's piezo shows, s;
+        None if one of them is missing.
     noise
-        Noise in the quietest part of the stream since the last closing, as a multiple of the noise
-        floor. The louder finger counts. 0 before the first part of ``QUIET`` seconds has ended.
+        Noise in the quietest ``QUIET`` seconds of the stream since the last closing, as a multiple
+        of the noise floor. It is that of the louder finger. It is 0 before the first ``QUIET``
+        seconds have passed.
     """
 
     label: Label
@@ -72,7 +73,7 @@ class Guide:
     calibration
         Calibration with the noise floors of the fingers.
     recorded
-        Number of valid pinches that exist already, by label.
+        Number of valid pinches that are recorded already, by label.
 
     Attributes
     ----------
@@ -125,7 +126,7 @@ class Guide:
         return self._done[label], self._wanted[label]
 
     def update(self, arrival: Arrival) -> list[Judged]:
-        """Process the next samples. Return the closings that have ended."""
+        """Process the next samples. Return the results of the closings that have ended."""
         for marker in arrival.markers:
             self._announced = held_object(marker.text) or self._announced
         block = arrival.block
@@ -136,7 +137,7 @@ class Guide:
         return judged
 
     def finish(self) -> list[Judged]:
-        """Judge a closing that the end of the stream cuts short."""
+        """Judge a closing that the end of the stream has cut short. Return its result, if any."""
         check = self._check
         return self._judge() if check is not None and check.anchor is not None else []
 
@@ -199,7 +200,7 @@ class Guide:
 
 
 class _Noise:
-    """Level of the quietest part of the stream, as a multiple of the noise floor.
+    """Meter of the noise in a stream's quietest piece, as a multiple of the noise floor.
 
     ``floors`` holds the noise floor of each finger, V, shape (fingers,).
     """
@@ -214,7 +215,7 @@ class _Noise:
         self.ratio = 0.0
 
     def restart(self) -> None:
-        """Forget all parts."""
+        """Forget all measured noise."""
         self._parts, self._samples, self.ratio = [], 0, 0.0
 
     def update(self, block: Block) -> None:

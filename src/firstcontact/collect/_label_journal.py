@@ -40,10 +40,10 @@ class Journal:
     Attributes
     ----------
     actions
-        Actions of earlier sessions.
+        Actions that the file already holds.
     lost_bytes
-        Length of an unreadable end, as a crash or a power cut leaves it. It is ignored, and the
-        next action overwrites it.
+        Number of unreadable bytes at the end of the file, as a crash or a power cut leaves them.
+        They are ignored, and the next action overwrites them.
 
     Raises
     ------
@@ -113,7 +113,7 @@ class Journal:
             return  # a disk without locks
 
     def _read(self, opened: Opened) -> int:
-        """Read the actions of earlier sessions and return where the last whole line ends."""
+        """Read the actions in the file. Return the position at which its last whole line ends."""
         try:
             raw = read_regular(self.path, LONGEST)
         except OSError as error:

@@ -17,7 +17,7 @@ MOST = 100_000
 
 
 class Status(StrEnum):
-    """Status of an onset."""
+    """Decision about an onset; ``FOUND`` as long as there is none."""
 
     FOUND = "found"
     ACCEPTED = "accepted"
@@ -33,13 +33,14 @@ class Mark:
     number
         Number that identifies the onset.
     recording, stretch
-        Number of its recording, and of the unbroken stretch in it.
+        Number of the onset's recording, and of the stretch (samples without a gap) in the
+        recording.
     column
-        Number of its vibration channel.
+        Number of the onset's vibration channel.
     sample
-        Position, from the start of the stretch.
+        Position of the onset, in samples from the start of the stretch.
     found
-        Position at which the onset finder put it; None if a person added it.
+        Position at which the onset finder put the onset; None if a person added the onset.
     status
         Decision about the onset.
     object, shore_a
@@ -64,8 +65,8 @@ Whole = Annotated[int, Meta(ge=0, le=LAST_SAMPLE)]
 class Action:
     """Action of the person who labels.
 
-    ``label`` labels its onset and all onsets after it, up to the next one with a label of its own.
-    ``undo`` reverts the last action that is not reverted yet.
+    The action ``label`` labels an onset and all onsets after it, up to the next onset that has a
+    label of its own. The action ``undo`` reverts the last action that is not reverted yet.
     """
 
     do: Literal["accept", "reject", "move", "add", "label", "undo"]
@@ -112,9 +113,9 @@ class Marks:
         return out
 
     def act(self, action: Action) -> int:
-        """Apply an action, and return the number of its onset.
+        """Apply an action. Return the number of the onset that it changed.
 
-        ``add`` returns its new onset, and ``undo`` the onset of the reverted action.
+        For the action ``add`` this is the new onset, for ``undo`` the onset of the reverted action.
 
         Raises
         ------
@@ -132,7 +133,7 @@ class Marks:
         return number
 
     def replay(self, actions: Iterable[Action]) -> None:
-        """Restart from the finder's onsets, and apply these actions."""
+        """Restart from the onset finder's onsets, and apply ``actions``."""
         self._marks = {mark.number: mark for mark in self._onsets}
         self._runs, self.done = {}, []
         for action in actions:

@@ -37,10 +37,10 @@ class Labeller:
 def write_labelled(
     recording: Recording, marks: Sequence[Mark], path: Path, by: Labeller
 ) -> tuple[int, int]:
-    """Copy a recording. Each accepted onset becomes the first contact of a pinch.
+    """Write a copy of a recording in which each accepted onset is the first contact of a pinch.
 
-    An accepted onset of another finger soon after the first contact becomes the second contact. The
-    file is written whole or not at all. The original is only read.
+    If another finger has an accepted onset soon after, that onset is the second contact of the same
+    pinch. The file is written whole or not at all. The original is only read.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def _how(mark: Mark, rate: float) -> str:
 
 
 def _within(recording: Recording, name: str, slow: Block, block: Block) -> bool:
-    """Return True if the block ``slow`` of a slower group begins within ``block``."""
+    """Return True if ``slow``, a block of a slower channel group, begins during ``block``."""
     layout = recording.header.layout
     rate = next(g.layout.rate for g in layout.groups if g.name == name)
     first = slow.first_sample * layout.rate / rate
@@ -143,7 +143,7 @@ def _within(recording: Recording, name: str, slow: Block, block: Block) -> bool:
 
 
 def _pinches(recording: Recording, accepted: Sequence[Mark]) -> Iterator[PinchMark]:
-    """Yield a pinch around each first contact, with the other finger's contact if it follows."""
+    """Yield a pinch for each first contact, with the other finger's contact if it follows soon."""
     rate = recording.header.layout.rate
     fingers = recording.header.layout.vibration_fingers
     groups: list[list[Mark]] = []
@@ -197,7 +197,7 @@ def _pinches(recording: Recording, accepted: Sequence[Mark]) -> Iterator[PinchMa
 def _closing(recording: Recording, block: Block, sample: int, rate: float) -> PinchMark | None:
     """Return the pinch of the original recording that contains ``sample``; None if there is none.
 
-    A pinch that is too long for one closing does not count.
+    Pinches that are too long for one closing are skipped.
     """
     for mark in recording.pinches:
         inside = mark.epoch == block.epoch and mark.first_sample <= sample < mark.end

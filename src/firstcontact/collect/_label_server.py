@@ -22,7 +22,7 @@ POLL = 0.1
 
 
 class LabelServer:
-    """Page of a labelling session.
+    """Server of the page of one labelling session.
 
     Parameters
     ----------
@@ -63,7 +63,8 @@ class LabelServer:
             Called once the page is served.
         is_stopped
             Function that is polled for a request to stop. Signal handlers must not raise exceptions
-            meanwhile: in the middle of a reply, the exception would be lost in the reply's task.
+            while the server runs: an exception during a reply would be lost in the task of that
+            reply.
         """
         try:
             asyncio.run(self._run(ready, is_stopped))

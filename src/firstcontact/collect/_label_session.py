@@ -49,8 +49,8 @@ class Session:
     by
         Author, date and tool.
     is_new_allowed
-        True to begin new labels if ``out`` has none. If False, an ``out`` without labels is refused
-        and stays unchanged.
+        True to begin a new journal if ``out`` has none. If False, an ``out`` without a journal is
+        refused and stays unchanged.
 
     Raises
     ------
@@ -97,21 +97,21 @@ class Session:
 
     @property
     def earlier(self) -> str:
-        """Text with the number of labelling steps of earlier sessions."""
+        """Sentence with the number of labelling steps that the journal already held."""
         lost = self._journal.lost_bytes
         damage = f" ({self._journal.path} ends in {lost} bytes that are no label)" if lost else ""
         steps = counted(len(self._journal.actions), "labelling step")
         return f"{steps} restored from earlier sessions{damage}"
 
     def state(self) -> dict[str, Any]:
-        """Return the state of all marks."""
+        """Return all onsets with their labels, and the number of actions so far, as JSON."""
         return {
             "marks": [_mark_json(mark) for mark in self.marks.ordered()],
             "done": len(self.marks.done),
         }
 
     def hello(self) -> dict[str, Any]:
-        """Return the first message for the page."""
+        """Return the first message for the page: the recordings, and the state of all onsets."""
         return {"recordings": about(self._recordings), **self.state()}
 
     def obey(self, message: str | bytes) -> dict[str, Any]:
@@ -120,7 +120,7 @@ class Session:
         Raises
         ------
         InputError
-            The request cannot be fulfilled; nothing has changed.
+            The message cannot be handled; nothing has changed.
         """
         data = message.encode() if isinstance(message, str) else message
         if _QUESTION.search(data):

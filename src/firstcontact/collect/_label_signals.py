@@ -89,7 +89,7 @@ def find_marks(recordings: Sequence[Recording]) -> list[Mark]:
 
 
 def about(recordings: Sequence[Recording]) -> list[dict[str, Any]]:
-    """Return name, rate, channels and lengths of each recording for the page."""
+    """Return each recording's name, rate, channels and stretch lengths, for the page."""
     return [
         {
             "name": r.path.name,
@@ -105,22 +105,23 @@ def about(recordings: Sequence[Recording]) -> list[dict[str, Any]]:
 
 
 def piece(recording: Recording, stretch: int, middle: int, half: float) -> dict[str, Any]:
-    """Return the samples of all vibration channels around one sample.
+    """Return all vibration signals around one sample, reduced to minima and maxima for a plot.
 
     Parameters
     ----------
     recording, stretch
-        Recording, and number of the unbroken stretch in it.
+        Recording, and number of the stretch (samples without a gap) in the recording.
     middle
-        Sample in the middle, from the start of the stretch.
+        Position of the middle, in samples from the start of the stretch.
     half
-        Length on either side, s.
+        Length on either side of the middle, s.
 
     Returns
     -------
     dict
-        ``first``: number of the first sample. ``step``: number of samples in a step. ``least`` and
-        ``most``: smallest and largest value in each step, by channel, in the channel's unit.
+        ``first``: position of the first sample in the stretch. ``step``: number of samples that
+        each minimum and maximum covers. ``least`` and ``most``: for each channel, the minima and
+        maxima, in the channel's unit.
     """
     layout = recording.header.layout
     block = recording.stretches[stretch]
@@ -139,5 +140,5 @@ def piece(recording: Recording, stretch: int, middle: int, half: float) -> dict[
 
 
 def _rounded(values: Any, digits: int) -> list[float]:
-    """Round values of any unit to enough digits for a plot."""
+    """Return values rounded to ``digits`` significant digits."""
     return [float(f"{v:.{digits}g}") for v in values.tolist()]

@@ -46,11 +46,11 @@ def record(
     progress: Progress = None,
     stopped: Callable[[], bool] = lambda: False,
 ) -> Path:
-    """Record pinches until enough of each object are valid.
+    """Record until there are enough valid pinches of each object.
 
-    All samples are recorded. Close the hand yourself, in another thread or by its own control. The
-    simulated hand closes by itself. If ``object`` names an object of the simulated hand, such as
-    "block 29" or "apple", the hand pinches that object and its Shore A is known.
+    All samples are recorded. Close the hand yourself: in another thread, or with the hand's own
+    control. The simulated hand closes by itself. If ``object`` names an object of the simulated
+    hand, such as "block 29" or "apple", the hand pinches that object and its Shore A is known.
 
     Parameters
     ----------
@@ -60,7 +60,8 @@ def record(
         Folder for the recording. If it already holds this session, recording continues in another
         file.
     object, pinches, shore_a, specimen, role
-        Name of the object, number of valid pinches, and labels: Shore A, specimen and role.
+        Name of the object; number of valid pinches to record; the object's Shore A and specimen;
+        and the role of the pinches.
     plan
         Several objects instead of one: a CSV file with the columns object, pinches, shore, specimen
         and role, or the rows of such a file.
@@ -71,12 +72,12 @@ def record(
     hand, notes
         Hand and remarks for the header of the recording.
     screen
-        Display that shows results and asks for the next object; see
+        Display that shows results and asks for the next object, a
         :class:`firstcontact.collect.Screen`.
     progress
         True to show a bar, or a function that is called with 1 for each valid pinch.
     stopped
-        Polled several times a second; recording ends early when it returns True.
+        Function that is called several times a second. When it returns True, recording ends early.
 
     Returns
     -------
@@ -198,7 +199,7 @@ def _items(
 
 
 class _CountingScreen:
-    """Screen of a recording without a terminal: counts valid pinches."""
+    """Screen of a recording without a terminal. It only counts valid pinches."""
 
     def __init__(self, step: Callable[[int], object]) -> None:
         self._step = step

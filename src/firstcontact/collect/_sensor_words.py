@@ -11,7 +11,7 @@ def measured_channel(layout: Layout, measured: VibrationCalibration) -> Channel 
 
 
 def is_tapped(layout: Layout) -> bool:
-    """Return True if no sensor belongs to a finger: the source then has no hand with a motor."""
+    """Return True if no sensor belongs to a finger: a person taps a disc, and no motor closes."""
     return all(finger is None for finger in layout.vibration_fingers)
 
 
@@ -21,7 +21,7 @@ def rest_request(layout: Layout) -> str:
 
 
 def rest_words(measured: VibrationCalibration, channel: Channel | None) -> str:
-    """Return a sentence with the noise and the offset of a sensor."""
+    """Return a sentence with the noise and the mean (offset) of a sensor at rest."""
     if channel is None or channel.unit == "V":
         noise, offset = 1e3 * measured.noise, 1e3 * measured.offset
         return f"noise {noise:.2f} mV RMS, offset {offset:+.2f} mV"

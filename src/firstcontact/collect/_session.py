@@ -25,13 +25,13 @@ class Screen(Protocol):
         """Show a line."""
 
     def begin(self, guide: Guide) -> None:
-        """Start to show the results of a guide."""
+        """Start to show a recording, whose guide names the objects and judges the closings."""
 
     def end(self) -> None:
-        """Show the counts of the recording, which has ended."""
+        """Show the numbers of samples and closings. The recording has ended."""
 
     def next_object(self, label: Label, recorded: int, wanted: int) -> bool:
-        """Name the next object. Return False if the person has to put it in place first."""
+        """Show the next object. Return False if the person has to put it in place first."""
 
     def in_place(self) -> bool:
         """Return True if the person has put the object in place."""
@@ -80,13 +80,13 @@ def run_session(
     source
         An open source. It is closed at the end, and the file holds all samples that it received.
     guide
-        Guide for the layout of the source.
+        Guide that was made for the source's layout.
     path, header
         File of the recording, and its header.
     screen
         Display for the person.
     stopped
-        Polled; recording ends early when it returns True.
+        Function that is called repeatedly. When it returns True, recording ends early.
 
     Returns
     -------
@@ -96,8 +96,8 @@ def run_session(
     Raises
     ------
     InputError
-        The recording cannot be created or written any further, or the source fails. The file is
-        closed in any case.
+        The recording cannot be created or continued, or the source fails. The file is closed in any
+        case.
     """
     with Recorder() as recorder:
         recorder.start(path, header)
@@ -113,7 +113,7 @@ def run_session(
 def _follow(
     source: Source, guide: Guide, recorder: Recorder, screen: Screen, stopped: Callable[[], bool]
 ) -> None:
-    """Record until the guide has all pinches, the source or the file ends, or the person stops."""
+    """Record until the pinches are complete, the source ends, writing fails or the person stops."""
     label: Label | None = None
     named = True
     while guide.current is not None and not stopped():
@@ -149,7 +149,7 @@ def _tell(judgements: list[Judged], recorder: Recorder, screen: Screen) -> None:
 
 
 def with_noise(calibration: Calibration | None, measured: Calibration) -> Calibration:
-    """Return a calibration with a noise floor per finger; ``measured`` fills in missing floors."""
+    """Return a calibration whose missing noise floors are those of ``measured``."""
     if calibration is None:
         return measured
     fingers = {p.finger for p in calibration.piezo}

@@ -20,9 +20,9 @@ class SoFar:
     Parameters
     ----------
     path
-        Next file to record to; it does not exist.
+        Next file to record to; it does not exist yet.
     counts
-        Number of whole pinches, by label.
+        Number of complete pinches, by label.
     files
         Readable files of the session.
     unreadable
@@ -40,7 +40,7 @@ def so_far(folder: Path, session: str, descriptor: Descriptor) -> SoFar:
 
     The first file of session 3 is ``session-3.mcap``. After an interruption the next file is
     ``session-3.part2.mcap``, because recordings are never overwritten. A file that cannot be read
-    stays as it is: its recorder was killed before the first sample.
+    stays as it is: its recorder was killed before it wrote a sample.
 
     Raises
     ------

@@ -51,7 +51,7 @@ class TapWatch:
         self._peak = 0.0
 
     def update(self, block: Block) -> float | None:
-        """Process the next samples. Return the peak, V, once the tap is over."""
+        """Process the next samples. Return the tap's peak (V) once it is over; None before."""
         volts = np.abs(self._layout.physical(block.data, self._columns)[:, 0] - self._offset)
         if self._left is None:
             above = np.flatnonzero(volts > self._limit)
@@ -77,9 +77,9 @@ def wait_for_tap(
     calibration
         Calibration with the finger's noise floor.
     finger
-        Finger that is tapped; None for a sensor of no finger.
+        Finger that is tapped; None for a sensor that belongs to no finger.
     patience
-        Longest wait, s of the device's time.
+        Longest wait, s by the device's clock.
 
     Raises
     ------
@@ -107,7 +107,7 @@ def wait_for_tap(
 
 
 def tap_warnings(calibration: Calibration) -> Sequence[str]:
-    """Return sentences about taps that are too weak or not alike."""
+    """Return sentences about taps that are too weak or too different."""
     taps = {p.finger: p.tap for p in calibration.piezo if p.tap is not None}
     warnings = [
         f"the {finger_name(f)}'s tap gave only {tap:.3f} V: tap harder, or check pad and buffer"

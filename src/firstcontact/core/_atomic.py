@@ -31,8 +31,8 @@ def temporary_path(path: Path) -> Iterator[Path]:
 
     The folder is on the same disk, so a rename can move the file to ``path``.
 
-    Missing parent folders are created. The temporary folder and its contents are removed at the
-    end. Leftovers of killed writers for the same path are removed first.
+    Missing parent folders are created. The temporary folder and its contents are removed when the
+    ``with`` block ends. Leftovers of killed writers for the same path are removed first.
 
     Raises
     ------
@@ -52,7 +52,8 @@ def temporary_path(path: Path) -> Iterator[Path]:
 def sweep(folder: Path, name: str | None = None) -> None:
     """Remove the leftovers of killed writers in a folder, for one target ``name`` or for all.
 
-    A folder stays if a running writer has locked it, or if it cannot be locked or removed.
+    A folder stays if a running writer has locked it. It also stays if it cannot be locked or
+    removed.
     """
     with suppress(OSError):  # the folder does not exist
         for path in temporaries(folder, name):

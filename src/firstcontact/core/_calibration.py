@@ -109,5 +109,5 @@ class Calibration:
         return next((p.noise for p in self.piezo if p.finger is finger), None)
 
     def to_json(self) -> dict[str, Any]:
-        """Return the calibration as a tree that JSON can hold."""
+        """Return the calibration as dicts and lists for JSON."""
         return asdict(self)

@@ -35,9 +35,9 @@ GONE = "the connection to the cluster is lost: start the cluster and this comman
 class ClusterBackend(ParallelBackendBase):  # type: ignore[misc]  # joblib states no types
     """Joblib backend that submits calls as tasks of a Dask cluster.
 
-    Joblib's own Dask backend has three faults. It waits forever for a task that killed its workers
-    or lost its scheduler. If the cluster has a single worker, it does not use the cluster. When a
-    worker ends, the shared data that it holds are lost.
+    Joblib's own Dask backend has three faults, which this class avoids. It waits forever for a task
+    that killed its workers or lost its scheduler. If the cluster has a single worker, it does not
+    use the cluster. When a worker ends, the shared data that it holds are lost.
 
     Parameters
     ----------
@@ -54,7 +54,10 @@ class ClusterBackend(ParallelBackendBase):  # type: ignore[misc]  # joblib state
         self._tasks: set[Future[Any]] = set()
 
     def effective_n_jobs(self, n_jobs: int) -> int:
-        """Return the number of cores, at least 2, because joblib bypasses the backend for 1."""
+        """Return the number of the cluster's cores, or 2 for one core.
+
+        For a single core joblib would not use the backend.
+        """
         try:
             return max(2, int(sum(self._client.ncores().values())))
         except OSError as error:
@@ -120,7 +123,7 @@ def _identity(array: Any) -> Any:
 
 
 def _run_batch(expected: str, calls: list[tuple[Callable[..., Any], list[Any], Any]]) -> list[Any]:
-    """Run a batch of calls in a worker. Return the results in joblib's form."""
+    """Run a batch of calls in a worker. Return their results, as joblib expects them."""
     if expected != version("firstcontact"):
         raise InputError(
             f"a worker of the cluster has firstcontact {version('firstcontact')}, not {expected}: "
@@ -212,5 +215,5 @@ def _remote_versions(client: Client, query: Callable[[], str]) -> dict[str, str]
 
 
 def _public(number: str) -> str:
-    """Return a version without its build tag."""
+    """Return a version number without its build tag (the text after ``+``)."""
     return number.partition("+")[0]

@@ -12,7 +12,7 @@ def counted(number: int, noun: str) -> str:
     Parameters
     ----------
     number
-        Number of objects.
+        Number that stands before the noun.
     noun
         Noun in the singular, with a regular plural (-s or -es).
     """
@@ -20,7 +20,7 @@ def counted(number: int, noun: str) -> str:
 
 
 def nouns(number: int, noun: str) -> str:
-    """Return the noun alone, singular or plural for the number."""
+    """Return the noun without the number, in the singular or plural that fits the number."""
     if number == 1:
         return noun
     if noun.endswith("y") and noun[-2:-1] not in "aeiou":

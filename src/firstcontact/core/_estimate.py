@@ -20,7 +20,7 @@ class Estimate(msgspec.Struct, frozen=True, kw_only=True, tag="estimate"):
         Nominal coverage: share of intervals that contain the truth, on objects like the training
         objects; 0 without an interval.
     elapsed
-        Length of the signal after the contact from which the value was predicted, s.
+        Length of the signal after the contact that the prediction uses, s.
     available
         Time from the contact until the estimate was available, s. It is the time until the signal
         and the contact were known, plus ``waited``, ``transport`` and ``compute``.
@@ -47,7 +47,7 @@ class Estimate(msgspec.Struct, frozen=True, kw_only=True, tag="estimate"):
         Time, s of the device's clock, that the sample ``complete`` spent in the source's filter and
         waiting for the rest of its block.
     transport
-        Delay of the block, compared with the least delayed block of the last ten seconds, s.
+        Delay of the block, s, beyond that of the least delayed block of the last ten seconds.
     shape
         Shape that was given for the object, ``flat`` or ``radius 37 mm``; empty without one.
     half_width

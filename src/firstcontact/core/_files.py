@@ -101,9 +101,10 @@ def read_regular(path: Path, most: int) -> bytes:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Yield a temporary path with the same file name. On success its file replaces ``path``.
+    """Yield a temporary path with the same file name. The file written there replaces ``path``.
 
-    On an exception the temporary file is removed and ``path`` stays unchanged.
+    This happens at the end of the ``with`` block. On an exception the temporary file is removed,
+    and ``path`` stays unchanged.
     """
     with temporary_path(path) as temporary:
         yield temporary
@@ -136,7 +137,7 @@ def creating(path: Path) -> Iterator[Path]:
 
 
 def try_replacing(path: Path) -> None:
-    """Check that :func:`replacing` can write ``path``, else raise its OSError. Change nothing."""
+    """Raise the OSError that :func:`replacing` would raise for ``path``, if any. Change nothing."""
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
     with temporary_path(path) as temporary:

@@ -5,8 +5,8 @@ name and flushed to the disk. Two renames follow: the old folder becomes ``.NAME
 then the new one takes its name.
 
 - A failure before the renames changes nothing.
-- Between the renames, for some microseconds, the name does not exist. A reader reports where the
-  old folder is. The next writer restores it before it begins.
+- Between the renames, for some microseconds, the name does not exist. A reader that needs the
+  folder then reports where the old one is. The next writer restores the old folder first.
 - After the renames, only the old folder remains to be removed.
 """
 

@@ -28,8 +28,8 @@ _MARK = "_firstcontact_signal"
 class ForeignCode:
     """Context manager that converts any exception of foreign code into an InputError.
 
-    An InputError passes unchanged, and so do an OSError that names a path and a real Ctrl-C. On
-    exit the import path and the working folder are restored.
+    Three exceptions pass unchanged: an InputError, an OSError that names a path, and a real Ctrl-C.
+    On exit the import path and the working folder are restored.
 
     Parameters
     ----------

@@ -46,8 +46,9 @@ _opened: tuple[bytes, tuple[Any, ...]] = (b"", ())
 class Runner(ABC):
     """Runner of many similar jobs.
 
-    A runner calls ``function(job, *shared)`` for every job. Jobs are small. Shared data are sent to
-    the workers once, and the arrays in them are read-only.
+    A runner calls ``function(job, *shared)`` for every job. Each job should be a small object,
+    because jobs are sent one by one. Shared data are sent to the workers once, and the arrays in
+    them are read-only.
     """
 
     @abstractmethod
@@ -67,7 +68,7 @@ class Serial(Runner):
     Parameters
     ----------
     tick
-        Called with (done, total) after each job.
+        Function that is called after each job, with the number of finished jobs and of all jobs.
     """
 
     def __init__(self, tick: Tick = lambda finished, total: None) -> None:
@@ -92,7 +93,8 @@ class Pool(Runner):
     parallel
         An open ``joblib.Parallel`` that returns a generator.
     tick
-        Called in this process with (done, total) as results arrive.
+        Function that is called in this process after each result, with the number of finished
+        jobs and of all jobs.
     share_memory
         True if jobs run in threads of this process: they then get the shared data directly, and run
         at the same time.
@@ -141,9 +143,10 @@ def parallel(
     workers
         Number of processes on this machine; 1 runs all jobs in this process.
     tick
-        Called in this process with (done, total) as results arrive.
+        Function that is called in this process after each result, with the number of finished
+        jobs and of all jobs.
     prefer
-        "threads" for jobs that release Python's global lock.
+        "processes"; or "threads" for jobs that release Python's global lock.
     """
     import joblib
     from joblib.parallel import get_active_backend

@@ -98,7 +98,7 @@ class Channel:
     smoothing_alpha
         Coefficient of the exponential smoothing that the device already applied; 1 means none.
     axes, axis
-        Number of columns of a vector, and the column that detectors and windows use.
+        Number of columns of a vector, and position of the column that detectors and windows use.
 
     Raises
     ------
@@ -144,8 +144,8 @@ class Channel:
 class Group:
     """Group of slower channels, whose samples have their own numbers and rate.
 
-    Its sample ``k`` was taken at the time ``k / layout.rate``. Sample ``n`` of the main layout was
-    taken at ``n / rate`` on the same clock.
+    Sample ``k`` of the group was taken at the time ``k / layout.rate``. On the same clock, sample
+    ``n`` of the main layout was taken at ``n / rate``.
     """
 
     name: Name
@@ -193,7 +193,7 @@ class Layout:
 
     @property
     def column_channels(self) -> tuple[Channel, ...]:
-        """Channel of each column, shape (columns of a sample,)."""
+        """Channel of each column, in column order."""
         return tuple(c for c in self.channels for _ in range(c.axes))
 
     @property
@@ -263,7 +263,7 @@ class Layout:
         return Physical(self, columns)(data)
 
     def to_json(self) -> dict[str, Any]:
-        """Return the layout as a tree for JSON, without default values."""
+        """Return the layout as dicts and lists for JSON, without default values."""
         channels = [
             {f.name: v for f in fields(c) if (v := getattr(c, f.name)) != f.default}
             for c in self.channels
@@ -330,10 +330,10 @@ class Physical:
 
 
 def fingertip_layout() -> Layout:
-    """Return the layout of the published hand: 16 channels of int16, in 1/32 ADC count.
+    """Return the layout of the published hand: 16 channels of int16, in 1/32 of an ADC count.
 
-    Two piezo channels (V around the 1.65 V offset), two 3 x 2 force arrays (V over the divider),
-    and two strips (0 open, 1 closed).
+    The channels are two piezos (V, relative to the offset of 1.65 V), two 3 x 2 force arrays (V
+    over the divider's resistor), and two strips (0 open, 1 closed).
     """
     volt = ADC_VOLTS / (ADC_COUNTS * SUBCOUNTS)
     zero = PIEZO_OFFSET_VOLTS / volt

@@ -38,11 +38,17 @@ def gent_shore_a(modulus: float) -> float:
 
 
 def contact_modulus(first: float, second: float, poisson: float = POISSON) -> float:
-    """Return Hertz' modulus E* of two bodies, Pa, from Young's moduli (Pa) and Poisson's ratio."""
+    """Return the contact modulus E* (Pa) of two bodies from their Young's moduli (Pa).
+
+    ``poisson`` is the Poisson's ratio of both bodies.
+    """
     plane_strain = 1 - poisson**2
     return 1 / (plane_strain / first + plane_strain / second)
 
 
 def hertz_stiffness(modulus: float, radius: float) -> float:
-    """Return K in Hertz' F = K d^1.5, N/m^1.5, from E* (Pa) and the relative radius (m)."""
+    """Return the stiffness K (N/m^1.5) of Hertz' contact, whose force is F = K d^1.5.
+
+    ``modulus`` is the contact modulus E* (Pa), and ``radius`` the relative radius (m).
+    """
     return 4 / 3 * modulus * sqrt(radius)

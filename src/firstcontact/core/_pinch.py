@@ -41,7 +41,7 @@ class Label:
     role: Role = Role.TRAIN
 
     def to_json(self) -> dict[str, Any]:
-        """Return the label as a tree that JSON can hold."""
+        """Return the label as dicts and lists for JSON."""
         return asdict(self)
 
 
@@ -89,8 +89,8 @@ class Pinch:
         Contacts known from the contact strips or from labels, in time order: none, only the first,
         or both.
     motor_start
-        Device sample number at which the motor starts to close the hand; None if unknown. It is an
-        absolute number like ``first_sample``.
+        Device sample number at which the motor starts to close the hand; None if unknown. Like
+        ``first_sample``, it counts from the start of the device, not of the pinch.
     calibration
         Calibration of the fingertips from the recording; None without one.
     groups
@@ -148,9 +148,10 @@ class Pinch:
         return self.layout.physical(self.data, self.layout.columns(ChannelKind.FORCE, finger))
 
     def group(self, name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return the times from the pinch's first sample, s, and the values of a slower group.
+        """Return the times and the values of the samples of a slower channel group.
 
-        The shapes are (samples,) and (samples, columns). Raises KeyError if the group is absent.
+        The times, s, count from the pinch's first sample. The shapes are (samples,) and (samples,
+        columns). Raises KeyError if the group is absent.
         """
         block = self.groups[name]
         layout = next(g.layout for g in self.layout.groups if g.name == name)
@@ -159,7 +160,7 @@ class Pinch:
         return times - self.first_sample / self.layout.rate, values
 
     def strip(self, finger: Finger) -> NDArray[np.float64]:
-        """Return the strip of a finger, shape (samples, 1)."""
+        """Return the strip channel of a finger (0 open, 1 closed), shape (samples, 1)."""
         return self.layout.physical(self.data, self.layout.columns(ChannelKind.STRIP, finger))
 
 
@@ -177,11 +178,11 @@ class Dataset:
     source
         Origin: "twin", "real", "synthetic" or "unknown".
     notes
-        Sentences about loading and processing, such as resampling and skipped chunks.
+        Sentences about loading and processing, such as resampling and skipped data.
     recorded_rate
         Sampling rate before resampling, Hz; None if the pinches were not resampled.
     losses
-        Notes that name unusable parts of files.
+        Notes that name data in files that cannot be used.
     sessions_assumed
         True if an importer treated pinches without a session name as one session.
 
@@ -235,7 +236,7 @@ class Dataset:
         return self.take(_positions(index, len(self)))
 
     def __repr__(self) -> str:
-        """Return the numbers of pinches, objects and so on, not the samples."""
+        """Return a summary, such as the numbers of pinches and objects, without the samples."""
         if not self.pinches:
             return f"Dataset(0 pinches, source={self.source!r})"
         labels = {"object": self.objects, "session": self.sessions}

@@ -35,8 +35,8 @@ class Step:
         Other inputs of the kernel by name: integers, real numbers, and flat arrays of integers or
         float32.
     instructions
-        Upper bound on the instructions on a Cortex-M7. The bound is fitted to the emulator's
-        instruction counts over many sizes, and no count exceeds it.
+        Upper bound on the number of instructions that the step takes on a Cortex-M7. The bound is
+        fitted to instruction counts of an emulator over many sizes, and no count exceeds it.
     """
 
     kernel: str
@@ -58,8 +58,8 @@ class Program:
     steps
         Steps, each after the steps that compute its inputs.
     output
-        Name of the output vector. A regression has one value. A classifier has one value per
-        class, and the first largest one wins.
+        Name of the output vector. A regression has one value. A classifier has one value per class.
+        The class with the largest value wins, in a tie the first.
     spread
         Name of the vector of length one with the prediction's standard deviation, in the unit of
         the prediction; None without one.
@@ -89,7 +89,7 @@ class Program:
 
     @property
     def instructions(self) -> int:
-        """Upper bound on the instructions for one prediction on a Cortex-M7, with 2 % in reserve.
+        """Upper bound on the number of instructions of a prediction on a Cortex-M7, plus 2 %.
 
         The bound includes the steps, and one check of each value of the window and of the output.
         """
@@ -105,7 +105,7 @@ class Program:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judgement:
-    """Detector as a C kernel that works sample by sample: name of the kernel, and its constants.
+    """Description of a detector in C: its kernel, which works sample by sample, and its constants.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ class Judgement:
     constants
         Constants as in a :class:`Step`, with arrays of float64 too.
     sizes
-        Lengths in samples that determine the kernel's memory, by their names in the kernel.
+        Array lengths, in samples, that determine the kernel's memory, by their names in C.
     doubles
         Number of 8-byte values that the kernel stores per channel.
     """

@@ -14,12 +14,13 @@ Progress = bool | Callable[[int], object] | None
 def progress_steps(
     progress: Progress, total: int | None, unit: str, title: str | None = None
 ) -> Iterator[Callable[[int], object]]:
-    """Yield a function that counts finished steps, and show a bar if requested.
+    """Yield a function to call with the number of steps just finished. Show a bar if requested.
 
     Parameters
     ----------
     progress
-        Parameter ``progress`` of the long function: True for a bar, or a function to call.
+        True for a bar; a function that is called with the number of steps just finished; or None
+        for neither.
     total
         Number of steps; None if unknown.
     unit

@@ -64,7 +64,10 @@ def read_record(data: bytes, kind: type[T], origin: str, remedy: str, longest: i
 
 
 def _sentence(problem: str) -> str:
-    """Reword msgspec's "Expected `int`, got `str` - at `$.layout.rate`" with the field first."""
+    """Return "Expected `int`, got `str` - at `$.layout.rate`" reworded, with the field first.
+
+    ``problem`` is such a message of msgspec.
+    """
     reason, _, place = problem.rpartition(" - at `")
     if not reason:
         return _short(problem)
@@ -73,5 +76,5 @@ def _sentence(problem: str) -> str:
 
 
 def _short(text: str, most: int = 200) -> str:
-    """Shorten a message, because it may repeat a value of any length."""
+    """Return a message cut to ``most`` characters, because it may repeat a value of any length."""
     return text if len(text) <= most else f"{text[: most - 1]}…"

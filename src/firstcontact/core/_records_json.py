@@ -1,4 +1,4 @@
-"""JSON objects that mix named registry entries with fixed fields."""
+"""JSON objects that hold entries with arbitrary names beside fixed fields."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Record(
 
 
 class ByName(Mapping[str, Each], Generic[Each, About]):
-    """Mapping of entries by name, together with a record of fixed fields.
+    """Mapping from names to entries, together with a record of fixed fields.
 
     JSON stores both in one object, so no entry may have the name of a field.
 

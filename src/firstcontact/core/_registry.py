@@ -46,8 +46,8 @@ class Registry(Mapping[str, E], Generic[E]):
     default
         Name of the default entry; None means the first.
     base
-        Base class of entries of other packages: "package.module:Class". For a protocol, only the
-        attributes are checked.
+        Base class of entries of other packages: "package.module:Class". If the base is a protocol,
+        only the attributes are checked.
     instances
         True if entries are instances of the base, False if they are subclasses.
     maker
@@ -150,7 +150,10 @@ class Registry(Mapping[str, E], Generic[E]):
             self._included.append(name)
 
     def calling(self, name: str) -> AbstractContextManager[None]:
-        """Return a context for calls of an entry. It turns errors of a plug-in into InputError."""
+        """Return a context manager for calls of an entry.
+
+        It turns errors of a plug-in into an InputError.
+        """
         return ForeignCode(self._title(name)) if name in self._find_plugins() else nullcontext()
 
     def _title(self, name: str) -> str:
@@ -197,7 +200,7 @@ class Registry(Mapping[str, E], Generic[E]):
         Raises
         ------
         TypeError
-            The entry has one of these faults.
+            The entry has another name or kind, or lacks an attribute.
         """
         if entry.name != name:
             raise TypeError(f"its attribute name is {entry.name!r}")

@@ -32,7 +32,7 @@ def check_text(text: str) -> None:
     Raises
     ------
     InputError
-        The text contains surrogates.
+        The text contains surrogates, which stand for bytes that are not UTF-8.
     """
     try:
         text.encode()

@@ -231,7 +231,7 @@ def read_weights(path: Path, sha256: str, card: str) -> dict[str, NDArray[Any]]:
 def take_array(
     arrays: Mapping[str, NDArray[Any]], name: str, *shape: int | None
 ) -> NDArray[np.floating]:
-    """Return an array of a file of weights, checked against its declared shape.
+    """Return one array of a file of weights, after a check of its shape and values.
 
     Parameters
     ----------

@@ -21,7 +21,10 @@ def compress(takes: str, gives: str, size: int, each: float, mean: float, slope:
 
 
 def conv(takes: str, gives: str, samples: int, weight: Real, bias: Real, stride: int) -> Step:
-    """Return a zero-padded convolution step. ``weight`` has shape (outputs, inputs, odd taps)."""
+    """Return the step that convolves zero-padded channels.
+
+    ``weight`` has shape (outputs, inputs, taps). The number of taps is odd.
+    """
     outputs, inputs, taps = weight.shape
     length = _length(samples, stride)
     constants: Constants = {
@@ -58,7 +61,10 @@ def _conv_cost(samples: int, inputs: int, outputs: int, taps: int, stride: int) 
 
 
 def depthwise(takes: str, gives: str, samples: int, weight: Real, bias: Real, stride: int) -> Step:
-    """Return a step that convolves each channel alone. ``weight``: (channels, odd taps)."""
+    """Return the step that convolves each zero-padded channel with its own taps.
+
+    ``weight`` has shape (channels, taps). The number of taps is odd.
+    """
     channels, taps = weight.shape
     length = _length(samples, stride)
     constants: Constants = {
@@ -81,7 +87,10 @@ def silu(takes: str, gives: str, size: int) -> Step:
 
 
 def gate(takes: tuple[str, str], gives: str, samples: int, channels: int) -> Step:
-    """Return the step that scales channels of the first input by the logistic of the second one."""
+    """Return the step that multiplies each channel of the first input by a factor.
+
+    The factor is the logistic function of the channel's value in the second input.
+    """
     constants: Constants = {"samples": samples, "channels": channels}
     cost = (6 * channels + 10) * samples + 30 * channels + 40
     return Step("gate", takes, gives, samples * channels, constants, cost)

@@ -14,12 +14,12 @@ from firstcontact.core.steps import Real, flat32
 
 
 def over_peak(takes: str, gives: str, size: int) -> Step:
-    """Return the step that divides each value by the largest magnitude."""
+    """Return the step that divides each value by the largest magnitude of all values."""
     return Step("over_peak", (takes,), gives, size, {"size": size}, 13 * size + 60)
 
 
 def powers(takes: str, gives: str, lines: int) -> Step:
-    """Return the step for squared magnitudes of complex numbers.
+    """Return the step that computes the squared magnitudes of complex numbers.
 
     ``takes`` holds all real parts, then all imaginary parts.
     """
@@ -29,7 +29,7 @@ def powers(takes: str, gives: str, lines: int) -> Step:
 def level_free(takes: str, gives: str, size: int, floor: float) -> Step:
     """Return the step that computes ``ln(x / sum + floor)`` for each value x, minus their mean.
 
-    ``sum`` is the sum of all values x. The mean is that of the logarithms.
+    ``sum`` is the sum of all values x. The subtracted mean is that of all these logarithms.
     """
     constants: Constants = {"size": size, "floor": floor}
     return Step("level_free", (takes,), gives, size, constants, 47 * size + 60)
@@ -38,10 +38,11 @@ def level_free(takes: str, gives: str, size: int, floor: float) -> Step:
 def course(
     takes: str, gives: str, samples: int, channels: int, channel: int, quantiles: Sequence[float]
 ) -> Step:
-    """Return the step for the course of energy: quantile times, sign changes, roughness, peak time.
+    """Return the step for features of a signal's course: energy times, roughness and others.
 
-    ``takes`` is the window, of which one ``channel`` is used. The output has one value per
-    quantile, the time at which this share of the energy is reached, and three more values.
+    ``takes`` is the window, of which one ``channel`` is used. The output begins with one value per
+    quantile: the time at which that share of the energy is reached. The share of sign changes, the
+    roughness and the time of the peak follow.
     """
     constants: Constants = {
         "samples": samples,
@@ -57,7 +58,7 @@ def course(
 def shares_above(
     takes: str, gives: str, samples: int, channels: int, steps: Sequence[int], biases: Real
 ) -> Step:
-    """Return the step for MiniRocket's features: shares of convolved values above biases.
+    """Return the step for the features of MiniRocket: shares of convolved values above biases.
 
     The window is convolved with each of MiniRocket's 84 convolution kernels. A feature is the
     proportion of the resulting values above a bias. ``takes`` is the window. The last output is the

@@ -1,4 +1,4 @@
-"""Steps of which models consist. Each has a C kernel with the same name.
+"""Steps of which exported models consist. Each has a C kernel with the same name.
 
 Each function returns a step. The step computes one vector, named ``gives``, from the vectors named
 in ``takes``.
@@ -42,9 +42,11 @@ def flat32(array: Real) -> NDArray[np.float32]:
 
 
 def shape_and_level(takes: str, gives: str, samples: int, mean: float, slope: float) -> Step:
-    """Return the step: window divided by its RMS, with ``(ln(RMS) - mean) * slope`` appended.
+    """Return the step that divides a window by its RMS, and appends one value for its level.
 
-    The appended value is NaN if the power is outside ``LEAST_POWER`` to ``MOST_POWER``.
+    The appended value is ``(ln(RMS) - mean) * slope``.
+
+    It is NaN if the power is outside ``LEAST_POWER`` to ``MOST_POWER``.
     """
     constants: Constants = {
         "samples": samples,
@@ -57,7 +59,7 @@ def shape_and_level(takes: str, gives: str, samples: int, mean: float, slope: fl
 
 
 def rbf(takes: str, gives: str, vectors: Real, gamma: float) -> Step:
-    """Return the step ``exp(-gamma |x - v|²)`` for each row v of ``vectors`` (vectors, inputs)."""
+    """Return the step that computes ``exp(-gamma |x - v|²)`` for each row v of ``vectors``."""
     wide = vectors.astype(np.float64)
     n, inputs = wide.shape
     constants: Constants = {
@@ -72,7 +74,10 @@ def rbf(takes: str, gives: str, vectors: Real, gamma: float) -> Step:
 
 
 def dense(takes: str, gives: str, weight: Real, bias: Real) -> Step:
-    """Return the step ``weight @ x + bias``, with shapes (outputs, inputs) and (outputs,)."""
+    """Return the step that computes ``weight @ x + bias``.
+
+    ``weight`` has shape (outputs, inputs), and ``bias`` has shape (outputs,).
+    """
     n, inputs = weight.shape
     constants: Constants = {
         "outputs": n,
@@ -102,14 +107,14 @@ def given(takes: str, gives: str, values: Real) -> Step:
 
 
 def log_peak(takes: str, gives: str, samples: int) -> Step:
-    """Return the step for the logarithm of the largest magnitude, one value."""
+    """Return the step that computes the logarithm of the largest magnitude."""
     return Step("log_peak", (takes,), gives, 1, {"samples": samples}, 8 * samples + 100)
 
 
 def parabola(takes: str, gives: str, powers: Real, low: float, high: float) -> Step:
-    """Return the step ``(a x + b) x + c`` for one value x, clipped to ``low`` and ``high``.
+    """Return the step that computes ``(a x + b) x + c`` for one value x, and clips the result.
 
-    ``powers`` holds a, b and c.
+    ``powers`` holds a, b and c. The bounds of the result are ``low`` and ``high``.
     """
     a, b, c = (float(p) for p in powers)
     constants: Constants = {"a": a, "b": b, "c": c, "low": low, "high": high}
@@ -117,15 +122,16 @@ def parabola(takes: str, gives: str, powers: Real, low: float, high: float) -> S
 
 
 def nearness(takes: str, gives: str, places: Real) -> Step:
-    """Return the step ``-|x - p|`` of one value x, for each number p in ``places``."""
+    """Return the step that computes ``-|x - p|`` for a value x and each number p of ``places``."""
     constants: Constants = {"outputs": len(places), "places": flat32(places)}
     return Step("nearness", (takes,), gives, len(places), constants, 20 + 8 * len(places))
 
 
 def deviation(takes: str, gives: str, lower: Real, most: float, least: float, scale: float) -> Step:
-    """Return the step ``scale sqrt(max(most - |L x|², least))``; L is lower triangular, (n, n).
+    """Return the step that computes ``scale sqrt(max(most - |L x|², least))``.
 
-    The result is the standard deviation of a Gaussian process's prediction, one value.
+    ``L`` is the lower triangular matrix ``lower``, shape (n, n). The result is one value: the
+    standard deviation of a Gaussian process's prediction.
     """
     n = len(lower)
     packed = flat32(lower[np.tril_indices(n)])

@@ -29,7 +29,7 @@ FEWEST_WINDOWS = 10
 
 
 def microseconds(count: float) -> float:
-    """Return the time of a number of instructions on the assumed microcontroller, us."""
+    """Return the time (us) that the assumed microcontroller takes for a number of instructions."""
     return 1e6 * CYCLES * count / CLOCK
 
 
@@ -48,14 +48,15 @@ def small_enough(
     dataset
         Training pinches, to which smaller models are fitted; None without them.
     budget_us
-        Time budget for one prediction of each model, us; None keeps window models unchanged.
+        Time that one prediction of each model may take, us; None keeps window models unchanged.
     parts
-        Kinds of parts that may be reduced. Other parts stay unchanged.
+        Kinds of parts that may become smaller. Other parts stay unchanged.
 
     Raises
     ------
     InputError
-        No form of a model is fast enough, or there are no pinches to fit a smaller one.
+        Even the smallest form of a model is too slow, or there are too few pinches to fit smaller
+        forms to.
     """
     contacts = [] if dataset is None else _contacts(dataset, trained)
     models, anytime = trained.models, trained.anytime
@@ -67,11 +68,11 @@ def small_enough(
 
 
 def forms(named: NamedModel, X: Windows, sessions: NDArray[np.str_]) -> list[NamedModel]:
-    """Return smaller forms of a model, and the model itself, the smallest first.
+    """Return smaller forms of a window model, and the model itself, in order of size.
 
-    Smaller models are fitted to four fifths of the sessions. On the other sessions, the predictions
-    of a smaller model are compared with those of the original model. The interval of the smaller
-    model is widened by the difference.
+    Smaller models are fitted to four fifths of the sessions. In the held-out sessions, their
+    predictions are compared with those of the original model. The difference widens the interval of
+    the smaller model.
 
     Parameters
     ----------

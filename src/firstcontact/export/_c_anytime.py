@@ -1,4 +1,4 @@
-"""Network in C for one rig. The rig's data are part of the constants."""
+"""Network in C for one rig. The constants of the C code include the rig's data."""
 
 from __future__ import annotations
 
@@ -209,7 +209,7 @@ def write_anytime(model: InContextModel) -> tuple[CUnit, CUnit]:
 
 
 def anytime_sizes(model: InContextModel, network: CompactNetwork) -> dict[str, int]:
-    """Return the array lengths of the network's kernels."""
+    """Return the array lengths of the network's kernels, by their names in C."""
     outputs = {name: len(layer.out.bias) for name, layer in network.thin.items()}
     return {
         "FC_LISTENS": int(listens(model)),

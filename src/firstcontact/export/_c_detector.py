@@ -60,7 +60,7 @@ def write_detector(detector: Detector, rate: float | None = None) -> CUnit:
     Raises
     ------
     InputError
-        The detector has no form that works sample by sample.
+        The detector has no form that works sample by sample, as its C code must.
     """
     if not isinstance(detector, WindowDetector):
         raise InputError(
@@ -108,7 +108,10 @@ KERNEL_SIZES = {"FC_ORDER": 12, "FC_PARTS": 5, "FC_FEATURES": 14, "FC_COMPONENTS
 
 
 def detector_sizes(detector: WindowDetector, rate: float) -> dict[str, int]:
-    """Return the buffer sizes of a fitted detector, in samples at a rate in Hz."""
+    """Return the buffer sizes of a fitted detector by their names in C, in samples.
+
+    ``rate`` is the sampling rate, Hz.
+    """
     lengths = detector.sizes(rate)
     return {
         "FC_WINDOW": lengths.window,

@@ -67,7 +67,7 @@ fc_status fc_{name}(const float *window, fc_estimate *answer)
 
 
 def write_model(named: NamedModel) -> CUnit:
-    """Return the C code of one model. Raise InputError if its type has no C form."""
+    """Return the C code of one window model. Raise InputError if its type has no form in C."""
     spec, name = named.model.spec, named.name
     program = named.model.program()
     places, words = _places(program)
@@ -152,7 +152,7 @@ def _interval(interval: Interval | None) -> dict[str, int | float | str | np.nda
 
 
 def _places(program: Program) -> tuple[dict[str, int], int]:
-    """Return the place of each vector in the shared memory, and the memory's size, floats."""
+    """Return each vector's position in the shared memory, and the memory's size, in floats."""
     last = {name: k for k, step in enumerate(program.steps) for name in step.takes}
     outside = {INPUT, program.output, program.spread}
     places: dict[str, int] = {}

@@ -42,7 +42,10 @@ def c_array(name: str, array: NDArray[Any]) -> str:
 
 
 def c_struct(kind: str, name: str, fields: Mapping[str, int | float | str | NDArray[Any]]) -> str:
-    """Return the C definition of a constant struct and its arrays; texts are inserted unchanged."""
+    """Return the C definition of a constant struct and its arrays.
+
+    Values of ``fields`` that are texts are inserted unchanged.
+    """
     arrays, members = [], []
     for field, value in fields.items():
         if isinstance(value, np.ndarray):
@@ -55,13 +58,13 @@ def c_struct(kind: str, name: str, fields: Mapping[str, int | float | str | NDAr
 
 
 def constant_bytes(fields: Mapping[str, Any]) -> int:
-    """Return the total size of the arrays among these values, bytes."""
+    """Return the total size (bytes) of the arrays among the values of ``fields``."""
     return sum(value.nbytes for value in fields.values() if isinstance(value, np.ndarray))
 
 
 @dataclass(frozen=True, slots=True)
 class CUnit:
-    """C header and source of one part.
+    """C header and source that the export generates for one part of a model.
 
     Parameters
     ----------
@@ -70,13 +73,14 @@ class CUnit:
     header, source
         Texts of the two files.
     constants, memory
-        Size of constants and of static memory, bytes.
+        Sizes of constants and of static memory, bytes.
     instructions
-        Estimated instructions of one prediction; 0 if unknown.
+        Estimated number of instructions of one prediction; 0 if unknown.
     fixed
         Names of required hand-written C files, without extensions.
     rate
-        Sampling rate for which the lengths of its arrays hold, Hz; None if they hold for any rate.
+        Sampling rate for which the array lengths in the C code hold, Hz; None if they hold for any
+        rate.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Registry of export forms. To add a form, write one file and add one line here."""
+"""Registry of export formats. To add a format, write one file and add one line here."""
 
 from __future__ import annotations
 
@@ -33,7 +33,8 @@ class ModelExporter:
         Function that writes the parts of a model into an empty folder and returns notes. It raises
         InputError with the part that cannot be written, and the reason.
     parts
-        Kinds of parts that it can write in a smaller form. A time budget applies only to these.
+        Kinds of parts that the exporter can write in a smaller form. A time budget applies only to
+        these kinds.
     extra, modules
         Required extra of this package, and its modules.
     """

@@ -1,7 +1,7 @@
 """``--to hand``: model folder for a hand that predicts by itself.
 
-It is an ordinary model folder. ``flash-model`` makes the image from it, and the host uses it to
-check the hand's predictions.
+The export is an ordinary model folder. ``flash-model`` makes the image from it, and the host uses
+it to check the hand's predictions.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from firstcontact.models import Model, NetworkPredictor, load_model
 
 
 def write(trained: Trained, out: Path) -> list[str]:
-    """Write detector and compact model. Raise InputError if the hand lacks kernels for them."""
+    """Write detector and compact network. Raise InputError if the hand lacks kernels for them."""
     if trained.detector is None or trained.anytime is None:
         raise InputError(
             "a hand needs a detector and the network, and the model lacks one of them: name a "

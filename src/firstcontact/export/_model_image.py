@@ -1,7 +1,8 @@
 """Model image for the hand, read by ``firmware/answers/fc_image.h``.
 
-It is little-endian, with every array at a multiple of 8 bytes. It begins with the magic word, the
-format, and a CRC of the kernels' array lengths. It holds data only; no byte of it is executed.
+The image is little-endian, with every array at a multiple of 8 bytes. It begins with the magic
+word, the format, and a CRC of the kernels' array lengths. It holds data only; no byte of it is
+executed.
 """
 
 from __future__ import annotations

@@ -19,8 +19,8 @@ OPSET = 17
 TOLERANCE = 1e-3
 
 
-#: Modules that write kernels as ONNX, each kernel by the function of its name. A step without a
-#: function is refused.
+#: Modules that write steps as ONNX. The function for a step has the name of the step's kernel. A
+#: step without a function is refused.
 FORMS = (_onnx_steps, _onnx_layers, _onnx_shapes)
 
 
@@ -33,12 +33,15 @@ def _form(kernel: str) -> Callable[[Graph, Step], None]:
 
 
 def _inner(vector: str) -> str:
-    """Return a name for a step's vector that differs from the names of inputs and outputs."""
+    """Return a name for a step's vector that differs from the names of the graph's outputs."""
     return vector if vector == INPUT else f"step.{vector}"
 
 
 def to_onnx(program: Program) -> bytes:
-    """Return a serialised graph from ``window`` (n, inputs) to ``outputs`` and any ``spread``.
+    """Return a program as a serialised ONNX graph.
+
+    The graph's input is ``window``, shape (n, inputs). Its outputs are ``outputs`` and, if the
+    program has a spread, ``spread``.
 
     Raises
     ------
@@ -68,7 +71,10 @@ def to_onnx(program: Program) -> bytes:
 
 
 def checked(named: NamedModel, raw: bytes) -> float:
-    """Return the largest relative difference between ONNX Runtime's outputs and Python's.
+    """Return the largest difference between the outputs of ONNX Runtime and of Python.
+
+    The difference is relative to Python's largest output, if that is above 1. For a classifier,
+    return the share of windows for which the two choose different classes.
 
     Raises
     ------

@@ -80,5 +80,5 @@ def means(g: Graph, s: Step) -> None:
 
 
 def by_sample(g: Graph, vector: str, samples: int, channels: int) -> str:
-    """Return a flat vector reshaped to (n, samples, channels)."""
+    """Return flat vectors (n, samples * channels) reshaped to (n, samples, channels)."""
     return g.add("Reshape", [vector, g.constant([-1, samples, channels], np.int64)])

@@ -1,4 +1,4 @@
-"""Steps that describe a window's shape as ONNX nodes. Each row of an array is one window."""
+"""Steps for features of a window's shape, as ONNX nodes. Each row of an array is one window."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def level_free(g: Graph, s: Step) -> None:
 
 
 def course(g: Graph, s: Step) -> None:
-    """Write :func:`firstcontact.core.shape_steps.course` as ONNX, shares in double precision."""
+    """Write :func:`firstcontact.core.shape_steps.course` as ONNX, in double precision."""
     c = s.constants
     n, one = int(c["samples"]), g.constant([1], np.int64)
     wide = g.add("Cast", [s.takes[0]], to=_DOUBLE)

@@ -1,4 +1,4 @@
-"""Check of the largest numbers that can occur in a compact network, for any contact.
+"""Check that numbers in a compact network cannot become too large for C, for any contact.
 
 In C, rounding an infinite number or NaN to an integer is undefined. So this module and the firmware
 (``firmware/answers/fc_reach.c``) refuse networks that could produce one, instead of checking each
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from firstcontact.core import LARGEST, InputError
 from firstcontact.models import FARTHEST, STAGES, CompactNetwork, InContextModel, Rounded
 
-#: Largest allowed magnitude of any number.
+#: Largest allowed magnitude of any number in the network.
 MOST = LARGEST
 
 
@@ -57,7 +57,10 @@ def _bounded(model: InContextModel, network: CompactNetwork) -> bool:
 def _pair(
     network: CompactNetwork, name: str, most: float, bias: NDArray[np.floating] | None = None
 ) -> float:
-    """Return the largest output of two thin layers; infinite if a sum in them can overflow."""
+    """Return the largest output of a pair of thin layers; infinite if a sum in them can overflow.
+
+    ``most`` is the largest input.
+    """
     thin = network.thin[name]
     along = _layer(thin.into, most, thin.into.bias if bias is None else bias)
     out = _layer(thin.out, along, thin.out.bias)
@@ -72,6 +75,6 @@ def _layer(layer: Rounded, most: float, bias: NDArray[np.floating]) -> float:
 
 
 def _largest(x: NDArray[np.floating]) -> float:
-    """Return the largest magnitude; infinite if a value is NaN."""
+    """Return the largest magnitude in an array; infinite if a value is NaN."""
     largest = float(np.abs(x.astype(np.float64)).max(initial=0.0))
     return largest if largest == largest else np.inf

@@ -15,7 +15,7 @@ class NamedModel:
     Parameters
     ----------
     name
-        Name of its files and functions, a C identifier.
+        Name of the model's files and functions in C, a C identifier.
     model, interval
         Saved model, and its interval; None if there is none.
     """
@@ -49,7 +49,7 @@ class Trained:
 
     @property
     def parts(self) -> list[str]:
-        """Return one description of each part."""
+        """Descriptions of the parts, one for each."""
         descriptions = [f"{m.name}: {m.model.kind}, {m.model.spec.task}" for m in self.models]
         if self.detector is not None:
             descriptions.append(f"detector: {self.detector.name}")
@@ -71,6 +71,6 @@ def exported_parts(model: Model) -> Trained:
 
 
 def _length(duration: float) -> str:
-    """Return the suffix of a name for windows of this length, s: 0.0075 becomes "_07_5ms"."""
+    """Return the suffix of a model's name for a window's length, s: 0.0075 becomes "_07_5ms"."""
     digits, dot, decimals = f"{1e3 * duration:.6g}".partition(".")
     return f"_{digits:0>2}{dot and '_'}{decimals}ms"

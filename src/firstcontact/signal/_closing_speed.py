@@ -68,7 +68,10 @@ def closing_speed(times: ArrayLike, positions: ArrayLike, at: float) -> ClosingS
 
 
 def _few(freedom: int) -> float:
-    """Return the factor that enlarges the speed's error for few degrees of freedom of the line."""
+    """Return the factor that enlarges the speed's error if it comes from few positions.
+
+    ``freedom`` is the number of degrees of freedom of the fitted line.
+    """
     from scipy.special import stdtrit  # takes time to import
 
     return float(stdtrit(freedom, BELOW_TWO)) / 2
@@ -77,7 +80,8 @@ def _few(freedom: int) -> float:
 def _step(positions: NDArray[np.float64]) -> float:
     """Return the step of the encoder, m; 0 if no steps are detected.
 
-    Steps are detected if a position repeats, or if all differences are multiples of the smallest.
+    Steps are detected if a position repeats, or if all differences between positions are multiples
+    of the smallest difference.
     """
     travels = np.diff(np.sort(positions))
     moved = travels[travels > SAME]

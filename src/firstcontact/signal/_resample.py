@@ -35,7 +35,7 @@ LONGEST_AHEAD = 0.0005
 def lookahead(old: float, new: float) -> float:
     """Return the look-ahead of :func:`resample`, s; 0 for equal rates.
 
-    An output depends on inputs that are later than the output by up to this time.
+    An output sample depends on input samples that are up to this time later.
     """
     if old == new:
         return 0.0
@@ -54,7 +54,7 @@ def check_rates(old: float, new: float) -> None:
     Raises
     ------
     InputError
-        The new rate is more than ten times as high, or too low for the filter.
+        The new rate is more than ten times the old one, or too low for the filter.
     """
     if new > MOST_OF_ONE * old:
         raise InputError(
@@ -100,12 +100,13 @@ def _position(position: int, ratio: Fraction) -> int:
 
 
 def resample(x: NDArray[Any], old: float, new: float) -> NDArray[np.float64]:
-    """Resample with a polyphase, minimum-phase low-pass.
+    """Resample signals with a polyphase, minimum-phase low-pass filter.
 
     The lower rate is the lower one of ``old`` and ``new``. The gain is 0.5 at half the lower rate,
-    0.08 at 0.55 of the lower rate, and 0.003 (-50 dB) from 0.6 of it on. An output depends on input
-    up to :func:`lookahead` later: 1.8 samples of the lower rate, but at most 0.5 ms. If the lower
-    rate is below 3.6 kHz, 1.8 samples are more than 0.5 ms, and the output is late by the excess.
+    0.08 at 0.55 of the lower rate, and at most 0.003 (-50 dB) above 0.6 of the lower rate. An
+    output sample depends on input samples up to :func:`lookahead` later: 1.8 samples of the lower
+    rate, but at most 0.5 ms. If the lower rate is below 3.6 kHz, 1.8 samples are more than 0.5 ms,
+    and the signal is delayed by the excess.
 
     Parameters
     ----------
@@ -163,8 +164,8 @@ def _resample_pinch(pinch: Pinch, new: float) -> Pinch:
 def resample_dataset(dataset: Dataset, rate: float) -> Dataset:
     """Resample all pinches, convert the sample numbers of contacts, and add a note.
 
-    Data that already have this rate are returned unchanged. Samples become float32 in the raw unit
-    of the layout, so its scale and offset stay valid. Strips take the nearest sample.
+    A dataset that already has this rate is returned unchanged. Samples become float32 in the raw
+    unit of the layout, so its scale and offset stay valid. Strips take the nearest sample.
 
     Parameters
     ----------

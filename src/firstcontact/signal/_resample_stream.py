@@ -11,10 +11,10 @@ from firstcontact.signal._resample import _low_pass, _ratio
 
 
 class CausalResampler:
-    """Resampler of a stream. It gives the samples of :func:`firstcontact.signal.resample`.
+    """Resampler of a stream. It gives the same samples as :func:`firstcontact.signal.resample`.
 
     Output sample ``k`` belongs to the time of input sample ``k * old / new``. Missing samples are
-    not filled in. After a gap the filter restarts as if the signal had been constant before it.
+    not filled in. After a gap the filter restarts as if the signal before had been constant.
 
     Parameters
     ----------

@@ -31,7 +31,7 @@ def savgol_weights(length: int, order: int) -> NDArray[np.float64]:
 
 
 class SavitzkyGolay:
-    """Causal form of a centred Savitzky–Golay filter: it waits for the samples that it needs.
+    """Causal form of a centred Savitzky–Golay filter: it waits for the later samples it needs.
 
     The first output comes with input sample ``lookahead``. After n inputs, ``n - lookahead``
     outputs exist, and output i belongs to input i. Before the stream the first sample is repeated.

@@ -76,7 +76,7 @@ def missing_smoothing(
 ) -> ExponentialSmoothing | None:
     """Return the microcontroller's smoothing filter for the columns that are not smoothed yet.
 
-    The result is None if all columns are smoothed already.
+    Return None if all these columns are smoothed already.
 
     Parameters
     ----------

@@ -69,7 +69,7 @@ def cut_window(
     conditioned
         One vibration channel after the :class:`Conditioner`, shape (samples,), V.
     start
-        Position of the contact.
+        Position of the contact in ``conditioned``.
     length
         Number of samples in the window.
     rate
@@ -179,7 +179,7 @@ class ContactWindow:
 
 
 class WindowStream:
-    """Stream that cuts the windows of :func:`contact_windows`, block by block.
+    """Cutter of windows from a stream, block by block. They equal those of :func:`contact_windows`.
 
     Parameters
     ----------
@@ -220,7 +220,7 @@ class WindowStream:
         return min(ends, default=None)
 
     def withdraw(self) -> None:
-        """Drop all incomplete windows after their contact was withdrawn."""
+        """Drop all incomplete windows, because their contact was withdrawn."""
         self._pending = []
 
     def update(self, block: Block, contacts: Sequence[Contact] = ()) -> list[ContactWindow]:

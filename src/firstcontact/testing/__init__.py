@@ -1,4 +1,4 @@
-"""Conformance checks for registered classes of all kinds, as functions with plain asserts."""
+"""Conformance checks of registered classes and objects, as functions with plain asserts."""
 
 import lazy_loader
 

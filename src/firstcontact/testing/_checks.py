@@ -1,4 +1,4 @@
-"""Assertions for several checks."""
+"""Assertion that several conformance checks use."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ def check_estimator(kind: type[Estimator], task: Task | None = None) -> None:
     kind
         Class of the estimator. To check saving and loading it must be registered.
     task
-        One of its tasks; by default all of them.
+        Task for which the estimator is checked; by default each of its tasks.
 
     Raises
     ------

@@ -16,9 +16,10 @@ _STILL = Command(0.0, 1.0)
 def check_hand(kind: type[Hand], port: str | None = None, source: Source | None = None) -> None:
     """Assert that a hand meets its interface. The hand moves: take objects out of a real hand.
 
-    The checks cover its limits, its positions and the commands within the limits. The hand takes
-    commands only while it is open. It can be released and closed at any time, and twice. An
-    exception passes through its ``with`` block and closes it. It works inside a SafeHand.
+    The checks cover the hand's limits, its positions and the commands within the limits. The hand
+    takes commands only while it is open. It can be released and closed at any time, and twice. An
+    exception passes through its ``with`` block and closes the hand. The hand works inside a
+    :class:`firstcontact.grasp.SafeHand`.
 
     Parameters
     ----------
@@ -27,7 +28,7 @@ def check_hand(kind: type[Hand], port: str | None = None, source: Source | None 
     port
         Port of the hand; by default its ``simulated_port``.
     source
-        Source, already opened, for a hand that a source drives.
+        Source, already opened, through which the hand is driven; None for a hand with a port.
 
     Raises
     ------

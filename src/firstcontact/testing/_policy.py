@@ -19,10 +19,10 @@ _METHODS = ("begin", "touched", "estimated", "felt", "slipped", "late")
 def check_policy(kind: type[Policy]) -> None:
     """Assert that a policy meets its interface.
 
-    Its commands are finite and within the hand's limits. It is never harder or faster on a softer
-    object or with a wider interval. After a missed deadline it presses as gently and slowly as for
-    the softest object. A closing does not affect the next one. Its title, colour and settings for
-    tables and figures are complete.
+    The policy's commands are finite and within the hand's limits. The policy never presses harder
+    or faster on a softer object or with a wider interval. After a missed deadline it presses as
+    gently and slowly as for the softest object. A closing does not affect the next closing. Title
+    and colour are complete, and so are the settings that a study varies.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def check_policy(kind: type[Policy]) -> None:
 
 
 def _settings(kind: type[Policy], chance: Random) -> Iterator[dict[str, float]]:
-    """Yield the default settings, then random ones that a study can choose."""
+    """Yield the default settings, then random settings that a study can choose."""
     yield {}
     if kind.tunables:
         yield {name: chance.choice((*t.tried, *t.few)) for name, t in kind.tunables.items()}
@@ -98,7 +98,7 @@ def _leaves_nothing(kind: type[Policy], settings: dict[str, float], chance: Rand
 
 
 def _gentler(kind: type[Policy], chance: Random) -> None:
-    """Assert that the policy is gentler on softer objects, and with wider intervals."""
+    """Assert that a softer object or a wider interval never makes the policy firmer or faster."""
     low, high = sorted((_shore(chance), _shore(chance)))
     tight, wide = sorted((chance.uniform(0, 60), chance.uniform(0, 60)))
     value, half = _shore(chance), chance.uniform(0, 30)

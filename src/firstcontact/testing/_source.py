@@ -20,9 +20,9 @@ def check_source(
 ) -> None:
     """Assert that a kind of source meets its interface, on one of its devices.
 
-    Each sample comes once, in order and in the form that the descriptor states. Losses are counted.
-    A marker is attached to a sample, or refused if the source is a recording. The source can be
-    closed at any time, and twice, and then ends.
+    Each sample comes once, in order and with the layout that the descriptor states. Losses are
+    counted. A marker is attached to a sample, or refused if the source is a recording. The source
+    can be closed at any time, and twice. It ends once it is closed.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def check_source(
     device
         Device name as a user types it. The device is opened twice.
     options
-        User options.
+        Options that a user gives with the device, such as the speed.
     patience
         Longest time to wait for samples, s.
 
@@ -72,7 +72,7 @@ def _first_arrivals(source: Source, patience: float) -> list[Arrival]:
 
 
 def _arrivals_with_marker(kind: SourceKind, source: Source, patience: float) -> list[Arrival]:
-    """Set a marker. Return the arrivals up to the one with the marker."""
+    """Set a marker. Return the arrivals up to the one with the marker; none for a recording."""
     if kind.recorded:
         for tell in (source.mark, source.order):
             with suppress(InputError):

@@ -14,7 +14,7 @@ LEVELS = (10.0, 29.0, 60.0)
 def toy_windows(
     n: int = 180, samples: int = 74, channels: int = 1, seed: int = 0
 ) -> tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.str_]]:
-    """Return windows, Shore A and sessions. Each session has its own gain."""
+    """Return windows, and the Shore A and session of each. Each session has its own gain."""
     rng = np.random.default_rng(seed)
     shore = rng.choice(LEVELS, n)
     session = rng.integers(0, 6, n)

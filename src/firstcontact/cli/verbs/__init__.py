@@ -25,7 +25,7 @@ GROUP = "firstcontact.verbs"
 
 @cache
 def verb_places() -> dict[str, str]:
-    """Return the place of each verb's class, as "module:Class", by the name of the verb."""
+    """Return the location of each verb's class: a dict from the verb's name to "module:Class"."""
     modules = sorted(module.name for module in iter_modules(__path__))
     places = {_verb(name): f"{__name__}.{name}:{_class(name)}" for name in modules}
     from importlib.metadata import entry_points  # 20 ms that a verb of ours need not wait for
@@ -36,7 +36,7 @@ def verb_places() -> dict[str, str]:
 
 
 def configuration(verb: str) -> type[Any]:
-    """Import the dataclass of a verb.
+    """Import and return the dataclass of a verb.
 
     Raises
     ------

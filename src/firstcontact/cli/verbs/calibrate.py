@@ -12,7 +12,7 @@ from firstcontact.cli.options import devices
 
 @dataclass(frozen=True)
 class Calibrate:
-    """Measure noise floors, taps and the Velostat curve of a pair of fingertips."""
+    """Measure noise floors, taps and force curves of a pair of fingertips."""
 
     device: Annotated[str, devices(recorded=False)]
     """Source of the samples."""

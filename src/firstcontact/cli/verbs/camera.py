@@ -11,7 +11,7 @@ from firstcontact.cli.options import Option
 
 @dataclass(frozen=True)
 class Camera:
-    """Compare the contact times of the contact strips with a high-speed camera."""
+    """Compare contact times from the strips with contact times from a high-speed camera."""
 
     path: Annotated[Path, Option(positional=True)]
     """Recording with strips."""
@@ -24,7 +24,7 @@ class Camera:
     former: ClassVar[dict[str, str]] = {"--contacts": "--times"}
 
     def run(self) -> None:
-        """Print agreement, offset and drift, and which contacts disagree."""
+        """Print agreement, offset and drift of the two clocks, and the contacts that disagree."""
         from firstcontact.collect import compare, in_words, read_contacts
         from firstcontact.recording import read_recording
 

@@ -50,7 +50,7 @@ class Evaluate:
 
 
 def _rate_lines(model: Model, data: Dataset) -> Iterator[str]:
-    """Return lines about a resampling of the recordings to the rate of the model."""
+    """Yield lines about the resampling to the model's rate; none if the rates are equal."""
     recorded = data.layout.rate
     if not model.moments or recorded == model.rate:
         return
@@ -63,7 +63,7 @@ def _rate_lines(model: Model, data: Dataset) -> Iterator[str]:
 
 
 def _lines(evaluation: Evaluation) -> Iterator[str]:
-    """Format the scores of one predictor."""
+    """Yield the scores of one predictor as lines of text."""
     yield (
         f"{evaluation.when}, {evaluation.predictor}: contacts {evaluation.contacts}; "
         f"{counted(evaluation.scored, 'pinch')} scored, {evaluation.left_out} left out (no "

@@ -202,7 +202,7 @@ class Live:
         )
 
     def _own_model(self, source: Source) -> Path | None:
-        """Return the twin's model if the samples come from the twin, live or recorded."""
+        """Return the twin's model if the samples, live or recorded, are the twin's; else None."""
         from firstcontact.cli.twin_model import ORIGIN, twin_model
 
         device = source_kind(self.device)
@@ -211,7 +211,7 @@ class Live:
         return None
 
     def _measured(self, source: Source) -> Calibration | None:
-        """Return the recorded noise floor, or measure it."""
+        """Return a recording's noise floors, or measure the noise floors of a live source."""
         from firstcontact.collect import rest_request
         from firstcontact.device import REST, measure_noise
 
@@ -308,7 +308,7 @@ def _at_rate(source: Source, detector: Detector | None, predictor: Predictor | N
 
 
 def _shore_a(source: Source, device: str) -> Callable[[str], float | None]:
-    """Return a function from the name of a simulated hand's object to its Shore A."""
+    """Return a function that maps the name of a simulated object to its Shore A, or to None."""
     origin = source.descriptor.source
     kinds = [source_kind(device), *(SOURCES[name] for name in SOURCES.builtin_names)]
     object_shore_a = next(

@@ -41,7 +41,7 @@ class Ports:
 
 
 def answer(port: str) -> Iterator[str]:
-    """Yield lines that describe the device on a port, or say why it cannot be read."""
+    """Yield lines that describe the device on a port, or give the reason why it cannot be read."""
     from firstcontact.device import SerialSource, skipped_model
 
     try:

@@ -149,7 +149,7 @@ def _tell(judgements: list[Judged], recorder: Recorder, screen: Screen) -> None:
 
 
 def with_noise(calibration: Calibration | None, measured: Calibration) -> Calibration:
-    """Return a calibration whose missing noise floors are those of ``measured``."""
+    """Return a calibration. Noise floors that it lacks are copied from ``measured``."""
     if calibration is None:
         return measured
     fingers = {p.finger for p in calibration.piezo}

@@ -179,7 +179,7 @@ class ContactWindow:
 
 
 class WindowStream:
-    """Cutter of windows from a stream, block by block. They equal those of :func:`contact_windows`.
+    """Cutter that takes windows from a stream, block by block, as :func:`contact_windows` does.
 
     Parameters
     ----------

@@ -77,7 +77,9 @@ def load() -> float:
 
 
 class InferenceTime(Record, frozen=True, kw_only=True):
-    """Time to predict one window on one thread, µs. Preempted calls do not count.
+    """Time to predict one window on one thread, µs.
+
+    Calls that another process preempted count only in ``p99_with_preempted``.
 
     ``reference``: name of the training library, with its times in further fields. ``speedup``:
     ratio of the medians. ``load`` and ``cores`` describe the machine at the start.

@@ -5,8 +5,8 @@ Version 0.2.2 has these side effects:
 - Import writes ``config.py`` into the working folder and puts that folder on the import path.
   With logging on, it also sends the root logger to a file there.
 - Opening ends the process if no hand answers.
-- Closing prints, and divides by the number of writes.
-- The threads ignore every error of the port and outlive the main thread.
+- Closing prints statistics, for which it divides by a number of writes that may be 0.
+- The package's threads ignore every error of the port and outlive the main thread.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def _unanswered(code: object = None) -> None:
 
 
 def check(port: str | None) -> str:
-    """Return the port. Check that the package is installed and a port was given.
+    """Check that the package is installed and a port was given. Return the port.
 
     Raises
     ------
@@ -57,7 +57,9 @@ def check(port: str | None) -> str:
 
 @contextmanager
 def claimed(port: str) -> Iterator[None]:
-    """Lock the port against other programs. The package opens it without a lock.
+    """Lock the port against other programs during the ``with`` block.
+
+    The package itself opens the port without a lock.
 
     Raises
     ------

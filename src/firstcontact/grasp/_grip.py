@@ -15,8 +15,8 @@ INCOMPRESSIBLE = 0.5
 class Grip:
     """Declared properties of a hand and of its use, and the commands that follow from them.
 
-    The values of ``dent``, ``searching`` and the smaller margin were tuned on closings that are in
-    no report (docs/explanation/grasping.md). No other value was tuned.
+    The values of ``dent``, ``searching`` and the smaller of ``margins`` were tuned on closings that
+    are in no report (docs/explanation/grasping.md). No other value was tuned.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ class Grip:
 
 
 def _within(shore_a: float) -> float:
-    """Return a Shore A within 0 to 99, and 0 for NaN.
+    """Clip a Shore A to the range from 0 to 99. NaN becomes 0.
 
     The modulus is infinite at 100.
     """

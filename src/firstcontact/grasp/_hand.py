@@ -1,4 +1,4 @@
-"""Base class of hands, their limits and their error."""
+"""Base class of hands, with :class:`HandLimits` and :class:`HandError`."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class HandLimits:
 
 
 class Begins(Flag):
-    """Party that begins the closings of a hand."""
+    """Parties that may begin the closings of a hand."""
 
     #: The hand's controller, its wearer or the twin begins a closing. The signal shows when.
     OTHERS = auto()
@@ -53,8 +53,8 @@ class Begins(Flag):
 class Hand(ABC):
     """Base class of hands. Use one in a ``with`` block, which always releases it.
 
-    The registry makes a hand from a port's name or None, or from the source that drives the hand. A
-    new hand has no connection until the ``with`` block begins.
+    The registry makes a hand from the name of its port (None for the default port), or from the
+    source that drives the hand. A new hand has no connection until the ``with`` block begins.
     """
 
     #: Name in the registry and in reports.
@@ -123,7 +123,7 @@ class Hand(ABC):
         """Return the newest positions that the hand reported. They cover at least the last 0.1 s.
 
         An estimate waits for this call, so return stored positions and send no request to the hand.
-        By default there are none.
+        The base class returns none.
 
         Returns
         -------

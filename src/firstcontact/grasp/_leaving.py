@@ -1,4 +1,4 @@
-"""Signal handling while a hand is open: the first signal releases it, later ones wait."""
+"""Signal handling while a hand is open, so that a second signal cannot disturb the release."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ INSISTED = 2.0
 class Leaving:
     """Handler for signals that the program does not handle, while a hand is open.
 
-    It is active from :meth:`take` to :meth:`give_back`. The first signal raises
-    KeyboardInterrupt (SIGINT) or SystemExit in the main thread, which then leaves its ``with``
-    block. A second signal could interrupt the release of the hand, so it waits. Outside the main
-    thread the methods do nothing.
+    It is active from :meth:`take` to :meth:`give_back`. The first signal raises KeyboardInterrupt
+    (SIGINT) or SystemExit in the main thread, which then leaves its ``with`` block. A second signal
+    could interrupt the release of the hand, so it is ignored for 2 s. Outside the main thread the
+    methods do nothing.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ class Leaving:
 
     @contextmanager
     def deferred(self) -> Iterator[None]:
-        """Defer signals that end programs, even those with handlers, to the end of the block."""
+        """Defer signals that end programs, even those with handlers, within the ``with`` block."""
         deferred: list[int] = []
         handlers = {}
         self._waiting = deferred

@@ -1,4 +1,4 @@
-"""Grasp loop: passes events to a policy and its commands to a hand."""
+"""Grasp loop, which passes events to a policy and the policy's commands to a hand."""
 
 from __future__ import annotations
 
@@ -30,7 +30,8 @@ class LoopCounts:
         Number of estimates that met the deadline but reached the hand after the second contact.
         This is known only when the closing is over.
     withdrawn
-        False contacts that were withdrawn. No other count includes them or their estimates.
+        Number of false contacts that were withdrawn. No other count includes them or their
+        estimates.
     """
 
     closings: int = 0
@@ -44,12 +45,12 @@ class LoopCounts:
 
 
 class GraspLoop:
-    """Loop between events, a policy and a hand. It counts every missed deadline.
+    """Loop that passes events to a policy, and the policy's commands to a hand.
 
-    All times are seconds on the clock of the samples: the sample's number divided by the rate, plus
-    the time for transport and computing. An estimate that reaches the hand exactly at the deadline
-    meets it. After a missed deadline, the policy's fallback command holds for the rest of the
-    closing.
+    The loop counts every missed deadline. All times are seconds on the clock of the samples: the
+    sample's number divided by the rate, plus the time for transport and computing. An estimate that
+    reaches the hand exactly at the deadline meets it. After a missed deadline, the policy's
+    fallback command holds for the rest of the closing.
 
     Parameters
     ----------
@@ -102,7 +103,10 @@ class GraspLoop:
         self._reached = []
 
     def touched(self, contact: Contact, first: bool, now: float) -> None:
-        """Pass a contact to the policy. ``now`` is the time at which it became known."""
+        """Pass a contact, which became known at the time ``now``, to the policy.
+
+        ``first`` is True for the first contact of the closing.
+        """
         if not self._closing:
             return
         if first:
@@ -164,12 +168,13 @@ class GraspLoop:
             self._forward(self.policy.slipped())
 
     def finish(self, second: Contact | None = None) -> None:
-        """End the closing. A missing estimate counts as missed.
+        """End the closing. Count a missed deadline if the estimate is still missing.
 
         Parameters
         ----------
         second
-            Second contact. Estimates that reached the hand after it do not count.
+            Second contact; None if none was detected. Estimates that reached the hand after it
+            count as ``overtaken``.
         """
         late = 0 if second is None else sum(t >= second.sample / self._rate for t in self._reached)
         self.counts.estimates -= late

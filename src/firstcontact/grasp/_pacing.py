@@ -1,4 +1,4 @@
-"""Pacing of a hand's commands, without threads: limits, rate, repeats, silence."""
+"""Schedule of a hand's commands, with the times passed in: it uses no thread and no clock."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class HandCounts:
     sent
         Number of commands sent, without repetitions.
     clipped
-        Number of commands beyond the hand's limits.
+        Number of commands that were clipped to the hand's limits.
     superseded
         Number of commands that were replaced by a newer one or a release while they waited.
     repeated
@@ -36,7 +36,7 @@ class HandCounts:
 
 @dataclass(frozen=True, slots=True)
 class Due:
-    """Action that is due: send this command, or release the hand if it is None."""
+    """Action that is due: send ``command``, or release the hand if ``command`` is None."""
 
     command: Command | None
 

@@ -31,7 +31,7 @@ class Truth:
 
 
 class Task(Enum):
-    """Task of a policy. A study compares policies with the same task."""
+    """Task of a policy. A study compares only policies with the same task."""
 
     #: Hold a declared payload, as gently and as early as possible.
     PAYLOAD = auto()
@@ -55,7 +55,7 @@ class Part(Enum):
 
 
 class ForceArray(Enum):
-    """Errors of the twin's force sensors in a comparison of policies."""
+    """Kind of the twin's force sensors in a comparison of policies: with or without errors."""
 
     #: Sensors with the random errors of each simulated pinch.
     DRAWN = auto()
@@ -177,19 +177,19 @@ class Policy:
         return None
 
     def felt(self, volts: float, since: float | None) -> Command | None:
-        """React to the force sensors. This is called with every block of samples.
+        """React to the force sensors. The loop calls this method with every block.
 
         Parameters
         ----------
         volts
-            Voltage of the highest taxel above its unloaded level, V.
+            Largest rise of a taxel's voltage above its unloaded level, over both fingers, V.
         since
             Time since the first contact, s; None before it.
         """
         return None
 
     def slipped(self) -> Command | None:
-        """React to slip. This is called repeatedly while the slip continues."""
+        """React to slip. The loop calls this method while the slip continues."""
         return None
 
     def late(self) -> Command | None:

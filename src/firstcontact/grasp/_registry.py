@@ -1,4 +1,4 @@
-"""Registry of hands. A new hand is one file and one line here."""
+"""Registry of hands. To add a hand, write one file and add one line here."""
 
 from __future__ import annotations
 

@@ -38,14 +38,14 @@ class SafeHand(Hand):
     - immediately on Ctrl-C, SIGTERM, SIGHUP and SIGQUIT, unless the program handles them. Then
       KeyboardInterrupt or SystemExit is raised in the main thread.
 
-    Later signals, and signals during closing, wait until the hand is closed. The watchdog thread
-    needs Python's global interpreter lock (GIL). If other code may keep this lock, use
-    :class:`firstcontact.grasp._separate.SeparateHand`.
+    A second signal within 2 s is ignored. Signals during closing wait until the hand is closed. The
+    watchdog thread needs Python's global interpreter lock (GIL). If other code may keep this lock,
+    use :class:`firstcontact.grasp._separate.SeparateHand`.
 
     Parameters
     ----------
     hand
-        Hand that is not open yet. It is opened and closed with this one.
+        Hand that is not open yet. The wrapper opens and closes it.
     silence
         Time without :meth:`send` or :meth:`alive` after which the hand is released, s.
     clock
@@ -89,8 +89,8 @@ class SafeHand(Hand):
         Raises
         ------
         HandError
-            The command is not finite; the hand was then released. Or the hand is not open or has
-            failed.
+            The command is not finite, and the hand was released for that reason; or the hand is not
+            open, or has failed.
         """
         self._leaving.rearm()
         with self._change:
@@ -182,10 +182,10 @@ class SafeHand(Hand):
         return self
 
     def _let_go(self) -> None:
-        """Ask the watchdog thread to release the hand.
+        """Make the watchdog thread release the hand.
 
-        A signal handler calls this. It must not release the hand itself, because it may have
-        interrupted any code.
+        A signal handler calls this method. The handler must not release the hand itself, because it
+        may have interrupted any code.
         """
         self._release_requested = True
         if self._change.acquire(timeout=PROMPT):

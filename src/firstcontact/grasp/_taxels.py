@@ -1,4 +1,4 @@
-"""Tracking of the highest taxel of both fingers above its unloaded level."""
+"""Largest rise of a taxel's voltage above its unloaded level, over both fingers."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ REST = 0.05
 
 
 class Taxels:
-    """Tracker of the highest taxel of both fingers, updated with each block.
+    """Tracker of the largest rise of a taxel's voltage above its unloaded level.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ class Taxels:
         self._count = 0
 
     def begin(self) -> None:
-        """Restart the unloaded level at the beginning of a closing, while the hand is empty."""
+        """Measure the unloaded levels again, at the start of a closing with an empty hand."""
         self._sum[:] = 0.0
         self._count = 0
 
@@ -40,8 +40,8 @@ class Taxels:
         Returns
         -------
         float
-            Voltage of the highest taxel above its unloaded level at the last sample, V. 0 until
-            the unloaded level is known.
+            Largest rise of a taxel of either finger above its unloaded level, at the last sample,
+            V. It is 0 until the unloaded levels are known.
         """
         if not self._sum.size or not len(data):
             return 0.0

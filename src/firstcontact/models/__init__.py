@@ -1,4 +1,4 @@
-"""Models: estimators, one per file; training, evaluation, intervals; the model folder."""
+"""Estimators (one per file), their training, evaluation and intervals, and the model folder."""
 
 import lazy_loader
 

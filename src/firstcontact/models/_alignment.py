@@ -38,7 +38,7 @@ class Alignment:
     contacts
         Contact of each pinch; None if none was detected.
     how
-        Description of how the contacts were detected, and from which sample on.
+        Text for people: how the contacts were found, and where in each pinch the detector started.
     """
 
     contacts: Sequence[Contact | None]
@@ -51,7 +51,10 @@ def label_alignment(dataset: Dataset) -> Alignment:
 
 
 def detect_alignment(dataset: Dataset, detector: Detector, how: str = "") -> Alignment:
-    """Return the first contacts that a detector finds after the start of each closing."""
+    """Return the first contacts that a detector finds after the start of each closing.
+
+    ``how`` is added to the detector's name in the result's text.
+    """
     starts = closing_starts(dataset)
     heard = cut_closings(dataset, starts).pinches
     contacts = [first_contact(detector, pinch) for pinch in heard]
@@ -87,16 +90,18 @@ def fit_detector(dataset: Dataset, name: str | None = None) -> Detector:
 
 
 def found_as_live(dataset: Dataset, detector: Detector, seed: int, runner: Runner) -> Alignment:
-    """Return out-of-fold contacts. The detector of each pinch is fitted to other sessions.
+    """Return the contact of each pinch from a detector that was fitted to other sessions.
 
     Whole sessions are held out, because a detector is too accurate on its own training pinches.
+    Without two named sessions, single pinches are held out. A detector that learns nothing from
+    these pinches is used as it is.
 
     Parameters
     ----------
     dataset
         The pinches.
     detector
-        Result of :func:`fit_detector` for them.
+        Result of :func:`fit_detector` for these pinches.
     seed
         Random seed of the folds.
     runner

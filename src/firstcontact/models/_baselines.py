@@ -43,7 +43,7 @@ class ConstantModel(ArraysModel):
         return np.searchsorted(self.spec.classes, outputs[:, 0])
 
     def program(self) -> Program:
-        """Return a program with constant output: the value, or 1 for its class and 0 for others."""
+        """Return the arithmetic as steps: constants (the value, or 1 for its class and else 0)."""
         n, spec = self.spec.samples * self.spec.channels, self.spec
         classes = np.array(spec.classes)
         values = (classes == self.value) * 1.0 if spec.classes else np.array([self.value])
@@ -116,7 +116,7 @@ class PeakModel(ArraysModel):
         return near
 
     def program(self) -> Program:
-        """Return the program: the logarithm of the peak, then the parabola."""
+        """Return the arithmetic as steps: the logarithm of the peak, then the parabola."""
         n = self.spec.samples * self.spec.channels
         peak = steps.log_peak(INPUT, "peak", n)
         if self.spec.task is Task.CLASSIFICATION:

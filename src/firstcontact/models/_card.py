@@ -1,4 +1,4 @@
-"""Card (``model.json``) of a model folder: training data, and one part for each predictor."""
+"""Card (``model.json``) of a model folder: training data, and one section for each predictor."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ class TrainingRecord:
 
 
 class PredictorCard(msgspec.Struct, frozen=True, kw_only=True, tag_field="takes"):
-    """Part of a card for one predictor: kind in the registry, sampling rate, and training."""
+    """Section of a card for one predictor: kind in the registry, sampling rate, and training."""
 
     kind: Name
     rate_hz: Rate
@@ -94,7 +94,7 @@ class PredictorCard(msgspec.Struct, frozen=True, kw_only=True, tag_field="takes"
 
 
 class WindowCard(PredictorCard, frozen=True, kw_only=True, tag="window"):
-    """Part of a card for a window model: windows, classes, and interval."""
+    """Section of a card for a window model: windows, classes, and interval."""
 
     task: Task
     samples: Samples
@@ -105,7 +105,7 @@ class WindowCard(PredictorCard, frozen=True, kw_only=True, tag="window"):
 
 
 class NetworkCard(PredictorCard, frozen=True, kw_only=True, tag="contact"):
-    """Part of a card for the network: level of its intervals."""
+    """Section of a card for the network: level of its intervals."""
 
     level: Annotated[float, msgspec.Meta(gt=0, lt=1)]
 
@@ -118,7 +118,7 @@ class ModelCard(msgspec.Struct, frozen=True, kw_only=True):
     trained_on
         Training data.
     predictors
-        One part for each predictor.
+        One section for each predictor.
     detector
         SHA-256 of the card of the model's detector; None if any detector is accepted.
     versions

@@ -46,7 +46,9 @@ SMALLEST = 8
 
 @dataclass(frozen=True)
 class Cnn(Estimator):
-    """EfficientNetV2 for one dimension: Adam with a one-cycle schedule, MSE loss.
+    """Estimator that trains an EfficientNetV2 for one dimension.
+
+    The optimiser is Adam with a one-cycle schedule, and the loss is the MSE.
 
     For classification the loss is the MSE against one-hot targets. There is no augmentation and no
     hyper-parameter search, so ``groups`` is not used.
@@ -58,8 +60,8 @@ class Cnn(Estimator):
     epochs
         Number of passes over the windows.
     published
-        True to use the paper's schedule: 40 epochs, with the learning rate halved every 5. The
-        scores are the same, and training takes three times as long.
+        True to use the paper's schedule: 40 epochs, with the learning rate halved every 5 epochs.
+        The scores are the same, but training takes three times as long.
     """
 
     name: ClassVar[str] = "cnn"
@@ -85,7 +87,7 @@ class Cnn(Estimator):
     def fit_several(self, sets: Sequence[TrainingSet], seed: int = 0) -> Sequence[WindowModel]:
         """Fit several networks.
 
-        Those with equal window shapes and numbers of steps train together.
+        Networks with equal window shapes and equal numbers of training steps train together.
         """
         if type(self).fit is not Cnn.fit:  # a subclass trains in its own way
             return super().fit_several(sets, seed)
@@ -172,7 +174,7 @@ def as_input(inputs: NDArray[np.float32]) -> Tensor:
 def _train(
     examples: Sequence[tuple[Inputs, Inputs]], epochs: int, published: bool, seed: int
 ) -> list[EfficientNet]:
-    """Return trained networks in evaluation mode. Seed and number of threads determine the weights.
+    """Train networks. The seed and the number of threads determine the weights.
 
     Parameters
     ----------

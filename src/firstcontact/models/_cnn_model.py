@@ -38,7 +38,7 @@ def compress(X: NDArray[Any], scale: NDArray[np.float64]) -> NDArray[np.float32]
 
 
 class CnnModel(ArraysModel):
-    """EfficientNetV2 for one dimension, as PyTorch exported it.
+    """Window model: an EfficientNetV2 for one dimension, exported from PyTorch.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ class CnnModel(ArraysModel):
         return out
 
     def program(self) -> Program:
-        """Return the program: compression of the window, then the layers of the network."""
+        """Return the arithmetic as steps: compression of the window, then the network's layers."""
         from firstcontact.models._network_steps import NetworkSteps
 
         n = self.spec.samples * self.spec.channels

@@ -29,7 +29,8 @@ from firstcontact.models._spec import Arrays, Values
 from firstcontact.models._touches import TIMES, Touches, lengths
 from firstcontact.signal import samples_in
 
-#: Smallest numbers of pinches and of Shore A levels. With fewer the network predicts alone.
+#: Smallest numbers of pinches and of Shore A levels for a regression. With fewer pinches or levels,
+#: the network predicts alone.
 LEAST_PINCHES, LEAST_LEVELS = 20, 3
 #: Range of the factor by which the regression's spread is scaled.
 _SCALES = 0.1, 10.0
@@ -38,10 +39,10 @@ _SCALES = 0.1, 10.0
 class CombinedModel(InContextModel):
     """Network that is averaged with a regression on the pinches of the rig.
 
-    Each prediction is a mixture of the network's and the regression's, weighted by the inverse of
-    their variances. The spread of a prediction is the standard deviation of the mixture, so it
-    grows where network and regression differ. The regression dominates for contacts like those of
-    the rig's pinches, the network for others.
+    Each prediction is a mixture of the network's prediction and the regression's, weighted by the
+    inverse of their variances. The spread of a prediction is the standard deviation of the mixture,
+    so it grows where network and regression differ. The regression dominates for contacts like
+    those of the rig's pinches, the network for others.
 
     Parameters
     ----------
@@ -77,7 +78,7 @@ class CombinedModel(InContextModel):
         seed: int,
         scale: NDArray[np.float64],
     ) -> Self:
-        """Return the model that is conditioned on and fitted to the contacts of a rig.
+        """Return a model of a rig. Condition the network on its contacts, and fit the regression.
 
         Parameters
         ----------
@@ -86,7 +87,7 @@ class CombinedModel(InContextModel):
         touches, shore_a
             Labelled contacts of the rig, shape (n,).
         scheme
-            One of ``WAYS`` to condition on a rig.
+            One of ``WAYS``: all fingers are one rig, or each finger is a rig of its own.
         seed
             Random seed for choosing pinches, if a rig has too many.
         scale
@@ -106,7 +107,7 @@ class CombinedModel(InContextModel):
         return self._alone
 
     def with_network(self, alone: InContextModel) -> CombinedModel:
-        """Return the model with another network for the same rigs."""
+        """Return the model with ``alone`` as its network, conditioned on the same rigs."""
         return CombinedModel(alone, self.factors, self._regressions)
 
     def widened(self, scales: NDArray[np.float64]) -> CombinedModel:
@@ -157,7 +158,7 @@ class CombinedModel(InContextModel):
         return values, spreads
 
     def to_arrays(self) -> Arrays:
-        """Return the arrays of the network and each regression as ``own.FINGER.NAME``.
+        """Return the network's arrays, and each regression's arrays as ``own.FINGER.NAME``.
 
         ``factors`` (half widths of the intervals, as multiples of the spread) belong to the
         mixture, ``own.factors`` to the network alone.

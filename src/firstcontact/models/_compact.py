@@ -68,7 +68,7 @@ class Rounded:
         return outputs
 
     def most(self, most: float) -> float:
-        """Return the largest possible output for inputs of at most this magnitude."""
+        """Return the largest possible output for inputs whose magnitude is at most ``most``."""
         sums = np.maximum(np.abs(self.integers.astype(np.float64)).sum(axis=1), 1.0)
         scale, bias = (np.abs(x.astype(np.float64)) for x in (self.scale, self.bias))
         return float((sums * scale * most + bias).max(initial=0.0))
@@ -164,7 +164,7 @@ class CompactNetwork(Network):
 
     @property
     def answer(self) -> tuple[Matrix, Matrix]:
-        """Weight and bias of the last layer. Rounding them would change predictions."""
+        """Weight and bias of the last layer, unrounded: rounding them would change predictions."""
         return self._layers["answer"]
 
     def along(self, context: Context, stage: int) -> Matrix:
@@ -224,12 +224,12 @@ class _Listening(Network):
 
 
 def deaf(model: InContextModel) -> InContextModel:
-    """Return a model that does not use the motor's pitch, so needs no spectrum before a contact."""
+    """Return a model that does not use the motor's pitch. It needs no spectrum before a contact."""
     return _told_nothing(model, False)
 
 
 def _told_nothing(model: InContextModel, listening: bool) -> InContextModel:
-    """Return a model without measured speeds, and without the pitch unless ``listening``."""
+    """Return a model that knows no measured speeds, and the pitch only if ``listening``."""
     rigs = {
         finger: replace(rig, pitch=rig.pitch if listening else None, speeds=None)
         for finger, rig in model.rigs.items()
@@ -240,7 +240,7 @@ def _told_nothing(model: InContextModel, listening: bool) -> InContextModel:
 def compacted(
     model: InContextModel, touches: Touches, directions: int, listening: bool = False
 ) -> CompactModel:
-    """Return the same model with a compact network.
+    """Return a copy of a model with a compact network, and without measured closing speeds.
 
     Parameters
     ----------
@@ -280,7 +280,7 @@ def compacted(
 
 
 def _ask(network: Network, model: InContextModel, touches: Touches) -> None:
-    """Run a network on contacts as the model does."""
+    """Run a network on the inputs that a model makes from contacts. Discard the outputs."""
     usable = touches.take(touches.valid >= model.shortest)
     for finger, rows in model.by_rig(usable):
         rig, part = model.rigs[finger], usable.take(rows)

@@ -1,4 +1,4 @@
-"""Predictions by the compiled kernels: a tenth of the time of NumPy for a single contact."""
+"""Predictions by the compiled kernels, which need a tenth of NumPy's time for one contact."""
 
 from __future__ import annotations
 
@@ -29,9 +29,10 @@ _cache: WeakKeyDictionary[InContextModel, dict[int, Predict | None]] = WeakKeyDi
 
 
 def compiled_prediction(model: InContextModel, finger: int) -> Predict | None:
-    """Return the compiled prediction for a rig of a model; None if no compiled kernel fits.
+    """Return a compiled function that predicts for a rig of a model; None if no kernel fits.
 
-    No kernel fits reduced networks, and models that refine the network without a regression.
+    No kernel fits a compact network, or a model that refines the network's predictions other than
+    by a regression.
 
     Predictions differ from NumPy's by rounding only.
 
@@ -40,7 +41,7 @@ def compiled_prediction(model: InContextModel, finger: int) -> Predict | None:
     model
         Network, conditioned on rigs.
     finger
-        Number of the rig.
+        Finger number of the rig.
     """
     if kernels() is None:
         return None
@@ -97,7 +98,7 @@ def _compile(model: InContextModel) -> dict[int, Predict | None]:
 
 
 def _refines_alone(model: InContextModel) -> bool:
-    """Return True if the ``refine`` of a model uses its regression, and nothing else."""
+    """Return True if one class of this package defines both ``refine`` and ``regression``."""
     refine, regression = (
         next(kind for kind in type(model).__mro__ if name in vars(kind))
         for name in ("refine", "regression")

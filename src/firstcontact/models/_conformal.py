@@ -1,8 +1,8 @@
 """Conformal intervals by MAPIE, from predictions for held-out sessions.
 
 The method is split conformal prediction with absolute residuals (Lei et al. 2018), applied
-separately in each range of predictions (Mondrian; Vovk et al. 2005). So soft objects get their own
-bounds.
+separately in each range of predictions (Mondrian; Vovk et al. 2005). Soft objects therefore get
+bounds of their own.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ SESSIONS = 3
 
 
 def refusal(answers: Values, sessions: NDArray[np.str_], level: float) -> str:
-    """Return the reason why no interval can be made from these predictions; "" if one can."""
+    """Return the reason why these predictions give no interval; "" if they give one."""
     names = np.unique(sessions)
     if len(names) < SESSIONS or "" in names:
         named = len(names[names != ""])
@@ -164,6 +164,8 @@ def coverage(
     spreads: Values | None = None,
 ) -> dict[str, float]:
     """Return the share of truths within their bounds, and the mean width of the intervals.
+
+    ``pairs`` is the result of :func:`held_out_bounds`.
 
     Returns
     -------

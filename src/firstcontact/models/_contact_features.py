@@ -52,7 +52,7 @@ def features(v: NDArray[np.float64], valid: NDArray[np.intp], level: Values) -> 
     valid
         Number of valid samples of each signal, at least 2, shape (n,).
     level
-        Level of the rig, V, shape (n,).
+        Level of each contact's rig, V, shape (n,).
 
     Returns
     -------
@@ -120,7 +120,7 @@ class Shape:
     features
         Result of :func:`features`.
     level
-        Levels of the rigs, V, shape (n,).
+        Level of each contact's rig, V, shape (n,).
     """
 
     v: NDArray[np.float64]

@@ -39,7 +39,7 @@ class Context:
     keys, values
         Attention keys and values of each level, shape (stages, HEADS, levels, width).
     general
-        General features of the rig, shape (GENERAL,).
+        Features of the rig as a whole, shape (GENERAL,).
     """
 
     mean: Matrix
@@ -138,7 +138,7 @@ class Network:
                 )
 
     def _most(self, name: str, most: float) -> float:
-        """Return the largest possible output of a layer for inputs of at most this magnitude."""
+        """Return the largest possible output of a layer for inputs of at most ``most``."""
         weight, bias = (np.abs(x.astype(np.float64)) for x in self._layers[name])
         return float((weight.sum(axis=1) * most + bias).max())
 

@@ -41,14 +41,17 @@ class DetectionScores(Record, frozen=True, kw_only=True):
     """Scores of a detector over pinches whose first contact is known.
 
     The first trigger of a pinch is the first contact that the detector reports and does not
-    withdraw. A share is None if there are no windows of that kind.
+    withdraw. A share of windows is None if no windows count for it.
 
-    Windows are counted every 3 ms as published, independent of earlier decisions and relative to
-    the first steady state of the pinch. For a detector with shorter steps, a 3 ms step fires if any
-    of its windows fires. A window of either finger is quiet if it ends before the contact. The
-    contact window is the touching finger's first window with at least 1 ms of the contact. Windows
-    between the quiet ones and the contact window are not counted, because either decision is right.
-    Later windows are not counted either.
+    A window is the signal that the detector judges at once. As in the paper, one window is counted
+    every 3 ms. It is judged by the first steady state of the pinch, independent of earlier
+    decisions. If a detector judges more often, its windows within 3 ms count as one, which fires if
+    any of them fires.
+
+    A window of either finger is quiet if it ends before the contact. The contact window is the
+    touching finger's first window with at least 1 ms of the contact. Windows between the quiet ones
+    and the contact window are not counted, because either decision is right. Later windows are not
+    counted either.
 
     Parameters
     ----------
@@ -70,11 +73,13 @@ class DetectionScores(Record, frozen=True, kw_only=True):
         Share of pinches whose first trigger is on the touching finger and places the contact within
         3 ms of its true time. The trigger itself comes later than the contact that it places.
     decided_within_3_ms
-        Share of successful pinches in which the decision came 0 to 3 ms after the contact.
+        Share of pinches that count in ``pinch_success`` and whose decision came 0 to 3 ms after the
+        contact.
     false_alarms
         Number of pinches whose first trigger places a contact more than 3 ms too early.
     wrong_finger
-        Number of pinches whose first trigger is in time but on the other finger.
+        Number of pinches whose first trigger places the contact within 3 ms of its true time, but
+        on the finger that does not touch.
     late
         Number of pinches whose first trigger places the contact more than 3 ms too late.
     misses
@@ -84,9 +89,9 @@ class DetectionScores(Record, frozen=True, kw_only=True):
         per minute of closing without contact, while the steady state follows a quieter motor as in
         a live session. None if there is no such time.
     delay_ms
-        Median and 95th percentile of the time from the contact to the decision. It includes first
-        triggers on the touching finger that are neither placed nor decided early, also late ones.
-        None without such triggers.
+        Median and 95th percentile of the time from the contact to the decision. It covers the first
+        triggers on the touching finger, except those that are placed or decided too early. None
+        without such triggers.
     lookahead_ms
         Look-ahead of the resampler, which both values of ``delay_ms`` include; None without
         resampling.
@@ -117,7 +122,7 @@ class DetectionScores(Record, frozen=True, kw_only=True):
 
 
 def _merge_looks(decisions: WindowDecisions, looks: int) -> WindowDecisions:
-    """Merge consecutive decisions into one that fires if any of them fires."""
+    """Merge each ``looks`` consecutive decisions into one, which fires if any of them fires."""
     n = len(decisions.ends) // looks
     if looks == 1 or not n:
         return decisions
@@ -212,8 +217,8 @@ def score_decisions(
     step
         Time between the detector's windows, s.
     early
-        Longest time by which a contact may precede its label, s. Windows that end in this time are
-        not counted, and triggers in it count as in time.
+        Longest time by which a contact may precede its label, s. Windows that end within this time
+        before the label are not counted, and triggers within it do not count as early.
     tolerance
         Largest difference between a correct first trigger and the contact, s.
 
@@ -296,8 +301,9 @@ def right_and_not_early(
 ) -> bool:
     """Return True if a detected contact is on the touching finger and not too early.
 
-    The trigger must be placed at most ``tolerance`` before the contact, and decided after it. A
-    decision before the contact is right only by chance.
+    The detected contact may lie at most ``early + tolerance`` before the known contact. Its
+    decision may come at most ``early`` before the known contact, because an earlier decision is
+    right only by chance.
 
     Parameters
     ----------
@@ -308,7 +314,7 @@ def right_and_not_early(
     early
         Longest time by which a contact may precede its label, s.
     tolerance
-        Largest additional time by which the detected contact may be placed early, s.
+        Additional time by which the detected contact may precede the label, s.
     """
     placed = (contact.sample - truth.sample) / rate
     return (

@@ -4,7 +4,8 @@ Mingxing Tan and Quoc V. Le: EfficientNetV2: Smaller Models and Faster Training,
 (arXiv:2104.00298). Importing this module imports PyTorch.
 
 The network has two dimensions, time and one of length one, because PyTorch has channels-last
-kernels for two dimensions only. With these, training takes two thirds of the time.
+kernels for two dimensions only. With these kernels, training takes two thirds of the time that it
+takes without them.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ HEAD = 96
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """Sequence of blocks of one type.
+    """Stage in the sense of EfficientNetV2: a sequence of blocks (groups of layers) of one type.
 
     Parameters
     ----------
@@ -39,7 +40,7 @@ class Stage:
     channels
         Number of output channels.
     stride
-        Stride of the first block; the others keep the length.
+        Stride of the first block; the other blocks keep the length.
     blocks
         Number of blocks.
     """
@@ -113,7 +114,7 @@ class MBConv(nn.Module):
     Parameters
     ----------
     stage
-        The stage.
+        Stage that the block belongs to.
     inputs
         Number of input channels.
     stride

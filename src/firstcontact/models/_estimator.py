@@ -24,7 +24,7 @@ class Estimator(ABC):
     """Estimator that fits a model to windows.
 
     To add an estimator, write a subclass with these class attributes in a new file, and add a line
-    to :mod:`firstcontact.models._registry`. Commands, studies, figures and reports read its
+    to :mod:`firstcontact.models._registry`. Commands, studies, figures and reports read these
     attributes.
 
     Parameters
@@ -120,7 +120,7 @@ class Estimator(ABC):
 
 @dataclass(frozen=True, slots=True)
 class Reference:
-    """Prediction of another library for one window, to compare the time.
+    """Prediction for one window by another library, to compare the times.
 
     Parameters
     ----------

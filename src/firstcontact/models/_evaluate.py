@@ -37,16 +37,18 @@ class GroupScores:
     n
         Number of pinches.
     scores
-        Errors in Shore A (or ranks) or accuracy by elapsed time, s, with bootstrap intervals.
+        Scores by elapsed time (s), with bootstrap intervals. They are errors in Shore A or ranks,
+        or the accuracy.
     coverage, width
-        Share of truths inside the interval, and mean width of the interval, by elapsed time, s.
+        Share of truths inside the interval, and mean width of the interval, by elapsed time (s).
         Empty for a model without intervals.
     out_of_range
-        Share of contacts that are marked out of range, by elapsed time, s. Empty for window models.
+        Share of contacts that are marked out of range, by elapsed time (s). Empty for window
+        models.
     objects
         Errors of each specimen at the latest time.
     constant
-        Error of a constant prediction, the mean of these pinches; None for classes.
+        Error of a constant prediction, the mean of the group's pinches; None for classes.
     level
         Level of the model's intervals; None without intervals.
     """
@@ -64,7 +66,7 @@ class GroupScores:
 
     @property
     def rmse(self) -> Mapping[float, float]:
-        """Root mean square error by elapsed time, s; empty for classes."""
+        """Root mean square error by elapsed time (s); empty for classes."""
         return {at: s.rmse for at, s in self.scores.items() if isinstance(s, RegressionScores)}
 
 
@@ -107,17 +109,17 @@ class Evaluation:
 
     @property
     def rmse(self) -> Mapping[float, float]:
-        """Root mean square error by elapsed time, s; empty if all pinches are training pinches."""
+        """Root mean square error by elapsed time (s); empty if all pinches are training pinches."""
         return self._unseen.rmse if self._unseen else {}
 
     @property
     def coverage(self) -> Mapping[float, float]:
-        """Share of truths inside the interval by elapsed time, s; empty like :attr:`rmse`."""
+        """Share of truths inside the interval by elapsed time (s); empty if :attr:`rmse` is."""
         return self._unseen.coverage if self._unseen else {}
 
     @property
     def width(self) -> Mapping[float, float]:
-        """Mean width of the interval by elapsed time, s; empty like :attr:`rmse`."""
+        """Mean width of the interval by elapsed time (s); empty if :attr:`rmse` is."""
         return self._unseen.width if self._unseen else {}
 
     @property

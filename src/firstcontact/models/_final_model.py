@@ -120,7 +120,7 @@ def train_final_model(
 
 
 def _none(data: LabelledWindows, task: Task, level: float) -> dict[str, Any]:
-    """Return the reason why the model has no interval; empty if it has one."""
+    """Return the reason why the model has no interval as ``none``; empty if it has one."""
     if task is Task.CLASSIFICATION:
         return {"none": "a classification predicts one of its classes"}
     why = refusal(data.y, data.sessions, level)
@@ -128,7 +128,10 @@ def _none(data: LabelledWindows, task: Task, level: float) -> dict[str, Any]:
 
 
 def _splits(data: LabelledWindows, folds: int, seed: int) -> tuple[list[Split], str]:
-    """Return folds of whole sessions and their description; without sessions one random fifth."""
+    """Return folds that hold out whole sessions, and their description.
+
+    Without two named sessions there is one fold. It holds out a random fifth of the pinches.
+    """
     if data.has_sessions:
         splits = by_session(data.sessions, data.y, seed, folds)
         return splits, f"{len(np.unique(data.sessions))} sessions in {len(splits)} folds"

@@ -89,7 +89,7 @@ class InContextModel:
     def follow(self, touches: Touches) -> SingleContactPredictor:
         """Return a predictor for one contact, which uses the signal as it arrives.
 
-        ``touches`` holds this contact alone.
+        ``touches`` holds only this contact.
         """
         self._check(touches)
         rig = self.rigs[self.by_rig(touches)[0][0]]
@@ -111,7 +111,7 @@ class InContextModel:
         return self._factors
 
     def context(self, finger: int) -> Context:
-        """Return the encoded rig of a finger."""
+        """Return the network's encoding of the rig that has this finger number."""
         return self._contexts[finger]
 
     def half_widths(
@@ -129,11 +129,11 @@ class InContextModel:
         return lengths(self.rate)[0]
 
     def network_alone(self) -> InContextModel:
-        """Return the network alone, without a model that refines its predictions."""
+        """Return the model without a regression that refines the network's predictions."""
         return self
 
     def conditioned_on(self, rigs: Mapping[int, Rig]) -> InContextModel:
-        """Return the same network for other rigs."""
+        """Return a model with the same network, conditioned on these rigs instead."""
         return InContextModel(self._network, self._familiar, self._factors, self.level, rigs)
 
     def widened(self, scales: NDArray[np.float64]) -> InContextModel:
@@ -238,7 +238,7 @@ class InContextModel:
             )
 
     def by_rig(self, touches: Touches) -> list[tuple[int, NDArray[np.intp]]]:
-        """Return the finger number of each rig, and the positions of its contacts."""
+        """Return each rig's finger number, with the positions of the rig's contacts."""
         numbers = [f if f in self.rigs else ANY for f in touches.fingers.tolist()]
         if len(set(numbers)) == 1:
             return [(numbers[0], np.arange(len(numbers)))]
@@ -247,11 +247,11 @@ class InContextModel:
 
     @classmethod
     def restore_network(cls, arrays: Mapping[str, NDArray[Any]]) -> Network:
-        """Return the network in a file's arrays."""
+        """Return the network that a file's arrays describe."""
         return Network(arrays)
 
     def to_arrays(self) -> Arrays:
-        """Return the arrays of the network, and of each rig as ``rig.FINGER.NAME``."""
+        """Return the network's arrays, and each rig's arrays as ``rig.FINGER.NAME``."""
         arrays = {**self._network.to_arrays(), **self._familiar.to_arrays()}
         arrays["factors"] = self._factors
         for finger, rig in self.rigs.items():

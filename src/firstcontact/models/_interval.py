@@ -24,7 +24,7 @@ class Interval:
     level
         Nominal share of intervals that contain the truth, between 0 and 1.
     edges
-        Predictions at which the width changes, ascending; one less than there are widths.
+        Predictions at which the width changes, ascending; one fewer than ``half_widths``.
     half_widths
         Half widths between the edges, in the unit of the prediction.
     limits

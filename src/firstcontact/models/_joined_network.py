@@ -1,7 +1,7 @@
 """Several networks joined into one with grouped layers. Importing this imports PyTorch.
 
-Small networks spend most of a training step on the start of operators. Three networks that are
-trained together take two thirds of the time.
+Small networks spend most of a training step on the start of operators. Three joined networks train
+in two thirds of the time that they take one after another.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Linear model on the level-free log spectrum. It transfers well to other rigs.
+"""Linear model on the log spectrum without its level. It transfers well to other rigs.
 
 Kernel machines on waveforms adapt closely to one sensor. This model has about twenty weights per
-class and ignores the gain. In training, all groups of windows have the same total weight.
+class and ignores the gain. In training, the windows of each session have the same total weight.
 """
 
 from __future__ import annotations
@@ -90,14 +90,14 @@ class LogSpectrumModel(ArraysModel):
         return {"inputs": self._features, "C": float(self._arrays["parameters"][0])}
 
     def outputs(self, X: Windows) -> Values:
-        """Return the score of each class, or the prediction in the scale of the target."""
+        """Return the score of each class, or the prediction as a standardised target."""
         mean, deviation = self._arrays["scale"]
         inputs = (features(self._features, X, self.spec.rate) - mean) / deviation
         out: Values = inputs @ self._arrays["weights"] + self._arrays["bias"]
         return out
 
     def program(self) -> Program:
-        """Return the program: features of each channel, then a linear layer."""
+        """Return the arithmetic as steps: features of each channel, then a linear layer."""
         a, spec = self._arrays, self.spec
         weights = a["weights"] / a["scale"][1][:, None]
         offset = a["bias"] - a["scale"][0] @ weights
@@ -191,7 +191,10 @@ class LogSpectrum(Estimator):
 def _folds(
     y: Values, groups: NDArray[Any] | None, seed: int
 ) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp]]]:
-    """Yield folds. A fold is one group, or several if there are many; random without groups."""
+    """Yield folds that hold out one group each, or several if there are many groups.
+
+    Without two groups, the folds hold out random windows.
+    """
     names = np.unique(groups) if groups is not None else np.array([])
     if not 2 <= len(names) <= MOST_GROUPS:
         yield from inner_folds(y, groups, seed, FOLDS)
@@ -201,7 +204,11 @@ def _folds(
 
 
 def _evenly(task: Task, y: Values, groups: NDArray[Any] | None) -> Values:
-    """Return sample weights, mean 1. Each group has the same total, and so has each class."""
+    """Return sample weights with mean 1.
+
+    In a classification each class has the same total weight, and within a class each group. In a
+    regression each group has the same total weight.
+    """
     weights = np.ones(len(y))
     if groups is not None:
         if task is Task.CLASSIFICATION:

@@ -37,7 +37,7 @@ def cluster_intervals(
     clusters: NDArray[Any],
     seed: int,
 ) -> dict[str, Ends]:
-    """Return percentile bootstrap intervals that resample clusters (Davison and Hinkley 1997, 3.8).
+    """Return percentile bootstrap intervals from whole clusters (Davison and Hinkley 1997, 3.8).
 
     Pinches of one session or specimen are alike, so they are drawn together. If single pinches were
     drawn, the intervals would be too narrow.
@@ -146,7 +146,7 @@ def classification_scores(
 def per_object(
     truth: Values, predicted: Values, specimens: NDArray[np.str_], objects: NDArray[np.str_]
 ) -> dict[str, SpecimenErrors]:
-    """Return the errors of each specimen: of its single pinches, and of their mean prediction."""
+    """Return the mean prediction and errors of single pinches for each specimen, by name."""
     out = {}
     for specimen in np.unique(specimens):
         of_specimen = specimens == specimen

@@ -1,4 +1,4 @@
-"""Model of a rig: a contact detector and predictors of stiffness.
+"""Model of a rig, which holds a contact detector and predictors of stiffness.
 
 A model folder holds one such model. ``train`` and ``adapt`` return a model.
 """
@@ -59,7 +59,7 @@ class Model:
     digests
         Digests of the training pinches.
     notes
-        Sentences about the training: held-out scores and omissions.
+        Sentences about the training: held-out scores, and what was left out.
     detector_data
         Data that the detector was fitted to, for its card.
     folder

@@ -1,4 +1,4 @@
-"""Model folder: a typed card, all arrays in one safetensors file, and the detector. No code."""
+"""Model folder: a typed card, all arrays in one safetensors file, the detector, but no code."""
 
 from __future__ import annotations
 
@@ -153,7 +153,7 @@ def model_folder(path: AnyPath) -> Path:
 def check_former(folder: Path) -> None:
     """Refuse a folder of format version 1.
 
-    The InputError names the command that trains the model.
+    The InputError names the command that trains the model again.
     """
     for pattern in _FORMER:
         for card in folder.glob(pattern):
@@ -223,7 +223,7 @@ def pretrained_folder() -> Path:
 
 @dataclass(frozen=True, slots=True)
 class _Format:
-    """Card of which only the format is read."""
+    """Card of which only the field ``format`` is read."""
 
     format: str
 

@@ -85,7 +85,7 @@ def _fade(samples: int) -> NDArray[np.float64]:
 
 @lru_cache(maxsize=8)
 def _places(rate: float) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-    """Return the spectral line below each point of the axis, and the fraction to the next."""
+    """Return the spectral line below each point of the axis, and the fraction to the next line."""
     place = np.geomspace(LOWEST, HIGHEST, POINTS) * (_FFT / rate)
     cell = np.minimum(place.astype(np.intp), _FFT // 2 - 1)
     return cell, np.clip(place - cell, 0.0, 1.0)
@@ -109,7 +109,7 @@ def ear_constants(rate: float) -> dict[str, float | NDArray[np.generic]]:
 
 @lru_cache(maxsize=8)
 def _compiled_ear(module: ModuleType, lead: int, rate: float) -> Any:
-    """Return the constants of the compiled kernel for the motor's pitch; None if none fits."""
+    """Return the compiled kernel's constants for the motor's pitch; None for too long a signal."""
     if quiet_samples(lead, rate) > _FFT:
         return None
     cell, part = _places(rate)
@@ -150,7 +150,8 @@ class MotorPitch:
     def listen_to_one(self, signals: Signals, lead: int, rate: float) -> tuple[Values, Values]:
         """Return :meth:`listen` for one contact, with the arguments of :func:`spectra`.
 
-        Compiled kernels take a tenth of the time. Their results differ by rounding only.
+        Compiled kernels, if they exist, take a tenth of NumPy's time. Their results differ by
+        rounding only.
         """
         module = kernels()
         ear = None if module is None else _compiled_ear(module, lead, rate)

@@ -42,12 +42,14 @@ class Adapted:
     model
         The model. Its intervals are widened if they covered too few held-out pinches.
     scheme
-        Conditioning scheme: the one with the best network scores on held-out pinches.
+        Scheme from ``WAYS`` with which the network predicts held-out pinches best.
     scores
         Held-out RMSE in Shore A at 15 ms, or at the second contact if that is earlier. There is one
-        for the network with each scheme, and one for a model that refines the network.
+        for the network with each scheme, and one for a model that refines the network's
+        predictions.
     mean_rmse
-        RMSE of a constant prediction, the mean of the other pinches; NaN without held-out pinches.
+        RMSE of the constant prediction on held-out pinches; NaN without them. The constant is the
+        mean of the pinches that are not held out.
     check
         Check of the intervals on held-out pinches; None without held-out pinches.
     notes
@@ -181,7 +183,7 @@ def known_rigs(
     touches, shore_a
         Labelled contacts, shape (n,).
     scheme
-        One of ``WAYS``.
+        One of ``WAYS``: all fingers are one rig, or each finger is a rig of its own.
     seed
         Random seed for choosing pinches, if a level has too many.
     """
@@ -216,8 +218,8 @@ class HeldOut:
     Parameters
     ----------
     errors, from_mean
-        Error of the model at the longest time, and error of the other pinches' mean, Shore A, shape
-        (n,).
+        Errors at the longest time, Shore A, shape (n,): those of the model, and those of the mean
+        of the pinches that are not held out.
     ratios
         Absolute error divided by the half width of the interval, at each of ``TIMES``, shape
         (times, n).
@@ -249,7 +251,7 @@ def score_held_out(
     Parameters
     ----------
     condition
-        Function that makes the model from the other pinches.
+        Function that makes the model from the pinches that are not held out.
     touches, shore_a, sessions, seed
         As in :func:`adapt_network`.
     """

@@ -82,7 +82,7 @@ def relative_inputs(
     waves, valid
         As in :class:`firstcontact.models._touches.Touches`.
     level, sign
-        Level and sign of each contact's rig, V, shape (n,).
+        Level (V) and sign of each contact's rig, shape (n,).
     rig_features
         Result of :func:`beside`.
 
@@ -95,7 +95,7 @@ def relative_inputs(
 
 
 def network_inputs(shape: Shape, rig_features: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the inputs for contacts whose shape has already been computed."""
+    """Return the network's inputs for contacts whose :class:`Shape` is already computed."""
     v = shape.v
     peak = np.maximum(v.max(axis=1), LEAST * shape.level)[:, None]
     # A hard object on a soft rig gives many times the level. The logarithm keeps it in bounds.
@@ -105,7 +105,7 @@ def network_inputs(shape: Shape, rig_features: NDArray[np.float64]) -> NDArray[n
 
 
 def _resampled(wave: NDArray[np.generic]) -> NDArray[np.generic]:
-    """Resample a signal to the network's points. At the fingertip's rate nothing changes."""
+    """Resample a signal to the times that the network expects: the samples of the fingertip."""
     if wave.shape[1] == STAGES[-1]:
         return wave
     places = np.linspace(0, wave.shape[1] - 1, STAGES[-1])

@@ -17,7 +17,9 @@ Shape = tuple[int, int]
 
 
 class NetworkSteps:
-    """Converter from a graph to steps, node by node. It knows only the nodes of our exporter.
+    """Converter from a graph to steps, node by node.
+
+    It knows only the nodes that firstcontact exports.
 
     Parameters
     ----------

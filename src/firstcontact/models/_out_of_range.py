@@ -1,7 +1,7 @@
 """Detection of contacts that are unlike the training data.
 
-The traits of a contact are the numbers that decide this: the features of its signal, the noise
-before it, and the share of repeated samples.
+The traits of a contact are the numbers that are compared with the training data: the features of
+its signal, the noise before it, and the share of repeated samples.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def traits(
     signals, lead, valid
         As in :class:`firstcontact.models._touches.Touches`.
     level, sign
-        Level and sign of the rig, shape (n,).
+        Level (V) and sign of each contact's rig, shape (n,).
     """
     return shape_traits(Shape.measure(signals[:, lead:], valid, level, sign), signals[:, :lead])
 
@@ -88,7 +88,7 @@ class Familiar:
         Centre (median) and whitening matrix of the traits, shape (stages, TRAITS) and (stages,
         TRAITS, TRAITS).
     limit
-        Largest distance from the mean for a familiar contact, shape (stages,).
+        Largest distance from the centre for a contact that is not out of range, shape (stages,).
 
     Raises
     ------
@@ -127,9 +127,9 @@ class Familiar:
     ) -> NDArray[np.bool_]:
         """Return which of n contacts are out of range at their ``stages``, shape (n,).
 
-        ``trait_values`` are the traits of the contacts, shape (n, TRAITS). If the signal level of
-        the rig is unknown, each contact gets the gain that brings it closest to the training
-        contacts. Signals of a dead or clipped sensor are then always out of range.
+        ``trait_values`` are the traits of the contacts, shape (n, TRAITS). If ``has_level`` is
+        False, the rig's level is unknown. Each contact then gets the gain that brings it closest to
+        the training contacts, and signals of a dead or clipped sensor are always out of range.
         """
         far = trait_values - self.mean[stages]
         # The training contacts of a stage have one length, so any other length would count as

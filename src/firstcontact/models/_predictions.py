@@ -73,11 +73,11 @@ class Predictions:
             column[rows] = new
 
     def take(self, rows: NDArray[Any]) -> Predictions:
-        """Return the predictions at these positions, or where a mask is true, but no contacts."""
+        """Return the predictions at these positions, or where a mask is true. Drop ``contacts``."""
         return _of_columns([column[rows] for column in self.columns], ())
 
     def filled(self, other: Predictions) -> Predictions:
-        """Return the predictions, with missing ones taken from another model."""
+        """Return the predictions, with missing ones taken from ``other``."""
         missing = np.isnan(self.value)
         pairs = zip(self.columns, other.columns, strict=True)
         return _of_columns([np.where(missing, b, a) for a, b in pairs], self.contacts)

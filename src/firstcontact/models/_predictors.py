@@ -60,7 +60,7 @@ class WindowPredictor:
 
     @property
     def duration(self) -> float:
-        """Length of the window, s, rounded to as few decimals as give its number of samples."""
+        """Length of the window, s, with the fewest decimals that give its number of samples."""
         spec = self.model.spec
         for decimals in (3, 4):
             length = round(spec.duration, decimals)
@@ -75,7 +75,7 @@ class WindowPredictor:
 
     @property
     def classes(self) -> tuple[float, ...]:
-        """Classes that it predicts; empty for a regression."""
+        """Classes that the model predicts; empty for a regression."""
         return self.model.spec.classes
 
     @property
@@ -86,9 +86,9 @@ class WindowPredictor:
     def predict(
         self, data: Dataset, contacts: Sequence[Contact | None], at: float = LONGEST_WINDOW
     ) -> Predictions:
-        """Predict each pinch whose window ends before the second contact, look-ahead included.
+        """Predict each pinch whose window and filter look-ahead end before the second contact.
 
-        There is no prediction if ``at``, s, is shorter than the window.
+        If ``at`` (s) is shorter than the window, no pinch is predicted.
         """
         out = Predictions.empty(contacts)
         if at < self.duration - 1e-9:
@@ -115,7 +115,7 @@ class WindowPredictor:
         return out
 
     def card(self) -> WindowCard:
-        """Return the predictor's part of a model card."""
+        """Return the predictor's section of a model card."""
         spec = self.model.spec
         return WindowCard(
             kind=self.model.kind,
@@ -186,7 +186,7 @@ class NetworkPredictor:
     def predict(
         self, data: Dataset, contacts: Sequence[Contact | None], at: float = LONGEST
     ) -> Predictions:
-        """Predict each pinch from the signal up to ``at`` s, or to the second contact."""
+        """Predict each pinch from the signal up to ``at`` (s), or up to the second contact."""
         out = Predictions.empty(contacts)
         touches, rows = cut_touches(data, contacts)
         touches = touches.until(samples_in(at, touches.rate))
@@ -197,7 +197,7 @@ class NetworkPredictor:
         return out
 
     def card(self) -> NetworkCard:
-        """Return the predictor's part of a model card."""
+        """Return the predictor's section of a model card."""
         model = self.model
         return NetworkCard(
             kind=model.kind, rate_hz=model.rate, record=self.record, level=model.level

@@ -31,9 +31,12 @@ def reduced_sets(
 
     Parameters
     ----------
-    vectors, gamma, weights
-        Support vectors of the machine, shape (m, inputs), its gamma, and its weights without
-        biases, shape (rows, m), with one row per output.
+    vectors
+        Support vectors of the machine, shape (m, inputs).
+    gamma
+        Gamma of the machine's kernel.
+    weights
+        Weights of the machine without biases, shape (rows, m), with one row per output.
     inputs
         Inputs on which the outputs are fitted, shape (n, inputs).
     sizes
@@ -41,9 +44,10 @@ def reduced_sets(
 
     Yields
     ------
-    chosen, weights, bias
-        Indices of the vectors, shape (size,), their weights, shape (rows, size), and biases, shape
-        (rows,).
+    chosen
+        Indices of the chosen vectors, shape (size,).
+    weights, bias
+        Weights of the chosen vectors, shape (rows, size), and biases, shape (rows,).
     """
     wide = vectors.astype(np.float64)
     kernel = RbfKernel(wide, gamma).rows(inputs.astype(np.float64))

@@ -1,4 +1,4 @@
-"""Registry of estimators. A new estimator is one file and one line here."""
+"""Registry of estimators. To add an estimator, write one file and add one line here."""
 
 from __future__ import annotations
 

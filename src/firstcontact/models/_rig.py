@@ -34,7 +34,7 @@ _WIDEST = 3.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Rig:
-    """Summary of a rig (one fingertip on one hand) from its pinches of known Shore A.
+    """Summary of a rig, or of one of its fingers, from its pinches of known Shore A.
 
     Parameters
     ----------
@@ -68,7 +68,9 @@ class Rig:
 
     @classmethod
     def fit(cls, touches: Touches, shore_a: Values) -> Rig:
-        """Return the summary of contacts with objects of known Shore A, shape (n,).
+        """Return the summary of a rig from its contacts.
+
+        ``shore_a`` holds the Shore A of the object of each contact, shape (n,).
 
         Raises
         ------
@@ -113,7 +115,10 @@ def stage_index(valid: NDArray[np.intp] | int, rate: float) -> NDArray[np.intp]:
 
 
 def level_groups(shore_a: Values) -> NDArray[np.intp]:
-    """Return the group of each pinch: its level of Shore A. Too many levels are merged."""
+    """Return the group of each pinch: its level of Shore A, or neighbouring levels.
+
+    At most ``LEVELS`` groups are made.
+    """
     values, group = np.unique(shore_a, return_inverse=True)
     if len(values) <= LEVELS:
         return group.astype(np.intp)

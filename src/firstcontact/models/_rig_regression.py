@@ -82,9 +82,9 @@ class RigRegression:
         return self._centre, self._unit, len(self._shore_a)
 
     def stacked(self) -> tuple[NDArray[np.float64], ...]:
-        """Return the arrays that :meth:`predict` uses, with a first axis of stages, and the scale.
+        """Return the arrays that :meth:`predict` uses. The first axis of each is the stage.
 
-        Known inputs have the shape (stages, ``WIDTH``, n).
+        The known inputs have the shape (stages, ``WIDTH``, n). The last array is the scale.
         """
         mean, sd, known_inputs, *fitted = map(np.stack, zip(*self._stages, strict=True))
         return mean, sd, known_inputs.transpose(0, 2, 1), *fitted, self._scale

@@ -36,12 +36,12 @@ class RigSpeeds:
     Parameters
     ----------
     usual
-        Median closing speed, m/s.
+        Median of the measured closing speeds, m/s.
     spread
         Standard deviation of ln(speed) between pinches, without the error of measurement.
     heard_error
-        Standard deviation of the error in ln(speed) that is estimated from the motor's pitch;
-        infinite if the pitch is useless.
+        Standard deviation of the error of ln(speed), if the speed is estimated from the motor's
+        pitch; infinite if the pitch is useless.
     """
 
     usual: float
@@ -62,8 +62,8 @@ class RigSpeeds:
         speeds, errors
             As in :class:`firstcontact.models._touches.Touches`, shape (n,).
         heard, believed
-            ln(speed / usual) estimated from the motor's pitch, and where that estimate is trusted,
-            shape (n,).
+            Estimates of ln(speed / usual) from the motor's pitch, and mask of the trusted
+            estimates, shape (n,).
         """
         is_measured = np.isfinite(speeds) & (_bounded(errors) <= USELESS)
         if not is_measured.any():
@@ -107,7 +107,10 @@ def _bounded(errors: Values) -> Values:
 
 
 def _spread(values: Values, noise: Values) -> float:
-    """Return the standard deviation of values, without outliers and the variance of their noise."""
+    """Return the standard deviation of values without outliers, corrected for their noise.
+
+    ``noise`` holds the variances of the noise.
+    """
     low, high = np.quantile(values, [0.25, 0.75])
     reach = FENCE * max(high - low, LEAST)
     usual = values[(values >= low - reach) & (values <= high + reach)]

@@ -11,10 +11,11 @@ Ends = tuple[float, float]
 
 
 class RegressionScores(Record, frozen=True, kw_only=True):
-    """Errors over ``n`` pinches in the unit of the target. Bias is mean predicted minus true.
+    """Errors over ``n`` pinches, in the unit of the target.
 
-    ``spearman`` is present if both truths and predictions vary. ``intervals`` holds the interval of
-    each score by its name, and is empty with fewer than two clusters.
+    ``bias`` is the mean prediction minus the mean truth. ``spearman`` is present if both truths and
+    predictions vary. ``intervals`` holds the interval of each score by its name. It comes from a
+    bootstrap that draws whole sessions or specimens, and is empty if there is only one.
     """
 
     rmse: float
@@ -46,7 +47,11 @@ TaskScores = RegressionScores | ClassificationScores
 
 
 class SpecimenErrors(Record, frozen=True, kw_only=True):
-    """Errors of one specimen: of single pinches, and of their mean. ``sd`` needs two pinches."""
+    """Mean prediction for one specimen, and errors of its single pinches.
+
+    ``true`` is the label and ``mean`` the mean prediction. ``sd`` is the standard deviation of the
+    predictions; None for a single pinch.
+    """
 
     object: str
     n: int

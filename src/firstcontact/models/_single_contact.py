@@ -3,7 +3,7 @@
 A NumPy call takes at least a microsecond, and the general code needs 200 such calls. Compiled
 kernels need one call; see :mod:`firstcontact.models._compiled`. Without them this module repeats
 the network's arithmetic for a single contact. It stores values that later predictions for the same
-contact need again, and so takes a third of the time. The results equal those of
+contact need again, and so takes a third of the general code's time. The results equal those of
 :meth:`InContextModel.predict` bit by bit, and those of the kernels up to rounding.
 """
 

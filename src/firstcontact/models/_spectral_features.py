@@ -48,7 +48,7 @@ def padded_length(samples: int) -> int:
 
 
 def log_bins(waves: Values, rate: float) -> Values:
-    """Return the log spectrum without its level, line by line, shape (n, samples // 2 + 1)."""
+    """Return the log spectrum without its level, shape (n, samples // 2 + 1)."""
     return _level_free(_power(waves, waves.shape[1]))
 
 

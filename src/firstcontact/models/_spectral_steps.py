@@ -1,4 +1,4 @@
-"""Program steps for the features of the log spectrum."""
+"""Steps that compute the features of the log spectrum in C."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ COURSE = len(QUANTILES) + 3
 
 
 def spectral_program(kind: str, spec: Spec, weights: Values, offset: Values) -> Program:
-    """Return the program of a linear model on the features of each channel.
+    """Return the arithmetic of a linear model on the features of each channel, as steps.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Splits into a training side and a test side. Each declares which groups may be on both sides."""
+"""Splits of pinches into training and test. Each declares which groups both sides may share."""
 
 from __future__ import annotations
 
@@ -73,7 +73,8 @@ def by_session(
 ) -> list[Split]:
     """Return folds that hold out whole sessions, with each class spread evenly over the folds.
 
-    Specimens are on both sides. This cannot be avoided if each level of Shore A has one specimen.
+    A specimen may be on both sides. This cannot be avoided if each level of Shore A has one
+    specimen.
 
     Raises
     ------
@@ -107,7 +108,7 @@ def leave_one_out(values: NDArray[Any], shares: Sequence[Group] = (Group.SESSION
     Parameters
     ----------
     values
-        Shore level, material or specimen of each pinch, shape (pinches,).
+        Level of Shore A, material or specimen of each pinch, shape (pinches,).
     shares
         Groups that both sides may share; by default sessions, because a session usually has several
         objects.

@@ -34,7 +34,7 @@ SEARCH_ACCURACY = 1e-2
 
 @dataclass(frozen=True)
 class Svm(Estimator):
-    """SVC (one against one) or SVR on the shape and the level of a window.
+    """Estimator: SVC (one against one) or SVR on the shape and the level of a window.
 
     Parameters
     ----------

@@ -61,7 +61,7 @@ def shape_and_level(X: Windows, level: NDArray[np.float64]) -> NDArray[np.float3
 
 
 class SvmModel(ArraysModel):
-    """Support vectors with a radial basis function kernel.
+    """Window model of support vectors with a radial basis function kernel.
 
     One window costs one :class:`RbfKernel` row and one small product, in float32.
 
@@ -74,8 +74,8 @@ class SvmModel(ArraysModel):
     vectors
         Support vectors in the form of :func:`shape_and_level`, shape (m, inputs).
     weights
-        Weights, shape (rows, m). Regression has one row, classification one per pair of classes
-        (one against one; positive votes for the first).
+        Weights, shape (rows, m). Regression has one row. Classification has one row per pair of
+        classes (one against one); a positive output is a vote for the first class.
     bias
         Biases, shape (rows,).
     target
@@ -147,7 +147,7 @@ class SvmModel(ArraysModel):
         return decisions
 
     def program(self) -> Program:
-        """Return the program: shape and level, kernel, weights, and votes of class pairs."""
+        """Return the arithmetic as steps: shape and level, kernel, weights, votes of pairs."""
         a, spec = self._arrays, self.spec
         n = spec.samples * spec.channels
         chain = (

@@ -1,4 +1,4 @@
-"""Contact in a stream: its signal after each millisecond."""
+"""Signal of a contact in a stream of blocks, cut at each millisecond from 2 to 15."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ class TouchStream:
 
     @property
     def due(self) -> int | None:
-        """Return the number of samples until the next prediction; None after the last one."""
+        """Number of samples until the next prediction; None without a contact or after the last."""
         if self._contact is None or not self._left:
             return None
         return self._contact.sample + self._left[0] - self._end
@@ -109,7 +109,7 @@ class TouchStream:
         Returns
         -------
         tuple of int
-            Numbers of samples after the contact of the moments that these samples completed.
+            Moments that these samples completed, each as its number of samples after the contact.
         """
         if not self._left:
             return ()
@@ -123,7 +123,7 @@ class TouchStream:
         return self._complete()
 
     def touches(self, counts: Sequence[int]) -> Touches:
-        """Return the contact after each of these numbers of samples, from :meth:`advance`."""
+        """Return the contact once per item of ``counts``, with that many valid samples at most."""
         assert self._signal is not None
         assert self._contact is not None
         return self._touches(self._contact, self._signal, np.array(counts, np.intp))

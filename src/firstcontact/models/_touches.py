@@ -104,7 +104,7 @@ class Touches:
         return Touches(rate=self.rate, **arrays)
 
     def until(self, samples: int) -> Touches:
-        """Return the contacts with at most this number of valid samples."""
+        """Return the contacts with their valid samples limited to this number."""
         return replace(self, valid=np.minimum(self.valid, samples))
 
 

@@ -66,7 +66,7 @@ class LabelledWindows:
 
     @property
     def clusters(self) -> NDArray[np.str_]:
-        """Return the clusters to resample: sessions, else specimens, else pinches."""
+        """Cluster of each window for the bootstrap: its session, else specimen, else pinch."""
         return resampling_clusters(self.sessions, self.specimens)
 
     def take(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> LabelledWindows:
@@ -86,7 +86,11 @@ class LabelledWindows:
 def resampling_clusters(
     sessions: NDArray[np.str_], specimens: NDArray[np.str_]
 ) -> NDArray[np.str_]:
-    """Return the clusters to resample: sessions, else specimens, else pinches."""
+    """Return the cluster of each pinch for the bootstrap, which draws whole clusters.
+
+    Clusters are the sessions if there are several and all have a name; otherwise the specimens, by
+    the same rule; otherwise the single pinches.
+    """
     for names in (sessions, specimens):
         if _tells_apart(names):
             return names
@@ -143,7 +147,7 @@ def labelled_windows(
     target
         Targets, shape (pinches,), NaN if unknown.
     conditioned
-        As in :func:`firstcontact.signal.contact_windows`.
+        True to filter the signal; see :func:`firstcontact.signal.contact_windows`.
     """
     cut = contact_windows(dataset, contacts, duration, conditioned=conditioned)
     return label_windows(dataset, *cut, target)
@@ -180,7 +184,7 @@ class LabelledTouches:
     rows
         Positions of their pinches in the dataset, shape (n,).
     sessions, specimens
-        Session and specimen of each, "" if unnamed, shape (n,).
+        Session and specimen of each contact, "" if unnamed, shape (n,).
     """
 
     touches: Touches
@@ -285,7 +289,7 @@ class Question:
 
 
 def held_out(runner: Runner, questions: Sequence[Question], seed: int) -> list[Values]:
-    """Return predictions for each window by a model that did not learn from its pinch.
+    """Return a prediction for each window, by a model that did not learn from its pinch.
 
     Returns
     -------

@@ -63,7 +63,7 @@ class WindowModel(ABC):
         return None
 
     def program(self) -> Program:
-        """Return the steps of :meth:`output`, :meth:`spread` and :meth:`choose`.
+        """Return the arithmetic of :meth:`output`, :meth:`spread` and :meth:`choose` as steps.
 
         Raises
         ------

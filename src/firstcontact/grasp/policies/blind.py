@@ -1,4 +1,4 @@
-"""Baseline policy with one force for every object."""
+"""Baseline policy, which presses every object with one force."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Base class of policies for household objects: slow from the first contact to the second."""
+"""Base class of policies for household objects, which close slowly after the first contact."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class FinalForce(Policy):
 
     @abstractmethod
     def target_force(self) -> float:
-        """Return the grip force for what the policy knows by now, N, without the ``scale``."""
+        """Return the grip force, N, for what the policy knows by now, without ``scale``."""
 
     @property
     def final(self) -> Command:
@@ -66,7 +66,7 @@ class FinalForce(Policy):
 
     @property
     def begun(self) -> Command:
-        """Command of the approach."""
+        """Command for the approach."""
         grip = self.grip
         return Command(min(self.approach, grip.speed), min(grip.searching, grip.force))
 

@@ -1,4 +1,4 @@
-"""Policy with force and speed from the estimate at first contact."""
+"""Policy that takes force and speed from the estimate after the first contact."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ class FirstContact(Policy):
     grip
         Declared properties of the hand.
     window
-        Length of the window to wait for, s. The policy ignores estimates from shorter windows,
-        except the final estimate.
+        Length of signal after the contact for which the policy waits, s. It ignores estimates from
+        shorter signals, except the final estimate.
     """
 
     name = "first_contact"
@@ -53,5 +53,5 @@ class FirstContact(Policy):
         return self.grip.command_for(min(estimate.low, estimate.value))
 
     def late(self) -> Command | None:
-        """Return the gentle command."""
+        """Return the command for the softest object, because the estimate missed its deadline."""
         return self.grip.gentle

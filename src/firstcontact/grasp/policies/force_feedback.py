@@ -10,7 +10,7 @@ from firstcontact.grasp._policy import ForceArray, Part, Policy, SensorVariant, 
 
 
 class ForceFeedback(Policy):
-    """Policy that slows down and limits the force once a force sensor rises, for any object.
+    """Policy that slows down and limits the force when a force sensor detects a contact.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ class ForceFeedback(Policy):
         return self._approach
 
     def felt(self, volts: float, since: float | None) -> Command | None:
-        """Slow down once, when a taxel exceeds the threshold."""
+        """Slow down once, when the rise of a taxel exceeds the threshold."""
         if self._acted or not volts > self.threshold:
             return None
         self._acted = True

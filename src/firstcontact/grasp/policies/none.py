@@ -1,4 +1,4 @@
-"""Policy without modulation: fixed speed and fixed force."""
+"""Policy without modulation, with a fixed speed and a fixed force."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ class Reflex(FinalForce):
 
     @property
     def final(self) -> Command:
-        """Command after the second contact; each slip has multiplied its force by ``boost``."""
+        """Command after the second contact. Each slip so far multiplied its force by ``boost``."""
         command = super().final
         if not self._slips:
             return command
@@ -39,7 +39,7 @@ class Reflex(FinalForce):
         return Command(max(harder.speed, self.begun.speed), harder.force)
 
     def slipped(self) -> Command | None:
-        """Raise the force if the hand is already pressing."""
+        """Raise the force if the hand already presses with both fingers."""
         if not self._both:
             return None
         if self.final.force < self.grip.force:

@@ -1,4 +1,4 @@
-"""Registry of policies. A new policy is one file and one line here."""
+"""Registry of policies. To add a policy, write one file and add one line here."""
 
 from __future__ import annotations
 

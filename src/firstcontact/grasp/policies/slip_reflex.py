@@ -1,4 +1,4 @@
-"""Policy with one force for every object and a slip reflex."""
+"""Policy that presses every object with one force, and harder at each slip."""
 
 from __future__ import annotations
 

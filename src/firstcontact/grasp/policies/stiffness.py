@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 
 
 class ByStiffness(FinalForce):
-    """Policy whose force rises with the estimated stiffness, in a logistic step.
+    """Policy whose force rises with the estimated stiffness, along a logistic curve.
 
-    It uses the last estimate before the second contact, lowered by part of the interval. Without
-    an estimate the force lies between the lowest and the highest one.
+    It uses the last estimate before the second contact, lowered by part of the interval. Without an
+    estimate the force lies between the lowest and the highest force.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ class ByStiffness(FinalForce):
     soft, firm
         Forces for the softest and the firmest objects, N.
     middle, width
-        Centre and width of the step, Shore A.
+        Centre and width of the curve, Shore A.
     caution
         Number of half widths of the interval to subtract from an estimate.
     unknown
@@ -84,13 +84,16 @@ class ByStiffness(FinalForce):
         return self.final if self._both else self.slow
 
     def late(self) -> Command | None:
-        """Stay slow. If both fingers touch, press with the force of an unknown object."""
+        """Stay slow, or press if both fingers touch already.
+
+        Without an estimate the force is the one that ``unknown`` sets.
+        """
         if self._both:
             return self.final
         return Command(min(self.slow.speed, self.grip.gentle.speed), self.slow.force)
 
     def target_force(self) -> float:
-        """Return the force that belongs to the lowered estimate, N."""
+        """Return the force for an estimate that is lowered by ``caution`` half widths, N."""
         share = self.unknown
         if self._estimate is not None:
             half = (self._estimate.high - self._estimate.low) / 2

@@ -1,4 +1,4 @@
-"""Policy with a force from the stiffness and a slip reflex."""
+"""Policy whose force rises with the stiffness, and at each slip."""
 
 from __future__ import annotations
 

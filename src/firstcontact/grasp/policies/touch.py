@@ -1,4 +1,4 @@
-"""Control policy: gentle at the first contact, for every object alike."""
+"""Policy for comparison, which becomes gentle at the first contact with any object."""
 
 from __future__ import annotations
 

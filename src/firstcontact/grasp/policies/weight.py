@@ -1,4 +1,4 @@
-"""Reference policy with a force from the object's known weight."""
+"""Reference policy, which computes its force from the object's known weight."""
 
 from __future__ import annotations
 

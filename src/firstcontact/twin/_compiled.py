@@ -1,4 +1,4 @@
-"""Compilation of the twin's functions, with a cache on disk. A log line announces the first one."""
+"""Compilation of the twin's functions, with a cache on disk. One log line announces it."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class _Notice(Listener):
     cached = True
 
     def on_start(self, event: Event) -> None:
-        """Log the line, unless the function belongs to Numba or another package."""
+        """Log the line unless the compiled function belongs to Numba or another package."""
         module = event.data["dispatcher"].py_func.__module__
         if self._given or module.partition(".")[0] != _PACKAGE:
             return
@@ -44,7 +44,7 @@ register("numba:compile", _notice)  # type: ignore[no-untyped-call]
 
 
 def compiled(**options: Any) -> Callable[[F], F]:
-    """Return a decorator. The function is compiled at its first call, and runs without the GIL.
+    """Return a decorator that compiles a function at its first call, to run without the GIL.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Conditions: two named sets of variation between pinches."""
+"""Conditions: two named variations of the simulated hand between sessions and pinches."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from firstcontact.core import InputError
 
 @dataclass(frozen=True, slots=True)
 class Spread:
-    """Standard deviation of ln(parameter) between sessions and between pinches."""
+    """Standard deviations of ln(parameter): between sessions, and between pinches."""
 
     session: float = 0.0
     pinch: float = 0.0
@@ -17,7 +17,7 @@ class Spread:
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """Condition: a named set of spreads around the nominal parameters."""
+    """Named variation of the simulated hand around its nominal parameters."""
 
     name: str
     speed: Spread
@@ -33,9 +33,9 @@ class Condition:
     mains_rates: tuple[float, ...]
     """Possible mains frequencies, Hz. Each session has one of them."""
     temperature: Spread
-    """Spread of the object's modulus due to temperature and wear."""
+    """Variation of the object's modulus due to temperature and wear."""
     specimen_widen: float
-    """Factor on the scatter of the modulus between specimens that the object states."""
+    """Factor on the object's ``modulus_scatter``, the scatter between specimens."""
     specimens_per_block: int
     jitter: float
     """Standard deviation of the sampling instants (jitter), s."""

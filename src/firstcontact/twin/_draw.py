@@ -1,7 +1,7 @@
 """Random draws of hands, specimens, sessions and pinches, each from its own seed.
 
 Every hand, specimen, session and pinch has a key. Its numbers depend only on the seed and that key.
-A set is therefore the same for any order and any number of workers.
+A set of pinches is therefore the same for any order and any number of workers.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ FIRST_CONTACT = (0.130, 0.150)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PinchDraw:
-    """Random quantities of one pinch. In a pair the value of the index finger is first."""
+    """Drawn parameters of one pinch. Pairs have the index finger first, then the thumb."""
 
     fingers: tuple[FingerParameters, FingerParameters]
     object: ObjectParameters
@@ -49,7 +49,7 @@ class PinchDraw:
 
 
 def generator(seed: int, *key: object) -> np.random.Generator:
-    """Return the random generator of one item; ``key`` names the item, such as a session."""
+    """Return the random generator of one item. ``key`` names the item, such as a session."""
     words = [zlib.crc32(repr(part).encode()) for part in key]
     return np.random.default_rng([seed, *words])
 

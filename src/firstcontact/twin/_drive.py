@@ -1,4 +1,4 @@
-"""Drive of the hand: latency, force and speed with which it follows a command."""
+"""Drive of a finger: its limits, and its reference speed while it follows commands."""
 
 from __future__ import annotations
 
@@ -18,20 +18,21 @@ LATENCY = 0.020
 class Drive:
     """Limits and latency of a drive. Sources are in ``docs/reference/twin-parameters.md``.
 
-    A drive is a speed loop (:class:`firstcontact.twin._parameters.FingerParameters`) that follows a
-    reference. A stalled drive pushes with ``speed_gain`` times the commanded speed, up to the
-    commanded force. So a slow command is also gentle, and a stop releases the object.
+    A drive is a speed loop that follows a reference speed. A stalled drive pushes with
+    :attr:`firstcontact.twin._parameters.FingerParameters.speed_gain` times the commanded speed, up
+    to the commanded force. So a slow command is also gentle, and a command to stop releases the
+    object.
 
     Parameters
     ----------
     latency
         Time from a command to its effect, such as braking, s. It is rounded to whole samples.
     acceleration
-        Acceleration of the reference, m/s^2.
+        Acceleration of the reference speed, m/s^2.
     force
         Largest force of a motor at its fingertip, N. Braking and opening may always use it.
     speed
-        Largest speed of the reference in either direction, m/s.
+        Largest reference speed in either direction, m/s.
     back_damping
         Damping of a drive that moves backwards although it should close or stand still, because
         the grip force pushes it, N s/m.
@@ -61,7 +62,7 @@ class Drive:
         return round(self.latency * FINGERTIP_RATE)
 
     def clipped(self, command: Command) -> Command:
-        """Return the command within the drive's limits.
+        """Return the command, limited to what the drive can do.
 
         Raises
         ------
@@ -77,7 +78,7 @@ class Drive:
 
 
 class DriveReference:
-    """Reference speed of the drives: steady, or a ramp between commanded speeds.
+    """Reference speed of both drives: steady, or a ramp to a commanded speed.
 
     Parameters
     ----------
@@ -124,6 +125,6 @@ class DriveReference:
         self.command = None
 
     def obey(self, command: Command, sample: int) -> None:
-        """Ramp to the commanded speed from this sample on."""
+        """Ramp to the commanded speed, beginning at ``sample``."""
         self._begin, self._end = self.speed(sample), command.speed
         self._since, self.command = sample, command

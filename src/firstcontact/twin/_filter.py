@@ -40,8 +40,8 @@ def _filter(
     """Filter scans and write the samples to ``out``.
 
     ``place`` is the position of the next scan in a cycle of ``TAXELS * FORCE_READINGS`` scans, -1
-    before the first scan. It changes in place, as do the filters' states ``smoothed``, ``readings``
-    and ``sums``.
+    before the first scan. The function changes ``place`` and the filters' states ``smoothed``,
+    ``readings`` and ``sums`` in place.
     """
     for i in range(len(scans)):
         if place[0] < 0:
@@ -68,7 +68,7 @@ def _filter(
 
 @compiled()
 def smoothed(counts: NDArray[np.uint16]) -> NDArray[np.int16]:
-    """Return one piezo's converter counts after the smoothing of the device.
+    """Return one piezo's converter counts, smoothed as the device smooths them.
 
     The smoothed counts are in 1/32 counts, shape (samples,), and equal those of
     :class:`DeviceFilter`.
@@ -82,7 +82,7 @@ def smoothed(counts: NDArray[np.uint16]) -> NDArray[np.int16]:
 
 
 class DeviceFilter:
-    """Filters of the microcontroller, from its start, block by block.
+    """Filters of the microcontroller, from its power-on, for blocks of any size.
 
     Piezo: exponential smoothing y = (y + x) >> 1 in 1/32 counts, with alpha = 0.5, rounded down.
     The first reading is the initial state.
@@ -139,12 +139,12 @@ class DeviceFilter:
 def settled_filter(
     scan: NDArray[np.uint16], sheets: tuple[VelostatParameters, VelostatParameters]
 ) -> DeviceFilter:
-    """Return a filter in the state after a long rest: piezos as in ``scan``, fingers unloaded.
+    """Return a filter in the state after a long rest, with unloaded fingers.
 
     Parameters
     ----------
     scan
-        First scan that the filter will get, shape (6,).
+        First scan that the filter will get, shape (6,). Its piezo readings are the resting state.
     sheets
         Parameters of the force arrays of index and thumb.
     """

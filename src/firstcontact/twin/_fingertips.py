@@ -22,14 +22,14 @@ Pickup = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
 class Fingertips(ABC):
-    """Base class of the converters of both fingertips. At first the fingertips are unloaded.
+    """Base class of the converters of both fingertips, which are unloaded at first.
 
     Parameters
     ----------
     draw
         Drawn pinch, which states the parameters of the sensors.
     sheets
-        Force arrays of index and thumb; by default as drawn for the pinch.
+        Parameters of the force arrays of index and thumb; by default those of ``draw``.
 
     Attributes
     ----------
@@ -90,9 +90,9 @@ class PinchFingertips(Fingertips):
     draw
         Pinch. Its random generator advances.
     times
-        Sampling instants of the longest pinch, s, shape (samples,).
+        Sampling instants of the longest possible pinch, s, shape (samples,).
     sheets
-        Force arrays of index and thumb; by default as drawn for the pinch.
+        Parameters of the force arrays of index and thumb; by default those of ``draw``.
     """
 
     def __init__(
@@ -116,7 +116,8 @@ class PinchFingertips(Fingertips):
 class StreamFingertips(Fingertips):
     """Converters of a running twin.
 
-    Hum and force arrays keep their state between pinches, so that no reading jumps.
+    The phase of the hum and the load of the force arrays continue from pinch to pinch, so that no
+    reading jumps.
 
     Parameters
     ----------
@@ -155,7 +156,7 @@ class StreamFingertips(Fingertips):
 def strip_contacts(
     scans: NDArray[np.uint16], first_sample: int = 0, earlier: Sequence[Contact] = ()
 ) -> list[Contact]:
-    """Return the contacts that the contact strips show in these scans, in order of time.
+    """Return the contacts that the strips show in ``scans``, in order of time.
 
     Parameters
     ----------
@@ -173,7 +174,7 @@ def strip_contacts(
 def mask_contacts(
     closed: NDArray[np.bool_], first_sample: int, earlier: Sequence[Contact]
 ) -> list[Contact]:
-    """Return the contacts in a mask of closed strips, shape (n, 2).
+    """Return the contacts in order of time, from a mask of closed strips, shape (n, 2).
 
     See :func:`strip_contacts`.
     """

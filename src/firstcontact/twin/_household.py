@@ -56,9 +56,9 @@ def draw_household_specimen(
 ) -> TwinObject:
     """Draw specimen ``number``: its modulus, mass, friction and breaking force.
 
-    The modulus is drawn with the condition's scatter, as for every specimen. Mass and friction
-    scatter as in :data:`firstcontact.twin._household_object.SCATTER`. The breaking force follows a
-    Weibull distribution, and the specimen keeps it in every pinch.
+    The modulus scatters as the condition states, as for all objects. Mass and friction scatter as
+    :data:`firstcontact.twin._household_object.SCATTER` states. The breaking force is drawn from a
+    Weibull distribution, and stays the same in every pinch of the specimen.
     """
     kind = item.kind
     drawn = draw_specimen(seed, condition, kind, number)

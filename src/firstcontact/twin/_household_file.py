@@ -85,7 +85,7 @@ def read_household(
     text
         Text of a CSV with name, group, origin and, for each quantity, a value and its source.
     sources
-        Known sources.
+        Sources by their key.
     file
         Name of the file, for messages.
 

@@ -1,4 +1,4 @@
-"""Household object: its numbers, their sources, and the object that the twin simulates."""
+"""Household objects: their numbers with sources, and the objects that the twin simulates."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class HouseholdNumbers:
         Contact force that damages 63 of 100 specimens, N; None if this hand cannot damage the
         object.
     weibull
-        Weibull modulus of the limit; None without a limit.
+        Weibull modulus of the damaging force; None without a limit.
     radius
         Radius of curvature at the contact, m; None for flat objects.
     thickness
@@ -89,7 +89,7 @@ OPTIONAL = ("limit", "weibull", "radius", "bulk")
 
 @dataclass(frozen=True, slots=True)
 class SpecimenScatter:
-    """Standard deviations of ln E, ln mass and friction between specimens of one object."""
+    """Standard deviations of ln(modulus), ln(mass) and friction between specimens."""
 
     modulus: float
     mass: float
@@ -116,7 +116,7 @@ class HouseholdObject:
     origin
         "grown" or "made". It determines the scatter of the specimens.
     numbers
-        Quantities with their sources.
+        Physical quantities of the object, with their sources.
     """
 
     name: str
@@ -136,7 +136,7 @@ class HouseholdObject:
 
     @property
     def kind(self) -> TwinObject:
-        """Object for the twin's mechanics. Specimens scatter around it."""
+        """Object that the twin simulates, with nominal numbers. Specimens scatter around it."""
         n = self.numbers
         mass, loss = n.mass.value, n.loss.value
         modulus = gent_modulus(n.shore_a.value)

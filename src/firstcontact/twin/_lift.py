@@ -54,9 +54,9 @@ class Lift:
         Parameters
         ----------
         first
-            Number of samples from the first contact to the first result; may be negative.
+            Number of samples from the first contact to the first returned share; may be negative.
         samples
-            Number of results.
+            Number of returned shares.
 
         Returns
         -------

@@ -67,7 +67,7 @@ def _finger(
 ) -> float:  # fmt: skip
     """Compute the derivatives of one finger, and return its contact force, N.
 
-    Its states begin at ``x[b]``, and their derivatives at ``dx[b]``.
+    The finger's states begin at ``x[b]``, and their derivatives at ``dx[b]``.
     """
     drive, phalanx, board, skin = x[b], x[b + 2], x[b + 4], x[b + 6]
     drive_v, phalanx_v, board_v, skin_v = x[b + 1], x[b + 3], x[b + 5], x[b + 7]
@@ -196,11 +196,12 @@ def integrate(
     times
         Sampling instants, s, increasing. The state starts at ``times[0]``.
     noise
-        Force on each phalanx, N, shape (2, points), from t = 0.
+        Noise force on each phalanx, N, shape (2, points), from t = 0.
     noise_dt
         Time between two points of the noise, s.
     substeps
-        Integration steps per sampling interval once a finger has touched; half as many before.
+        Integration steps per sampling interval once a finger is about to touch. Half as many steps
+        are used before.
     speeds
         Reference speeds of both drives in each sampling interval, m/s, shape (samples - 1, 2). One
         row if there is one sample.
@@ -212,12 +213,12 @@ def integrate(
         Drive speed at which motor noise has its full strength, m/s. Below this speed the noise is
         proportional to the speed. 0 means full strength at any speed.
     limit
-        Contact force at which the object breaks, N. The run stops at the first sample that reaches
-        it.
+        Contact force at which the object breaks, N. The integration stops at the first sample with
+        a larger force.
     calm
         Time from the second contact until fewer steps are enough, s.
     calm_steps
-        Steps per sampling interval after that time.
+        Integration steps per sampling interval after that time.
     x
         State at ``times[0]``, shape (28,), changed in place to the state at ``times[-1]``.
     gap
@@ -228,9 +229,9 @@ def integrate(
         First sampling instants at which index and thumb touched, s, shape (2,); NaN before. Changed
         in place.
     out
-        Shape (samples, 2, 5): buffer (V), contact force (N), indentation (m), displacement of the
-        face (m), drive speed (m/s). The indentation is negative without contact, and NaN while the
-        position of the face is unknown.
+        Output, shape (samples, 2, 5): voltage of the buffer (V), contact force (N), indentation
+        (m), displacement of the face (m), drive speed (m/s). The indentation is negative without
+        contact, and NaN while the position of the face is unknown.
 
     Returns
     -------

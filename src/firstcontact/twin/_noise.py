@@ -97,7 +97,7 @@ def _tones(
 
 @compiled()
 def _filtered(sections: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the samples after second-order sections, as ``scipy.signal.sosfilt`` does."""
+    """Return samples filtered by second-order sections, as ``scipy.signal.sosfilt`` does."""
     state = np.zeros((len(sections), 2))
     out = np.empty_like(x)
     for i in range(x.size):
@@ -122,7 +122,7 @@ def _rubbing_band(rate: float) -> NDArray[np.float64]:
 def phalanx_force(
     noise: MotorNoise, duration: float, rate: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Return a random force series on one phalanx.
+    """Return a random series of the noise force on one phalanx.
 
     Parameters
     ----------
@@ -170,7 +170,7 @@ def phalanx_force(
 
 
 class PhalanxNoise:
-    """Forces on both phalanges, scaled with the loudness of the motor.
+    """Noise forces on both phalanges, scaled with the loudness of the motor.
 
     Parameters
     ----------

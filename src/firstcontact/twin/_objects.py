@@ -1,4 +1,4 @@
-"""Objects to pinch: the paper's blocks and everyday objects, and brittle ones."""
+"""Objects to pinch: the paper's flat blocks and everyday objects, and brittle objects."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ class Fragility:
 class TwinObject:
     """Kind of object with its label and its mechanics.
 
-    ``nominal`` has the modulus for the labelled durometer reading. The moduli of specimens scatter
-    around it.
+    ``nominal`` has the modulus that belongs to the object's Shore A. The moduli of specimens
+    scatter around that modulus.
     """
 
     name: str
@@ -50,7 +50,7 @@ class TwinObject:
     role: Role
     nominal: ObjectParameters
     modulus_scatter: float
-    """Standard deviation of ln E between specimens with the same durometer reading."""
+    """Standard deviation of ln(modulus) between specimens of the same Shore A."""
     friction: float = FRICTION
     """Coefficient of friction against the pad's silicone."""
     fragility: Fragility | None = None
@@ -63,7 +63,7 @@ class TwinObject:
 
 
 def block(shore_a: float) -> TwinObject:
-    """Return a block like the paper's, with any Shore A."""
+    """Return a flat block of the paper's size, with any Shore A."""
     # 7 x 7 x 3.5 cm, pinched across the 3.5 cm; silicone of 1.1 g/cm3.
     mass = 0.07 * 0.07 * 0.035 * 1100
     bulk = gent_modulus(shore_a) * 0.07 * 0.07 / 0.035
@@ -72,7 +72,7 @@ def block(shore_a: float) -> TwinObject:
 
 
 def solid(shore_a: float, mass: float, bulk: float, loss: float) -> ObjectParameters:
-    """Return a solid from Shore A, mass in kg, static stiffness in N/m and bulk loss."""
+    """Return a solid from Shore A, mass (kg), stiffness of the bulk (N/m) and its loss factor."""
     return ObjectParameters(
         modulus=gent_modulus(shore_a),
         face_mass=mass / 2,
@@ -82,7 +82,7 @@ def solid(shore_a: float, mass: float, bulk: float, loss: float) -> ObjectParame
 
 
 def lossy_solid(shore_a: float, mass: float, bulk: float, loss: float) -> ObjectParameters:
-    """Return a solid as :func:`solid` does, but its loss also affects relaxation and contact."""
+    """Return a solid as :func:`solid` does. Its loss also affects relaxation and contact."""
     return solid(shore_a, mass, bulk, loss)._replace(arm_share=2 * loss, contact_loss=loss)
 
 

@@ -32,8 +32,8 @@ class GraspOutcome:
         Largest compression of the object, m: that of its bulk, plus the object's share of the
         indentation at both contacts (the pads take the other share).
     time_to_grasp
-        Time from the first contact until the grip is strong enough and steady, and stays so, s.
-        None if the grip never gets so, or if the object broke.
+        Time from the first contact until the grip is strong enough and steady to the end, s. None
+        if the grip never becomes strong and steady, or if the object broke.
     slipped
         Distance that the object slid down, m.
     dropped
@@ -99,14 +99,14 @@ def slide(
 
 
 def stable_since(grip: NDArray[np.float64], needed: float) -> int | None:
-    """Return the sample from which a grip force stays stable; None if it never is.
+    """Return the sample from which a grip force stays stable; None if it never becomes stable.
 
     Parameters
     ----------
     grip
         Grip force, N, shape (samples,).
     needed
-        Holding force, N.
+        Smallest grip force that holds the object, N.
     """
     width = round(SMOOTHED * FINGERTIP_RATE)
     if len(grip) < 3 * width:

@@ -14,7 +14,7 @@ class FingerParameters(NamedTuple):
     speed: float = 0.13
     """Closing speed of the finger, m/s."""
     drive_mass: float = 0.45
-    """Inertia of motor and gears, reflected to the fingertip, kg."""
+    """Inertia of motor and gears, as an equivalent mass at the fingertip, kg."""
     speed_gain: float = 250.0
     """Gain of the drive's speed loop, N s/m."""
     drive_force: float = 12.0
@@ -54,7 +54,7 @@ class FingerParameters(NamedTuple):
     gain: float = 22.0
     """Gain of the non-inverting buffer."""
     buffer_cutoff: float = 1.8e3
-    """First-order corner of the buffer, Hz."""
+    """Cutoff frequency of the buffer, a first-order low-pass filter, Hz."""
 
 
 class ObjectParameters(NamedTuple):
@@ -75,7 +75,7 @@ class ObjectParameters(NamedTuple):
     clamp_damping: float = 1.5
     """Damping of the support, N s/m."""
     arm_share: float = 0.25
-    """Contact stiffness of the Maxwell arm, as a share of the slow contact stiffness."""
+    """Stiffness of the contact's Maxwell arm, as a share of the slow contact stiffness."""
     arm_relaxation: float = 4.0e-3
     """Relaxation time of the contact's Maxwell arm, s."""
     contact_loss: float = 0.10

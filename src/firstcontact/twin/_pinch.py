@@ -22,11 +22,11 @@ _LAYOUT = fingertip_layout()
 
 
 def excerpt(draw: PinchDraw, lead: float) -> PinchDraw:
-    """Return the pinch, beginning ``lead`` s before the first contact.
+    """Return the drawn pinch, changed to begin ``lead`` s before the first contact.
 
-    Use it with a short duration for sets that need only the time around the contact: simulating
-    60 ms takes a quarter of the time of a whole pinch. Only a part of the free closing is left out;
-    the vibration still has :data:`BURN_IN` samples to build up.
+    Use it with a short duration if you need only the time around the contact: simulating 60 ms
+    takes a quarter of the time of a whole pinch. A part of the free closing is left out. The
+    vibration still has :data:`BURN_IN` samples to build up.
     """
     timing = draw.timing
     offset = timing.second - timing.first
@@ -36,7 +36,7 @@ def excerpt(draw: PinchDraw, lead: float) -> PinchDraw:
 def integrate_pinch(
     draw: PinchDraw, substeps: int = SUBSTEPS, duration: float = DURATION
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Integrate a drawn pinch.
+    """Return the sampling instants and the motion of a drawn pinch.
 
     Returns
     -------
@@ -50,7 +50,7 @@ def integrate_pinch(
 
 
 def pinch_scans(draw: PinchDraw, duration: float = DURATION) -> NDArray[np.uint16]:
-    """Return the converters' readings of one pinch in the order of ``SCAN``, (samples, 6)."""
+    """Return the raw scans of one pinch, shape (samples, 6), in the order of ``SCAN``."""
     return _motion_and_scans(draw, duration)[1]
 
 

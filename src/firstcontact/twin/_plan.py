@@ -25,7 +25,7 @@ class PlannedPinch:
 
 @dataclass(frozen=True, slots=True)
 class PlannedSession:
-    """Planned session of data collection."""
+    """Planned session: its name, and its pinches in their order."""
 
     name: str
     pinches: tuple[PlannedPinch, ...]
@@ -34,16 +34,18 @@ class PlannedSession:
 def plan_sessions(
     condition: Condition, pinches_per_block: int, pinches_per_object: int, seed: int
 ) -> tuple[PlannedSession, ...]:
-    """Distribute the pinches over sessions. Each session has every object, in random order.
+    """Return the planned sessions of a simulated set: some of flat blocks, some of other objects.
+
+    A session has pinches of every flat block, or of every other object, in random order.
 
     Parameters
     ----------
     condition
-        Condition. It determines how many specimens of a block there are.
+        Condition. It determines the number of specimens of each flat block.
     pinches_per_block, pinches_per_object
-        Number of pinches of each of the five blocks, and of each of the eight objects.
+        Number of pinches of each of the five flat blocks, and of each of the eight other objects.
     seed
-        Random seed of the set.
+        Random seed of the simulated set.
     """
     blocks = _sessions(condition, "blocks", BLOCKS, pinches_per_block, BLOCK_SESSIONS, seed)
     objects = _sessions(
@@ -75,7 +77,7 @@ def _sessions(
 def planned_pinch(
     seed: int, condition: Condition, kind: TwinObject, session: str, copy: int, number: int
 ) -> PlannedPinch:
-    """Return one planned pinch of an object. ``copy`` is the number of the specimen."""
+    """Return one planned pinch of an object. ``copy`` numbers the specimens, and wraps around."""
     copies = condition.specimens_per_block if kind.role is Role.TRAIN else 1
     copy %= copies
     one = draw_specimen(seed, condition, kind, copy)

@@ -42,9 +42,9 @@ PIECE = (64, 256)
 class GraspPlant:
     """Simulated pinch from the closing hand to the lifted object.
 
-    It begins like a simulated pinch: both fingers close at their drawn speed with the motor
-    running, 130 ms or more before the first contact. Without commands it equals that pinch. The
-    same draw and commands give the same bytes, whatever the sizes of the steps.
+    It begins like a pinch of a simulated set: both fingers close at their drawn speed with the
+    motor running, 130 ms or more before the first contact. Without commands it equals that pinch.
+    The same draw and commands give the same bytes, however many samples each call advances.
 
     Samples are computed ahead in long pieces. If a command takes effect within a piece, the plant
     computes this piece again. Only :meth:`advance` computes readings.
@@ -52,7 +52,7 @@ class GraspPlant:
     Parameters
     ----------
     draw
-        Pinch. Its random generator advances.
+        Drawn pinch. Its random generator advances.
     drive
         Drive that limits the commands.
     held_object
@@ -60,9 +60,9 @@ class GraspPlant:
     velostat
         Parameters of the force arrays of both fingers, instead of the drawn ones.
     lift
-        Lift after the first contact.
+        Lift of the object after the first contact.
     longest
-        Longest duration, s.
+        Longest duration of the pinch, s.
     calm_steps
         Integration steps per sampling interval from :data:`firstcontact.twin._run.CALM` s after the
         second contact on, in a commanded hand; at least :data:`firstcontact.twin._run.QUICK`. By
@@ -78,7 +78,7 @@ class GraspPlant:
     sample
         Number of the next sample.
     limit
-        Contact force at which this object breaks, N.
+        Contact force at which the object breaks, N.
     """
 
     def __init__(
@@ -132,21 +132,21 @@ class GraspPlant:
 
     @property
     def limit(self) -> float:
-        """Contact force at which this object breaks, N."""
+        """Contact force at which the object breaks, N."""
         return self._run.limit
 
     @property
     def now(self) -> float:
-        """Time from the first to the newest sample, s; 0 before any."""
+        """Time from the first to the newest sample, s; 0 before the first sample."""
         return max(self.sample - 1, 0) / FINGERTIP_RATE
 
     @property
     def ended(self) -> bool:
-        """Return True once the object was lifted and observed, or if it was never touched."""
+        """Return True once the lifted object was observed, or the longest duration has passed."""
         return self.sample >= self._end
 
     def command(self, command: Command) -> None:
-        """Give a command. It takes effect after the drive's latency from the newest sample on."""
+        """Give a command. It takes effect one latency of the drive after the newest sample."""
         effect = self.sample - 1 + self._delay
         if effect < self._made - 1:
             self._unmake()
@@ -161,7 +161,7 @@ class GraspPlant:
         -------
         ndarray
             Shape (samples, 16), in the order of :func:`firstcontact.core._layout.fingertip_layout`.
-            It has fewer samples if the pinch reaches its longest duration.
+            The array has fewer rows if the pinch reaches its longest duration.
         """
         first = self.sample
         self.move(samples)
@@ -179,7 +179,7 @@ class GraspPlant:
         self.sample = stop
 
     def copy(self, lift: Lift | None = None) -> Self:
-        """Return an independent copy in the current state, with another lift if one is given.
+        """Return an independent copy in the current state. ``lift``, if given, replaces the lift.
 
         The copy shares the random draws and past samples with the original, so it costs only a
         hundredth of a closing.
@@ -200,7 +200,7 @@ class GraspPlant:
         return other
 
     def _motion_with_slip(self, first: int) -> NDArray[np.float64]:
-        """Return the motion from this sample on, including the slip sound."""
+        """Return the motion from sample ``first`` on, with the slip sound in the buffers."""
         motion = self._motion[first : self._made]
         if self._sound is None:
             return motion
@@ -214,7 +214,7 @@ class GraspPlant:
         return motion
 
     def _make(self, stop: int) -> None:
-        """Compute the motion up to sample ``stop``, and ahead of it to the end of a whole piece."""
+        """Compute the motion in whole pieces, at least up to sample ``stop``."""
         while self._made < stop:
             first = self._made
             self._mark = (self._run.fork(), first)
@@ -228,7 +228,7 @@ class GraspPlant:
             self._piece = min(2 * self._piece, PIECE[1])
 
     def _unmake(self) -> None:
-        """Restore the state before the newest piece, even if some of its samples were read."""
+        """Undo the newest piece, even if some of its samples were read."""
         run, self._made = self._mark
         self._run = run.fork()
         contacts, self._contacts = self._contacts, []
@@ -255,12 +255,12 @@ class GraspPlant:
 
     @property
     def contacts(self) -> tuple[Contact, ...]:
-        """Contacts so far as the contact strips would show them, in order of time."""
+        """Contacts so far, as strips would show them, in order of time."""
         return tuple(c for c in self._contacts if c.sample < self.sample)
 
     @property
     def slipped(self) -> float:
-        """Distance that the object has slid down until the newest sample, m."""
+        """Distance that the object has slid down up to the newest sample, m."""
         return float(self._slid[self.sample - 1, 0]) if self.sample else 0.0
 
     @property
@@ -284,12 +284,12 @@ class GraspPlant:
 
     @property
     def forces(self) -> NDArray[np.float64]:
-        """Contact force of index and thumb so far, N, shape (samples, 2)."""
+        """Contact forces of index and thumb so far, N, shape (samples, 2)."""
         return self._motion[: self.sample, :, CONTACT_FORCE].copy()
 
     @property
     def gaps(self) -> NDArray[np.float64]:
-        """Distance of each finger to the object, m, negative in contact; NaN if unknown."""
+        """Distances from fingers to object so far, m; negative in contact, NaN if unknown."""
         return -self._motion[: self.sample, :, INDENTATION]
 
     @property

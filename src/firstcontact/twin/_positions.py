@@ -34,15 +34,15 @@ class Positions:
         self._samples: deque[tuple[int, float]] = deque(maxlen=REMEMBERED)
 
     def add(self, motion: NDArray[np.float64], first_sample: int) -> None:
-        """Store positions from the motion in the next samples.
+        """Measure and store positions while the fingers move.
 
         Parameters
         ----------
         motion
-            Output of :meth:`firstcontact.twin._run.PinchRun.advance`. A position is taken at each
-            multiple of ``EVERY`` samples.
+            Output of :meth:`firstcontact.twin._run.PinchRun.advance`. Every ``EVERY`` samples a
+            position is measured.
         first_sample
-            Number of the first of these samples.
+            Number of the motion's first sample.
         """
         travel = self._travel + np.cumsum(motion[..., DRIVE_SPEED].mean(axis=1)) / FINGERTIP_RATE
         for place in range(EVERY - 1, len(travel), EVERY):

@@ -22,7 +22,7 @@ LOUD = 4.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RecordedNoise:
-    """Noise of vibration sensors at rest, at the fingertip's rate, without smoothing.
+    """Recorded noise of vibration sensors at rest, at the fingertip's rate, not smoothed.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class RecordedNoise:
 
     @property
     def description(self) -> str:
-        """Description for the header of a recording."""
+        """Description of the noise, for the header of a recording."""
         return (
             f"noise of {self.name} (sha256 {self.digest}) in place of the modelled electronics "
             "and hum, from places that the seed draws"
@@ -52,8 +52,8 @@ class RecordedNoise:
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Draw a stretch of noise for index and thumb, V.
 
-        If the recording has two sensors, both stretches are of the same time. A recording that is
-        too short repeats.
+        If the recording has two sensors, both stretches come from the same time. A recording that
+        is too short is repeated.
         """
         starts = rng.integers(0, max(1, len(self.volts) - samples + 1), 2)
         if self.volts.shape[1] > 1:
@@ -69,7 +69,7 @@ def read_noise(path: Path) -> RecordedNoise:
     """Read the noise from a recording of sensors at rest.
 
     The longest stretch without a gap is used. The device's smoothing is undone, because the twin
-    smooths again. Other rates are resampled to the fingertip's rate.
+    smooths again. Recordings at other rates are resampled to the fingertip's rate.
 
     Raises
     ------

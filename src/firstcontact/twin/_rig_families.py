@@ -1,6 +1,7 @@
-"""Families of rigs and objects for tests. No network of this project is trained on them.
+"""Families of rigs and objects on which networks are tested, but never trained.
 
-Each family differs from the training distribution in its structure, not only in the random numbers.
+Each family differs from the rigs or objects of :mod:`firstcontact.twin._rigs` in its structure, not
+only in random numbers.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from firstcontact.twin._rigs import RandomObject, RandomRig, Resonance, Rng, adj
 
 @dataclass(frozen=True, slots=True)
 class Family:
-    """Family: a change of a random rig, of a random object, or of both.
+    """Family of rigs or objects: a change of a random rig, of a random object, or of both.
 
     Parameters
     ----------

@@ -1,9 +1,8 @@
-"""Random rigs and objects: the training distribution of a network for any rig.
+"""Random rigs and objects, on which the network is trained so that it suits any rig.
 
-The distribution is wide, and is centred on a hand that differs from the twin's. The limits of the
-distribution come from mechanics and electronics; no limit was tuned on a score. The families in
-:mod:`firstcontact.twin._rig_families` lie outside it: other laws of pad or material, other sensors,
-other noise, sharp edges.
+Their distribution is wide, and is centred on a hand that differs from the twin's. The limits of the
+distribution come from mechanics and electronics. No limit was tuned on a score. The families in
+:mod:`firstcontact.twin._rig_families` lie outside the distribution.
 """
 
 from __future__ import annotations
@@ -106,7 +105,7 @@ class Resonance:
     strength: float
 
     def apply(self, volts: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return a voltage, shape (samples,), with the ringing added."""
+        """Return the voltage, shape (samples,), with the ringing of the holder added."""
         from scipy.signal import lfilter  # slow to import, and only some rigs need it
 
         turn = 2 * math.pi * self.frequency / FINGERTIP_RATE
@@ -120,7 +119,7 @@ class Resonance:
 
 @dataclass(frozen=True, slots=True)
 class RandomRig:
-    """Random rig: one fingertip on one hand.
+    """Random rig. Only one of its fingertips is simulated.
 
     Parameters
     ----------
@@ -157,7 +156,7 @@ Day = Mapping[str, float]
 
 
 def draw_rig(rng: Rng) -> RandomRig:
-    """Draw a rig, with a gain at which a hard block gives a visible signal."""
+    """Draw a rig. Its gain is that of :func:`adjusted`."""
     finger = MIDDLE._replace(
         **{name: getattr(MIDDLE, name) * _about(rng, sd) for name, sd in RIG_SPREAD.items()}
     )
@@ -192,7 +191,7 @@ def draw_rig(rng: Rng) -> RandomRig:
 
 
 def adjusted(rig: RandomRig, rng: Rng) -> RandomRig:
-    """Return the rig with a gain at which a hard block gives a visible signal."""
+    """Return the rig with a random gain that puts a hard block's signal in the range ``PEAK``."""
     quiet = replace(
         rig,
         finger=rig.finger._replace(gain=1.0),
@@ -205,12 +204,12 @@ def adjusted(rig: RandomRig, rng: Rng) -> RandomRig:
 
 
 def draw_day(rng: Rng) -> Day:
-    """Draw how far each parameter of a session deviates, in standard deviations."""
+    """Draw the deviation of each parameter in a session, in standard deviations."""
     return {name: float(rng.standard_normal()) for name in SESSION_SPREAD}
 
 
 def draw_block(rng: Rng, shore_a: float, scatter: float) -> RandomObject:
-    """Draw a specimen of a block with this Shore A."""
+    """Draw a specimen of a flat block. ``scatter`` is the standard deviation of ln(modulus)."""
     side, height = _between(rng, 0.04, 0.10), _between(rng, 0.02, 0.06)
     block = _block(
         shore_a, side, height, float(rng.uniform(1000, 1300)), float(rng.uniform(0.05, 0.2))
@@ -251,21 +250,21 @@ def draw_object(rng: Rng) -> RandomObject:
 def touch(
     rig: RandomRig, day: Day, target: RandomObject, rng: Rng, lead: float, tail: float
 ) -> tuple[NDArray[np.int16], float]:
-    """Simulate one finger touching an object.
+    """Return the piezo signal of a finger that touches an object, and its closing speed.
 
     Parameters
     ----------
     rig, day, target
-        Rig, session and object.
+        Rig, deviations of the session (see :func:`draw_day`), and object.
     rng
         Random generator for the variation between pinches.
     lead, tail
-        Time before and after the contact, s.
+        Simulated time before and after the contact, s.
 
     Returns
     -------
     ndarray, float
-        Piezo signal as the device sends it, in 1/32 counts, shape (samples,), and closing speed,
+        Piezo signal as the device sends it, in 1/32 counts, shape (samples,), and closing speed in
         m/s. The contact is ``lead`` s after the first sample, rounded up to a sample.
     """
     volts, speed = _touch_volts(rig, day, target, rng, lead, tail)
@@ -324,7 +323,7 @@ def _block(
 
 
 def _material(rng: Rng, target: ObjectParameters) -> ObjectParameters:
-    """Return the object with random relaxation and contact loss, near those that it has."""
+    """Return the object with a random relaxation time, and its arm share and loss varied."""
     return target._replace(
         arm_share=min(target.arm_share * _between(rng, 0.75, 1.33), 1.3),
         arm_relaxation=_between(rng, 2.5e-3, 6.4e-3),

@@ -1,4 +1,4 @@
-"""Simulation of one drawn pinch, in pieces, with commands."""
+"""Simulation of one drawn pinch, piece by piece, during which commands can come."""
 
 from __future__ import annotations
 
@@ -46,17 +46,17 @@ class PinchRun:
     the object: the place where fingers that close at the drawn speed would have met the object.
 
     After the first order a finger touches when its skin reaches the object, and the motor noise
-    follows the speed. The lengths of the pieces do not change the result while the loudness stays
-    constant.
+    follows the speed. If the loudness stays constant, the result does not depend on the lengths of
+    the pieces.
 
     Parameters
     ----------
     draw
-        Pinch. Its random generator advances.
+        Drawn pinch. Its random generator advances.
     duration
         Longest duration of the run, s, not counting ``lead``.
     lead
-        Number of samples before time 0 of the drawn contact times.
+        Number of samples before the time from which the drawn contact times count.
     drive
         Drive that limits the orders.
     at_rest
@@ -82,7 +82,7 @@ class PinchRun:
     released
         True if an order opened the hand.
     limit
-        Force at which the object breaks, N. Can be set.
+        Contact force at which the object breaks, N. It can be set.
     broken_at
         Sample at which the object broke; None while it is intact.
     """
@@ -137,7 +137,7 @@ class PinchRun:
     def fork(self) -> Self:
         """Return an independent copy in the same state, with the same noise.
 
-        Copies share the noise, so use it only while the loudness stays constant.
+        Copies share the noise, so do not change the loudness after you make a copy.
         """
         other = copy.copy(self)
         other._state = self._state.copy()
@@ -150,14 +150,14 @@ class PinchRun:
 
     @property
     def now(self) -> float:
-        """Time of the newest sample, s from the run's start; 0 before the first one."""
+        """Time of the newest sample, s from the run's start; 0 before the first sample."""
         return float(self.times[self.done - 1]) if self.done else 0.0
 
     @property
     def speed(self) -> float:
-        """Reference speed of the drives, mean of both, m/s. Negative values open the hand.
+        """Mean reference speed of both drives, m/s. Negative values open the hand.
 
-        It can be set while no command is active, and takes effect after the newest sample.
+        You can set it while no command is active. It takes effect after the newest sample.
         """
         return self._reference.speed(self.done - 1)
 
@@ -174,7 +174,7 @@ class PinchRun:
     def loudness(self) -> float:
         """Loudness of the motor before the first order, as a share of the full strength.
 
-        It can be set. The noise reaches it linearly by the end of the next piece.
+        You can set it. The noise changes linearly to the new loudness during the next piece.
         """
         return self._noise.loudness
 
@@ -189,7 +189,7 @@ class PinchRun:
 
     @property
     def drive_speed(self) -> float:
-        """Current speed of the drives, mean of both, m/s."""
+        """Mean of the current speeds of both drives, m/s."""
         return float(self._state[1] + self._state[FINGER_STATES + 1]) / 2
 
     @property
@@ -204,18 +204,18 @@ class PinchRun:
         Parameters
         ----------
         command
-            Command, which is clipped to the drive's limits. After a release the speed stays until
-            it is set.
+            Command, which is limited to what the drive can do. None releases the hand: the speed
+            then stays until you set ``speed``.
         effect
-            Sample after which the order takes effect, counted with the ``lead``. For a past sample
-            the order takes effect after the newest sample. Orders must be queued in the order of
-            their effects.
+            Sample after which the order takes effect, counted from the start of the run, ``lead``
+            included. If the sample is past, the order takes effect after the newest sample. Orders
+            must be queued by ascending ``effect``.
         """
         clipped = None if command is None else self._drive.clipped(command)
         self._orders.append((max(effect, self.done - 1), clipped))
 
     def withdraw(self) -> int:
-        """Cancel the active and the queued orders. Return how many commands were queued."""
+        """Cancel the active and the queued orders. Return the number of queued commands."""
         waiting = sum(command is not None for _, command in self._orders)
         self._orders.clear()
         self._reference.hold(self.speed)
@@ -316,10 +316,10 @@ class PinchRun:
 
 
 class Approach:
-    """Contact times of two fingers. Each touches after it has moved a fixed distance.
+    """Contact times of two fingers. Each finger touches after a fixed distance.
 
-    The distance is what the finger covers at the drawn speed until its drawn contact time. So at
-    the drawn speed it touches at the drawn time.
+    A finger covers this distance at the drawn speed until its drawn contact time. So at the drawn
+    speed it touches at the drawn time, and at a lower speed it touches later.
 
     Parameters
     ----------
@@ -346,7 +346,7 @@ class Approach:
         self._since = 0.0
 
     def turn(self, old: float, new: float, now: float, touching: NDArray[np.bool_]) -> None:
-        """Continue at another speed.
+        """Change the contact times to those at a new speed.
 
         Parameters
         ----------

@@ -16,7 +16,7 @@ from firstcontact.core import replacing
 
 
 def scan_bytes(scans: NDArray[np.uint16]) -> bytes:
-    """Return scans, shape (n, 6), as n records."""
+    """Return scans, shape (n, 6), as the bytes of n records."""
     return np.ascontiguousarray(scans, dtype="<u2").tobytes()
 
 

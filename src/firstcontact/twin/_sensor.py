@@ -79,7 +79,7 @@ def force_readings(
     state: NDArray[np.float64],
     first: int,
 ) -> NDArray[np.uint16]:
-    """Return the readings of one force array. Each sample reads one taxel, row by row.
+    """Return the readings of one force array: one taxel at each sample, row by row.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ def open_reading(p: VelostatParameters) -> int:
 
 @compiled()
 def _conductance(p: VelostatParameters, quick: float, late: float) -> float:
-    """Return the conductance of a taxel, S, from its quick and its late response, N."""
+    """Return the conductance of a taxel, S, from its fast and its slow response, N."""
     response = (1.0 - p.creep_share) * quick + p.creep_share * late
     return p.leak + p.conductance * float(response**p.exponent)
 

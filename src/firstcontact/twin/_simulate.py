@@ -1,4 +1,4 @@
-"""Simulation of a whole set of pinches as recordings, one file per session."""
+"""Simulation of a set of pinches, written as one recording per session."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def simulate(
     positions: bool = False,
     runner: Runner | None = None,
 ) -> list[Path]:
-    """Simulate a set of pinches.
+    """Simulate a set of pinches, and write one recording per session.
 
     Parameters
     ----------
@@ -59,19 +59,20 @@ def simulate(
     condition_name
         "paper-rig" or "everyday".
     pinches_per_block, pinches_per_object
-        Number of pinches of each of the five blocks, and of each of the eight objects.
+        Number of pinches of each of the five flat blocks, and of each of the eight other objects.
     seed
         Random seed. The same seed gives the same bytes with any number of workers.
     workers
         Number of threads; by default all cores. The mechanics releases Python's global lock (GIL).
-        Inside a ``joblib.parallel_config`` with a backend, that backend runs the jobs.
+        If you call this inside ``joblib.parallel_config`` with a backend, that backend runs the
+        jobs.
     progress
         True to show a bar, or a function that is called with the number of pinches just finished.
     noise
-        Noise of a real sensor at rest that replaces the modelled electronics.
+        Noise of a real sensor at rest. It replaces the modelled electronics' noise and hum.
     positions
         True for a hand that reports its positions: each pinch then has a measured closing speed.
-        Samples stay the same.
+        The samples are the same with and without positions.
     runner
         Runner that simulates the pinches, instead of threads in this process.
 
@@ -188,7 +189,7 @@ def _simulate_batch(
     noise: RecordedNoise | None,
     positions: bool,
 ) -> list[Pinch]:
-    """Simulate the pinches of a batch. A pinch depends only on the seed and on its own names."""
+    """Return the pinches of a batch. A pinch does not depend on other pinches of the batch."""
     step = round(DURATION * FINGERTIP_RATE) + BETWEEN
     out = []
     for place, planned in enumerate(batch.pinches, start=batch.first):

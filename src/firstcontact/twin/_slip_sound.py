@@ -46,7 +46,7 @@ class SlipParameters(NamedTuple):
     ratio: float = 1.5
     """Ratio of static to kinetic friction."""
     weakening: float = 0.018
-    """Speed at which 1 - 1/e of the fall from static to kinetic friction has happened, m/s."""
+    """Sliding speed at which friction has fallen by 63 % of the way to kinetic friction, m/s."""
     scatter: float = 0.15
     """Standard deviation of ln(friction) along the object, for each patch."""
     grain: float = 1e-4
@@ -63,10 +63,10 @@ def _slide_patches(
 ) -> None:  # fmt: skip
     """Advance the patches of one finger by the next samples.
 
-    ``patches`` has offset, speed, sticking flag and path position of each patch, shape (patches,
-    4). ``state``, shape (7,), has the last normal force, sliding speed and pull, then the object's
-    shear offset and its speed, then the voltages of piezo and buffer. Both arrays are changed in
-    place.
+    ``patches``, shape (patches, 4), has offset, speed, sticking flag and path position of each
+    patch. ``state``, shape (7,), has seven values: the last normal force, the last sliding speed,
+    the last pull of the object's weight, offset and speed of the object as the pads shear, voltage
+    of the piezo, voltage of the buffer. Both arrays are changed in place.
     """
     dt = 1.0 / (FINGERTIP_RATE * STEPS)
     k, m = p.stiffness / p.patches, p.mass / p.patches
@@ -129,7 +129,7 @@ def _slide_patches(
 
 
 class SlipSound:
-    """Slip sound in both piezos, piece by piece.
+    """Source of the slip sound in both piezos, piece by piece.
 
     Parameters
     ----------
@@ -140,8 +140,8 @@ class SlipSound:
     parameters
         Parameters of the pads.
     rng
-        Random generator for the static friction. Use one that nothing else uses, so that other
-        draws do not change.
+        Random generator for the static friction. Use a separate generator, so that the slip sound
+        does not change other random numbers.
     """
 
     def __init__(
@@ -161,7 +161,7 @@ class SlipSound:
         self._state = np.zeros((2, 7))
 
     def hear(self, forces: _Vector, speeds: _Vector, hanging: _Vector) -> _Vector:
-        """Return the voltage of the slip sound at the buffers, to add to the other signals.
+        """Return the voltage that the slip sound adds to the signal of each buffer.
 
         Parameters
         ----------

@@ -45,7 +45,7 @@ Thing = TwinObject | HouseholdObject
 
 @dataclass(frozen=True, slots=True)
 class StreamPinch:
-    """Pinch of the stream.
+    """Pinch of a streaming hand.
 
     Parameters
     ----------
@@ -54,15 +54,15 @@ class StreamPinch:
     label
         Label of the object.
     truth
-        Contacts so far by the contact strips, in order of time.
+        Contacts so far as the strips show them, in order of time.
     end
         First sample after the hold, when the hand begins to open; None before that.
     peak
         Largest grip force until ``end``, N. The grip force is the smaller contact force.
     lost
         "broken" if the object broke before ``end``. "dropped" if it would have fallen before
-        ``end`` in a lift like :class:`firstcontact.twin._lift.Lift`; the simulated fingers still
-        hold it. Otherwise None.
+        ``end`` in a lift like :class:`firstcontact.twin._lift.Lift`. The simulated hand lifts
+        nothing, so its fingers still hold a dropped object. Otherwise None.
     """
 
     start: int
@@ -85,9 +85,9 @@ class TwinStream:
     condition_name
         "paper-rig" or "everyday".
     objects
-        Objects to pick up, or their names. Each is picked up once a round, in a new order each
-        round. A name can also be the name of a set in
-        :data:`firstcontact.twin._household.OBJECT_SETS`. By default all objects of the paper.
+        Objects to pick up, or their names, or names of the sets in
+        :data:`firstcontact.twin._household.OBJECT_SETS`. By default all objects of the paper. In a
+        round the hand picks up each object once, in random order.
     seed
         Random seed.
     latency
@@ -97,7 +97,7 @@ class TwinStream:
     Attributes
     ----------
     ignored
-        Number of commands that came outside a closing.
+        Number of commands that came outside a closing and had no effect.
     positions
         Position sensor of the drives.
 
@@ -162,7 +162,7 @@ class TwinStream:
         self._chosen = None if name is None else find_object(name)
 
     def command(self, command: Command) -> bool:
-        """Command the current closing, until the hand opens.
+        """Send a command for the current closing. It is obeyed until the hand opens.
 
         The command takes effect after the drive's latency, counted from the last scan that was
         read.
@@ -187,8 +187,8 @@ class TwinStream:
     def release(self) -> None:
         """Open the hand now instead of after holding. An open hand stays open.
 
-        The hand begins to open one latency of the drive after the last scan read, at the end of a
-        piece. This closing ignores later commands.
+        The hand begins to open one latency of the drive after the last scan that was read, rounded
+        up to the end of a piece. The current closing ignores later commands.
         """
         if self._run is not None:
             self._run.order(None, self._effect(self._run))
@@ -219,7 +219,7 @@ class TwinStream:
         return joined[:samples]
 
     def _move(self) -> Iterator[NDArray[np.float64]]:
-        """Yield pieces of the output of :meth:`PinchRun.advance`, without end."""
+        """Yield the motion of the hand without end, in pieces as of :meth:`PinchRun.advance`."""
         while True:
             for _ in range(pieces(self._rng.uniform(*REST))):
                 yield np.zeros((PIECE, 2, OUTPUTS))
@@ -272,7 +272,7 @@ class TwinStream:
         return PlannedPinch(one, label, number)
 
     def _add_contacts(self, first: int, scans: NDArray[np.uint16]) -> None:
-        """Add the contacts that these scans show to the pinch in which they happen."""
+        """Add the contacts that the scans show to the newest pinch."""
         if self.pinches:
             pinch = self.pinches[-1]
             new = strip_contacts(scans, first, pinch.truth)

@@ -31,14 +31,14 @@ PIECE = 25
 
 
 def pieces(duration: float) -> int:
-    """Return the number of simulation pieces in a duration, s, rounded."""
+    """Return the number of pieces of ``PIECE`` samples in ``duration`` s, rounded."""
     return round(duration * FINGERTIP_RATE / PIECE)
 
 
 def close_hand(run: PinchRun, hold: float) -> Iterator[NDArray[np.float64]]:
-    """Close, squeeze, and hold the object for ``hold`` s, or until the hand is released.
+    """Yield the motion while the hand closes, squeezes, and holds the object for ``hold`` s.
 
-    A command replaces the drawn speed and the holding force.
+    It ends early if the hand is released. A command replaces the drawn speed and the holding force.
     """
     for motion in _squeeze(run, hold):
         yield motion
@@ -47,7 +47,7 @@ def close_hand(run: PinchRun, hold: float) -> Iterator[NDArray[np.float64]]:
 
 
 def open_hand(run: PinchRun) -> Iterator[NDArray[np.float64]]:
-    """Open until the fingers leave the object, then stop the hand."""
+    """Yield the motion while the hand opens until the fingers leave the object, and stops."""
     yield from _ramp(run, -run.nominal_speed)
     while True:
         motion = _piece(run)
@@ -78,7 +78,7 @@ def _squeezed(run: PinchRun) -> bool:
 
 
 def _ramp(run: PinchRun, speed: float) -> Iterator[NDArray[np.float64]]:
-    """Change the speed of the hand smoothly to ``speed``, until a command comes."""
+    """Yield the motion while the speed changes smoothly to ``speed``, or a command comes."""
     begin = run.speed
     steps = pieces(RAMP)
     for k in range(steps):

@@ -30,7 +30,7 @@ complete -o default -F _firstcontact firstcontact
 
 
 def completion_script() -> str:
-    """Return the completion script. Making it imports all verbs; running it needs no Python."""
+    """Return the completion script. This call imports all verbs; the script runs without Python."""
     choices, options = [], []
     for verb in verb_places():
         named = [argument for argument in verb_arguments(configuration(verb)) if argument.flag]

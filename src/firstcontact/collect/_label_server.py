@@ -60,7 +60,7 @@ class LabelServer:
         Parameters
         ----------
         ready
-            Called once the page is served.
+            Function that is called once the page is served.
         is_stopped
             Function that is polled for a request to stop. Signal handlers must not raise exceptions
             while the server runs: an exception during a reply would be lost in the task of that

@@ -22,7 +22,8 @@ class Block:
     first_sample
         Device sample number of ``data[0]``.
     epoch
-        Number of the device's start. Samples of different epochs are never joined.
+        Number of the epoch, a run of the device's sample counter. Samples of different epochs are
+        never joined.
 
     Examples
     --------

@@ -77,5 +77,5 @@ class Estimate(msgspec.Struct, frozen=True, kw_only=True, tag="estimate"):
 
     @property
     def known_sample(self) -> int:
-        """Sample after which the estimate was known."""
+        """Number of the sample after which the estimate was known."""
         return self.complete

@@ -44,7 +44,10 @@ class RbfKernel:
         return np.exp(exponent, out=exponent)
 
     def row(self, x: Real, square: float) -> Real:
-        """Return the kernel values of an input with squared norm ``square``, shape (vectors,)."""
+        """Return the kernel values of one input, shape (vectors,).
+
+        ``square`` is the squared norm of the input.
+        """
         exponent: Real = self._scaled.dot(x)
         exponent += self._norms
         exponent -= self._gamma * square

@@ -112,7 +112,7 @@ class Judgement:
     kernel
         Name of the kernel.
     constants
-        Constants as in a :class:`Step`, with arrays of float64 too.
+        Constants as in a :class:`Step`; arrays may also be of float64.
     sizes
         Array lengths, in samples, that determine the kernel's memory, by their names in C.
     doubles

@@ -76,7 +76,7 @@ def _ratio(old: float, new: float) -> Fraction:
 def _low_pass(ratio: Fraction, old: float) -> tuple[NDArray[np.float64], int]:
     """Return the anti-aliasing filter and its look-ahead, in samples of the common rate.
 
-    The common rate is the smallest multiple of both rates.
+    The common rate is the smallest common multiple of both rates.
 
     The amplitude response is that of SciPy's Kaiser-windowed resampling filter. The phase is
     minimal, so ringing comes only after an onset. The filter's lag at low frequencies is subtracted

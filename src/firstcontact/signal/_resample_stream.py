@@ -21,7 +21,7 @@ class CausalResampler:
     old, new
         Rates, Hz.
     nearest
-        Columns that take the value of the nearest sample, such as switches.
+        Columns that take the value of the nearest sample, such as strips.
 
     Attributes
     ----------

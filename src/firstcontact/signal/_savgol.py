@@ -80,7 +80,8 @@ class SavitzkyGolay:
         Returns
         -------
         ndarray
-            Outputs known so far, shape (m, channels). They do not depend on the block sizes.
+            Outputs that these samples complete, shape (m, channels). Their values do not depend on
+            the block sizes.
         """
         samples = np.asarray(x, dtype=np.float64)
         if len(samples) == 0:

@@ -55,7 +55,7 @@ class Conditioner:
         return self._savgol.lookahead
 
     def update(self, volts: NDArray[Any]) -> NDArray[np.float64]:
-        """Filter the next samples (n, channels). Return the outputs known so far, (m, channels)."""
+        """Filter the next samples (n, channels). Return the new outputs, shape (m, channels)."""
         return self._savgol.update(self._smoothing.update(volts))
 
 

@@ -28,7 +28,7 @@ def check_detector(kind: type[Detector], seed: int = 0) -> None:
     Parameters
     ----------
     kind
-        Class of the detector. To check saving and loading it must be registered.
+        Class of the detector. Saving and loading are checked only if the class is registered.
     seed
         Random seed for the block sizes of streams.
 

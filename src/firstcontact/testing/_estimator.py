@@ -35,7 +35,7 @@ def check_estimator(kind: type[Estimator], task: Task | None = None) -> None:
     Parameters
     ----------
     kind
-        Class of the estimator. To check saving and loading it must be registered.
+        Class of the estimator. Saving and loading are checked only if the class is registered.
     task
         Task for which the estimator is checked; by default each of its tasks.
 

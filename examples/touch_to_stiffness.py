@@ -24,7 +24,7 @@ DURATION = 0.015  # s after the contact
 
 
 def main() -> None:
-    """Simulate pinches, train on the first sessions, and predict for the last one."""
+    """Simulate pinches, train on the first sessions, and predict for the last session."""
     with TemporaryDirectory() as folder:
         simulate(
             Path(folder, "pinches"), "paper-rig", pinches_per_block=32, pinches_per_object=0, seed=1

@@ -83,7 +83,7 @@ class GaussianProcessModel(ArraysModel):
 
     @classmethod
     def sizes(cls, spec: Spec) -> dict[str, int]:
-        """See :meth:`ArraysModel.sizes`."""
+        """Return array lengths that ``spec`` determines; see :meth:`ArraysModel.sizes`."""
         return {"shape and level": spec.samples * spec.channels + 1}
 
     @property

@@ -151,11 +151,15 @@ def test_contact_that_waits_at_a_gap_stands(clicked: Pinch) -> None:
     latch, start = ConfirmingLatch(LAYOUT), clicked.first_sample
     one, two = np.array([[True, False]]), np.full((1, 2), start + CLICK)
     fires = WindowDecisions(np.array([start + CLICK + 2]), one, two)
-    (contact,) = latch.update(Block(clicked.data[: CLICK + 4], start), fires)
+    block = Block(clicked.data[: CLICK + 4], start)
+    latch.remember(block)
+    (contact,) = latch.update(block, fires)
     assert latch.due is not None
     quiet = WindowDecisions(np.empty(0, np.int64), one[:0], two[:0])
     later = CLICK + 40
-    assert latch.update(Block(clicked.data[later:], start + later), quiet) == []
+    block = Block(clicked.data[later:], start + later)
+    latch.remember(block)
+    assert latch.update(block, quiet) == []
     assert latch.is_confirmed
     assert latch.due is None
     assert latch.latched == {contact.finger}

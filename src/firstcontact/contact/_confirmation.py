@@ -106,18 +106,31 @@ class ConfirmingLatch:
         """
         return None if self._first is None else self._due_sample(self._first) + 1 - self._end
 
+    def remember(self, block: Block) -> None:
+        """Store the samples of a block, unless no contact can be withdrawn any more."""
+        if self.is_confirmed:
+            return
+        if block.first_sample != self._end or block.epoch != self._epoch:
+            self._smoothing = DeviceSmoothing(self._layout)
+            self._past, self._past_first = [], block.first_sample
+            if self._first is not None:  # samples that would decide are lost: the contact stands
+                self.is_confirmed, self._first = True, None
+        self._past.append(self._smoothed(self._volts(block.data)))
+        self._end, self._epoch = block.end, block.epoch
+        oldest = block.first_sample - samples_in(KEPT, self._rate)
+        while self._past_first + len(self._past[0]) < oldest:
+            self._past_first += len(self._past.pop(0))
+
     def update(self, block: Block, decisions: WindowDecisions) -> list[Contact | Withdrawal]:
         """Return the contacts and withdrawals that a block reveals, in order.
 
         Parameters
         ----------
         block
-            Samples of the closing.
+            Samples that :meth:`remember` has stored.
         decisions
             Decisions for the windows that the block completes.
         """
-        if not self.is_confirmed:
-            self._remember(block)
         events: list[Contact | Withdrawal] = []
         for end, onsets in fired_windows(decisions):
             events += self._confirm(end + 1)
@@ -130,24 +143,27 @@ class ConfirmingLatch:
             events += contacts
         return events + self._confirm(block.end)
 
-    def newest(self, count: int, age: int) -> NDArray[np.float64] | None:
-        """Return ``count`` smoothed samples that end ``age`` samples ago, V; None if too few.
+    def newest(self, count: int, age: int, end: int) -> NDArray[np.float64] | None:
+        """Return smoothed samples of this closing, V; None if there are too few.
 
         Parameters
         ----------
         count
             Number of samples.
         age
-            Number of newest samples, which are left out.
+            Number of samples between the last of these and ``end``.
+        end
+            Number of the sample after the newest one.
 
         Returns
         -------
         ndarray or None
             Shape (count, fingers).
         """
-        if self._end - self._past_first < count + age or not self._past:
+        last = end - age - self._past_first
+        if last < count or not self._past:
             return None
-        out: NDArray[np.float64] = np.concatenate(self._past)[-count - age :][:count]
+        out: NDArray[np.float64] = np.concatenate(self._past)[last - count : last]
         return out
 
     def _due_sample(self, contact: Contact) -> int:
@@ -178,18 +194,6 @@ class ConfirmingLatch:
             return True
         later = x[place : place + samples_in(CONFIRMED, self._rate)]
         return bool(is_push(earlier, later, self._rate))
-
-    def _remember(self, block: Block) -> None:
-        if block.first_sample != self._end or block.epoch != self._epoch:
-            self._smoothing = DeviceSmoothing(self._layout)
-            self._past, self._past_first = [], block.first_sample
-            if self._first is not None:  # samples that would decide are lost: the contact stands
-                self.is_confirmed, self._first = True, None
-        self._past.append(self._smoothed(self._volts(block.data)))
-        self._end, self._epoch = block.end, block.epoch
-        oldest = block.first_sample - samples_in(KEPT, self._rate)
-        while self._past_first + len(self._past[0]) < oldest:
-            self._past_first += len(self._past.pop(0))
 
     def _smoothed(self, volts: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return smoothed samples. Smoothing restarts after samples that are not finite."""
@@ -256,6 +260,7 @@ class _Judge:
         self.windowed = detector if isinstance(detector, WindowDetector) else None
         self.latch = ConfirmingLatch(layout)
         self._every, self._age = (samples_in(t, layout.rate) for t in (RESETTLED, SETTLED))
+        #: Number of samples until the steady state is measured again.
         self._left = self._every
         #: True once a quieter steady state has replaced the first one.
         self.has_resettled = False
@@ -263,26 +268,45 @@ class _Judge:
     def update(self, block: Block) -> Iterator[tuple[WindowDecisions, list[Contact | Withdrawal]]]:
         """Yield the decisions, contacts and withdrawals of each piece of a block.
 
-        The pieces end where the steady state is measured again, so results do not depend on the
-        sizes of blocks.
+        The pieces end where the steady state changes, so results do not depend on the sizes of
+        blocks.
         """
+        self.latch.remember(block)
         start = 0
         while start < len(block.data) or not start:
-            data = block.data[start : start + self._left]
-            piece = Block(data, block.first_sample + start, block.epoch)
+            stop = self._stop(block, start)
+            piece = Block(block.data[start:stop], block.first_sample + start, block.epoch)
             decisions = self._detector.judge(piece)
             yield decisions, self.latch.update(piece, decisions)
-            self._left -= len(data)
-            start += max(len(data), 1)
+            self._left -= stop - start
+            start = max(stop, 1)
             if not self._left:
                 self._left = self._every
-                self._resettle()
+                self._resettle(piece.end)
 
-    def _resettle(self) -> None:
+    def _stop(self, block: Block, start: int) -> int:
+        """Return the end of the piece that begins at ``start``; both count from the block's start.
+
+        The steady state can change only at the end of the piece.
+        """
+        if not self._resettles or self.windowed is None or self.latch.is_confirmed:
+            return len(block.data)
+        while start + self._left <= len(block.data):
+            quiet = self._newest(block.first_sample + start + self._left)
+            if quiet is not None and self.windowed.may_resettle(quiet):
+                return start + self._left
+            self._left += self._every
+        return len(block.data)
+
+    def _resettle(self, end: int) -> None:
         if self._resettles and self.windowed is not None and not self.latch.is_confirmed:
-            quiet = self.latch.newest(self.windowed.steady_samples, self._age)
+            quiet = self._newest(end)
             if quiet is not None:
                 self.has_resettled |= self.windowed.resettle(quiet)
+
+    def _newest(self, end: int) -> NDArray[np.float64] | None:
+        assert self.windowed is not None
+        return self.latch.newest(self.windowed.steady_samples, self._age, end)
 
 
 class ContactListener:

@@ -243,13 +243,21 @@ class WindowDetector(ABC):
         bool
             True if a channel has become quieter.
         """
-        if self._state is None:
-            return False
-        is_quieter = SteadyState.measure(quiet).sigma < QUIETER * self._state.sigma
-        is_quieter &= np.ptp(quiet, axis=0) > 0.0
+        is_quieter = self._quieter(quiet)
         if is_quieter.any():
             self._settle(np.where(is_quieter, quiet, self._quiet))
         return bool(is_quieter.any())
+
+    def may_resettle(self, quiet: NDArray[np.float64]) -> bool:
+        """Return False if :meth:`resettle` would surely change nothing after these samples."""
+        return self._state is None or bool(self._quieter(quiet).any())
+
+    def _quieter(self, quiet: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return a mask of the channels that have become quieter; none before a steady state."""
+        if self._state is None:
+            return np.zeros(len(self._columns), np.bool_)
+        is_quieter = SteadyState.measure(quiet).sigma < QUIETER * self._state.sigma
+        return np.asarray(is_quieter & (np.ptp(quiet, axis=0) > 0.0))
 
     def _settle(self, quiet: NDArray[np.float64]) -> None:
         self._quiet = quiet

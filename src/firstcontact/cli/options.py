@@ -280,7 +280,7 @@ def _field_texts(verb: type[Any]) -> dict[str, str]:
 
 
 def _without_none(kind: Any) -> Any:
-    """Return X of ``X | None``, and any other type as it is."""
+    """Return the type X of ``X | None``, and any other type unchanged."""
     parts = [part for part in get_args(kind) if part is not NoneType]
     return parts[0] if NoneType in get_args(kind) else kind
 

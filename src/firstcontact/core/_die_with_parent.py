@@ -57,7 +57,7 @@ def _poll_parent(parent: int, number: signal.Signals) -> None:
 
 
 def main() -> None:
-    """Run a module that ends with its parent process."""
+    """Run a module in this process, and end the process when its parent ends."""
     parent, number, module, *options = sys.argv[1:]
     follow(int(parent), signal.Signals(int(number)))
     sys.argv = [module, *options]

@@ -30,7 +30,7 @@ class ByName(Mapping[str, Each], Generic[Each, About]):
     entries
         Entries by name, in order.
     about
-        A :class:`Record` with the fixed fields. They precede the entries.
+        A :class:`Record` with the fixed fields. In JSON they precede the entries.
     """
 
     __slots__ = ("about", "entries")

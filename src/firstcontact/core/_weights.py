@@ -193,7 +193,7 @@ def digest(data: bytes) -> str:
 
 
 def read_weights(path: Path, sha256: str, card: str) -> dict[str, NDArray[Any]]:
-    """Read the arrays of a safetensors file and check it against its card.
+    """Read the arrays of a safetensors file, and compare its checksum with that of the card.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Steps of convolutional networks, for exported programs. Each has a C kernel with the same name.
 
-A vector holds all channels of the first sample, then all of the next. So the inputs of a
-convolution are adjacent.
+A vector holds all channels of the first sample, then all channels of the next sample, and so on.
+Thus the inputs of a convolution are adjacent.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Filters that carry their state, resampling, and windows after a contact."""
+"""Filters that keep their state between blocks, resampling, and windows after a contact."""
 
 import lazy_loader
 

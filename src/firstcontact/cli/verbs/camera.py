@@ -1,4 +1,4 @@
-"""Verb ``firstcontact camera``."""
+"""Verb ``firstcontact camera``: contact times from the strips against a high-speed camera."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Verb ``firstcontact export``."""
+"""Verb ``firstcontact export``: pinches in the formats of other tools."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Verb ``firstcontact export-model``."""
+"""Verb ``firstcontact export-model``: a model as C, as ONNX, or as an image for a hand."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Verb ``firstcontact info``."""
+"""Verb ``firstcontact info``: versions and ports, or the descriptor of a device."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Verb ``firstcontact inspect``."""
+"""Verb ``firstcontact inspect``: description of a recording, and a plot of a pinch."""
 
 from __future__ import annotations
 

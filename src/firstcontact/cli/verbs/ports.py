@@ -1,4 +1,4 @@
-"""Verb ``firstcontact ports``."""
+"""Verb ``firstcontact ports``: list of serial ports and sound inputs."""
 
 from __future__ import annotations
 

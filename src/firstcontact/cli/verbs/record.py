@@ -1,4 +1,4 @@
-"""Verb ``firstcontact record``."""
+"""Verb ``firstcontact record``: guided recording of labelled pinches."""
 
 from __future__ import annotations
 

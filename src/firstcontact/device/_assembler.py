@@ -68,9 +68,9 @@ class Assembler:
     """Assembler of samples from frames into blocks.
 
     Frames before the first descriptor belong to another host and are ignored. A descriptor with a
-    new boot number proves a restart of the device. So does a frame counter that has gone back, in a
-    descriptor that the host requested. After a restart the device numbers frames and samples from
-    0, in a new epoch.
+    new boot number proves a restart of the device. If the host requested the descriptor, a frame
+    counter that has gone back proves it too. After a restart the device numbers frames and samples
+    from 0, in a new epoch.
 
     If the device did not restart, the samples after :meth:`interrupted` belong to a new epoch, and
     the samples that the host missed are counted as lost. Late and repeated frames are ignored. A
@@ -107,7 +107,7 @@ class Assembler:
 
     @property
     def next_sample(self) -> int:
-        """Number of the next sample; 0 before the first."""
+        """Number of the sample that is expected next; 0 before the first one."""
         return self._next or 0
 
     def expect_descriptor(self) -> None:
@@ -119,7 +119,7 @@ class Assembler:
         self._listening = False
 
     def take(self, frames: list[Frame]) -> Assembled:
-        """Process the next frames, in the order received.
+        """Process frames in the order received. Return their content.
 
         Raises
         ------

@@ -60,15 +60,15 @@ class AudioSource(ThreadedSource):
     input_name
         Name of the input, a unique part of the name, or its number; "" for the default input.
     channels
-        Number of channels, 1 or 2; two are index finger and thumb.
+        Number of channels, 1 or 2. Two channels belong to index finger and thumb.
     rate
         Output rate, Hz.
 
     Raises
     ------
     InputError
-        On entering: PortAudio is missing, no input or several inputs have this name, or the input
-        is in use.
+        On entering the ``with`` block: PortAudio is missing, no input or several inputs have this
+        name, or the input is in use.
     """
 
     def __init__(
@@ -199,7 +199,7 @@ def portaudio() -> Any:
 
 
 def _latency() -> float:
-    """Return the latency to request, s. On ALSA, set the number of blocks first."""
+    """Return the latency to request, s. On ALSA, set the number of PortAudio's periods first."""
     with suppress(OSError, AttributeError, TypeError):
         library = ctypes.CDLL(ctypes.util.find_library("portaudio") or "")
         library.PaAlsa_SetNumPeriods(BLOCKS)

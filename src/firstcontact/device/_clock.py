@@ -57,7 +57,7 @@ class _FastestArrivals:
         self.arrivals: deque[_ArrivalTime] = deque(maxlen=seconds + 1)
 
     def add(self, sample: int, host: float) -> bool:
-        """Add an arrival. Return True if it is the first one in a new second."""
+        """Add the arrival of a sample. Return True if it is the first arrival in a new second."""
         new = _ArrivalTime(host - sample / self._rate, float(sample), host)
         first = not self.arrivals or int(host) != int(self.arrivals[-1].host)
         if first:
@@ -170,7 +170,7 @@ class DeviceClock:
         Returns
         -------
         ndarray
-            Times, s, shape (samples,). They also rise from one call to the next.
+            Times, s, shape (samples,). They rise, also from one call to the next.
         """
         target = self._target(block, host)
         offset = self._applied

@@ -51,11 +51,11 @@ class _Counter:
     _doubted: float | None = None
 
     def next(self, line: tuple[float, ...], damaged: int) -> int | None:
-        """Return the number of this sample, after ``damaged`` damaged lines.
+        """Return the sample number of a line that follows ``damaged`` damaged lines.
 
-        Without a counter column each damaged line stands for one sample. With a counter column, a
-        line whose count goes back or leaps is treated as damaged (None). If the next line continues
-        from that count, the counter has restarted.
+        Without a counter column, each damaged line stands for one sample. With a counter column, a
+        line whose count goes back or leaps counts as damaged, and None is returned. If the line
+        after it continues its count, the counter has restarted.
         """
         self.restarted = False
         if self.place is None:
@@ -104,7 +104,8 @@ class CsvSource(ThreadedSource):
     Raises
     ------
     InputError
-        On entering: there is no such port, it sends no lines of numbers, or it is too slow.
+        On entering the ``with`` block: there is no such port, it sends no lines of numbers, or it
+        is too slow.
     """
 
     def __init__(
@@ -172,7 +173,7 @@ class CsvSource(ThreadedSource):
             raise LinkError(f"{self.port}: {error}") from error
 
     def _look(self) -> tuple[Columns, float]:
-        """Return columns and rate, from the first lines."""
+        """Return the meaning of the columns and the sampling rate, Hz, from the first lines."""
         opened = began = time.monotonic()
         lines: list[tuple[float, ...]] = []
         # The first lines may have waited in buffers. The rate is the slope of a line through the
@@ -262,7 +263,7 @@ class CsvSource(ThreadedSource):
         self._give(signals, np.array(numbers, np.int64), epoch, now)
 
     def _reconnect(self) -> list[tuple[float, ...] | None]:
-        """Wait until the port is back. Return an empty list of lines."""
+        """Wait until the port is back or the source is closed. Return an empty list of lines."""
         self._note(connected=False)
         self._shut()
         self._lines = LineReader(self._lines.bad, self._lines.header)

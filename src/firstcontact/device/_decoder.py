@@ -6,7 +6,7 @@ from firstcontact.device._protocol import LONGEST, Frame, FrameError, decode
 
 
 class Decoder:
-    """Decoder that splits a stream of bytes at its zeros.
+    """Decoder that splits a stream of bytes at its zeros into frames.
 
     A piece between two zeros that is not a frame counts as one damaged piece, whether one bit is
     wrong or many. Damaged pieces are not lost frames: a wrong bit can split one frame into two

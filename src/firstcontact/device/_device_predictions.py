@@ -30,7 +30,7 @@ class DevicePredictor:
     model
         Digest of the model, 16 hexadecimal digits.
     detector, anytime
-        Names of its detector and of its any-time model.
+        Names of its detector, and of its model that predicts at any time after a contact.
     floors
         Noise level of each finger above which the motor counts as audible, V; 0 if not set.
     """
@@ -62,7 +62,7 @@ class ModelSlot:
 
 
 def skipped_model(models: ModelSlot, has_predictor: bool) -> str:
-    """Return the message for a device that skips its newest stored model.
+    """Return the message for a device that does not use the newest model stored on it.
 
     ``has_predictor`` is True if the device runs an older model instead.
     """

@@ -38,7 +38,7 @@ def _answers_kind(answer: Frame, kind: FrameType) -> bool:
 
 
 class _Link:
-    """Connection to a device: sends frames and waits for the answers."""
+    """Connection to a device. It sends frames and waits for the answers."""
 
     def __init__(self, port: str) -> None:
         self.port = port
@@ -76,7 +76,7 @@ class _Link:
             )
 
     def hello(self) -> bytes:
-        """Request the device's descriptor. Return the payload of that frame."""
+        """Request the device's descriptor. Return the payload of the descriptor frame."""
         answer = self.ask(FrameType.HELLO, bytes([VERSION]), FrameType.DESCRIPTOR)
         if answer is None:
             raise InputError(f"{self.port}: {_SILENT}")
@@ -112,7 +112,7 @@ class _Link:
     def _model(
         self, kind: FrameType, payload: bytes, received: int, length: int
     ) -> tuple[int, int]:
-        """Send a frame. Return the device's state, and the number of model bytes it has stored."""
+        """Send a frame of a transfer. Return the device's state and its number of stored bytes."""
         frame = self.ask(kind, payload, FrameType.MODEL_STATE)
         if frame is None:
             # A device that answers other frames does not know this one.

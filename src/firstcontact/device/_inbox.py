@@ -52,14 +52,14 @@ class Inbox:
     def attach(
         self, markers: tuple[Marker, ...], predictions: tuple[DevicePrediction, ...], empty: Block
     ) -> None:
-        """Attach markers and predictions to the last samples, if their own samples are lost.
+        """Attach markers and predictions whose own samples are lost to the last samples.
 
         Parameters
         ----------
         markers, predictions
             Markers and predictions to attach.
         empty
-            Block without samples. It carries them if the last samples were read already.
+            Block without samples, which carries them if the last samples were read already.
         """
         last = self._arrivals.pop() if self._arrivals else Arrival(empty, time.monotonic())
         self._arrivals.append(
@@ -87,7 +87,7 @@ class Inbox:
         timeout
             Longest wait, s.
         least
-            Number of samples to wait for.
+            Number of samples to wait for. The wait ends as soon as they have arrived.
 
         Raises
         ------

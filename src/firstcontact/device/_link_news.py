@@ -36,9 +36,9 @@ def link_news(previous: Health, now: Health) -> list[str]:
 
 
 class LinkNews:
-    """Reporter of link changes over repeated calls.
+    """Reporter of changes of a link since its last report.
 
-    It merges consecutive losses into one line per second at most.
+    It merges consecutive losses, so that at most one line a second reports them.
 
     Parameters
     ----------

@@ -59,7 +59,7 @@ class _Epoch:
 
     @property
     def next(self) -> _Epoch:
-        """Next epoch."""
+        """New epoch with the next number."""
         return _Epoch(self.number + 1, self._rate)
 
     def in_time(self, ago: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -103,8 +103,8 @@ class LslSource(ThreadedSource):
     Raises
     ------
     InputError
-        On entering: LSL is missing, there is no such stream or several, or the stream cannot be
-        used.
+        On entering the ``with`` block: LSL is missing, there is no such stream or several, or the
+        stream cannot be used.
     """
 
     def __init__(

@@ -56,14 +56,14 @@ class _Part:
 
 
 class RestMeter:
-    """Noise meter for the parts of a stream without contact and movement.
+    """Meter of the vibration sensors' noise in a stream. It uses only the parts at rest.
 
     Parameters
     ----------
     layout
         Layout of the blocks.
     seconds
-        Required rest in total, s.
+        Time at rest that the measurement needs in total, s.
 
     Raises
     ------
@@ -99,16 +99,16 @@ class RestMeter:
 
     @property
     def is_sufficient(self) -> bool:
-        """Return True once there is enough rest."""
+        """Return True once enough of the stream was at rest."""
         return int(self._rest_mask().sum()) >= self._wanted
 
     def calibration(self) -> Calibration:
-        """Return noise floor and offset of each vibration sensor over all rest so far.
+        """Return noise floor and offset of each vibration sensor over all parts at rest so far.
 
         Raises
         ------
         InputError
-            There is not enough rest. The message states the reason.
+            Too little of the stream was at rest. The message states the reason.
         """
         at_rest = self._rest_mask()
         if int(at_rest.sum()) < self._wanted:
@@ -214,9 +214,9 @@ def measure_noise(
     source
         Open source.
     seconds
-        Required rest, s of the device's time.
+        Time at rest that the measurement needs, s of the device's time.
     patience
-        Longest additional time until there is enough rest, s of the device's time.
+        Longest time that may pass beyond ``seconds``, s of the device's time.
 
     Raises
     ------

@@ -131,7 +131,7 @@ def find_column(word: str, names: Sequence[str]) -> int | None:
 
 
 def distinct_names(names: Sequence[str]) -> tuple[str, ...]:
-    """Return the names, with the position appended to a repeated name."""
+    """Return the names. A name that occurs more than once gets its position appended."""
     distinct = [f"{n} {k + 1}" if names.count(n) > 1 else n for k, n in enumerate(names)]
     if len(set(distinct)) < len(distinct):
         distinct = [str(k + 1) for k in range(len(names))]
@@ -146,7 +146,7 @@ def identify_columns(
     Parameters
     ----------
     lines
-        Numbers of the lines.
+        Numbers in each of the first lines.
     header
         Column names, if the board printed them.
     wanted

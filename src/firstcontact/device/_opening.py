@@ -31,7 +31,7 @@ class SourceOptions:
     condition, seed
         Condition and random seed of the twin.
     objects
-        Objects that the twin picks up: the name of a set or of one object.
+        Name of the objects that the twin picks up: a set of objects, or one object.
     """
 
     speed: float = 1.0

@@ -89,7 +89,7 @@ def unstuff(stuffed: bytes) -> bytes:
     Raises
     ------
     FrameError
-        The bytes are empty or contain a zero, or a run reaches beyond their end.
+        The bytes are empty or contain a zero, or their byte stuffing points beyond their end.
     """
     n = len(stuffed)
     if n == 0 or 0 in stuffed:
@@ -217,7 +217,10 @@ def stopped_payload(next_sample: int, overflow: int) -> bytes:
 
 
 def read_stopped(payload: bytes) -> tuple[int, int]:
-    """Return next sample and overflow count (32 bits each). Raise FrameError if damaged."""
+    """Return the number of the next sample and the overflow count of a stopped frame.
+
+    Both have 32 bits. Raise FrameError if the payload is damaged.
+    """
     if len(payload) != _STOPPED.size:
         raise FrameError("a stopped frame has the wrong length")
     next_sample, overflow = _STOPPED.unpack(payload)
@@ -225,12 +228,15 @@ def read_stopped(payload: bytes) -> tuple[int, int]:
 
 
 def late_payload(skipped: int, unheard: int) -> bytes:
-    """Return the payload of a late frame."""
+    """Return the payload of a ``late`` frame. It counts skipped predictions and missed samples."""
     return _LATE.pack(skipped & 0xFFFFFFFF, unheard & 0xFFFFFFFF)
 
 
 def read_late(payload: bytes) -> tuple[int, int]:
-    """Return counts of skipped predictions and missed samples. Raise FrameError if damaged."""
+    """Return the counts of skipped predictions and missed samples in a ``late`` frame.
+
+    Raise FrameError if the payload is damaged.
+    """
     if len(payload) != _LATE.size:
         raise FrameError("a late frame has the wrong length")
     skipped, unheard = _LATE.unpack(payload)

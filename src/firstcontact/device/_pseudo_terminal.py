@@ -20,7 +20,7 @@ NEW = 60.0
 
 @contextmanager
 def port_folder() -> Iterator[Path]:
-    """Create a temporary folder for a port's name, for the duration of the block.
+    """Create a temporary folder for a port's name, for the duration of a ``with`` block.
 
     If the program is killed, its folder stays until another program calls this function.
     """
@@ -82,7 +82,7 @@ class PseudoTerminal:
         self.path.symlink_to(os.ttyname(self._host))
 
     def unplug(self) -> None:
-        """Remove the terminal, even while a host has it open. Do nothing if it is removed."""
+        """Remove the terminal, even while a host has it open. Do nothing while it is unplugged."""
         if not self.plugged:
             return
         with suppress(FileNotFoundError):

@@ -43,8 +43,8 @@ class ReplaySource:
 
     Notes
     -----
-    At a finite speed, the arrival time of a block is its due time, however late it is read. At
-    infinite speed, it is the time of the read.
+    At a finite speed, the arrival time of a block is the time at which it is due, however late it
+    is read. At infinite speed, it is the time of the read.
     """
 
     def __init__(self, path: Path, speed: float = 1.0, block: int | None = None) -> None:

@@ -169,7 +169,7 @@ class ReplayDevice:
                 return
 
     def _wait(self) -> bytes:
-        """Wait for the host's bytes until the next step is due. Return them; b"" if none came."""
+        """Wait for the host's bytes until samples are due. Return the bytes; b"" if none came."""
         wait = TICK
         if self._responder.streaming and self._tape:
             until_due = (FRAME_SAMPLES - self._due) / self._rate

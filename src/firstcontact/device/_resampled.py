@@ -86,7 +86,7 @@ class ResampledSource:
 
     @property
     def health(self) -> Health:
-        """Counts up to now, in samples of the new rate."""
+        """State and counts of the source up to now, in samples of the new rate."""
         health = self._source.health
         return replace(
             health,
@@ -141,7 +141,7 @@ class ResampledSource:
         return CausalResampler(self._old, self._rate, self._strips)
 
     def _take(self, arrival: Arrival) -> list[Arrival]:
-        """Resample an arrival, and return it. The leftovers of an ended epoch come before it."""
+        """Return the resampled arrival, after markers and marks left over from an ended epoch."""
         block, leftovers = arrival.block, []
         is_new_epoch = block.epoch != self._epoch
         if is_new_epoch:
@@ -166,7 +166,7 @@ class ResampledSource:
         )
 
     def _due(self, block: Block, predictions: tuple[DevicePrediction, ...]) -> list[Arrival]:
-        """Return samples with their markers and marks; an empty result if there are none."""
+        """Return samples with their markers and marks; an empty list if there is nothing."""
         markers = tuple(m for m in self._markers if (m.epoch, m.sample) < (block.epoch, block.end))
         pinches = tuple(p for p in self._pinches if (p.epoch, p.end) <= (block.epoch, block.end))
         if not (len(block.data) or markers or pinches or predictions):

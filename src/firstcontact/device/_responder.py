@@ -24,7 +24,7 @@ MARKERS_WAITING = 16
 
 
 class Responder:
-    """State machine of the protocol, for one start of a device.
+    """State machine of the device's side of the protocol, from one start of the device to the next.
 
     Parameters
     ----------

@@ -81,8 +81,8 @@ class SerialSource:
     Raises
     ------
     InputError
-        On entering: the port cannot be opened or is in use. Or the device does not answer, has
-        another protocol version or cannot be used.
+        On entering the ``with`` block: the port cannot be opened or is in use. Or the device does
+        not answer, has another protocol version or cannot be used.
     """
 
     #: Largest number of samples received ahead of the reader; None for no limit. Only a device that
@@ -132,7 +132,7 @@ class SerialSource:
 
     @property
     def health(self) -> Health:
-        """Current counts."""
+        """Current state and counts of the device."""
         with self._inbox.changed:
             counts = self._assembler.counts
             epoch = max(self._assembler.epoch, 0)
@@ -191,7 +191,7 @@ class SerialSource:
         return self._inbox.read(max(until - time.monotonic(), 0.0), least)
 
     def _look(self, least: int, patience: float) -> None:
-        """Read the port once, in the reader's thread, when ``least`` samples are due to wait."""
+        """Sleep until ``least`` samples are due. Read the port once, in the reader's thread."""
         transport = self._transport
         if transport is None or self._interruption is not None or self._closing.is_set():
             self._connected = False  # the source's own thread goes on
@@ -305,7 +305,10 @@ class SerialSource:
 
     @contextmanager
     def _last_turn(self) -> Iterator[None]:
-        """Wait until no reader reads the port, with a time limit, and keep readers away.
+        """Wait until no reader reads the port. Keep readers away during the ``with`` block.
+
+        The wait has a time limit, because a signal may have ended a reader that still holds the
+        lock.
 
         Without a limit the wait might not end: a signal may have ended a reader that still holds
         the lock.
@@ -405,7 +408,7 @@ class SerialSource:
         Raises
         ------
         InputError
-            The rates differ, and the device was opened a few seconds ago.
+            The rates differ in the first seconds after opening. Later a warning is logged instead.
         """
         self._began = min(self._began, now)
         descriptor = self.descriptor

@@ -233,7 +233,7 @@ class Source(Protocol):
 
     @property
     def health(self) -> Health:
-        """Current counts. Can be read from any thread."""
+        """Current state and counts. They can be read from any thread."""
 
     @property
     def ended(self) -> bool:

@@ -27,11 +27,12 @@ SMALLEST = 2.0
 
 
 class StampedSamples:
-    """Numbering of samples with time stamps, with detection of missing samples.
+    """Numbering of samples by their time stamps. It detects missing samples.
 
-    If the stamps are regular, even a gap of one sample is detected at its position. If the stamps
-    jitter, or if a chunk has one stamp for all samples, the chunk's median time is compared with a
-    line that is fitted to earlier chunks and follows the clock's drift.
+    If the stamps are regular, even a gap of one sample is detected at its position. Otherwise the
+    stamps jitter, or all samples of a chunk (samples received together) have one stamp. Then the
+    chunk's median time is compared with a line that is fitted to earlier chunks and follows the
+    clock's drift.
 
     A gap shorter than the scatter of these medians is not detected. A gap is counted only if the
     next chunk is late too. If a single chunk is late, it was delayed and nothing is lost.

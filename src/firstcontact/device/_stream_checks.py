@@ -44,9 +44,9 @@ def usable_samples(values: NDArray[Any]) -> NDArray[np.bool_]:
 class RateCheck:
     """Measured rate of a stream, compared with its stated rate.
 
-    The rate is the median over windows of a quarter of a second. A stall, the burst after it, or a
-    gap changes only one or two windows, so the median stays. Jitter widens the tolerance by the
-    standard error of the median. A window in which the reader was late is not counted, because it
+    The rate is the median over spans of a quarter of a second. A stall, the burst after it, or a
+    gap changes only one or two spans, so the median stays. Jitter widens the tolerance by the
+    standard error of the median. A span in which the reader was late is not counted, because it
     shows the speed of the reader, not of the device.
 
     Parameters
@@ -62,20 +62,20 @@ class RateCheck:
 
     @property
     def rate(self) -> float:
-        """Measured rate, Hz; 0 before the first window ends."""
+        """Measured rate, Hz; 0 before the first quarter of a second has passed."""
         return float(np.median(self._rates)) if self._rates else 0.0
 
     def add(self, end: float, seconds: float, *, behind: bool = False) -> bool:
-        """Add the samples up to a time. Return True if the rate differs from the stated rate.
+        """Add samples up to a time. Return True if the measured rate differs from the stated rate.
 
         Parameters
         ----------
         end
-            Number of samples so far.
+            Number of samples up to that time.
         seconds
             Time of the last sample, s.
         behind
-            True if other samples had waited for long when these were read.
+            True if the reader was late, so that samples had waited for it.
         """
         if behind or self._begin is None or seconds < self._begin[1]:
             self._begin = end, seconds

@@ -103,7 +103,7 @@ class ThreadedSource(ABC):
 
     @property
     def health(self) -> Health:
-        """Current counts."""
+        """Current state and counts of the source."""
         with self._inbox.changed:
             return replace(
                 self._health,
@@ -164,7 +164,7 @@ class ThreadedSource(ABC):
             self._thread.join()
 
     def _resample(self, input_rate: float, output_rate: float) -> float:
-        """Set both rates of :meth:`_give`, Hz. Return the filter's delay, s."""
+        """Set the input and the output rate of :meth:`_give`, Hz. Return the filter's delay, s."""
         self._input_rate, self._output_rate = input_rate, output_rate
         return CausalResampler(input_rate, output_rate).delay
 
@@ -209,7 +209,7 @@ class ThreadedSource(ABC):
             self._drop(int(numbers[~good][-1]) + 1, epoch)
 
     def _drop(self, end: int, epoch: int) -> None:
-        """Count the input samples from the last delivered one to number ``end`` as lost.
+        """Count the input samples after the last delivered one, up to number ``end``, as lost.
 
         The count holds until the next sample is delivered, which shows the exact number.
 
@@ -302,7 +302,7 @@ class ThreadedSource(ABC):
         self._next, self._pending = (epoch, first), 0
 
     def _refuse_rate(self, share: float, clock: str) -> NoReturn:
-        """Raise InputError for a rate of ``share`` times the stated rate, by this clock."""
+        """Raise InputError: by ``clock``, the rate is ``share`` times the stated rate."""
         stated = self._input_rate or self.descriptor.layout.rate
         raise InputError(
             f"{self.name} sends {share * stated:.0f} samples a second by {clock} clock, but "

@@ -84,7 +84,7 @@ class SerialTransport:
             raise LinkError(f"{self.port}: {error}") from error
 
     def _read(self, patience: float) -> bytes:
-        """Read like pyserial, with about 20 % less work for the processor."""
+        """Return the available bytes like pyserial, with about 20 % less work for the processor."""
         number = self._serial.fileno()
         ready, _, _ = select.select([number], [], [], patience)
         if not ready:

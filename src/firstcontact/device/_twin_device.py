@@ -7,10 +7,10 @@ After "object: any" it picks up the planned objects again.
 
 A marker answers each order. Markers that the host sends are never orders.
 
-The order "hand: 0.0500 2.000" commands 0.05 m/s and at most 2 N for the present closing. It takes
-effect after the drive's latency, until the hand opens. "hand: release" opens the hand. After a
-closing the marker "twin: peak 3.4 N" states the closing's largest force, at the sample where the
-hand begins to open.
+The order "hand: 0.0500 2.000" commands 0.05 m/s and at most 2 N for the present closing. This
+command takes effect after the drive's latency and holds until the hand opens. "hand: release" opens
+the hand. After a closing the marker "twin: peak 3.4 N" states the closing's largest force, at the
+sample where the hand begins to open.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ class TwinDevice:
     """Twin on a pseudo terminal, until it is closed.
 
     It produces samples in real time (by the monotonic clock) and sends them on request, as
-    ``docs/protocol.md`` describes. Its process ends when this process ends for any reason, and
-    ignores Ctrl-C.
+    ``docs/protocol.md`` describes. The twin's process ends when the process that created it ends
+    for any reason. It ignores Ctrl-C.
 
     Parameters
     ----------

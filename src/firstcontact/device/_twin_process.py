@@ -1,6 +1,6 @@
 """Process that runs the twin as a device: samples in real time on a pseudo terminal.
 
-:class:`firstcontact.device._twin_device.TwinDevice` starts it and sends it one word per line on
+:class:`firstcontact.device._twin_device.TwinDevice` starts it and sends it one command per line on
 standard input. Closing that input ends the process. The process is killed together with its parent
 (:mod:`firstcontact.core._die_with_parent`).
 """

@@ -1,14 +1,20 @@
-"""Import arrays from HDF5 or NPZ.
+"""Importers of pinches from arrays in HDF5 and NPZ files.
 
-Arrays: ``piezo`` (pinches, samples, 1 or 2); optional ``force`` (pinches, samples, 2, 6) and
-``strip`` (pinches, samples, 2). One value per pinch: ``first_contact``, ``second_contact``,
-``motor_start`` (-1 if unknown), ``first_finger``, ``object``, ``shore_a`` or ``hardness_rank``,
-``specimen``, ``session``, ``role``. Attributes of the file or of ``piezo`` (0-d arrays in an NPZ):
-``sample_rate_hz``, ``piezo_unit``, optional ``force_unit``, ``smoothing_alpha``, ``source``.
+The arrays and their shapes are:
 
-Other sensors use their own name (``accelerometer``, ``microphone``, ``hydrophone``) instead of
-piezo. Vectors have the shape (pinches, samples, 1 or 2, axes); ``axis`` names the axis that
-detectors use.
+- ``piezo``: (pinches, samples, 1 or 2);
+- ``force``, optional: (pinches, samples, 2, 6);
+- ``strip``, optional: (pinches, samples, 2);
+- with one value per pinch: ``first_contact``, ``second_contact``, ``motor_start`` (-1 if unknown),
+  ``first_finger``, ``object``, ``shore_a`` or ``hardness_rank``, ``specimen``, ``session``,
+  ``role``.
+
+The file or its ``piezo`` has the attributes ``sample_rate_hz``, ``piezo_unit``, and optionally
+``force_unit``, ``smoothing_alpha`` and ``source``. In an NPZ, attributes are 0-d arrays.
+
+Other sensors use their own name instead of piezo: ``accelerometer``, ``microphone`` or
+``hydrophone``. Vectors have the shape (pinches, samples, 1 or 2, axes). The attribute ``axis`` is
+the number of the axis that detectors use.
 """
 
 from __future__ import annotations

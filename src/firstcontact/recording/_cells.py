@@ -33,7 +33,7 @@ def place(columns: Columns, number: int) -> str:
 
 
 def each(place_name: str, columns: Columns, name: str, read: Callable[[Any], T]) -> list[T] | None:
-    """Parse a column value by value. Return None if the column does not exist."""
+    """Return the parsed values of a column; None if the column does not exist."""
     if name not in columns:
         return None
     values = []

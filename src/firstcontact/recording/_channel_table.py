@@ -22,7 +22,7 @@ _SLOWEST = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Signal:
-    """Row of the table: a variable or stream, and its meaning."""
+    """Row of a table of channels: a variable or stream, and its meaning."""
 
     variable: str
     rate: float | None
@@ -35,7 +35,7 @@ class Signal:
 
 
 def read_signals(table: Path) -> list[Signal]:
-    """Read the rows of the table.
+    """Return the rows of a table of channels.
 
     Raises
     ------

@@ -224,7 +224,9 @@ def check_samples(origin: str, values: NDArray[Any]) -> NDArray[Any]:
 
 
 def check_force(origin: str, values: NDArray[Any], unit: str) -> None:
-    """Raise an error for forces that no taxel has: a wrong unit would hide the motor's start.
+    """Raise an error if forces exceed what a taxel can give, because their unit must be wrong.
+
+    With a wrong unit the hand could seem to hold an object, which hides the start of the motor.
 
     Parameters
     ----------
@@ -250,7 +252,7 @@ def check_force(origin: str, values: NDArray[Any], unit: str) -> None:
 
 
 def joined(parts: list[NDArray[Any]]) -> NDArray[Any]:
-    """Join columns side by side. The type is float32 if one of them is float."""
+    """Return columns side by side, in a type that holds all of them."""
     kinds = {p.dtype.type for p in parts}
     dtype: type[Any] = np.int16
     if np.float32 in kinds:
@@ -283,7 +285,8 @@ def make_layout(
     axes
         Number of columns of each sensor.
     force, strip
-        True if 2 x 6 force columns follow, and if 2 strip columns follow.
+        ``force`` is True if 12 force columns follow, 6 for each finger. ``strip`` is True if 2
+        strip columns follow.
 
     Raises
     ------

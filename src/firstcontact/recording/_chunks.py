@@ -143,7 +143,7 @@ def _framed(view: mmap.mmap, position: int, stop: int) -> bool:
 
 
 def _tail(view: mmap.mmap, end: int, read: int) -> list[str]:
-    """Describe the damage after the last intact chunk, and chunks that only the index lists."""
+    """Return notes on damage after the last intact chunk, and on chunks known only by the index."""
     footer = len(view) - len(MAGIC) - _FOOTER_BYTES
     if view[-len(MAGIC) :] != MAGIC or footer < end or view[footer] != Opcode.FOOTER:
         return [

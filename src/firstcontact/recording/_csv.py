@@ -1,11 +1,15 @@
-"""Import of one long CSV with one row per sample. Each row repeats the labels of its pinch.
+"""Importer of one long CSV with one row per sample. Each row repeats the labels of its pinch.
 
-Columns: ``pinch`` (name; its rows are consecutive), ``piezo_index``, optional ``piezo_thumb`` (or
-another sensor: ``accelerometer_index_x``; ``microphone`` if it belongs to no finger),
-``force_index_0`` ... ``force_thumb_5``, ``strip_index``, ``strip_thumb``; optional ``time_s``. Per
-pinch: the labels and contacts of :mod:`firstcontact.recording._labels`. One value for all rows:
-``sample_rate_hz``, ``piezo_unit`` (default V), ``force_unit`` (default V), ``smoothing_alpha``,
-``source`` and ``axis``.
+The columns are:
+
+- ``pinch``: name of the pinch, whose rows are consecutive;
+- ``piezo_index``, and optionally ``piezo_thumb``. Other sensors use their own name, for example
+  ``accelerometer_index_x``, or ``microphone`` if the sensor belongs to no finger;
+- optionally ``force_index_0`` to ``force_thumb_5``, ``strip_index`` and ``strip_thumb``;
+- optionally ``time_s``;
+- with one value per pinch: the labels and contacts of :mod:`firstcontact.recording._labels`;
+- with one value for all rows: ``sample_rate_hz``, ``piezo_unit`` (default V), ``force_unit``
+  (default V), ``smoothing_alpha``, ``source`` and ``axis``.
 """
 
 from __future__ import annotations
@@ -103,7 +107,7 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
 
 
 def _vibration(path: Path, sensor: VibrationSensor, columns: Table) -> list[list[str]]:
-    """Return the columns of a single sensor, or of the index finger's and the thumb's."""
+    """Return the columns of each sensor: of the only one, or of index finger and thumb."""
 
     def columns_named(named: str) -> list[str]:
         axes = (f"{named}_{axis}" for axis in "xyz")
@@ -154,7 +158,7 @@ def _numbers(path: Path, columns: Table, name: str, start: int, stop: int) -> li
 
 
 def _bounds(path: Path, columns: Table) -> list[tuple[int, int]]:
-    """Return the first row and the end of each pinch."""
+    """Return the first row of each pinch, and the row after its last one."""
     bounds = []
     seen = set()
     start = 0
@@ -172,7 +176,7 @@ def _bounds(path: Path, columns: Table) -> list[tuple[int, int]]:
 
 
 def _constant(path: Path, columns: Table, name: str, bounds: list[tuple[int, int]]) -> list[str]:
-    """Return the value of a column in each pinch. Check that it is the same in all of its rows."""
+    """Return a column's value for each pinch. It must be the same in all rows of the pinch."""
     cells = columns[name]
     for start, stop in bounds:
         for row in range(start, stop):

@@ -24,11 +24,11 @@ _OVERLAP = 8
 
 
 def load_dataset(path: AnyPath | Sequence[AnyPath]) -> Dataset:
-    """Load all pinches of a recording, of several, or of a folder with its subfolders.
+    """Load all pinches of one recording, of several recordings, or of a folder and its subfolders.
 
-    The samples keep their type and are read without a copy. The notes include those of the headers,
-    and list damage and omissions. If there are several files, unreadable files are skipped and
-    named in the notes.
+    The samples keep their type and are read without a copy. The dataset's notes include those of
+    the headers, and list damage and omissions. If there are several files, unreadable files are
+    skipped and named in the notes.
 
     Raises
     ------
@@ -134,7 +134,7 @@ def write_dataset(dataset: Dataset, directory: AnyPath, header: Header) -> tuple
         Pinches, written per session in their order. Each becomes an epoch of its own unless its
         samples follow those of the previous pinch.
     directory
-        Folder for the files. Their names consist of number and session.
+        Folder for the files. A file's name consists of a number and the session.
     header
         Header of every file, to which the session is added.
 
@@ -160,7 +160,7 @@ def write_dataset(dataset: Dataset, directory: AnyPath, header: Header) -> tuple
 def pause_between(pinches: Sequence[Pinch]) -> tuple[Pinch, ...]:
     """Renumber the pinches one after the other, with a gap of one sample between them.
 
-    This is for sources without sample numbers. The gap shows that a pinch does not continue the
+    Use it for data without sample numbers. The gap shows that a pinch does not continue the
     previous one.
     """
     numbered = []

@@ -1,8 +1,8 @@
 """Contacts in long files, from a CSV (one row per contact) or an Audacity label track.
 
 A CSV has ``onset_s`` (seconds from the start of the file) or ``onset_sample`` (from 0). ``file`` is
-needed if there are several files, ``channel`` (from 0) to choose one channel. It may have any of
-the labels of :mod:`firstcontact.recording._labels`.
+needed if there are several files, ``channel`` (from 0) to choose one channel. The table may also
+have any of the labels of :mod:`firstcontact.recording._labels`.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ Columns = Table
 
 @dataclass(frozen=True, slots=True)
 class Event:
-    """Contact in a file: table row, file number, channel (if named) and sample."""
+    """Contact in a long file, with its table row, file number, channel (if named) and sample."""
 
     row: int
     file: int
@@ -186,9 +186,9 @@ def spans(
 def cut_events(
     events: Sequence[Event], recordings: Sequence[NDArray[Any]], rate: float
 ) -> tuple[list[NDArray[Any]], list[int]]:
-    """Return the samples around each contact, shape (samples, channels), and their first numbers.
+    """Return the samples around each contact, and the position of the first of them in the file.
 
-    The numbers count from the start of the file.
+    The samples have the shape (samples, channels).
     """
     starts, stops = spans(events, [len(data) for data in recordings], rate)
     cuts = []

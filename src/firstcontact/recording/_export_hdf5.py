@@ -69,7 +69,7 @@ def _write(dataset: Dataset, path: Path) -> None:
 
 
 def _by_finger(layout: Layout, kind: ChannelKind) -> tuple[int, ...]:
-    """Return the columns in array order: index, then thumb, by taxel and axis."""
+    """Return the columns of one kind in the order of an array: by finger, then by taxel or axis."""
     columns = [(c, i) for i, c in enumerate(layout.column_channels) if c.kind is kind]
     return tuple(
         i for _, i in sorted(columns, key=lambda ci: (ci[0].finger or 0, ci[0].taxel or 0))

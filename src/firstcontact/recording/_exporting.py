@@ -92,7 +92,7 @@ def file_values(dataset: Dataset) -> dict[str, Any]:
 
 
 def sample_values(pinch: Pinch) -> dict[str, Any]:
-    """Return those columns of a pinch that have a value for every sample."""
+    """Return the time and the signals of a pinch by name, with one value per sample."""
     layout = pinch.layout
     physical = layout.physical(pinch.data, tuple(range(layout.width))).astype(np.float32)
     time = (pinch.first_sample + np.arange(len(pinch.data))) / layout.rate

@@ -67,7 +67,11 @@ def read_hdf5(
 def _read(
     path: Path, wanted: Collection[str], settings: Collection[str]
 ) -> tuple[dict[str, NDArray[Any]], list[str]]:
-    """Read in a separate process, because the library may loop or crash on damaged files."""
+    """Return what :func:`read_hdf5` returns.
+
+    This function runs in a separate process, because the library may loop or crash on damaged
+    files.
+    """
     import h5py
 
     arrays: dict[str, NDArray[Any]] = {}
@@ -93,7 +97,7 @@ def _read(
 
 
 def _walk(path: Path, file: Any, name: str, target: str, left: int = _LINKS) -> None:
-    """Follow a name before the library does, and check that no step leaves the file."""
+    """Raise an error if a link on the way to a name is broken or leads out of the file."""
     from h5py import Group, h5l
 
     group, gone = file, ""

@@ -57,7 +57,7 @@ class Header:
     dtype
         Type of the samples: "int16", "int32" or "float32".
     sensor, hand, firmware
-        Sensor, hand and firmware of the recording.
+        Names of the recording's sensor, hand and firmware.
     session
         Session of data collection that the recording belongs to.
     notes
@@ -110,7 +110,7 @@ class _Head:
 
 
 def read_header(data: bytes, origin: str) -> Header:
-    """Read the contents of ``/header``.
+    """Return the header in a message of the topic ``/header``.
 
     Raises
     ------
@@ -138,7 +138,7 @@ def read_header(data: bytes, origin: str) -> Header:
 
 @dataclass(frozen=True, slots=True)
 class _Touch:
-    """Contact in a mark."""
+    """Contact in a pinch mark: its finger and its sample."""
 
     finger: Finger | None
     sample: Sample
@@ -234,7 +234,7 @@ class PinchMark:
 
 
 def read_mark(data: bytes, origin: str) -> PinchMark:
-    """Read the contents of ``/pinch``.
+    """Return the pinch mark in a message of the topic ``/pinch``.
 
     Raises
     ------
@@ -268,7 +268,7 @@ class Marker:
 
 
 def read_marker(data: bytes, origin: str) -> Marker:
-    """Read the contents of ``/marker``.
+    """Return the marker in a message of the topic ``/marker``.
 
     Raises
     ------

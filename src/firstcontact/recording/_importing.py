@@ -131,7 +131,7 @@ def _unwritable(out: Path, error: OSError) -> InputError:
 
 
 def _accepting(path: Path, given: Sequence[str]) -> Importer | None:
-    """Return the first importer that accepts a path. Later plug-ins are not imported."""
+    """Return the first importer that accepts a path. Plug-ins after it are not imported."""
     for name in IMPORTERS:
         with IMPORTERS.calling(name):
             if IMPORTERS[name].accepts(path, given):

@@ -84,7 +84,7 @@ def labelled(
         Number of each pinch's first sample, if the file counts samples. Otherwise the pinches are
         numbered one after the other.
     groups
-        Slower groups of each pinch, on the clock of ``starts``.
+        Slower groups of each pinch. Their sample 0 is at the same time as that of ``starts``.
 
     Raises
     ------

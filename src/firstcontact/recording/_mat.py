@@ -109,7 +109,7 @@ def _files(path: Path, labels: Path | None) -> tuple[list[Path], Mapping[str, li
 
 
 def _signals(file: Path, signals: list[Signal], notes: list[str]) -> Assembled:
-    """Read all signals of the table from one file."""
+    """Return the signals of one file that the table of channels names."""
     arrays, unread = read_mat(file, {s.variable for s in signals})
     taken = []
     for signal in signals:
@@ -149,7 +149,10 @@ def _in_time(file: Path, signal: Signal, values: NDArray[Any]) -> NDArray[Any]:
 
 
 def _from_named(path: Path) -> Dataset:
-    """Read arrays of pinches. Restore the dimensions of length 1 that MATLAB drops."""
+    """Return the dataset of a file whose arrays have our names.
+
+    Dimensions of length 1, which MATLAB drops, are restored.
+    """
     arrays, unread = read_mat(path, _NAMED)
     if not any(name in arrays for name in VibrationSensor):
         raise InputError(

@@ -57,13 +57,17 @@ def read_mat(path: Path, names: Collection[str]) -> tuple[Arrays, list[str]]:
 
 
 def text_of_codes(values: NDArray[Any]) -> str:
-    """Return a text from its character codes, as version 7.3 stores it."""
+    """Return a text from its character codes, as MATLAB files of version 7.3 store it."""
     codes = values.reshape(-1).astype(np.int64)
     return "".join(map(chr, codes)) if ((codes > 0) & (codes < 0xD800)).all() else ""
 
 
 def _read(path: Path, names: Collection[str]) -> tuple[Arrays, list[str]]:
-    """Read in a separate process, because the library may loop or crash on damaged files."""
+    """Return what :func:`read_mat` returns, for files before version 7.3.
+
+    This function runs in a separate process, because the library may loop or crash on damaged
+    files.
+    """
     from scipy.io import loadmat
 
     with (
@@ -103,7 +107,7 @@ def _names(path: Path, stream: IO[bytes], wanted: Collection[str]) -> list[str]:
 
 
 def _plain(path: Path, name: str, values: Any) -> NDArray[Any]:
-    """Return numbers or texts. A cell array of texts becomes an array of texts."""
+    """Return a variable's numbers or texts. A cell array of texts becomes an array of texts."""
     array = np.asarray(values) if isinstance(values, np.ndarray) else None
     if array is not None and array.dtype == object and array.dtype.names is None:
         cells = [np.asarray(cell) for cell in array.reshape(-1)]

@@ -12,7 +12,7 @@ _STATUS = Path("/proc/self/status")
 
 @contextmanager
 def bounded_memory(more: int) -> Iterator[None]:
-    """Limit the memory of the process to the current amount plus this number of bytes.
+    """Limit the memory of the process to the current amount plus ``more`` bytes.
 
     If a library trusts wrong sizes in a damaged file, it then fails instead of using all memory.
     The limit applies to the whole process. Systems that do not report the memory have no limit.

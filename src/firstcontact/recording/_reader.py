@@ -78,7 +78,11 @@ class Recording:
 
 @dataclass(slots=True)
 class _Messages:
-    """Messages by topic, in file order. Messages of groups are by topic or channel number."""
+    """Contents of messages by topic, in file order.
+
+    ``groups`` has the messages of slower groups by topic, or by channel number if the topic is
+    unknown.
+    """
 
     headers: list[bytes] = field(default_factory=list)
     blocks: list[bytes] = field(default_factory=list)

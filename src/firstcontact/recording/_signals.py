@@ -64,7 +64,7 @@ class Assembled:
 
 
 def assemble(origin: str, taken: Sequence[Taken]) -> Assembled:
-    """Join columns and slower groups. All are cut to the end of the shortest.
+    """Return signals as columns and slower groups, all cut to the end of the shortest signal.
 
     Raises
     ------

@@ -57,7 +57,10 @@ def _read_flac(file: Path) -> tuple[int, NDArray[Any]]:
 
 
 def _decode(file: Path) -> tuple[int, NDArray[Any], int]:
-    """Decode in a separate process, because the library may crash on a damaged file."""
+    """Return the rate, the samples and the declared number of samples of a FLAC file.
+
+    This function runs in a separate process, because the library may crash on a damaged file.
+    """
     import soundfile
 
     with (

@@ -47,7 +47,7 @@ class Run:
         return (self.end - self.first) / self.seconds
 
     def covers(self, other: Run) -> bool:
-        """Return True if this run overlaps another and begins at most 1.5 samples later."""
+        """Return True if this run overlaps ``other`` and begins at most 1.5 samples after it."""
         return self.begin <= other.begin + 1.5 / self.rate and self.last > other.begin
 
 
@@ -75,7 +75,7 @@ def check_stamps(origin: str, stamps: NDArray[np.float64]) -> None:
 
 
 def even_runs(origin: str, stamps: NDArray[np.float64], rate: float) -> list[Run]:
-    """Split stamps at gaps into runs. Fit a line to the stamps of each run.
+    """Return the runs between the gaps of time stamps. A line is fitted to the stamps of each run.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def even_runs(origin: str, stamps: NDArray[np.float64], rate: float) -> list[Run
 
 
 def _fitted(stamps: NDArray[np.float64], first: int, rate: float) -> Run:
-    """Fit begin and end of a run by a line, since single stamps jitter."""
+    """Return a run. Its begin and end come from a line through the stamps, since stamps jitter."""
     n = len(stamps)
     count = np.arange(n) - (n - 1) / 2
     middle = float(stamps.mean())

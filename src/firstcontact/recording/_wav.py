@@ -174,8 +174,8 @@ def read_wav(file: Path) -> tuple[int, NDArray[Any]]:
 def _check_chunks(file: Path, data: BytesIO) -> None:
     """Raise an error for a header that contradicts itself, and for a truncated file.
 
-    The library trusts some of these numbers, and for a truncated file it returns the samples that
-    remain.
+    The library trusts some of the header's numbers. From a truncated file it returns the samples
+    that remain.
     """
     order = ">" if data.read(4) == b"RIFX" else "<"
     data.seek(12)
@@ -230,7 +230,10 @@ def _check_format(
 
 
 def wav_samples(file: Path, data: NDArray[Any]) -> NDArray[Any]:
-    """Return samples around 0 in a type of recordings. Raise InputError if any is not finite."""
+    """Return samples around 0 in a type that recordings store.
+
+    Raise InputError if a sample is not finite.
+    """
     if data.dtype == np.uint8:
         return data.astype(np.int16) - np.int16(128)
     if data.dtype.kind == "i":

@@ -234,7 +234,7 @@ class RecordingWriter:
         self._add(self._headers, self._head.ljust(self._chunk_size), 0)
 
     def _packed(self, tree: dict[str, Any], read: Callable[[bytes, str], object], of: str) -> bytes:
-        """Encode a tree as JSON, and check that its reading function ``read`` accepts it."""
+        """Return a tree encoded as JSON. Check that its reading function ``read`` accepts it."""
         try:
             text = json.dumps(tree, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
             data = text.encode()
@@ -258,7 +258,10 @@ class RecordingWriter:
         self._sequence += 1
 
     def _failed(self, error: OSError) -> InputError:
-        """Close the file after an error. Complete chunks stay readable."""
+        """Close the file after an error. Return the error to raise.
+
+        Complete chunks stay readable.
+        """
         self._open = False
         with suppress(OSError):
             self._stream.close()

@@ -122,9 +122,10 @@ def _contacts(
     events: Path | None,
     notes: list[str],
 ) -> tuple[Columns, Path]:
-    """Return a table of the contacts, in seconds from the vibration's first sample, and its path.
+    """Return the table of the contacts, and its path.
 
-    Without contacts the table is empty.
+    Markers become contacts in seconds from the vibration's first sample. Without contacts the table
+    is empty.
     """
     if events is not None:
         return read_event_table(events), events
@@ -147,9 +148,11 @@ def _contacts(
 def _placed(
     table: Path, columns: Columns, parts: Sequence[Part], vibration: Run, notes: list[str]
 ) -> tuple[list[int | None], Columns]:
-    """Return the part in which each row lies, and the columns relative to the start of that part.
+    """Return the number of the part in which each contact lies, and the columns.
 
-    The part is None if the row lies in a stretch of the vibration that is left out.
+    The positions in the columns then count from the start of that part.
+
+    The number is None if the contact lies in a stretch of the vibration that is left out.
     """
     unbroken = len(parts) == 1 and parts[0].run == vibration
     if unbroken or (SECONDS in columns) == (SAMPLE in columns):

@@ -90,7 +90,11 @@ class _Complaints(logging.Handler):
 
 
 def _read(path: Path) -> list[Stream]:
-    """Read in a separate process, because a damaged file can make the library allocate too much."""
+    """Return all streams of a file.
+
+    This function runs in a separate process, because a damaged file can make the library allocate
+    too much memory.
+    """
     import pyxdf
 
     complaints = _Complaints()

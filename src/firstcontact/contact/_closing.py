@@ -43,7 +43,7 @@ class ClosingSamples:
 
 @dataclass(frozen=True, slots=True)
 class ClosingEnded:
-    """End of a closing. ``sample`` is the first sample after it.
+    """End of a closing. ``sample`` is the first sample after the closing.
 
     ``is_complete`` is False if missing samples or a new epoch cut the closing off.
     """

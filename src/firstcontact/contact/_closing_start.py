@@ -51,7 +51,8 @@ def closing_start(pinch: Pinch, floors: Calibration | None = None) -> ClosingSta
     pinch
         Pinch, with its ``motor_start`` or ``calibration`` if known.
     floors
-        Noise floors from other pinches of the rig, used if the pinch has neither.
+        Noise floors from other pinches of the rig, used if the pinch has neither ``motor_start``
+        nor ``calibration``.
     """
     first = pinch.first_sample
     end = first + len(pinch.data)

@@ -70,11 +70,12 @@ def window_features(windows: NDArray[np.float64], step: int) -> NDArray[np.float
     show in the next. The samples before them are quiet. Their mean is subtracted from the window.
     The features are:
 
-    - the samples of the newest step and the means of the step before, compressed by asinh, so that
+    - the samples of the newest step, and means of the step before it, compressed by asinh, so that
       loud and faint contacts lie close together;
-    - the logarithmic RMS of three quiet and six recent parts, of the signal and of its differences:
-      the ratio of these two separates short clicks from slow contacts;
-    - the logarithmic ratio of the recent to the quiet peak, of the signal and of its differences.
+    - the logarithmic RMS of three quiet and six recent pieces, both of the signal and of the
+      differences between its samples. Their ratio separates short clicks from slow contacts;
+    - the logarithm of the recent peak divided by the quiet peak, of the signal and of the
+      differences.
 
     Parameters
     ----------

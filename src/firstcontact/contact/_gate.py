@@ -44,7 +44,7 @@ class Turn(Enum):
 
 @dataclass(frozen=True, slots=True)
 class GateEvent:
-    """Opening or shutting of the gate. ``sample`` is the first sample after it."""
+    """Opening or shutting of the gate. ``sample`` is the first sample after the change."""
 
     turn: Turn
     sample: int
@@ -115,7 +115,7 @@ class ClosingGate:
 
     @property
     def undecided(self) -> int:
-        """Number of further samples that do not yet complete the gate's next decision."""
+        """Number of samples that can still come before the gate decides again."""
         return self._skipped + self._step - 1 - self._waiting_samples if self._started else 0
 
     def touched(self, sample: int) -> None:
@@ -185,7 +185,9 @@ class ClosingGate:
         return events
 
     def _quiet(self, volts: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return a mask of the steps at rest: most of the 13 steps up to each of them are quiet.
+        """Return a mask of the steps at rest.
+
+        A step is at rest if most of the 13 steps that end with it are quiet.
 
         ``volts`` holds piezos and taxels, shape (steps, samples, columns).
         """
@@ -272,7 +274,7 @@ class ClosingGate:
         return [GateEvent(Turn.SHUTS, self._step_sample(k))] if was_open else []
 
     def _reopen(self, k: int) -> list[GateEvent]:
-        """Open the gate after step ``k``. Shut it first if it is open. Return these events."""
+        """Open the gate after step ``k``. Shut it first if it is open. Return both events."""
         events = self._shut(k)
         self._open, self._due = True, None
         return [*events, GateEvent(Turn.OPENS, self._step_sample(k))]
@@ -313,8 +315,8 @@ def step_sums(piezo: NDArray[np.float64]) -> NDArray[np.float64]:
 def step_powers(sums: NDArray[np.float64], samples: int) -> NDArray[np.float64]:
     """Return the power of each step in every run of 13 consecutive steps, without the run's level.
 
-    The level is the median of the means of the run's steps. A knock does not change it: a knock is
-    loud, but lasts less than 7 steps.
+    The level is the median of the means of the run's steps. A knock does not change this median,
+    because it lasts less than 7 steps.
 
     Parameters
     ----------

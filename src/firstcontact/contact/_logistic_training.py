@@ -62,7 +62,7 @@ class Looks:
     begins: tuple[int, ...]
 
     def levels(self, line: NDArray[np.float64]) -> tuple[float, float]:
-        """Return the highest agreed score before the pinch's first contact, and the highest at it.
+        """Return the highest agreed score before the first contact, and the highest after it.
 
         The agreed score of :data:`LOOKS` consecutive looks is the lowest of their scores.
         """
@@ -82,8 +82,8 @@ def add_clicks(
 ) -> NDArray[np.float64]:
     """Return a channel with added clicks, as the rig's gears could make them.
 
-    The clicks are short bursts that ring like the rig's own noise. Gears that hardly clicked during
-    the recording may click on another day.
+    The clicks are short bursts that ring like the rig's own noise. They are added because gears
+    that hardly clicked during the recording may click on another day.
 
     Parameters
     ----------
@@ -173,9 +173,9 @@ def _settled(
     last: int,
     rate: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return windows in sigmas of the steady state that holds at their ends, and its weights.
+    """Return windows in sigmas of the steady state, and the weights of the linear prediction.
 
-    The weights are those of the linear prediction from this steady state.
+    Both use the steady state that is valid at the end of the window.
 
     Before the sample ``last``, the steady state follows a motor that becomes quieter, as in
     :class:`firstcontact.contact._confirmation.ContactListener`.

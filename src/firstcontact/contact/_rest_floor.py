@@ -50,8 +50,8 @@ def rest_floor(pinches: Sequence[Pinch]) -> Calibration | None:
     Returns
     -------
     Calibration or None
-        The noise floors. A finger without an audible motor gets an infinite floor, so it is
-        ignored.
+        The noise floors. A finger without an audible motor gets an infinite floor, so that the gate
+        ignores this finger.
     """
     few = len(pinches) < FEW
     starts = [start for p in pinches if (start := _start(p, RUNNING_OF_FEW if few else RUNNING))]

@@ -149,7 +149,7 @@ class WindowDetector(ABC):
         """
 
     def wakes(self, x: NDArray[np.float64], ends: NDArray[np.intp]) -> NDArray[np.bool_]:
-        """Return a mask of the windows that :meth:`fires` must judge; the others do not fire.
+        """Return a mask of the windows that :meth:`fires` must judge. No other window fires.
 
         By default all windows are judged.
 
@@ -158,7 +158,7 @@ class WindowDetector(ABC):
         x
             Shape (samples, fingers), in sigmas of the steady state.
         ends
-            End of each window in ``x``, the first sample after it, shape (windows,).
+            Position in ``x`` of the first sample after each window, shape (windows,).
 
         Returns
         -------

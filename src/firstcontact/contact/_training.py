@@ -25,7 +25,7 @@ CHANCES = 2
 
 
 def session_groups(sessions: NDArray[np.str_], folds: int) -> NDArray[np.intp]:
-    """Return the group of each pinch, by which pinches are divided into folds: its session.
+    """Return the group of each pinch. A group is a session, and stays in one fold.
 
     If there are fewer sessions than ``folds``, each pinch is a group of its own.
     """
@@ -46,8 +46,8 @@ class TrainingWindows:
     pinch
         Pinch number of each window, shape (windows,).
     first
-        Mask of windows that concern the first contact of their pinch: windows of either finger
-        before it, and windows that show it. Shape (windows,).
+        Mask of windows that concern the first contact of their pinch, shape (windows,). They are
+        the windows of both fingers before this contact, and the windows that show this contact.
     phase
         Position of the window grid relative to the contact; 0 for windows without a contact. Shape
         (windows,).

@@ -148,7 +148,7 @@ class Assembler:
         return assembled
 
     def _greeting(self, frame: Frame) -> bool:
-        """Process a descriptor. Return False if its frame is late or repeated."""
+        """Process a descriptor frame. Return False if the frame is late or repeated."""
         greeting = read_greeting(frame.payload)
         if self.descriptor is None:
             self.descriptor = greeting.descriptor
@@ -239,7 +239,10 @@ class Assembler:
         self.counts.samples += n
 
     def _account(self, sample: int, overflow: int) -> int | None:
-        """Count the samples lost before ``sample``. Return its 64-bit number; None if repeated."""
+        """Count the samples lost before ``sample``. Return the sample's number in 64 bits.
+
+        Return None if the sample was received before.
+        """
         number = self._unwrapped(sample)
         if self._next is not None:
             if number < self._next:

@@ -51,14 +51,15 @@ class _InputBlock(NamedTuple):
 class AudioSource(ThreadedSource):
     """Sound input through PortAudio.
 
-    Samples lost in an overflow are counted. Their number comes from PortAudio's sampling times,
-    exact to about one sample. Unplugging the input ends the source, because an input that is
-    plugged in later may be another device.
+    Samples that are lost in an overflow are counted. PortAudio's sampling times give their number,
+    which is exact to about one sample. Unplugging the input ends the source, because an input that
+    is plugged in later may be another device.
 
     Parameters
     ----------
     input_name
-        Name of the input, a unique part of the name, or its number; "" for the default input.
+        Name of the input, a unique part of the name, or the input's number; "" for the default
+        input.
     channels
         Number of channels, 1 or 2. Two channels belong to index finger and thumb.
     rate

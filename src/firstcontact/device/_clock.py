@@ -1,4 +1,4 @@
-"""Rate of a device's clock and times of its samples, from arrival times.
+"""Rate of a device's clock, and times of the device's samples, from arrival times.
 
 Rate and times are fitted to the least delayed blocks, because buffers can delay a block but never
 make it early. A stamp is the time that a sample gets on the host's clock.
@@ -196,7 +196,7 @@ class DeviceClock:
     def host_time(self, sample: int, epoch: int) -> float:
         """Return the host time of a sample, s.
 
-        For an epoch other than the newest one, return the time of the newest sample.
+        If ``epoch`` is not the newest epoch, return the time of the newest sample.
         """
         return sample / self._rate + self._applied if epoch == self._epoch else self._last
 

@@ -12,9 +12,8 @@ class Decoder:
     wrong or many. Damaged pieces are not lost frames: a wrong bit can split one frame into two
     pieces or join two frames. The frame counters give the exact number of lost frames.
 
-    The first piece after the beginning is not counted, because it may be the end of an earlier
-    frame. A piece longer than any frame is discarded, so that bytes without zeros do not fill the
-    memory.
+    The first piece of the stream is not counted, because it may be the end of an earlier frame. A
+    piece longer than any frame is discarded, so that bytes without zeros do not fill the memory.
 
     Attributes
     ----------
@@ -27,7 +26,7 @@ class Decoder:
         self.restart()
 
     def restart(self) -> None:
-        """Discard an incomplete frame, as after a lost port. Keep the count of damaged pieces."""
+        """Discard an incomplete frame. Keep the count of damaged pieces."""
         self._rest = b""
         self._first = True
         self._too_long = False

@@ -82,8 +82,8 @@ class DeviceContact:
     finger
         Finger that touched.
     sample, decided
-        Sample at which the contact began, and sample after which the device detected it (64-bit
-        numbers).
+        ``sample`` is the sample at which the contact began. ``decided`` is the sample after which
+        the device detected the contact. Both are 64-bit numbers.
     first
         True for the first contact of a closing.
     epoch
@@ -149,7 +149,10 @@ def contact_payload(finger: Finger, sample: int, decided: int, first: bool) -> b
 
 
 def read_contact(payload: bytes, epoch: int) -> DeviceContact:
-    """Parse a contact frame; sample numbers have 32 bits. Raise FrameError if it is damaged."""
+    """Return the contact in the payload of a contact frame.
+
+    Its sample numbers have 32 bits. Raise FrameError if the payload is damaged.
+    """
     if len(payload) != _CONTACT.size:
         raise FrameError("a contact frame has the wrong length")
     sample, decided, finger, first = _CONTACT.unpack(payload)
@@ -172,7 +175,10 @@ def estimate_payload(estimate: DeviceEstimate) -> bytes:
 
 
 def read_estimate(payload: bytes, epoch: int) -> DeviceEstimate:
-    """Parse an estimate frame; sample numbers have 32 bits. Raise FrameError if it is damaged."""
+    """Return the estimate in the payload of an estimate frame.
+
+    Its sample numbers have 32 bits. Raise FrameError if the payload is damaged.
+    """
     if len(payload) != _ESTIMATE.size:
         raise FrameError("an estimate frame has the wrong length")
     contact, decided, samples, finger, flags, value, low, high, nanoseconds = _ESTIMATE.unpack(
@@ -203,9 +209,10 @@ def check_place(prediction: DevicePrediction, newest: int, farthest: int) -> Non
     prediction
         Contact or estimate, with sample numbers of 64 bits.
     newest
-        Number of the sample that comes next.
+        Number of the sample that the host expects next.
     farthest
-        Largest distance from that sample, samples.
+        Largest distance between ``newest`` and the decision, and between the decision and the
+        contact, samples.
     """
     contact = prediction.sample if isinstance(prediction, DeviceContact) else prediction.contact
     if not max(0, prediction.decided - farthest) <= contact <= prediction.decided:

@@ -16,8 +16,8 @@ from firstcontact.recording import Marker
 class Inbox:
     """Queue with one writing and one reading thread.
 
-    Its lock :attr:`changed` can also protect other fields that both threads use. Hold this lock for
-    all calls except :meth:`read`, :attr:`ended` and :attr:`waiting`.
+    The queue's lock :attr:`changed` can also protect other fields that both threads use. Hold this
+    lock for all calls except :meth:`read`, :attr:`ended` and :attr:`waiting`.
     """
 
     def __init__(self) -> None:

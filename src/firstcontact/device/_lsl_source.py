@@ -103,8 +103,8 @@ class LslSource(ThreadedSource):
     Raises
     ------
     InputError
-        On entering the ``with`` block: LSL is missing, there is no such stream or several, or the
-        stream cannot be used.
+        On entering the ``with`` block: LSL is missing, no stream or several streams have this name,
+        or the stream cannot be used.
     """
 
     def __init__(
@@ -243,7 +243,7 @@ class LslSource(ThreadedSource):
         return epoch
 
     def _reconnect(self) -> bool:
-        """Search for the stream until it is back. Return False if the source was closed before."""
+        """Search for the stream until it is back. Return False if the source is closed first."""
         self._shut()
         layout = self.descriptor.layout
         while not self._closing.is_set():

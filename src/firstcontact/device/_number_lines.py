@@ -64,9 +64,10 @@ class LineReader:
     _headers: int = field(default=0)
 
     def feed(self, data: bytes) -> list[tuple[float, ...] | None]:
-        """Return the numbers of the lines that these bytes complete.
+        """Return the numbers in each line that ``data`` completes.
 
-        An invalid line gives None. The first line is ignored, because its beginning may be missing.
+        An invalid line gives None. The first line of the stream is ignored, because its beginning
+        may be missing.
         """
         pieces = (self._rest + data).replace(b"\r", b"\n").split(b"\n")
         self._rest = pieces.pop()

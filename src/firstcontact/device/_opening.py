@@ -169,8 +169,8 @@ SOURCES: Registry[SourceKind] = Registry(
 def source_kind(device: str) -> SourceKind:
     """Return the kind of a device.
 
-    Plug-ins are imported in two cases only: the device name begins with the name of a plug-in and a
-    colon, or no built-in kind accepts the name and no port has it.
+    Plug-ins are imported in two cases only. Either the device name begins with the name of a
+    plug-in and a colon. Or no built-in kind accepts the name, and it is not the name of a port.
 
     Raises
     ------

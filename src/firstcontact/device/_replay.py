@@ -124,7 +124,7 @@ class ReplaySource:
         return self._take(time.monotonic())
 
     def closing_speed(self, sample: int, epoch: int) -> ClosingSpeed | None:
-        """Return the recorded closing speed of the pinch that holds this contact."""
+        """Return the recorded closing speed of the pinch that holds ``sample``."""
         for mark in self._recording.pinches:
             if mark.epoch == epoch and mark.first_sample <= sample < mark.end:
                 return mark.closing_speed

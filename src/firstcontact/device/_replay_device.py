@@ -39,8 +39,8 @@ class ReplayDevice:
     end of an epoch the device falls silent. The host's next hello frame begins the next epoch, as
     if the device had restarted.
 
-    Gaps and markers come at their recorded samples, and a gap takes no time. The protocol has no
-    frames for pinch marks and the calibration, so they are not sent.
+    Gaps and markers come at their recorded samples, and a gap takes no time. Pinch marks and the
+    calibration are not sent, because the protocol has no frames for them.
 
     Parameters
     ----------

@@ -70,15 +70,15 @@ class ResampledSource:
 
     @property
     def calibration(self) -> Calibration | None:
-        """Calibration in a recording's header. Only recordings have this attribute."""
+        """Calibration in a recording's header. Only a replayed recording has this attribute."""
         calibration: Calibration | None = getattr(self._source, "calibration")  # noqa: B009
         return calibration
 
     @property
     def closing_speed(self) -> Callable[[int, int], ClosingSpeed | None]:
-        """Function from sample and epoch to the recorded closing speed.
+        """Function that returns the recorded closing speed for a sample and an epoch.
 
-        Only recordings have this attribute.
+        Only a replayed recording has this attribute.
         """
         recorded: Callable[[int, int], ClosingSpeed | None]
         recorded = getattr(self._source, "closing_speed")  # noqa: B009

@@ -129,7 +129,7 @@ class Responder:
         return out
 
     def _has_earlier_samples(self, sample: int) -> bool:
-        """Return True if samples before this one are in the ring."""
+        """Return True if the ring holds samples before ``sample``."""
         return self._used > 0 and int(self._numbers[self._tail]) < sample
 
     def _in_a_row(self) -> int:

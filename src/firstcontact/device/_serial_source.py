@@ -458,7 +458,7 @@ class SerialSource:
         self._assembler.interrupted()
 
     def _reopen(self) -> SerialTransport | None:
-        """Wait until the port is back and return it; None if the source was closed before."""
+        """Wait until the port is back and return it; None if the source is closed first."""
         wait, longest = RETRY
         while not self._closing.wait(wait):
             wait = min(2 * wait, longest)

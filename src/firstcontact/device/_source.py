@@ -144,7 +144,7 @@ class Arrival:
         Marks of the pinches that end in these samples. Only replayed recordings have them.
     predictions
         Contacts and estimates that the device predicted by itself, in the order received. They can
-        refer to these samples, to earlier ones or to samples still in transit.
+        refer to the arrival's samples, to earlier samples, or to samples that have not arrived yet.
     """
 
     block: Block

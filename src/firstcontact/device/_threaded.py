@@ -39,7 +39,7 @@ class ThreadedSource(ABC):
     Parameters
     ----------
     name
-        Name for users.
+        Name that is shown to users.
     """
 
     def __init__(self, name: str) -> None:
@@ -87,11 +87,11 @@ class ThreadedSource(ABC):
 
     @abstractmethod
     def _shut(self) -> None:
-        """Close the source, in the receiving thread. It need not be open."""
+        """Close the source, in the receiving thread. The source need not be open."""
 
     @property
     def name(self) -> str:
-        """Name for users."""
+        """Name that is shown to users."""
         return self._name
 
     @property

@@ -46,7 +46,7 @@ class TwinSource(SerialSource):
 
     @property
     def name(self) -> str:
-        """Name for users."""
+        """Name that is shown to users."""
         return "twin"
 
     def __enter__(self) -> Self:

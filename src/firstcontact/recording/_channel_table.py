@@ -1,7 +1,7 @@
 """Table of channels: describes the signals of a file, one per row.
 
-A signal with a ``sensor`` is a vibration. A signal without a sensor becomes further columns beside
-the vibration if it has the same rate. Slower signals of one rate become a group.
+A signal with a ``sensor`` is a vibration. A signal without a ``sensor`` and with the vibration's
+rate becomes further columns beside it. Slower signals become groups, one for each rate.
 """
 
 from __future__ import annotations

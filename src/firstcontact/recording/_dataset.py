@@ -131,8 +131,8 @@ def write_dataset(dataset: Dataset, directory: AnyPath, header: Header) -> tuple
     Parameters
     ----------
     dataset
-        Pinches, written per session in their order. Each becomes an epoch of its own unless its
-        samples follow those of the previous pinch.
+        Pinches. Those of a session keep their order. A pinch whose samples do not follow the
+        samples before it begins a new epoch.
     directory
         Folder for the files. A file's name consists of a number and the session.
     header

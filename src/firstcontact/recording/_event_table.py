@@ -81,9 +81,10 @@ def find_events(
     columns
         Columns of the table.
     of_rows
-        File number of each row, None for an unused file. Empty if there is one file.
+        File number of each row; None for a row whose file is not used. Empty if there is only one
+        file.
     files, shapes
-        Paths of the files, and shapes of their samples: (samples, channels).
+        Paths of the files, and shape of each file's samples: (samples, channels).
     rate
         Sampling rate, Hz.
 
@@ -144,7 +145,8 @@ def event_labels(
 ) -> tuple[Columns, list[str]]:
     """Return the labels of each event, and notes. ``starts`` are the first samples of the pinches.
 
-    The column ``first_contact`` is added: the contact's sample, counted from its pinch's start.
+    The column ``first_contact`` is added. It holds the contact's sample, counted from the start of
+    the contact's pinch.
     """
     given = {
         name: [cell[event.row] for event in events]

@@ -1,4 +1,4 @@
-"""Import of long sound files as pinches around contacts from a table or label track.
+"""Importer of long sound files as pinches around contacts from a table or label track.
 
 Without a table, a file becomes one pinch without known contacts, for `firstcontact label`.
 """

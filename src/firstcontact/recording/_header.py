@@ -184,7 +184,7 @@ class PinchMark:
     number
         Number of the pinch in the recording, from 0. A gap shows a lost mark.
     first_sample, end
-        Device sample numbers of the first sample, and of the first one after the pinch.
+        Device sample numbers of the pinch's first sample, and of the first sample after the pinch.
     epoch
         Epoch of both sample numbers.
     label

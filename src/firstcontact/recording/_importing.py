@@ -1,4 +1,4 @@
-"""Import of data in other formats: choose the importer, and write recordings atomically."""
+"""Import of data in other formats: choice of an importer, and atomic writing of recordings."""
 
 from __future__ import annotations
 
@@ -152,7 +152,7 @@ def find_importer(path: Path, rate: float | None = None, given: Sequence[str] = 
     rate
         Rate that the user gave, Hz.
     given
-        Names of the tables that the user gave.
+        Names of the options for tables that the user gave, such as ``events``.
 
     Raises
     ------

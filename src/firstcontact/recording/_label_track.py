@@ -23,7 +23,7 @@ ONSET = "onset_s"
 
 
 def is_track(path: Path) -> bool:
-    """Return True if a table of contacts is a label track, by its file name."""
+    """Return True if the file name of a table of contacts is that of a label track."""
     return path.suffix.lower() == ".txt"
 
 

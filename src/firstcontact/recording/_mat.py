@@ -1,7 +1,7 @@
-"""Import of MATLAB files: arrays of pinches, or signals that a table describes.
+"""Importer of MATLAB files: arrays of pinches, or signals that a table describes.
 
 Without a table, a file holds the arrays of :mod:`firstcontact.recording._arrays`. With a table of
-channels each file is one pinch, with signals of any name and rate.
+channels, each file is one pinch, with signals of any name and rate.
 """
 
 from __future__ import annotations

@@ -151,7 +151,7 @@ def cut_pinches(
     table
         Path of the table, for messages.
     recordings
-        Files, or unbroken parts of one file, all with the same layout.
+        Signals of files, or of unbroken parts of one file, all with the same layout.
     places
         File number, first sample and end of each pinch.
     columns

@@ -114,7 +114,7 @@ def even_runs(origin: str, stamps: NDArray[np.float64], rate: float) -> list[Run
 
 
 def _fitted(stamps: NDArray[np.float64], first: int, rate: float) -> Run:
-    """Return a run. Its begin and end come from a line through the stamps, since stamps jitter."""
+    """Return the run of stamps. A line gives its begin and end, since single stamps jitter."""
     n = len(stamps)
     count = np.arange(n) - (n - 1) / 2
     middle = float(stamps.mean())

@@ -1,4 +1,4 @@
-"""Import of a folder of WAV files with a ``labels.csv``."""
+"""Importer of a folder of WAV files with a ``labels.csv``."""
 
 from __future__ import annotations
 
@@ -172,7 +172,7 @@ def read_wav(file: Path) -> tuple[int, NDArray[Any]]:
 
 
 def _check_chunks(file: Path, data: BytesIO) -> None:
-    """Raise an error for a header that contradicts itself, and for a truncated file.
+    """Raise an error if numbers of the header contradict each other, or the file is truncated.
 
     The library trusts some of the header's numbers. From a truncated file it returns the samples
     that remain.

@@ -51,7 +51,7 @@ class RecordingWriter:
     ------
     InputError
         The file exists or cannot be created, or a reader would refuse the header. All methods also
-        raise it, if the disk is full or a block does not fit the header.
+        raise this error if the disk is full or a block does not fit the header.
 
     Notes
     -----

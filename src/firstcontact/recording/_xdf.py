@@ -1,4 +1,4 @@
-"""Import of XDF files, which LabRecorder and others write from Lab Streaming Layer streams.
+"""Importer of XDF files, which LabRecorder and others write from Lab Streaming Layer streams.
 
 The vibration is the only stream of numbers at 2 kHz or more, or the one that a table of channels
 names. Slower streams become groups. Contacts are the markers of the only stream of texts, or come

@@ -50,7 +50,9 @@ def guessed_signals(
 def unbroken_parts(
     path: Path, streams: Sequence[Stream], signals: Sequence[Signal], notes: list[str]
 ) -> tuple[list[Part], Run]:
-    """Return the unbroken parts of a recording, and one run over the whole vibration with its gaps.
+    """Return the unbroken parts of a recording, and one run over the whole vibration.
+
+    The run over the whole vibration includes gaps.
 
     The vibration has no gap within a part. A part in which another signal has no samples is left
     out.

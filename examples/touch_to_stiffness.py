@@ -1,7 +1,7 @@
 """Stiffness from the signal of a touch, with the library.
 
 A few pinches are simulated in several sessions. The contact detector and the stiffness model learn
-from all sessions but the last, and predict for the last one.
+from all sessions but the last, and predict for the last session.
 
 python examples/touch_to_stiffness.py
 """

@@ -34,8 +34,8 @@ class ClosingEstimates:
     Attributes
     ----------
     estimates
-        Estimates so far, from samples before the second contact. The last one is final if no more
-        follow.
+        Estimates so far, from samples before the second contact. The last estimate is final once no
+        further estimate can follow.
     reason
         Reason for a missing estimate, else "".
     """

@@ -386,7 +386,7 @@ def live_predictor(model: Model, estimator: str | None = None) -> Predictor | No
     model
         Trained model.
     estimator
-        Name of the estimator that predicts, such as "svm", instead of that default.
+        Name of the estimator that predicts, such as "svm". None selects as above.
 
     Raises
     ------

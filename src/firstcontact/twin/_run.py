@@ -222,7 +222,7 @@ class PinchRun:
         return waiting
 
     def advance(self, samples: int) -> NDArray[np.float64]:
-        """Return the output of the next samples.
+        """Simulate the next samples and return their motion.
 
         Returns
         -------

@@ -58,7 +58,7 @@ class Now(msgspec.Struct, frozen=True):
     pinch
         Finished pinch with its verdict; None while the closing lasts.
     object
-        Pooled estimate of the object after this pinch.
+        Pooled estimate of the object after the finished pinch.
     """
 
     contact: ContactEvent | None = None

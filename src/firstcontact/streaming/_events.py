@@ -277,9 +277,7 @@ class ObjectEstimate(msgspec.Struct, frozen=True, kw_only=True, tag="object_esti
 
 
 class HandCommand(msgspec.Struct, frozen=True, tag="hand_command"):
-    """Request that the driven hand carried out, or release of the hand after a silence.
-
-    A silence is a time in which samples stopped coming, or this program paused.
+    """Request that the driven hand carried out, or release of the hand without a request.
 
     Parameters
     ----------
@@ -287,7 +285,7 @@ class HandCommand(msgspec.Struct, frozen=True, tag="hand_command"):
         ``close`` or ``open``.
     by
         Origin: ``keyboard``, ``standard input``, ``viewer N of the page`` or the name of another
-        program; ``silence`` for a release after a silence.
+        program. ``silence`` for a release because samples stopped coming or this program paused.
     sample, epoch
         Newest sample at the time of the request or release, and its epoch.
     """

@@ -89,7 +89,7 @@ class AbilityHand(Hand):
             self._change.notify()
 
     def release(self) -> None:
-        """Open the hand as fast as it can. The thread repeats this until the next command."""
+        """Open the hand as fast as it can. The thread repeats the order until the next command."""
         with self._change:
             self._command = None
             self._change.notify()

@@ -193,5 +193,5 @@ class Policy:
         return None
 
     def late(self) -> Command | None:
-        """Return the fallback command when the deadline passed without an estimate."""
+        """Return the fallback command, because the deadline passed without an estimate."""
         return None

@@ -138,7 +138,7 @@ class SafeHand(Hand):
         return measured[0]
 
     def release(self) -> None:
-        """Open the hand now, until the next command."""
+        """Open the hand now, and keep it open until the next command."""
         with self._change:
             if not self._closed:
                 self._release()

@@ -98,7 +98,7 @@ class SeparateHand(Hand):
         return [(float(at), float(travel)) for at, travel in pairs]
 
     def release(self) -> None:
-        """Open the hand, until the next command."""
+        """Open the hand, and keep it open until the next command."""
         if self._child is not None:
             with suppress(OSError):  # a process that has ended has released the hand
                 self._write_order(self._child, "release")

@@ -72,7 +72,7 @@ def fit_detector(dataset: Dataset, name: str | None = None) -> Detector:
         The pinches.
     name
         Name in the registry. None selects the default detector if it can learn from these pinches,
-        otherwise the package's detector or one without training.
+        otherwise the package's detector, or a detector that needs no training.
 
     Raises
     ------

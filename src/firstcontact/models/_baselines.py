@@ -97,12 +97,12 @@ class PeakModel(ArraysModel):
 
     @classmethod
     def sizes(cls, spec: Spec) -> dict[str, int]:
-        """See :meth:`ArraysModel.sizes`."""
+        """Return lengths by their names; see :meth:`ArraysModel.sizes`."""
         return {"weights": len(spec.classes) or 5}
 
     @property
     def notes(self) -> Mapping[str, Any]:
-        """Return no notes: training chooses nothing."""
+        """Return no notes, because the training chooses no hyper-parameters."""
         return {}
 
     def outputs(self, X: Windows) -> Values:

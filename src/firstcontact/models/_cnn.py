@@ -129,7 +129,7 @@ class Cnn(Estimator):
         return spec, scale, target, compress(X, scale), targets.astype(np.float32)
 
     def reference(self, model: CnnModel, X: Windows, y: Values) -> Reference:
-        """Return the network in PyTorch's eager mode, for timing. Its weights are random."""
+        """Return an equal network with random weights in PyTorch's eager mode, to time it."""
         import torch
 
         from firstcontact.models._efficientnet import EfficientNet

@@ -103,7 +103,7 @@ class CombinedModel(InContextModel):
         return cls(base.conditioned_on(networks), base.factors, regressions)
 
     def network_alone(self) -> InContextModel:
-        """Return the network without the regression, with the network's interval widths."""
+        """Return the network without the regression, with its own interval widths."""
         return self._alone
 
     def with_network(self, alone: InContextModel) -> CombinedModel:

@@ -161,7 +161,7 @@ class Network:
         return self._scales[name]
 
     def context(self, tokens: NDArray[Any], general: NDArray[Any]) -> Context:
-        """Return the encoded rig.
+        """Return the encoding of a rig, which is an input of the network.
 
         Parameters
         ----------

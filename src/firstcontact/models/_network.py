@@ -127,7 +127,7 @@ def _checked(raw: bytes, window: tuple[int, ...], outputs: int) -> Any:
 
 
 def _plain(attribute: Any) -> bool:
-    """Return True if an attribute is a word or holds numbers within bounds."""
+    """Return True if an attribute is text, or holds numbers within bounds."""
     kinds = type(attribute)
     numbers = [attribute.i, *attribute.ints]
     return attribute.type in (

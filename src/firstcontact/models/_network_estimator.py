@@ -202,7 +202,7 @@ def known_rigs(
 
 
 def _choose_pinches(shore_a: Values, seed: int) -> NDArray[np.intp]:
-    """Return positions of at most ``MOST_OF_LEVEL`` pinches of each level, ascending."""
+    """Return ascending positions of at most ``MOST_OF_LEVEL`` pinches of each level."""
     rng = np.random.default_rng(seed)
     chosen = []
     for level in np.unique(shore_a):

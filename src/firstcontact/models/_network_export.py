@@ -30,7 +30,7 @@ GRAPH = Path(str(files("firstcontact.models").joinpath("efficientnet.onnx")))
 
 
 def export(network: EfficientNet, samples: int) -> bytes:
-    """Return the network as ONNX, from windows (n, channels, 1, samples) to outputs (n, outputs).
+    """Return the network as ONNX. It maps windows (n, channels, 1, samples) to outputs.
 
     Parameters
     ----------

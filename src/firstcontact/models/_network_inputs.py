@@ -41,7 +41,7 @@ def beside(touches: Touches, rig: Rig, *, one: bool = False) -> NDArray[np.float
 
 
 def facts(speed: Values, alike: Values, radii: Values) -> NDArray[np.float64]:
-    """Return the network's inputs besides the signal, shape (n, BESIDE).
+    """Return the network's inputs for these speeds and radii, shape (n, BESIDE).
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def relative_inputs(
     Returns
     -------
     ndarray
-        Shape (n, INPUTS).
+        Inputs, shape (n, INPUTS).
     """
     return network_inputs(Shape.measure(waves, valid, level, sign), rig_features)
 

@@ -133,7 +133,7 @@ class _Stage(NamedTuple):
 
 
 def _kernel(inner: NDArray[np.float64], squares: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the covariance of standardised inputs: a constant, a linear and a smooth part, added.
+    """Return the covariance of standardised inputs: a constant plus a linear and a smooth part.
 
     Parameters
     ----------

@@ -65,7 +65,7 @@ class SpecimenErrors(Record, frozen=True, kw_only=True):
 
 
 class Scores(Protocol):
-    """Interface of records of scores with intervals."""
+    """Interface of score records that have intervals."""
 
     @property
     def intervals(self) -> dict[str, Ends]:

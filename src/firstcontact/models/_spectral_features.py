@@ -37,13 +37,13 @@ def features(kind: str, X: Windows, rate: float) -> Values:
 
 
 def log_bands(waves: Values, rate: float) -> Values:
-    """Return the level-free log spectrum in logarithmically spaced bands, shape (n, BANDS)."""
+    """Return the log spectrum without its level, in bands of equal ratio, shape (n, BANDS)."""
     padded = padded_length(waves.shape[1])
     return _level_free(_power(waves, padded) @ in_bands(padded, rate))
 
 
 def padded_length(samples: int) -> int:
-    """Return the padded length of windows for the coarse spectrum."""
+    """Return the length to which :func:`log_bands` pads windows with zeros."""
     return max(PADDED, 1 << (samples - 1).bit_length())
 
 

@@ -112,7 +112,7 @@ class SvmModel(ArraysModel):
 
     @classmethod
     def sizes(cls, spec: Spec) -> dict[str, int]:
-        """See :meth:`ArraysModel.sizes`."""
+        """Return lengths by their names; see :meth:`ArraysModel.sizes`."""
         k = len(spec.classes)
         decisions = 1 if spec.task is Task.REGRESSION else k * (k - 1) // 2
         return {"shape and level": spec.samples * spec.channels + 1, "decisions": decisions}

@@ -27,7 +27,7 @@ STEP = 0.001
 
 
 def moments(rate: float) -> tuple[int, ...]:
-    """Return the numbers of samples after a contact at which the model predicts."""
+    """Return the numbers of samples after a contact at which the network predicts."""
     first, last = round(SHORTEST / STEP), round(LONGEST / STEP)
     return tuple(samples_in(n * STEP, rate) for n in range(first, last + 1))
 

@@ -109,7 +109,7 @@ class Touches:
 
 
 def lengths(rate: float) -> tuple[int, int]:
-    """Return the smallest and largest number of samples after a contact for a prediction."""
+    """Return the smallest and largest number of samples that a prediction uses."""
     return samples_in(SHORTEST, rate), samples_in(LONGEST, rate)
 
 
@@ -260,7 +260,7 @@ LEAST, MOST = 5.0, 200.0
 
 
 def parse_radius(text: str) -> float:
-    """Return the radius, m, that a hint states: "flat" (infinite) or a number of mm.
+    """Return the radius, m, that a hint states: "flat" (infinite) or a number in mm.
 
     An empty hint gives NaN.
 

@@ -1,4 +1,4 @@
-"""Train and adapt models of a rig from labelled pinches."""
+"""Training and adaptation of the models of a rig, from labelled pinches."""
 
 from __future__ import annotations
 

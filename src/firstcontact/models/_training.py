@@ -173,7 +173,7 @@ def label_windows(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LabelledTouches:
-    """Contacts with a Shore A; all arrays share their first axis.
+    """Contacts with objects of known Shore A. All arrays share their first axis.
 
     Parameters
     ----------

@@ -50,7 +50,7 @@ class WindowModel(ABC):
         """
 
     def output(self, window: Windows) -> NDArray[Any]:
-        """Return outputs for one window (samples, channels), shape (outputs,), without overhead."""
+        """Return outputs for one window (samples, channels), shape (outputs,), for fast use."""
         return np.asarray(self.outputs(window[None])[0])
 
     def spread(self, X: Windows) -> Values | None:

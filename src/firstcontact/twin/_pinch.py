@@ -61,12 +61,12 @@ def simulate_pinch(
     duration: float = DURATION,
     positions: Positions | None = None,
 ) -> Pinch:
-    """Return a drawn pinch with the samples that the device sends for it.
+    """Simulate the samples that the device sends for one pinch.
 
     Parameters
     ----------
     draw
-        Drawn pinch. Its random generator advances.
+        Pinch. Its random generator advances.
     label
         Label of the object.
     first_sample

@@ -63,7 +63,7 @@ class Strips:
         self.begin()
 
     def begin(self) -> None:
-        """Begin a closing: forget the contacts of the last one."""
+        """Begin a closing: forget the contacts of the previous closing."""
         self._closed: list[Contact] = []
         self._open: set[Finger] = set()
 

@@ -79,7 +79,10 @@ class ClosingEstimates:
             self._stream.prepare()
 
     def set_speed(self, measured: ClosingSpeed | None) -> None:
-        """Set the closing speed before the first contact. Call this before the contact's update."""
+        """Set the closing speed before the first contact.
+
+        Call this before the :meth:`update` that gets this contact.
+        """
         self._stream.set_speed(measured)
 
     def withdraw(self) -> None:
@@ -192,7 +195,10 @@ class ClosingEstimates:
         return events
 
     def _stop(self, first: Contact, second: Contact, epoch: int) -> list[tuple[int, Event]]:
-        """Drop estimates from samples after the second contact. Return the final one if new."""
+        """Drop estimates from samples after the second contact.
+
+        Return the final estimate, unless it was returned before.
+        """
         made = len(self._made)
         self._made = [pair for pair in self._made if _stands(pair[0], second)]
         if self._is_settled and len(self._made) == made:

@@ -146,7 +146,7 @@ class LinkLine(msgspec.Struct, frozen=True, kw_only=True, tag="link"):
 
 
 class FailedLine(msgspec.Struct, frozen=True, tag="failed"):
-    """Failure of a line or an output. The other outputs continue.
+    """Report that a line could not be written, or that an output failed. Other outputs continue.
 
     Parameters
     ----------

@@ -112,7 +112,7 @@ def live_session(
 
 
 def _speed_measurement(source: Source, grasping: Grasping | None) -> MeasureSpeed | None:
-    """Return the function that gives the closing speed, from a replayed recording or the hand."""
+    """Return the function that gives closing speeds, from a replay or a hand; None without."""
     recorded: Callable[[int, int], ClosingSpeed | None] | None
     recorded = getattr(source, "closing_speed", None)
     if recorded is not None:
@@ -174,7 +174,7 @@ def check_hand(
 
 
 def _check_slip(slip: str, hand: str | None, policy: str) -> None:
-    """Refuse a slip detector without a hand that closes on request or a policy with a reflex."""
+    """Refuse a slip detector unless the hand closes on request and the policy has a reflex."""
     SLIP_DETECTORS.find(slip)
     if hand is None or Begins.US not in HANDS.find(hand).begins:
         raise InputError(

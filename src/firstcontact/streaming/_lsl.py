@@ -86,7 +86,7 @@ class LslSink:
         self._events = self._lsl.StreamOutlet(events, max_buffered=BUFFERED)
 
     def take(self, update: Update) -> None:
-        """Send samples, then the events in them."""
+        """Send the samples of an update, then its events."""
         for arrival in update.arrivals:
             self._send(arrival)
         for name, reason in update.failed.items() - self._failed.items():

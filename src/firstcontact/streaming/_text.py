@@ -19,7 +19,7 @@ from firstcontact.streaming._sink import Update, write_now
 
 
 class TextSink:
-    """Text for people: one line per pinch, and one for each loss, reconnection or failure.
+    """Sink that writes text: a line for each pinch, loss of samples, reconnection or failure.
 
     Parameters
     ----------

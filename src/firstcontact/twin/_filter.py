@@ -98,7 +98,7 @@ class DeviceFilter:
         self.reset()
 
     def reset(self) -> None:
-        """Clear the state, as a restart does."""
+        """Clear the state, as a restart of the device does."""
         self._place = np.full(1, -1, np.int64)
         self._smoothed = np.zeros(2, np.int64)
         self._readings = np.full((2, TAXELS, FORCE_READINGS), -1, np.int64)

@@ -88,7 +88,7 @@ class PinchFingertips(Fingertips):
     Parameters
     ----------
     draw
-        Pinch. Its random generator advances.
+        Drawn pinch. Its random generator advances.
     times
         Sampling instants of the longest possible pinch, s, shape (samples,).
     sheets

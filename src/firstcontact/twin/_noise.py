@@ -44,15 +44,15 @@ class MotorNoise:
     rotor_rate: float = 170.0
     """Rotor turns per second at the closing speed."""
     rotor: float = 0.05
-    """Amplitude of the rotor line; its harmonics fall as 1/k."""
+    """Amplitude of the spectral line at the rotor's frequency. Harmonic k has 1/k of it."""
     mesh_ratio: float = 9.7
     """Ratio of the gear-mesh frequency to the frequency of the rotor."""
     mesh: float = 0.05
-    """Amplitude of the mesh line, modulated by the output shaft."""
+    """Amplitude of the spectral line at the gear-mesh frequency; the output shaft modulates it."""
     friction: float = 0.035
     """RMS of friction noise between 30 Hz and 1.5 kHz, with a slowly varying envelope."""
     wander: float = 0.35
-    """Standard deviation of ln(envelope)."""
+    """Standard deviation of ln(envelope of the friction noise)."""
     click_rate: float = 0.5
     """Number of random clicks of the gear train per second."""
     click: float = 0.35
@@ -67,7 +67,7 @@ class MotorNoise:
     """RMS of the noise of buffer and converter, V."""
 
     def scaled(self, speed: float, loudness: float) -> MotorNoise:
-        """Return the noise at ``speed`` times the motor speed, scaled by ``loudness``."""
+        """Return the noise of a motor ``speed`` times as fast and ``loudness`` times as loud."""
         return replace(
             self,
             rotor_rate=self.rotor_rate * speed,
@@ -85,7 +85,11 @@ def _tones(
     depth: NDArray[np.float64],
     out: NDArray[np.float64],
 ) -> None:
-    """Add spectral lines to ``out``. The last phasor, of the slow shaft, modulates the others."""
+    """Add spectral lines to ``out``.
+
+    ``lines`` has a rotating phasor for each line and, at the end, one for the slow shaft, which
+    modulates the amplitudes of the lines.
+    """
     # Each line is a rotating phasor: one multiplication per point instead of a sine.
     for i in range(out.size):
         beat = lines[-1].imag

@@ -44,7 +44,7 @@ class FingerParameters(NamedTuple):
     skin_mass: float = 0.00055
     """Mass of the pad's front, which moves with the skin, kg."""
     pad_modulus: float = 4.43e6
-    """Young's modulus of the pad's silicone, Pa (65 Shore A by Gent)."""
+    """Young's modulus of the pad's silicone, Pa: that of 65 Shore A by Gent's formula."""
     tip_radius: float = 0.010
     """Radius of curvature of the tip at the contact, m."""
     piezo_volts_per_newton: float = 0.0325
@@ -63,7 +63,7 @@ class ObjectParameters(NamedTuple):
     modulus: float = 1.0e6
     """Young's modulus in a slow indentation, Pa."""
     radius: float = 1.0e3
-    """Radius of curvature at the contact, m (blocks: flat)."""
+    """Radius of curvature at the contact, m. The default is that of flat objects."""
     face_mass: float = 0.095
     """Mass that moves with each face, kg."""
     bulk_stiffness: float = 1.4e5
@@ -79,7 +79,8 @@ class ObjectParameters(NamedTuple):
     arm_relaxation: float = 4.0e-3
     """Relaxation time of the contact's Maxwell arm, s."""
     contact_loss: float = 0.10
-    """Coefficient c of the Hunt-Crossley loss, s/m: restitution is about 1 - c v."""
+    """Coefficient c of the Hunt-Crossley loss, s/m. At a speed of impact v the
+    restitution is about 1 - c v."""
 
 
 class Timing(NamedTuple):

@@ -61,12 +61,12 @@ def simulate_pinch(
     duration: float = DURATION,
     positions: Positions | None = None,
 ) -> Pinch:
-    """Simulate the samples that the device sends for one pinch.
+    """Return a drawn pinch with the samples that the device sends for it.
 
     Parameters
     ----------
     draw
-        Pinch. Its random generator advances.
+        Drawn pinch. Its random generator advances.
     label
         Label of the object.
     first_sample

@@ -20,7 +20,7 @@ REMEMBERED = 100
 
 
 class Positions:
-    """Position sensor: mean position of both fingertips from the drives, with noise.
+    """Position sensor of the drives: it gives the mean position of both fingertips, with noise.
 
     Parameters
     ----------

@@ -104,7 +104,7 @@ def read_noise(path: Path) -> RecordedNoise:
 
 
 def _unsmoothed(layout: Layout, data: NDArray[Any]) -> NDArray[np.float64]:
-    """Return the vibration, V, before the device's exponential smoothing, shape (samples, n)."""
+    """Return the vibration, V, without the device's exponential smoothing, (samples, channels)."""
     columns = layout.columns(ChannelKind.VIBRATION)[:2]
     channels = layout.vibration[: len(columns)]
     volts = layout.physical(data, columns)

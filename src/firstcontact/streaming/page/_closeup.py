@@ -87,7 +87,7 @@ class Closeup:
         return True
 
     def tree(self) -> dict[str, Any] | None:
-        """Return times, ms from the contact, traces and marks. Missing samples are None."""
+        """Return times (ms), traces and contacts for the page. Missing samples are None."""
         if self._contact is None:
             return None
         ms = (np.arange(self._n) - self._before) / self._layout.rate * 1e3

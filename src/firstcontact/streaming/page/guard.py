@@ -71,7 +71,7 @@ class Guard:
         return f"http://{host}:{self.port}/{query}"
 
     def check(self, path: str, headers: Headers, websocket: bool) -> bool:
-        """Refuse a request unless its headers, and its token if one is needed, allow it.
+        """Raise an error unless a request has valid headers and, if one is needed, the token.
 
         Returns
         -------

@@ -73,7 +73,7 @@ def judge_detectors(
         if len(split.train):
             split.check(dataset.sessions, dataset.specimens)
     names = [name for name in DETECTORS if name not in failed]
-    # The longest first, so that no worker is left with one at the end: detectors that learn are last.
+    # The slowest detectors, which come last, begin: no worker waits for them at the end.
     jobs = [(name, place) for name in reversed(names) for place in range(len(splits))]
     answered = runner.map(judge, jobs, _vibration_only(dataset), splits, early)
     out: dict[str, dict[int, PinchDecisions]] = {name: {} for name in DETECTORS}

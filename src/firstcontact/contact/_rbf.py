@@ -47,7 +47,9 @@ class RbfMachine:
 
     @classmethod
     def train(cls, x: NDArray[np.float64], positive: NDArray[np.bool_], cost: float) -> Self:
-        """Train on features of shape (windows, features), with balanced classes.
+        """Return a machine that is trained on features, shape (windows, features).
+
+        Both classes have the same weight.
 
         Gamma is :data:`WIDTH` divided by the number of features.
         """
@@ -68,7 +70,9 @@ class RbfMachine:
         )
 
     def decide(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return decision values of features (windows, features). Positive means a contact.
+        """Return the decision values of windows, shape (windows,). Positive means a contact.
+
+        ``x`` holds the features, shape (windows, features).
 
         Raises
         ------

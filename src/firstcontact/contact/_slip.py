@@ -29,7 +29,7 @@ THRESHOLD = 1.5
 
 
 class SlipDetector(ABC):
-    """Detector of slips of a held object, from its vibration."""
+    """Detector of slips of a held object, from the vibration of the fingers."""
 
     #: Name in the registry.
     name: ClassVar[str]

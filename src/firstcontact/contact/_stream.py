@@ -54,7 +54,7 @@ class SteadyState:
 
     @classmethod
     def measure(cls, quiet: NDArray[np.float64]) -> SteadyState:
-        """Return the steady state of quiet samples, shape (samples, fingers)."""
+        """Return the steady state in ``quiet``, samples of shape (samples, fingers)."""
         # A range detects constant channels exactly. The standard deviation rounds.
         sigma = np.where(np.ptp(quiet, axis=0) > 0.0, quiet.std(axis=0), 0.0)
         return cls(quiet.mean(axis=0), sigma)

@@ -88,7 +88,7 @@ class TrainedDetector(WindowDetector):
 
 
 def spread_out(dataset: Dataset, sizes: WindowSizes, early: float, most: int) -> Dataset:
-    """Return the dataset of up to ``most`` usable pinches.
+    """Return a dataset of up to ``most`` usable pinches of ``dataset``.
 
     They are evenly spaced in the dataset, not random, so every session and object keeps its share.
     """

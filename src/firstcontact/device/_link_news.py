@@ -36,7 +36,7 @@ def link_news(previous: Health, now: Health) -> list[str]:
 
 
 class LinkNews:
-    """Reporter of changes of a link since its last report.
+    """Reporter of changes of a link since the last report.
 
     It merges consecutive losses, so that at most one line a second reports them.
 

@@ -145,7 +145,7 @@ def samples_payload(first_sample: int, overflow: int, data: NDArray[np.int16]) -
 
 
 def samples_head(payload: bytes, channels: int) -> tuple[int, int, int, bytes]:
-    """Parse the payload of a samples frame without decoding the samples.
+    """Return the parts of a samples frame's payload, without decoding the samples.
 
     Returns
     -------
@@ -170,7 +170,7 @@ def samples_head(payload: bytes, channels: int) -> tuple[int, int, int, bytes]:
 
 
 def read_samples(payload: bytes, channels: int) -> SamplesFrame:
-    """Parse the payload of a samples frame. Raise the errors of :func:`samples_head`."""
+    """Return the samples frame of a payload. Raise FrameError as :func:`samples_head` does."""
     first, overflow, n, data = samples_head(payload, channels)
     return SamplesFrame(first, overflow, np.frombuffer(data, dtype="<i2").reshape(n, channels))
 

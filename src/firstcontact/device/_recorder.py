@@ -30,7 +30,7 @@ class RecorderStatus:
     path
         File that is being written; None if no recording runs.
     samples
-        Number of samples written to this file, or to the last one if none is being written.
+        Number of samples written to ``path``. If no recording runs, those written to the last file.
     waiting
         Number of samples in the queue.
     failed

@@ -111,7 +111,7 @@ class TwinDevice:
         return ClosingSpeed(speed, error)
 
     def reset(self) -> None:
-        """Restart the device: new boot number, samples from 0, silent until started."""
+        """Restart the device with a new boot number. It sends no samples until a host starts it."""
         self._tell("reset")
 
     def unplug(self) -> None:

@@ -112,7 +112,7 @@ class TwinProcess:
         self._responder = Responder(DESCRIPTOR, self._boot, self._ring, self._obey)
 
     def run(self) -> None:
-        """Serve until standard input ends."""
+        """Serve the host until standard input ends."""
         while True:
             behind = self._catch_up()
             self._send()
@@ -201,7 +201,7 @@ class TwinProcess:
         return f"{ACCEPTED}{text}"
 
     def _command(self) -> bool:
-        """Carry out one line from the parent. Return False at the end of the input."""
+        """Carry out one command from the parent process. Return False at the end of the input."""
         # Read without a buffer, because select sees only bytes in the pipe.
         line = b""
         while not line.endswith(b"\n"):
@@ -235,7 +235,7 @@ DESCRIPTOR = Descriptor(
 
 
 def say(line: str) -> None:
-    """Send a line to the parent. Ignore the error if the parent has ended."""
+    """Send a line to the parent process. Do nothing if that process has ended."""
     try:
         sys.stdout.write(line + "\n")
         sys.stdout.flush()

@@ -115,7 +115,7 @@ def from_arrays(path: Path, arrays: Arrays, unknown: Sequence[str] = ()) -> Data
 
 
 def _signals(path: Path, arrays: Arrays, sensor: VibrationSensor) -> NDArray[Any]:
-    """Return all columns side by side, shape (pinches, samples, columns)."""
+    """Return the columns of all arrays side by side, shape (pinches, samples, columns)."""
     parts = []
     shape: tuple[int, ...] = ()
     for name in (sensor, *_SHAPES):

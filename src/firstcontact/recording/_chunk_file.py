@@ -1,8 +1,8 @@
 """Writer of MCAP chunks that needs constant memory.
 
-The library's writer keeps an index entry for every chunk until the end: some tens of MB per hour.
-This writer reads the index back from the file when it closes. The written bytes are otherwise the
-same.
+The writer of the library mcap keeps an index entry for every chunk until the end: some tens of MB
+per hour. This writer reads the index back from the file when it closes. Otherwise both write the
+same bytes.
 """
 
 from __future__ import annotations

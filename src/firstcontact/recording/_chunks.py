@@ -1,7 +1,7 @@
 """Scanner for the chunks of a damaged MCAP file, which trusts only their checksums.
 
-The library's readers stop at the first wrong length. This scanner accepts a chunk if its lengths
-are consistent and its CRC is right. After damage the search continues at the next byte.
+The readers of the library mcap stop at the first wrong length. This scanner accepts a chunk if its
+lengths are consistent and its CRC is right. After damage the search continues at the next byte.
 
 """
 

@@ -85,7 +85,7 @@ def _topics(pinch: Pinch) -> Mapping[str, tuple[Values, Values]]:
 
 
 def _contacts(pinch: Pinch) -> Iterator[tuple[float, str]]:
-    """Yield the time from the first sample, s, and a description of each contact."""
+    """Yield for each contact its time from the pinch's first sample, s, and a description."""
     label = pinch.label
     shore = "" if label.shore_a is None else f", {label.shore_a:g} Shore A"
     for contact in pinch.truth:

@@ -32,7 +32,7 @@ class Importer:
     marker
         Name of a file that an accepted folder must hold.
     asks_rate
-        True if its files may not state their rate.
+        True if some of its files do not state their rate.
     asks_sensor
         True if its files do not state their sensor.
     asks_events

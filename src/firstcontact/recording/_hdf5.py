@@ -69,8 +69,7 @@ def _read(
 ) -> tuple[dict[str, NDArray[Any]], list[str]]:
     """Return what :func:`read_hdf5` returns.
 
-    This function runs in a separate process, because the library may loop or crash on damaged
-    files.
+    This function runs in a separate process, because h5py may loop or crash on damaged files.
     """
     import h5py
 

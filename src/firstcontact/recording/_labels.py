@@ -1,4 +1,4 @@
-"""Conversion of table columns to labels and contacts. With samples they become pinches."""
+"""Conversion of table columns to labels and contacts, and of these and samples to pinches."""
 
 from __future__ import annotations
 

@@ -65,8 +65,7 @@ def text_of_codes(values: NDArray[Any]) -> str:
 def _read(path: Path, names: Collection[str]) -> tuple[Arrays, list[str]]:
     """Return what :func:`read_mat` returns, for files before version 7.3.
 
-    This function runs in a separate process, because the library may loop or crash on damaged
-    files.
+    This function runs in a separate process, because SciPy may loop or crash on damaged files.
     """
     from scipy.io import loadmat
 
@@ -83,7 +82,7 @@ def _read(path: Path, names: Collection[str]) -> tuple[Arrays, list[str]]:
 
 
 def _check_length(path: Path, stream: IO[bytes]) -> None:
-    """Raise an error for a truncated file of version 5, which the library may not notice."""
+    """Raise an error if a file of version 5 is truncated, which SciPy does not always notice."""
     head = stream.read(_HEAD)
     order = {b"IM": "<", b"MI": ">"}.get(head[-2:])
     while order and (tag := stream.read(8)):

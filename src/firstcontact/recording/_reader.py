@@ -194,7 +194,7 @@ def _blocks(
 
 
 def _finite(block: Block) -> bool:
-    """Return True if all values are finite and not too large. This is always so for integers."""
+    """Return True if all values are finite and not too large, as integers always are."""
     if block.data.dtype.kind != "f":
         return True
     with np.errstate(invalid="ignore"):

@@ -31,12 +31,12 @@ _PREFIX = struct.Struct("<4sQIHxxI")
 
 
 def schema(dtype: str) -> bytes:
-    """Return the ros2msg schema for samples of this type ("int16", "int32", "float32")."""
+    """Return the ros2msg schema for samples of type ``dtype``: "int16", "int32" or "float32"."""
     return f"uint64 first_sample\nuint32 epoch\nuint16 channels\n{dtype}[] data\n".encode()
 
 
 def encode(block: Block, dtype: str) -> bytes:
-    """Encode a block as a CDR message. Its data must already have this type."""
+    """Return a block as a CDR message. The block's data must already have the type ``dtype``."""
     values = np.ascontiguousarray(block.data, dtype=DTYPES[dtype])
     channels = values.shape[1]
     prefix = _PREFIX.pack(
@@ -46,7 +46,7 @@ def encode(block: Block, dtype: str) -> bytes:
 
 
 def decode(message: bytes, dtype: str) -> Block:
-    """Decode a message of :func:`encode`. The data are a view of ``message``.
+    """Return the block in a message of :func:`encode`. Its data are a view of ``message``.
 
     Raises
     ------

@@ -13,7 +13,7 @@ UNPACKED_TIMES = 100
 
 
 def most_unpacked(size: int) -> int:
-    """Return the largest allowed unpacked size of a file with this size, bytes."""
+    """Return the largest allowed unpacked size of a file of ``size`` bytes, bytes."""
     return UNPACKED_BYTES + UNPACKED_TIMES * size
 
 

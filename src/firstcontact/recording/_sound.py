@@ -59,7 +59,7 @@ def _read_flac(file: Path) -> tuple[int, NDArray[Any]]:
 def _decode(file: Path) -> tuple[int, NDArray[Any], int]:
     """Return the rate, the samples and the declared number of samples of a FLAC file.
 
-    This function runs in a separate process, because the library may crash on a damaged file.
+    This function runs in a separate process, because soundfile may crash on a damaged file.
     """
     import soundfile
 

@@ -45,7 +45,7 @@ class Table(dict[str, list[str]]):
         return f"{self.word} {self.numbers[row]}"
 
     def of_rows(self, columns: Mapping[str, list[str]], rows: Sequence[int]) -> Table:
-        """Return a table of ``columns``. Their cells come from the rows ``rows`` of this table."""
+        """Return a table of ``columns``, whose cells come from the rows ``rows`` of this table."""
         return Table(columns, [self.numbers[row] for row in rows], self.word)
 
 

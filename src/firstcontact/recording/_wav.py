@@ -174,8 +174,8 @@ def read_wav(file: Path) -> tuple[int, NDArray[Any]]:
 def _check_chunks(file: Path, data: BytesIO) -> None:
     """Raise an error if numbers of the header contradict each other, or the file is truncated.
 
-    The library trusts some of the header's numbers. From a truncated file it returns the samples
-    that remain.
+    SciPy trusts some of the header's numbers. From a truncated file it returns the samples that
+    remain.
     """
     order = ">" if data.read(4) == b"RIFX" else "<"
     data.seek(12)

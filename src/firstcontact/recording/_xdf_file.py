@@ -23,7 +23,7 @@ _SECONDS, _SPEED, _SPARE = 20.0, 5e5, 256 << 20
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stream:
-    """Contents of one stream.
+    """Contents of one XDF stream.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def read_xdf(path: Path) -> list[Stream]:
 
 
 class _Complaints(logging.Handler):
-    """Log handler that collects the library's warnings about damage."""
+    """Log handler that collects the warnings of pyxdf about damage."""
 
     def __init__(self) -> None:
         super().__init__(logging.ERROR)
@@ -92,8 +92,8 @@ class _Complaints(logging.Handler):
 def _read(path: Path) -> list[Stream]:
     """Return all streams of a file.
 
-    This function runs in a separate process, because a damaged file can make the library allocate
-    too much memory.
+    This function runs in a separate process, because a damaged file can make pyxdf allocate too
+    much memory.
     """
     import pyxdf
 

@@ -144,16 +144,16 @@ class ConfirmingLatch:
         return events + self._confirm(block.end)
 
     def newest(self, count: int, age: int, end: int) -> NDArray[np.float64] | None:
-        """Return smoothed samples of this closing, V; None if there are too few.
+        """Return the smoothed samples before sample ``end - age``, V; None if there are too few.
 
         Parameters
         ----------
         count
             Number of samples.
         age
-            Number of samples between the last of these and ``end``.
+            Number of samples between the last returned sample and ``end``.
         end
-            Number of the sample after the newest one.
+            Number of the sample from which ``age`` counts back.
 
         Returns
         -------

@@ -274,7 +274,7 @@ class ClosingGate:
         return [GateEvent(Turn.SHUTS, self._step_sample(k))] if was_open else []
 
     def _reopen(self, k: int) -> list[GateEvent]:
-        """Open the gate after step ``k``. Shut it first if it is open. Return both events."""
+        """Open the gate after step ``k``. Shut it first if it is open. Return the events."""
         events = self._shut(k)
         self._open, self._due = True, None
         return [*events, GateEvent(Turn.OPENS, self._step_sample(k))]

@@ -249,7 +249,7 @@ class WindowDetector(ABC):
         return bool(is_quieter.any())
 
     def may_resettle(self, quiet: NDArray[np.float64]) -> bool:
-        """Return False if :meth:`resettle` would surely change nothing after these samples."""
+        """Return False if :meth:`resettle` would surely change nothing with ``quiet``."""
         return self._state is None or bool(self._quieter(quiet).any())
 
     def _quieter(self, quiet: NDArray[np.float64]) -> NDArray[np.bool_]:

@@ -143,7 +143,7 @@ def find_events(
 def event_labels(
     table: Path, columns: Columns, events: Sequence[Event], starts: Sequence[int]
 ) -> tuple[Columns, list[str]]:
-    """Return the labels of each event, and notes. ``starts`` are the first samples of the pinches.
+    """Return the labels of each event, and notes. ``starts`` has the first sample of each pinch.
 
     The column ``first_contact`` is added. It holds the contact's sample, counted from the start of
     the contact's pinch.

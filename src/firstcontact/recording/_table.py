@@ -50,7 +50,7 @@ class Table(dict[str, list[str]]):
 
 
 def read_columns(path: Path) -> Table:
-    """Read a table, column by column.
+    """Return the columns of a CSV with a header line.
 
     Raises
     ------

@@ -128,7 +128,7 @@ def unbroken_parts(
 
 
 def _names(signal: Signal, stream: Stream) -> tuple[str, ...]:
-    """Return the column names: the stream's name, then the channel's."""
+    """Return the column names. Each consists of the stream's name and the channel's name."""
     wanted = range(len(stream.channels)) if signal.column is None else [signal.column]
     if len(stream.channels) == 1:
         return (signal.variable,)

@@ -17,6 +17,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+import stored_fits
 from firstcontact.core import Dataset
 from forked_children import fork_twins
 from quick_training import SETTINGS
@@ -130,10 +131,10 @@ def network_graph(tmp_path_factory: pytest.TempPathFactory) -> bytes:
 
 @pytest.fixture(scope="session", autouse=True)
 def _shared_objects(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Compile equal C files of `firmware/measure` once in a test run."""
-    folder = made_once(tmp_path_factory, "objects", Path.mkdir)
+    """Compile equal C files of `firmware/measure`, and fit equal detectors, once in a test run."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("FIRSTCONTACT_OBJECTS", str(folder))
+        for variable in ("FIRSTCONTACT_OBJECTS", stored_fits.FOLDER):
+            patch.setenv(variable, str(made_once(tmp_path_factory, variable, Path.mkdir)))
         yield
 
 
@@ -149,4 +150,13 @@ def small_searches() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         for name, value in SETTINGS.items():
             patch.setattr(name, value)
+        yield
+
+
+@pytest.fixture(scope="module")
+def stored_detectors() -> Iterator[None]:
+    """Fit equal detectors once in a test run, with the shipped values."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name, fit in stored_fits.FITS.items():
+            patch.setattr(name, fit)
         yield

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from importlib import import_module
+from pkgutil import resolve_name
 
-#: Values by the full names of module constants: two candidates of each search, detectors that learn
-#: from 16 pinches, and two folds where folds choose a threshold or a conditioning scheme.
+from stored_fits import FITS
+
+#: Values by the full names of constants: two candidates of each search, detectors that learn from
+#: 16 pinches, and two folds where folds choose a threshold or a conditioning scheme.
 SETTINGS: dict[str, object] = {
     "firstcontact.models._svm.C_GRID": (10.0,),
     "firstcontact.models._svm.GAMMA_GRID": (0.3, 1.0),
@@ -17,6 +19,7 @@ SETTINGS: dict[str, object] = {
     "firstcontact.contact._svm.PINCHES": 16,
     "firstcontact.contact._svm.FOLDS": 2,
 }
+SETTINGS |= FITS
 
 
 def train_quickly() -> None:
@@ -27,5 +30,5 @@ def train_quickly() -> None:
     shipped values in the slow test `test_shipped_detector_is_reproducible` and in `make quick`.
     """
     for name, value in SETTINGS.items():
-        module, _, constant = name.rpartition(".")
-        setattr(import_module(module), constant, value)
+        owner, _, constant = name.rpartition(".")
+        setattr(resolve_name(owner), constant, value)

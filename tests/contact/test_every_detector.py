@@ -23,6 +23,17 @@ def test_registered_detector_passes_the_conformance_check(name: str, seed: int) 
     check_detector(DETECTORS[name], seed)
 
 
+@pytest.mark.parametrize("name", DETECTORS)
+def test_a_second_fit_to_the_same_pinches_learns_the_same(
+    name: str, fitted: dict[str, Detector], training: Dataset
+) -> None:
+    if fitted[name].learns:
+        again = make_detector(name).fit(training).to_arrays()
+        assert fitted[name].to_arrays().keys() == again.keys()
+        for key, learned in fitted[name].to_arrays().items():
+            np.testing.assert_array_equal(again[key], learned)
+
+
 class Loud(WindowDetector):
     name = "loud"
 

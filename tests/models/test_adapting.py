@@ -13,6 +13,8 @@ from firstcontact.models._network_estimator import LEAST_OF_FINGER, MOST_OF_LEVE
 from firstcontact.signal import samples_in
 from ringing import ringing
 
+pytestmark = pytest.mark.usefixtures("stored_detectors")
+
 BASE = pretrained()
 
 

@@ -27,6 +27,8 @@ from firstcontact.models import (
 from firstcontact.recording import load_dataset
 from trainings import recordings
 
+pytestmark = pytest.mark.usefixtures("stored_detectors")
+
 
 @pytest.fixture(scope="module")
 def data(tmp_path_factory: pytest.TempPathFactory) -> Dataset:

@@ -17,6 +17,8 @@ from firstcontact.models import (
 from firstcontact.testing._windows import RATE, toy_windows
 from saved import save_window
 
+pytestmark = pytest.mark.usefixtures("stored_detectors")
+
 
 def test_a_gaussian_process_is_kept_with_its_own_spread(tmp_path: Path) -> None:
     X, y, groups = toy_windows(300)

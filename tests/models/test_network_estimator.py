@@ -21,6 +21,8 @@ from firstcontact.recording import load_dataset
 from firstcontact.testing._windows import RATE, toy_windows
 from trainings import recordings
 
+pytestmark = pytest.mark.usefixtures("stored_detectors")
+
 
 @pytest.fixture(scope="module")
 def data(tmp_path_factory: pytest.TempPathFactory) -> Dataset:

@@ -31,6 +31,8 @@ from firstcontact.testing._windows import RATE, toy_windows
 from saved import load_window, save_window
 from trainings import recordings
 
+pytestmark = pytest.mark.usefixtures("small_searches")
+
 PIPELINE = make_pipeline(StandardScaler(), Ridge(10))
 RIDGE = "sklearn.linear_model:Ridge"
 

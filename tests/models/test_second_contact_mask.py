@@ -14,6 +14,8 @@ from firstcontact.recording import load_dataset
 from firstcontact.signal import SavitzkyGolay, samples_in
 from trainings import CONTACT, recordings
 
+pytestmark = pytest.mark.usefixtures("stored_detectors")
+
 LENGTHS = (0.003, 0.008)
 
 

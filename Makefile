@@ -30,8 +30,8 @@ layers = $(foreach layer,$(1),--requirement requirements/$(layer).txt)
 fetch  = $(PIP) install --quiet --no-compile --no-deps --only-binary :all: --require-hashes $(call layers,$(1))
 # The package itself, built with what is there already.
 itself = $(PIP) install --quiet --no-deps --no-build-isolation --editable .
-# Estimators of another package, which studies and tests treat as those of this one.
-plugin = $(PIP) install --quiet --no-deps --no-build-isolation --editable examples/plugin_estimators
+# With estimators of another package, which studies and tests treat as those of this one.
+plugin = $(itself) --editable examples/plugin_estimators
 # Built for CPUs only where pip is told of a place that has it, else that of PyPI with CUDA.
 torch  = $(call fetch,cpu) 2>/dev/null || $(call fetch,cuda)
 # Beside the others: it is as large as they are together.
@@ -44,14 +44,12 @@ $(BIN)/pip:
 
 $(VENV)/.study: $(PINS) | $(BIN)/pip
 	$(call both,base study)
-	$(itself)
 	$(plugin)
 	-$(bytes)
 	@touch $@
 
 $(VENV)/.dev: $(PINS) | $(BIN)/pip
 	$(call both,base study live dev)
-	$(itself)
 	$(plugin)
 	-$(bytes)
 	@touch $(VENV)/.study $(VENV)/.live $@

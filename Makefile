@@ -30,6 +30,8 @@ layers = $(foreach layer,$(1),--requirement requirements/$(layer).txt)
 fetch  = $(PIP) install --quiet --no-compile --no-deps --only-binary :all: --require-hashes $(call layers,$(1))
 # The package itself, built with what is there already.
 itself = $(PIP) install --quiet --no-deps --no-build-isolation --editable .
+# Numba runs the simulated hand where no C compiler built the package's kernels.
+twin   = $(BIN)/python -c "from firstcontact.core import kernels; exit(not kernels())" || { $(call fetch,twin); }
 # With estimators of another package, which studies and tests treat as those of this one.
 plugin = $(itself) --editable examples/plugin_estimators
 # Built for CPUs only where pip is told of a place that has it, else that of PyPI with CUDA.
@@ -45,18 +47,21 @@ $(BIN)/pip:
 $(VENV)/.study: $(PINS) | $(BIN)/pip
 	$(call both,base study)
 	$(plugin)
+	$(twin)
 	-$(bytes)
 	@touch $@
 
 $(VENV)/.dev: $(PINS) | $(BIN)/pip
 	$(call both,base study live dev)
 	$(plugin)
+	$(twin)
 	-$(bytes)
 	@touch $(VENV)/.study $(VENV)/.live $@
 
 $(VENV)/.live: $(PINS) | $(BIN)/pip
 	$(call fetch,base live)
 	$(itself)
+	$(twin)
 	-$(bytes)
 	@touch $@
 
@@ -120,7 +125,7 @@ twin-model: $(VENV)/.live ## the model that ships for the simulated hand, anew (
 TESTERS ?= $(shell expr 3 \* $$(getconf _NPROCESSORS_ONLN) / 2 + 1)
 # Hundreds of processes import the package: compiled once, it takes each 0.4 s less.
 test: $(VENV)/.dev ## the tests, side by side on all cores
-	@# Compiled beforehand, the tests and the twin: else each process does so.
+	@# Compiled beforehand, the tests, and the twin where Numba compiles it: else each process does so.
 	[ -d tests/__pycache__ ] || PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --collect-only -qq >/dev/null & \
 	$(BIN)/python -c "from firstcontact.twin import *; DeviceFilter().update(TwinStream(seed=0).read(9000))" && wait
 	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses $(TESTERS) --dist worksteal

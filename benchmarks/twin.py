@@ -1,8 +1,8 @@
 """Speed of the twin, convergence of its time step, and memory at paper size.
 
 Compilation happens before any measurement. The reference for speed and waveform is SciPy's
-``solve_ivp`` with the same compiled derivative, so that only the stepping differs. Run it on an
-idle machine: ``OMP_NUM_THREADS=1 python benchmarks/twin.py``.
+``solve_ivp`` with the derivative in Python. Run it on an idle machine: ``OMP_NUM_THREADS=1 python
+benchmarks/twin.py``.
 """
 
 from __future__ import annotations
@@ -169,7 +169,7 @@ def main() -> None:
             best = min(best, time.perf_counter() - begin)
         off = np.abs(ours - reference).max() / np.abs(reference).max()
         print(
-            f"solve_ivp with the compiled derivative: {slow:.2f} s a pinch, "
+            f"solve_ivp with the derivative in Python: {slow:.2f} s a pinch, "
             f"{slow / best:.0f} times the twin's {1e3 * best:.1f} ms; "
             f"waveforms differ by {100 * off:.2f} %"
         )

@@ -6,6 +6,7 @@ added there. Each package stands in one file, each file is a layer:
     base    what studies and live both need, and what builds the package
     study   what only studies need
     live    what only live needs
+    twin    what runs the simulated hand without a C compiler
     dev     what only tests, checks and docs need
     cuda    the PyTorch of PyPI, and the CUDA that it brings along
     cpu     the same PyTorch built for CPUs only, for pips that are told where to find it
@@ -25,7 +26,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 CONSTRAINTS = ROOT / "constraints.txt"
-LAYERS = ("base", "study", "live", "dev", "cuda")
+LAYERS = ("base", "study", "live", "twin", "dev", "cuda")
 #: PyTorch, and what only its CUDA build asks for.
 CUDA = ("torch", "cuda-", "nvidia-", "triton")
 _HEAD = "# Made by `make constraints`: do not edit.\n"
@@ -104,13 +105,16 @@ def main() -> int:
         help="folders with wheels of the PyTorch for CPUs",
     )
     wheels = parser.parse_args().wheels
-    study, live, everything = resolve("study"), resolve("twin", "live"), resolve("dev")
+    study, live, dev = resolve("study"), resolve("live"), resolve("dev")
+    everything = resolve("dev", "twin")
     layers: dict[str, dict[str, str]] = {layer: {} for layer in LAYERS}
     for package, entry in everything.items():
         if package.startswith(CUDA):
             layer = "cuda"
         elif package in study and package in live:
             layer = "base"
+        elif package not in dev:
+            layer = "twin"
         else:
             layer = "study" if package in study else "live" if package in live else "dev"
         layers[layer][package] = entry

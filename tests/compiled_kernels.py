@@ -20,12 +20,20 @@ from firstcontact.core import _native
 
 SOURCES = Path(_native.__file__).parent / "c"
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic")
-OPTIONS = ("-O3", "-ffp-contract=off", "-fPIC", "-shared")
+OPTIONS = (
+    *("-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"),
+    *("-fPIC", "-shared"),
+)
 
 
 @cache
 def built_kernels() -> ModuleType:
     """Return the kernels of this checkout, whether or not it was installed with them."""
+    return _native._load() or compiled_kernels()
+
+
+def compiled_kernels() -> ModuleType:
+    """Return the kernels, compiled now, without warnings of the compiler."""
     compiler = shutil.which("cc")
     header = Path(sysconfig.get_path("include"))
     if compiler is None or not (header / "Python.h").is_file():

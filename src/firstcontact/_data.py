@@ -160,9 +160,9 @@ def simulate(
     >>> len(data), data.source
     (10, 'twin')
     """
-    from firstcontact.core import require_modules
+    from firstcontact.core import require_twin
 
-    require_modules("twin", "numba")
+    require_twin()
     from firstcontact.twin import read_noise
     from firstcontact.twin import simulate as simulate_set
 

@@ -209,7 +209,6 @@ def test_decision_that_is_not_finite_is_refused(folder: Path) -> None:
 @pytest.mark.slow
 def test_shipped_detector_is_reproducible(tmp_path: Path) -> None:
     """The test runs the commands of docs/how-to/adapt-to-your-rig.md."""
-    pytest.importorskip("numba")
     numbers = ["--pinches-per-block", "60", "--pinches-per-object", "30", "--seed", "7"]
     twin, trained_folder = str(tmp_path / "twin"), str(tmp_path / "detector")
     assert main(["simulate", "--out", twin, "--condition", "everyday", *numbers]) == 0

@@ -11,7 +11,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from compiled_kernels import built_kernels
+from compiled_kernels import built_kernels, compiled_kernels
 from firstcontact.core import _native
 
 BLOCKED = """
@@ -77,3 +77,7 @@ def test_arrays_of_another_size_are_refused() -> None:
 def test_a_kernel_takes_its_own_constants_only() -> None:
     with pytest.raises(ValueError, match=r"."):
         built_kernels().predict(detector(), detector(), np.zeros(74), 10, 0, np.zeros(5), 0.0)
+
+
+def test_the_sources_compile_without_warnings() -> None:
+    assert compiled_kernels().detector is not None

@@ -21,7 +21,7 @@ FOLDER = ROOT / "requirements"
 #: What the targets of the Makefile install, and the extras that they promise.
 TARGETS = {
     (".study", "base study cuda"): ("study",),
-    (".live", "base live"): ("twin", "live"),
+    (".live", "base live"): ("live",),
     (".dev", "base study live dev cuda"): ("dev",),
 }
 
@@ -74,6 +74,11 @@ def test_what_a_target_promises_is_in_its_files(target: str, layers: str) -> Non
     recipe = (ROOT / "Makefile").read_text().partition(f"$(VENV)/{target}: ")[2].split("\n\n")[0]
     fetched = re.findall(r"(?:fetch|both),([\w ]+)", recipe) + ["cuda"] * ("both," in recipe)
     assert " ".join(fetched) == layers
+
+
+def test_the_twin_without_a_compiler_is_a_layer_of_its_own() -> None:
+    assert dependencies("twin") - dependencies() <= pins(FOLDER / "twin.txt").keys()
+    assert not dependencies("dev") & pins(FOLDER / "twin.txt").keys()
 
 
 def wheel(folder: Path) -> str:

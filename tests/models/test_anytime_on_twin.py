@@ -13,8 +13,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-pytest.importorskip("numba")
-
 from firstcontact.core import ADC_VOLTS
 from firstcontact.core import FINGERTIP_RATE as RATE
 from firstcontact.models import (

@@ -26,7 +26,7 @@ _log = logging.getLogger(__name__)
 #: Time within which a scheduler or worker must answer, s.
 PATIENCE = 10.0
 #: Packages that results depend on. Workers must have the same versions as this process.
-PACKAGES = ("firstcontact", "numpy", "scipy", "scikit-learn", "numba", "torch")
+PACKAGES = ("firstcontact", "numpy", "scipy", "scikit-learn", "torch")
 #: Arrays of this many bytes and more are sent separately, and only once.
 LARGE = 100_000
 GONE = "the connection to the cluster is lost: start the cluster and this command again"

@@ -1,4 +1,4 @@
-"""Access to the compiled kernels of live detection and estimation (C sources in ``c/``)."""
+"""Access to the compiled kernels of live's estimates and of the twin (C sources in ``c/``)."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ import logging
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
+
+from firstcontact.core._errors import InputError
+from firstcontact.core._extras import install_command, missing_modules
 
 _log = logging.getLogger(__name__)
 
@@ -34,3 +37,19 @@ _compiled = _load()
 def kernels() -> ModuleType | None:
     """Return the compiled kernels; None if they were not built. NumPy then computes the same."""
     return _compiled
+
+
+def require_twin() -> None:
+    """Raise an error with the remedies if nothing compiled can run the simulated hand.
+
+    Raises
+    ------
+    InputError
+        Neither the kernels nor Numba are there.
+    """
+    if kernels() is None and missing_modules(["numba"]):
+        raise InputError(
+            "the simulated hand needs compiled code, and there is none: install a C compiler with "
+            "Python's headers and then this package again, or Numba in its place: "
+            f"{install_command('twin')}"
+        )

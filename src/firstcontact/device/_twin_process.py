@@ -23,7 +23,6 @@ from firstcontact.core import (
     Command,
     InputError,
     fingertip_layout,
-    install_command,
 )
 from firstcontact.device._protocol import FRAME_SAMPLES
 from firstcontact.device._pseudo_terminal import PseudoTerminal, port_folder
@@ -73,7 +72,7 @@ class TwinProcess:
         speed: float,
         latency: float,
     ) -> None:
-        # Numba is an extra: import it late.
+        # Late, because its import takes a while.
         from firstcontact.twin import DeviceFilter, TwinStream
 
         self._terminal = terminal
@@ -266,9 +265,6 @@ def main() -> None:
                 options.speed,
                 options.latency,
             )
-        except ImportError:
-            say(f"refused the twin needs Numba: {install_command('twin')}")
-            return
         except InputError as error:
             say(f"refused {error}")
             return

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Self
 
-from firstcontact.core import FINGERTIP_RATE, require_modules
+from firstcontact.core import FINGERTIP_RATE, require_twin
 from firstcontact.device._opening import SourceOptions
 from firstcontact.device._serial_source import SerialSource
 from firstcontact.device._twin_device import TwinDevice
@@ -68,8 +68,8 @@ class TwinSource(SerialSource):
 
 
 def from_name(name: str, options: SourceOptions) -> TwinSource:
-    """Return the twin with the user's options. Raise InputError if its extra is not installed."""
-    require_modules("twin", "numba")
+    """Return the twin with the user's options. Raise InputError if it cannot run here."""
+    require_twin()
     return TwinSource(options.condition, [options.objects], options.seed, options.speed)
 
 
@@ -79,9 +79,9 @@ def shore_a(name: str) -> float:
     Raises
     ------
     InputError
-        The object is unknown, or the twin's extra is missing.
+        The object is unknown, or the twin cannot run here.
     """
-    require_modules("twin", "numba")
+    require_twin()
     from firstcontact.twin import find_object
 
     return find_object(name).shore_a

@@ -1,63 +1,51 @@
-"""Compilation of the twin's functions, with a cache on disk. One log line announces it."""
+"""Choice of the code that runs the twin's loops: the compiled kernels, else Numba."""
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable
-from typing import Any, TypeVar
+from functools import cache, wraps
+from typing import Any, TypeVar, cast
 
-from numba import njit
-from numba.core.event import Event, Listener, register
+from firstcontact.core import kernels, require_twin
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-_log = logging.getLogger(__name__)
-_PACKAGE = __name__.partition(".")[0]
+_inlined: list[Any] = []
 
 
-class _Notice(Listener):
-    """Listener that logs one line when this process compiles a function for the first time."""
+def compiled(function: F) -> F:
+    """Decorate a loop over numbers and arrays. The Python code is the reference of its kernel.
 
-    _given = False
-    #: True if compiled functions are stored for other processes.
-    cached = True
-
-    def on_start(self, event: Event) -> None:
-        """Log the line unless the compiled function belongs to Numba or another package."""
-        module = event.data["dispatcher"].py_func.__module__
-        if self._given or module.partition(".")[0] != _PACKAGE:
-            return
-        self._given = True
-        often = (
-            "once on this machine"
-            if self.cached
-            else "in each process, because no cache folder can be written: set NUMBA_CACHE_DIR"
-        )
-        _log.warning("compiling the simulated hand (some 8 s, %s)", often)
-
-    def on_end(self, event: Event) -> None:
-        """Ignore the end of a compilation."""
-
-
-_notice = _Notice()
-register("numba:compile", _notice)  # type: ignore[no-untyped-call]
-
-
-def compiled(**options: Any) -> Callable[[F], F]:
-    """Return a decorator that compiles a function at its first call, to run without the GIL.
+    Each call runs the kernel of the same name, if the kernels were built. Otherwise Numba compiles
+    the function at its first call. Both give the same bits as the Python code, and run without the
+    GIL.
 
     Parameters
     ----------
-    **options
-        Options of ``numba.njit``.
+    function
+        Function with positional arguments: numbers, contiguous arrays, and named tuples of numbers.
     """
+    name = function.__name__.lstrip("_")
 
-    def decorate(function: F) -> F:
-        try:
-            dispatcher: F = njit(cache=True, nogil=True, **options)(function)
-        except RuntimeError:  # neither the source's folder nor the home folder is writable
-            _notice.cached = False
-            dispatcher = njit(nogil=True, **options)(function)
-        return dispatcher
+    @wraps(function)
+    def call(*arguments: Any) -> Any:
+        module = kernels()
+        if module is not None:
+            return getattr(module, name)(*arguments)
+        return _by_numba(function)(*arguments)
 
-    return decorate
+    return cast(F, call)
+
+
+def inlined(function: F) -> F:
+    """Decorate a function that functions with :func:`compiled` call."""
+    _inlined.append(function)
+    return function
+
+
+@cache
+def _by_numba(function: Any) -> Any:
+    require_twin()
+    from firstcontact.twin._numba import jit
+
+    return jit(function, _inlined)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import ADC_COUNTS, SUBCOUNTS, TAXELS, fingertip_layout
-from firstcontact.twin._compiled import compiled
+from firstcontact.twin._compiled import compiled, inlined
 from firstcontact.twin._sensor import SCAN, VelostatParameters, open_reading
 
 #: Number of readings of a taxel in the sliding mean.
@@ -22,14 +22,14 @@ ROUND = TAXELS * FORCE_READINGS
 _COLUMNS = fingertip_layout().width
 
 
-@compiled()
+@inlined
 def _clipped(count: int) -> int:
     """Return the reading, limited to the range of a 10-bit converter."""
     return min(int(count), ADC_COUNTS - 1)
 
 
-@compiled()
-def _filter(
+@compiled
+def _filter_scans(
     scans: NDArray[np.uint16],
     place: NDArray[np.int64],
     smoothed: NDArray[np.int64],
@@ -66,7 +66,15 @@ def _filter(
         place[0] = (place[0] + 1) % (TAXELS * FORCE_READINGS)
 
 
-@compiled()
+@compiled
+def _smooth(counts: NDArray[np.uint16], out: NDArray[np.int16]) -> None:
+    """Write the smoothed counts of one piezo to ``out``."""
+    state = _clipped(counts[0]) * SUBCOUNTS
+    for i in range(counts.size):
+        state = (state + _clipped(counts[i]) * SUBCOUNTS) >> 1
+        out[i] = state
+
+
 def smoothed(counts: NDArray[np.uint16]) -> NDArray[np.int16]:
     """Return one piezo's converter counts, smoothed as the device smooths them.
 
@@ -74,10 +82,7 @@ def smoothed(counts: NDArray[np.uint16]) -> NDArray[np.int16]:
     :class:`DeviceFilter`.
     """
     out = np.empty(counts.size, np.int16)
-    state = _clipped(counts[0]) * SUBCOUNTS
-    for i in range(counts.size):
-        state = (state + _clipped(counts[i]) * SUBCOUNTS) >> 1
-        out[i] = state
+    _smooth(np.ascontiguousarray(counts), out)
     return out
 
 
@@ -132,7 +137,7 @@ class DeviceFilter:
             raise ValueError(f"scans have shape {scans.shape}, not (n, {len(SCAN)})")
         out = np.empty((len(scans), _COLUMNS), np.int16)
         taken = np.ascontiguousarray(scans, np.uint16)
-        _filter(taken, self._place, self._smoothed, self._readings, self._sums, out)
+        _filter_scans(taken, self._place, self._smoothed, self._readings, self._sums, out)
         return out
 
 

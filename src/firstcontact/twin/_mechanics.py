@@ -15,11 +15,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from firstcontact.core import contact_modulus, hertz_stiffness
-from firstcontact.twin._compiled import compiled
+from firstcontact.twin._compiled import compiled, inlined
 from firstcontact.twin._parameters import FingerParameters, ObjectParameters
 
 #: States of a finger: position and speed of drive, phalanx, board and skin; elongation of the
@@ -34,11 +33,8 @@ BUFFER, CONTACT_FORCE, INDENTATION, FACE, DRIVE_SPEED = range(OUTPUTS)
 NEAR = 2e-4
 
 _Vector = NDArray[np.float64]
-# No "fastmath": the bytes must not depend on the compiler's choice of formulas. Products with
-# reciprocals replace divisions by parameters. The compiler moves them out of the loop, which saves
-# a third of the time. Inlined functions keep parameters in registers instead of copying them into
-# each call.
-_inlined = njit(error_model="numpy", inline="always")
+# Products with reciprocals replace divisions by parameters. The compiler moves them out of the
+# loop, which saves a third of the time. The kernel ``core/c/mechanics.c`` gives the same bits.
 
 
 def contact_stiffness(p: FingerParameters, o: ObjectParameters) -> float:
@@ -47,7 +43,7 @@ def contact_stiffness(p: FingerParameters, o: ObjectParameters) -> float:
     return hertz_stiffness(contact_modulus(p.pad_modulus, o.modulus), radius)
 
 
-@_inlined
+@inlined
 def _contact_force(
     o: ObjectParameters, stiffness: float, depth: float, rate: float, arm: float
 ) -> float:
@@ -60,7 +56,7 @@ def _contact_force(
     return max(slow + o.arm_share * stiffness * pressed * math.sqrt(pressed), 0.0)
 
 
-@_inlined
+@inlined
 def _finger(
     x: _Vector, dx: _Vector, b: int, p: FingerParameters, o: ObjectParameters, stiffness: float,
     depth: float, rate: float, push: float, speed: float, motor_force: float, back_damping: float,
@@ -105,7 +101,7 @@ def _finger(
     return force
 
 
-@_inlined
+@inlined
 def _derivative(
     x: _Vector, dx: _Vector, index: FingerParameters, thumb: FingerParameters,
     o: ObjectParameters, stiffness: _Vector, gap: _Vector, push_i: float, push_t: float,
@@ -132,7 +128,7 @@ def _derivative(
     )
 
 
-@_inlined
+@inlined
 def _step(
     x: _Vector, k: _Vector, t: float, dt: float, index: FingerParameters,
     thumb: FingerParameters, o: ObjectParameters, stiffness: _Vector, gap: _Vector,
@@ -157,7 +153,7 @@ def _step(
         x[j] += dt * (1.0 / 6.0) * (k[0, j] + 2.0 * (k[1, j] + k[2, j]) + k[3, j])
 
 
-@compiled(error_model="numpy")
+@compiled
 def integrate(
     index: FingerParameters,
     thumb: FingerParameters,

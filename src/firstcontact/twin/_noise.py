@@ -77,7 +77,7 @@ class MotorNoise:
         )
 
 
-@compiled()
+@compiled
 def _tones(
     lines: NDArray[np.complex128],
     turns: NDArray[np.complex128],
@@ -99,11 +99,12 @@ def _tones(
             lines[k] *= turns[k]
 
 
-@compiled()
-def _filtered(sections: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return samples filtered by second-order sections, as ``scipy.signal.sosfilt`` does."""
+@compiled
+def _filtered(
+    sections: NDArray[np.float64], x: NDArray[np.float64], out: NDArray[np.float64]
+) -> None:
+    """Filter samples by second-order sections into ``out``, like ``scipy.signal.sosfilt``."""
     state = np.zeros((len(sections), 2))
-    out = np.empty_like(x)
     for i in range(x.size):
         y = x[i]
         for k in range(len(sections)):
@@ -112,7 +113,6 @@ def _filtered(sections: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[
             state[k, 0] = sections[k, 1] * section_input - sections[k, 4] * y + state[k, 1]
             state[k, 1] = sections[k, 2] * section_input - sections[k, 5] * y
         out[i] = y
-    return out
 
 
 def _rubbing_band(rate: float) -> NDArray[np.float64]:
@@ -146,7 +146,10 @@ def phalanx_force(
     """
     n = math.ceil(duration * rate) + 2
     dt = 1 / rate
-    rubbing = _filtered(_rubbing_band(rate), rng.standard_normal(n + 200))[200:]
+    white = rng.standard_normal(n + 200)
+    rubbing = np.empty_like(white)
+    _filtered(_rubbing_band(rate), white, rubbing)
+    rubbing = rubbing[200:]
     knots = rng.standard_normal(max(int(duration / 0.02), 2) + 2)
     envelope = np.exp(
         noise.wander * np.interp(np.arange(n) * dt / 0.02, np.arange(len(knots)), knots)

@@ -59,7 +59,7 @@ class GraspOutcome:
         return self.second_contact is not None and not (self.dropped or self.broken)
 
 
-@compiled()
+@compiled
 def slide(
     forces: NDArray[np.float64],
     hanging: NDArray[np.float64],

@@ -247,8 +247,9 @@ class GraspPlant:
     def _slide(self, first: int, motion: NDArray[np.float64]) -> None:
         if self._contacts:
             hanging = self._lift.hanging(first - self._contacts[0].sample, len(motion))
+            forces = np.ascontiguousarray(motion[..., CONTACT_FORCE])
             slide(
-                motion[..., CONTACT_FORCE], hanging, self._mass, self._friction,
+                forces, hanging, self._mass, self._friction,
                 1 / FINGERTIP_RATE, self._slid[max(first - 1, 0)].copy(),
                 self._slid[first : first + len(motion)],
             )  # fmt: skip

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import ADC_COUNTS, ADC_VOLTS, PIEZO_OFFSET_VOLTS, TAXELS
-from firstcontact.twin._compiled import compiled
+from firstcontact.twin._compiled import compiled, inlined
 
 #: Columns of a scan, uint16.
 SCAN = ("piezo_index", "piezo_thumb", "force_index", "force_thumb", "strip_index", "strip_thumb")
@@ -48,7 +48,14 @@ class VelostatParameters(NamedTuple):
 OPTIMISTIC = VelostatParameters(threshold=0.0, rise=0.005, fall=0.010, creep_share=0.0)
 
 
-@compiled()
+@compiled
+def _piezo_counts(volts: NDArray[np.float64], out: NDArray[np.uint16]) -> None:
+    """Write the ADC counts of a piezo's voltage to ``out``."""
+    for i in range(volts.size):
+        count = int(np.floor((volts[i] + PIEZO_OFFSET_VOLTS) * (ADC_COUNTS / ADC_VOLTS)))
+        out[i] = min(max(count, 0), ADC_COUNTS - 1)
+
+
 def piezo_readings(volts: NDArray[np.float64]) -> NDArray[np.uint16]:
     """Convert the piezo's voltage into ADC counts.
 
@@ -63,13 +70,35 @@ def piezo_readings(volts: NDArray[np.float64]) -> NDArray[np.uint16]:
         ADC counts, 0 to 1023.
     """
     out = np.empty(volts.size, np.uint16)
-    for i in range(volts.size):
-        count = int(np.floor((volts[i] + PIEZO_OFFSET_VOLTS) * (ADC_COUNTS / ADC_VOLTS)))
-        out[i] = min(max(count, 0), ADC_COUNTS - 1)
+    _piezo_counts(np.ascontiguousarray(volts), out)
     return out
 
 
-@compiled()
+@compiled
+def _force_counts(
+    force: NDArray[np.float64], shares: NDArray[np.float64], p: VelostatParameters,
+    noise: NDArray[np.float64], dt: float, state: NDArray[np.float64], first: int,
+    out: NDArray[np.uint16],
+) -> None:  # fmt: skip
+    """Write the readings of one force array to ``out``. See :func:`force_readings`."""
+    quick, late = state[0], state[1]
+    for i in range(force.size):
+        for k in range(TAXELS):
+            load = max(force[i] * shares[k] - p.threshold, 0.0)
+            tau = p.rise if load > quick[k] else p.fall
+            quick[k] += (load - quick[k]) * dt / tau
+            late[k] += (load - late[k]) * dt / p.creep
+        taxel = (first + i) % TAXELS
+        # Row neighbours: taxels 2r and 2r + 1 share a row.
+        neighbour = taxel + 1 if taxel % 2 == 0 else taxel - 1
+        out[i] = _divider_count(
+            p,
+            _conductance(p, quick[taxel], late[taxel]),
+            _conductance(p, quick[neighbour], late[neighbour]),
+            noise[i],
+        )
+
+
 def force_readings(
     force: NDArray[np.float64],
     shares: NDArray[np.float64],
@@ -105,39 +134,26 @@ def force_readings(
         ADC counts, 0 to 1023, shape (samples,).
     """
     out = np.empty(force.size, np.uint16)
-    quick, late = state[0], state[1]
-    for i in range(force.size):
-        for k in range(TAXELS):
-            load = max(force[i] * shares[k] - p.threshold, 0.0)
-            tau = p.rise if load > quick[k] else p.fall
-            quick[k] += (load - quick[k]) * dt / tau
-            late[k] += (load - late[k]) * dt / p.creep
-        taxel = (first + i) % TAXELS
-        # Row neighbours: taxels 2r and 2r + 1 share a row.
-        neighbour = taxel + 1 if taxel % 2 == 0 else taxel - 1
-        out[i] = _divider_count(
-            p,
-            _conductance(p, quick[taxel], late[taxel]),
-            _conductance(p, quick[neighbour], late[neighbour]),
-            noise[i],
-        )
+    _force_counts(
+        np.ascontiguousarray(force), np.ascontiguousarray(shares), p,
+        np.ascontiguousarray(noise), dt, state, first, out,
+    )  # fmt: skip
     return out
 
 
-@compiled()
 def open_reading(p: VelostatParameters) -> int:
     """Return the ADC count of every taxel of an unloaded force array, without noise."""
     return _divider_count(p, p.leak, p.leak, 0.0)
 
 
-@compiled()
+@inlined
 def _conductance(p: VelostatParameters, quick: float, late: float) -> float:
     """Return the conductance of a taxel, S, from its fast and its slow response, N."""
     response = (1.0 - p.creep_share) * quick + p.creep_share * late
     return p.leak + p.conductance * float(response**p.exponent)
 
 
-@compiled()
+@inlined
 def _divider_count(
     p: VelostatParameters, conductance: float, neighbour: float, noise: float
 ) -> int:

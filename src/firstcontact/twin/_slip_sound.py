@@ -55,7 +55,7 @@ class SlipParameters(NamedTuple):
     """Piezo voltage per newton along the pad, divided by the voltage per newton normal to it."""
 
 
-@compiled(error_model="numpy")
+@compiled
 def _slide_patches(
     normal: _Vector, speed: _Vector, pull: _Vector, mass: float, friction: float,
     p: SlipParameters, finger: FingerParameters, factors: _Vector, patches: _Vector,

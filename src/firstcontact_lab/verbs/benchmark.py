@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from firstcontact.cli import Option
-from firstcontact.core import InputError, require_modules
+from firstcontact.core import InputError, require_modules, require_twin
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,9 @@ class Benchmark:
         """Run the benchmark, print the tables and write the report."""
         from firstcontact.core import parallel, worker_count
 
-        require_modules("study", "matplotlib", "jinja2", *([] if self.recordings else ["numba"]))
+        require_modules("study", "matplotlib", "jinja2")
+        if self.recordings is None:
+            require_twin()
         if self.seed < 0:
             raise InputError("--seed must not be negative")
         if self.recordings is not None and (self.condition is not None or self.quick):

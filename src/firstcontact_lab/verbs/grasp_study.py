@@ -10,7 +10,7 @@ from typing import Annotated
 
 from firstcontact.cli import Option, choice, on_cluster
 from firstcontact.contact import DETECTORS
-from firstcontact.core import InputError, require_modules
+from firstcontact.core import InputError, require_modules, require_twin
 from firstcontact.models import ESTIMATORS
 
 
@@ -37,7 +37,8 @@ class GraspStudy:
         """Run the study with its progress on stderr."""
         from firstcontact.core import worker_count
 
-        require_modules("study", "matplotlib", "jinja2", "numba")
+        require_modules("study", "matplotlib", "jinja2")
+        require_twin()
         if self.seed < 0:
             raise InputError(f"--seed is {self.seed}: give a whole number from 0 on")
         from firstcontact_lab.grasping.run import run_grasp_study

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from firstcontact.core import require_modules
+from firstcontact.core import require_modules, require_twin
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Pretrain:
 
         if self.rigs < 10 or self.epochs < 1 or self.seed < 0:
             raise InputError("--rigs must be 10 or more, --epochs 1 or more, --seed 0 or more")
-        require_modules("twin", "numba")
+        require_twin()
         require_modules("cnn", "torch")
         from firstcontact_lab.pretraining.pretrain import Size, pretrain
 

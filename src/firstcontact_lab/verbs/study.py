@@ -10,7 +10,7 @@ from typing import Annotated
 
 from firstcontact.cli import Option, choice, on_cluster
 from firstcontact.contact import DETECTORS
-from firstcontact.core import InputError, require_modules
+from firstcontact.core import InputError, require_modules, require_twin
 from firstcontact_lab.study.parts import PARTS
 
 
@@ -50,7 +50,7 @@ class Study:
 
         require_modules("study", "matplotlib", "jinja2")
         if self.recordings is None:
-            require_modules("study", "numba")
+            require_twin()
         if self.seed < 0 or not 0 <= self.early_ms <= 10:
             raise InputError("--seed must be 0 or more, and --early-ms from 0 to 10")
         for part in self.parts:

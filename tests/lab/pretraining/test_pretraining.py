@@ -11,8 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-pytest.importorskip("numba")
-
 from firstcontact.core import Serial, parallel
 from firstcontact.models import INPUTS, LEVELS, STAGES, TOKEN, Network
 from firstcontact.twin import FAMILIES

@@ -5,8 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-pytest.importorskip("numba")
-
 from firstcontact.models import pretrained_folder, read_card
 from firstcontact.models._pooling import SHARED
 from firstcontact_lab.pretraining._examples import ASKED, THINGS, rig_examples

@@ -10,8 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-pytest.importorskip("numba")
-
 from firstcontact.models import WEIGHTS, read_card
 from firstcontact.twin import FAMILIES
 from ringing import ringing

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "kernels.h"
+#include "twin_module.h"
 
 static const char DETECTOR[] = "firstcontact.detector";
 static const char NETWORK[] = "firstcontact.network", RIG[] = "firstcontact.rig";
@@ -463,16 +464,20 @@ static PyObject *listen(PyObject *self, PyObject *const *args, Py_ssize_t n)
     return Py_BuildValue("id", (int)shift, alike);
 }
 
-#define METHOD(name) {#name, (PyCFunction)(void (*)(void))name, METH_FASTCALL, NULL}
+#define FUNCTION(name, function) {name, (PyCFunction)(void (*)(void))function, METH_FASTCALL, NULL}
+#define METHOD(name) FUNCTION(#name, name)
+#define TWIN(name) FUNCTION(#name, twin_##name)
 
 static PyMethodDef methods[] = {
     METHOD(detector), METHOD(judge), METHOD(quiet_steps), METHOD(network), METHOD(rig), METHOD(predict),
     METHOD(ear), METHOD(listen),
+    TWIN(integrate), TWIN(integrate_all), TWIN(tones), TWIN(filtered), TWIN(piezo_counts),
+    TWIN(force_counts), TWIN(filter_scans), TWIN(smooth), TWIN(slide), TWIN(slide_patches),
     {NULL, NULL, 0, NULL},
 };
 
 static PyModuleDef definition = {
-    PyModuleDef_HEAD_INIT, "_compiled", "Kernels of live detection and estimation.", 0, methods,
+    PyModuleDef_HEAD_INIT, "_compiled", "Kernels of live detection, estimation and the twin.", 0, methods,
     NULL, NULL, NULL, NULL,
 };
 

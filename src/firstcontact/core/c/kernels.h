@@ -17,6 +17,13 @@
 #define WIDE
 #endif
 
+/* Function that is compiled anew in each of these versions. */
+#if defined(__GNUC__)
+#define INLINE static inline __attribute__((always_inline))
+#else
+#define INLINE static inline
+#endif
+
 enum {
     ORDER = 12,      /* of the linear prediction */
     PARTS = 5,       /* newest parts of a look */

@@ -1,4 +1,4 @@
-"""Tests of compiled functions: announced, cached, and usable without a cache."""
+"""Tests of functions that Numba compiles: announced, cached, and usable without a cache."""
 
 from __future__ import annotations
 
@@ -10,10 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from firstcontact.twin import _compiled
-from firstcontact.twin._compiled import compiled
+pytest.importorskip("numba")
+
+from firstcontact.twin import _numba
 
 FILTER = """
+import sys
+sys.modules["firstcontact.core._compiled"] = None
 import numpy as np
 from firstcontact.twin._filter import smoothed
 assert len(smoothed(np.zeros(8, dtype=np.uint16))) == 8
@@ -40,10 +43,10 @@ def test_compilation_is_logged_once_and_cached(tmp_path: Path) -> None:
 def test_function_without_a_cache_folder_is_compiled(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr(_compiled._notice, "_given", False)
-    monkeypatch.setattr(_compiled._notice, "cached", True)
+    monkeypatch.setattr(_numba._notice, "_given", False)
+    monkeypatch.setattr(_numba._notice, "cached", True)
     source: dict[str, object] = {"__name__": "firstcontact.nowhere"}
     exec("def double(x):\n    return 2 * x", source)  # Numba has no file to keep it beside
-    double = compiled(error_model="numpy")(source["double"])
+    double = _numba.jit(source["double"], [])
     np.testing.assert_array_equal(double(np.arange(3.0)), [0.0, 2.0, 4.0])
     assert "NUMBA_CACHE_DIR" in caplog.text

@@ -1,0 +1,366 @@
+/* Mechanics of pinches. Several are integrated side by side, in the lanes of a vector unit: a lane is
+   a finger of a pinch, and all lanes take a step of their own length at the same time. */
+#include "twin.h"
+
+#include <math.h>
+#include <string.h>
+
+enum {
+    SIDE = 4,            /* pinches side by side */
+    LANES = 2 * SIDE,    /* index fingers, then thumbs */
+    VARIABLES = FINGER_STATES + 2, /* of a finger, then position and speed of its face */
+    FACE = FINGER_STATES,
+    STAGES = 4
+};
+
+/* Loop over lanes, which becomes one or two vector instructions. Each loop has at most one choice of a
+   kind: a compiler would turn two choices that depend on each other into branches. */
+#if defined(__GNUC__) && !defined(__clang__)
+#define EACH_LANE(l) _Pragma("GCC unroll 1") for (int l = 0; l < 2 * side; l++)
+#else
+#define EACH_LANE(l) for (int l = 0; l < 2 * side; l++)
+#endif
+
+static const double NEAR = 2e-4, PI = 3.141592653589793;
+
+/* Parameters and state of all lanes. Divisions are done once, as reciprocals. */
+typedef struct {
+    double x[VARIABLES][LANES], k[STAGES][VARIABLES][LANES];
+    double h[STAGES][LANES], sixth[LANES], push[STAGES][LANES], gap[LANES], speed[LANES];
+    double sign[LANES]; /* of a face's motion along the finger's */
+    double speed_gain[LANES], drive_force[LANES], motor_force[LANES], back_damping[LANES];
+    double link_stiffness[LANES], link_damping[LANES], mount_stiffness[LANES], mount_damping[LANES];
+    double pad_stiffness[LANES], pad_stiffening[LANES], pad_arm_stiffness[LANES], pad_damping[LANES];
+    double per_drive[LANES], per_phalanx[LANES], per_board[LANES], per_skin[LANES];
+    double per_pad_relaxation[LANES], per_time_constant[LANES], per_arm_relaxation[LANES];
+    double volts_per_newton[LANES], gain[LANES], cutoff[LANES];
+    double stiffness[LANES], loss[LANES], arm_stiffness[LANES];
+    double bulk_stiffness[SIDE], bulk_damping[SIDE], clamp_stiffness[SIDE], clamp_damping[SIDE];
+    double per_face[SIDE];
+} lanes_t;
+
+/* Place of a pinch in its piece. */
+typedef struct {
+    fc_pinch *pinch; /* NULL for an idle place */
+    int64_t sample;
+    int32_t first, touching, tries; /* finger that touches first; one that touches after the step */
+    bool waits; /* for a contact */
+    int64_t step, steps;
+    double t, end, stop, begin, interval, per_step, per_noise, loudness;
+} walk;
+
+static double larger(double a, double b)
+{
+    return b > a ? b : a;
+}
+
+static double smaller(double a, double b)
+{
+    return b < a ? b : a;
+}
+
+static double contact_force(const double *o, double stiffness, double depth, double rate, double arm)
+{
+    if (!(depth >= 0.0))
+        return 0.0;
+    const double slow = stiffness * depth * sqrt(depth) * (1.0 + 1.5 * o[9] * rate);
+    const double pressed = larger(arm, 0.0);
+    return larger(slow + o[7] * stiffness * pressed * sqrt(pressed), 0.0);
+}
+
+/* Compute the derivatives of one stage, k[stage]. */
+INLINE void derive(lanes_t *b, const int stage, const int side)
+{
+    double(*const k)[LANES] = b->k[stage];
+    double y[VARIABLES][LANES], force[LANES], depth[LANES], rate[LANES], deep[LANES], motor[LANES];
+    double pressed[LANES], mount[LANES], pad[LANES], relaxing[LANES], loading[LANES];
+    for (int v = 0; v < VARIABLES; v++)
+        EACH_LANE(l)
+            y[v][l] = stage == 0 ? b->x[v][l] : b->x[v][l] + b->h[stage][l] * b->k[stage - 1][v][l];
+    EACH_LANE(l) {
+        depth[l] = y[6][l] + b->sign[l] * y[FACE][l] - b->gap[l];
+        rate[l] = y[7][l] + b->sign[l] * y[FACE + 1][l];
+        deep[l] = depth[l] >= 0.0 ? depth[l] : 0.0;
+        pressed[l] = 0.0 > y[9][l] ? 0.0 : y[9][l];
+    }
+    EACH_LANE(l) {
+        const double wanted = b->speed_gain[l] * (b->speed[l] - y[1][l]);
+        motor[l] = -b->drive_force[l] > wanted ? -b->drive_force[l] : wanted;
+    }
+    EACH_LANE(l)
+        motor[l] = b->motor_force[l] < motor[l] ? b->motor_force[l] : motor[l];
+    EACH_LANE(l) {
+        const double held = motor[l] - b->back_damping[l] * y[1][l];
+        const int pushed = (b->back_damping[l] > 0.0) & (y[1][l] < 0.0) & (b->speed[l] >= 0.0);
+        motor[l] = pushed ? held : motor[l];
+    }
+    EACH_LANE(l) {
+        const double drive_v = y[1][l], phalanx_v = y[3][l], board_v = y[5][l], skin_v = y[7][l];
+        const double pad_arm = y[8][l], arm = y[9][l];
+        const double link = b->link_stiffness[l] * (y[0][l] - y[2][l])
+                            + b->link_damping[l] * (drive_v - phalanx_v);
+        mount[l] = b->mount_stiffness[l] * (y[2][l] - y[4][l])
+                             + b->mount_damping[l] * (phalanx_v - board_v);
+        const double squeeze = y[4][l] - y[6][l], squeezing = board_v - skin_v;
+        pad[l] =
+            (b->pad_stiffness[l] + b->pad_stiffening[l] * squeeze * squeeze) * squeeze
+            + b->pad_arm_stiffness[l] * pad_arm + b->pad_damping[l] * squeezing;
+        const double slow = b->stiffness[l] * deep[l] * sqrt(deep[l]) * (1.0 + b->loss[l] * rate[l]);
+        force[l] = slow + b->arm_stiffness[l] * pressed[l] * sqrt(pressed[l]);
+        relaxing[l] = -arm * b->per_arm_relaxation[l];
+        loading[l] = relaxing[l] + rate[l];
+        const double volts = b->volts_per_newton[l] * mount[l] - y[10][l];
+        k[0][l] = drive_v;
+        k[1][l] = (motor[l] - link) * b->per_drive[l];
+        k[2][l] = phalanx_v;
+        k[3][l] = (link - mount[l] + b->push[stage][l]) * b->per_phalanx[l];
+        k[4][l] = board_v;
+        k[5][l] = (mount[l] - pad[l]) * b->per_board[l];
+        k[6][l] = skin_v;
+        k[8][l] = squeezing - pad_arm * b->per_pad_relaxation[l];
+        k[10][l] = volts * b->per_time_constant[l];
+        k[11][l] = b->cutoff[l] * (b->gain[l] * volts - y[11][l]);
+        k[FACE][l] = y[FACE + 1][l];
+    }
+    EACH_LANE(l)
+        force[l] = 0.0 > force[l] ? 0.0 : force[l];
+    EACH_LANE(l)
+        force[l] = depth[l] >= 0.0 ? force[l] : 0.0;
+    EACH_LANE(l)
+        k[9][l] = depth[l] >= 0.0 ? loading[l] : relaxing[l];
+    EACH_LANE(l)
+        k[7][l] = (pad[l] - force[l]) * b->per_skin[l];
+    for (int p = 0; p < side; p++) {
+        const double a = y[FACE][p], z = y[FACE][side + p];
+        const double a_v = y[FACE + 1][p], z_v = y[FACE + 1][side + p];
+        const double bulk = b->bulk_stiffness[p] * (a - z) + b->bulk_damping[p] * (a_v - z_v);
+        const double hold = 0.5 * (b->clamp_stiffness[p] * a + b->clamp_damping[p] * a_v);
+        const double other = 0.5 * (b->clamp_stiffness[p] * z + b->clamp_damping[p] * z_v);
+        k[FACE + 1][p] = (force[p] - bulk - hold) * b->per_face[p];
+        k[FACE + 1][side + p] = (bulk - force[side + p] - other) * b->per_face[p];
+    }
+}
+
+/* Advance all lanes by one classical Runge-Kutta step. */
+INLINE void advance(lanes_t *b, const int side)
+{
+    derive(b, 0, side);
+    derive(b, 1, side);
+    derive(b, 2, side);
+    derive(b, 3, side);
+    for (int v = 0; v < VARIABLES; v++)
+        EACH_LANE(l)
+            b->x[v][l] += b->sixth[l]
+                          * (b->k[0][v][l] + 2.0 * (b->k[1][v][l] + b->k[2][v][l]) + b->k[3][v][l]);
+}
+
+static double face_gap(const lanes_t *b, int lane)
+{
+    return b->x[6][lane] + b->sign[lane] * b->x[FACE][lane];
+}
+
+/* Set the next step of a pinch, up to the next contact or the end of the substep. */
+INLINE void aim(lanes_t *b, walk *w, int place, const int side)
+{
+    const fc_pinch *const q = w->pinch;
+    w->stop = w->end;
+    w->touching = -1;
+    for (int turn = 0; turn < 2 && w->waits; turn++) {
+        const int f = turn == 0 ? 1 - w->first : w->first;
+        if (isnan(q->gap[f]) && q->touch[f] < w->end) {
+            w->stop = larger(q->touch[f], w->t);
+            w->touching = f;
+        }
+    }
+    const double dt = w->stop - w->t, h[STAGES] = {0.0, 0.5 * dt, 0.5 * dt, dt};
+    const double last = (double)(q->points - 2);
+    const double *const other = q->noise + q->points;
+    for (int stage = 0; stage < STAGES; stage++) {
+        const double at = (w->t + h[stage]) * w->per_noise;
+        const int64_t cell = at < 0.0 ? 0 : (int64_t)(at < last ? at : last);
+        const double part = at - (double)cell, *const index = q->noise + cell;
+        const double *const thumb = other + cell;
+        b->push[stage][place] = w->loudness * (index[0] + part * (index[1] - index[0]));
+        b->push[stage][side + place] = w->loudness * (thumb[0] + part * (thumb[1] - thumb[0]));
+        b->h[stage][place] = b->h[stage][side + place] = h[stage];
+    }
+    b->sixth[place] = b->sixth[side + place] = dt * (1.0 / 6.0);
+}
+
+INLINE void begin_step(lanes_t *b, walk *w, int place, const int side)
+{
+    w->t = w->end;
+    w->end = w->begin + w->interval * (double)(w->step + 1) * w->per_step;
+    w->tries = 0;
+    aim(b, w, place, side);
+}
+
+/* Write the outputs of a sample. Return false if it is the last. */
+INLINE bool begin_sample(lanes_t *b, walk *w, int place, const int side)
+{
+    fc_pinch *const q = w->pinch;
+    const int64_t last = q->samples - 1, next = w->sample < last ? w->sample + 1 : last;
+    double *const out = q->out + w->sample * 2 * OUTPUTS;
+    const double now = q->times[w->sample];
+    bool near = q->times[next] >= q->touch[w->first];
+    for (int f = 0; f < 2; f++) {
+        const int l = f * side + place;
+        double *const row = out + f * OUTPUTS;
+        row[0] = b->x[11][l];
+        row[2] = face_gap(b, l) - b->gap[l];
+        row[1] = contact_force(q->object, q->stiffness[f], row[2],
+                               b->x[7][l] + b->sign[l] * b->x[FACE + 1][l], b->x[9][l]);
+        row[3] = f == 0 ? b->x[FACE][l] : -b->x[FACE][l];
+        row[4] = b->x[1][l];
+        if (row[2] > 0.0 && isnan(q->touched[f]))
+            q->touched[f] = now;
+        near = near || row[2] > -NEAR;
+    }
+    q->taken = w->sample + 1;
+    if (larger(out[1], out[OUTPUTS + 1]) > q->limit || w->sample == last)
+        return false;
+    w->steps = q->substeps;
+    const bool both = !isnan(q->touched[0] + q->touched[1]);
+    if (both && now - larger(q->touched[0], q->touched[1]) > q->calm)
+        w->steps = q->calm_steps;
+    else if (!near)
+        w->steps = q->substeps > 1 ? q->substeps / 2 : 1;
+    const double moving = 0.5 * (out[4] + out[OUTPUTS + 4]);
+    w->loudness = q->full_speed <= 0.0 ? 1.0 : smaller(fabs(moving) * (1.0 / q->full_speed), 1.0);
+    w->interval = q->times[next] - now;
+    w->per_step = 1.0 / (double)w->steps;
+    w->begin = w->end = now;
+    w->waits = isnan(q->gap[0]) || isnan(q->gap[1]);
+    const double *const speed = q->speeds + 2 * (w->sample < q->rows ? w->sample : q->rows - 1);
+    b->speed[place] = speed[0];
+    b->speed[side + place] = speed[1];
+    w->step = 0;
+    begin_step(b, w, place, side);
+    return true;
+}
+
+/* Continue after a step. Return false at the end of the piece. */
+INLINE bool follow(lanes_t *b, walk *w, int place, const int side)
+{
+    if (w->touching >= 0) {
+        const int l = w->touching * side + place;
+        w->pinch->gap[w->touching] = b->gap[l] = face_gap(b, l);
+        w->t = w->stop;
+        if (++w->tries < 3) {
+            aim(b, w, place, side);
+            return true;
+        }
+    }
+    if (++w->step < w->steps) {
+        begin_step(b, w, place, side);
+        return true;
+    }
+    w->sample++;
+    return begin_sample(b, w, place, side);
+}
+
+static void load(lanes_t *b, const fc_pinch *q, int place, int side)
+{
+    const double *const o = q->object;
+    for (int f = 0; f < 2; f++) {
+        const int l = f * side + place;
+        const double *const p = q->finger[f];
+        for (int v = 0; v < FINGER_STATES; v++)
+            b->x[v][l] = q->x[f * FINGER_STATES + v];
+        for (int v = 0; v < 2; v++)
+            b->x[FACE + v][l] = q->x[2 * FINGER_STATES + 2 * f + v];
+        b->sign[l] = f == 0 ? -1.0 : 1.0;
+        b->gap[l] = q->gap[f];
+        b->per_drive[l] = 1.0 / p[1];
+        b->speed_gain[l] = p[2];
+        b->drive_force[l] = p[3];
+        b->motor_force[l] = q->motor_force;
+        b->back_damping[l] = q->back_damping;
+        b->link_stiffness[l] = p[4];
+        b->link_damping[l] = p[5];
+        b->per_phalanx[l] = 1.0 / p[6];
+        b->mount_stiffness[l] = p[7];
+        b->mount_damping[l] = p[8];
+        b->per_board[l] = 1.0 / p[9];
+        b->pad_stiffness[l] = p[10];
+        b->pad_stiffening[l] = p[11];
+        b->pad_arm_stiffness[l] = p[12];
+        b->per_pad_relaxation[l] = 1.0 / p[13];
+        b->pad_damping[l] = p[14];
+        b->per_skin[l] = 1.0 / p[15];
+        b->volts_per_newton[l] = p[18];
+        b->per_time_constant[l] = 1.0 / p[19];
+        b->gain[l] = p[20];
+        b->cutoff[l] = 2.0 * PI * p[21];
+        b->stiffness[l] = q->stiffness[f];
+        b->loss[l] = 1.5 * o[9];
+        b->arm_stiffness[l] = o[7] * q->stiffness[f];
+        b->per_arm_relaxation[l] = 1.0 / o[8];
+    }
+    b->per_face[place] = 1.0 / o[2];
+    b->bulk_stiffness[place] = o[3];
+    b->bulk_damping[place] = o[4];
+    b->clamp_stiffness[place] = o[5];
+    b->clamp_damping[place] = o[6];
+}
+
+static void store(const lanes_t *b, fc_pinch *q, int place, int side)
+{
+    for (int f = 0; f < 2; f++) {
+        for (int v = 0; v < FINGER_STATES; v++)
+            q->x[f * FINGER_STATES + v] = b->x[v][f * side + place];
+        for (int v = 0; v < 2; v++)
+            q->x[2 * FINGER_STATES + 2 * f + v] = b->x[FACE + v][f * side + place];
+    }
+}
+
+INLINE void run(fc_pinch *pinches, int32_t count, const int side)
+{
+    lanes_t b;
+    walk walks[SIDE];
+    int32_t next = 0, busy = 0;
+    memset(&b, 0, sizeof b);
+    memset(walks, 0, sizeof walks);
+    do {
+        if (busy > 0)
+            advance(&b, side);
+        for (int place = 0; place < side; place++) {
+            walk *const w = walks + place;
+            bool goes_on = w->pinch != NULL && follow(&b, w, place, side);
+            while (!goes_on) {
+                if (w->pinch != NULL) {
+                    store(&b, w->pinch, place, side);
+                    w->pinch = NULL;
+                    busy--;
+                }
+                if (next == count)
+                    break;
+                fc_pinch *const q = w->pinch = pinches + next++;
+                busy++;
+                w->sample = 0;
+                w->per_noise = 1.0 / q->noise_dt;
+                w->first = q->touch[0] <= q->touch[1] ? 0 : 1;
+                load(&b, q, place, side);
+                goes_on = begin_sample(&b, w, place, side);
+            }
+        }
+    } while (busy > 0);
+}
+
+WIDE static void run_one(fc_pinch *pinch)
+{
+    run(pinch, 1, 1);
+}
+
+WIDE static void run_all(fc_pinch *pinches, int32_t count)
+{
+    run(pinches, count, SIDE);
+}
+
+void fc_integrate(fc_pinch *pinches, int32_t count)
+{
+    if (count == 1)
+        run_one(pinches);
+    else if (count > 1)
+        run_all(pinches, count);
+}

@@ -1,0 +1,341 @@
+/* Python functions of the twin's steps. Sizes and kinds of all arguments are checked here. */
+#define PY_SSIZE_T_CLEAN
+#define Py_LIMITED_API 0x030B0000
+#include "twin_module.h"
+
+#include <string.h>
+
+#include "twin.h"
+
+/* Argument of a call: a number, an array, or a tuple. */
+typedef struct {
+    Py_buffer view; /* view.obj is NULL unless this is an array */
+    Py_ssize_t count;
+    void *data;
+    double number;
+    int64_t whole;
+    PyObject *object;
+} argument;
+
+/* Kinds of arrays: letter, format and size of a number. */
+static const struct {
+    char letter;
+    const char *formats[2];
+    Py_ssize_t size;
+} KINDS[] = {
+    {'d', {"d", "d"}, 8}, {'z', {"Zd", "Zd"}, 16}, {'l', {"l", "q"}, 8},
+    {'s', {"h", "h"}, 2}, {'u', {"H", "H"}, 2},
+};
+
+static bool get_array(PyObject *object, char letter, argument *a)
+{
+    const bool writable = letter >= 'A' && letter <= 'Z';
+    const int flags = PyBUF_C_CONTIGUOUS | PyBUF_FORMAT | (writable ? PyBUF_WRITABLE : 0);
+    int k = 0;
+    while (KINDS[k].letter != (writable ? letter - 'A' + 'a' : letter))
+        k++;
+    if (PyObject_GetBuffer(object, &a->view, flags) < 0) {
+        a->view.obj = NULL;
+        return false;
+    }
+    const char *const format = a->view.format == NULL ? "?" : a->view.format;
+    if (a->view.itemsize != KINDS[k].size
+        || (strcmp(format, KINDS[k].formats[0]) && strcmp(format, KINDS[k].formats[1]))) {
+        PyErr_Format(PyExc_ValueError, "an array holds numbers of kind %s, not %s", format,
+                     KINDS[k].formats[0]);
+        return false;
+    }
+    a->data = a->view.buf;
+    a->count = a->view.len / a->view.itemsize;
+    return true;
+}
+
+static void release(argument *a, Py_ssize_t n)
+{
+    for (Py_ssize_t i = 0; i < n; i++)
+        if (a[i].view.obj != NULL)
+            PyBuffer_Release(&a[i].view);
+}
+
+/* Get all arguments. A letter of `kinds` stands for each: '.' for a float, '#' for an integer, 't' for a
+   tuple, else the letter of an array's kind, in upper case if it is written to. */
+static bool gather(PyObject *const *args, Py_ssize_t n, const char *kinds, argument *a)
+{
+    const Py_ssize_t wanted = (Py_ssize_t)strlen(kinds);
+    if (n != wanted) {
+        PyErr_Format(PyExc_TypeError, "%zd arguments are needed, not %zd", wanted, n);
+        return false;
+    }
+    memset(a, 0, sizeof *a * (size_t)n);
+    for (Py_ssize_t i = 0; i < n; i++) {
+        bool ok = true;
+        a[i].object = args[i];
+        if (kinds[i] == '.')
+            a[i].number = PyFloat_AsDouble(args[i]);
+        else if (kinds[i] == '#')
+            a[i].whole = PyLong_AsLongLong(args[i]);
+        else if (kinds[i] != 't')
+            ok = get_array(args[i], kinds[i], a + i);
+        if (!ok || PyErr_Occurred()) {
+            release(a, n);
+            return false;
+        }
+    }
+    return true;
+}
+
+/* Copy a tuple of numbers. */
+static bool numbers(const argument *a, double *out, Py_ssize_t n)
+{
+    if (!PyTuple_Check(a->object) || PyTuple_Size(a->object) != n) {
+        PyErr_Format(PyExc_ValueError, "a tuple of %zd parameters is needed", n);
+        return false;
+    }
+    for (Py_ssize_t i = 0; i < n; i++)
+        out[i] = PyFloat_AsDouble(PyTuple_GetItem(a->object, i));
+    return !PyErr_Occurred();
+}
+
+static PyObject *misfit(void)
+{
+    if (!PyErr_Occurred())
+        PyErr_SetString(PyExc_ValueError, "the sizes of the arrays do not fit");
+    return NULL;
+}
+
+/* Release the arguments. Return None, or NULL after an error. */
+static PyObject *finish(argument *a, Py_ssize_t n, bool ok)
+{
+    release(a, n);
+    if (!ok)
+        return misfit();
+    Py_RETURN_NONE;
+}
+
+#define SIZE(a) ((Py_ssize_t)(sizeof(a) / sizeof(*(a))))
+
+static const char PIECE[] = "tttdddd.#d.....#DDDD";
+enum { PIECE_ARGUMENTS = sizeof PIECE - 1 };
+
+static bool get_piece(PyObject *const *args, Py_ssize_t n, argument *a, fc_pinch *q)
+{
+    if (!gather(args, n, PIECE, a))
+        return false;
+    q->stiffness = a[3].data;
+    q->touch = a[4].data;
+    q->times = a[5].data;
+    q->noise = a[6].data;
+    q->noise_dt = a[7].number;
+    q->substeps = a[8].whole;
+    q->speeds = a[9].data;
+    q->motor_force = a[10].number;
+    q->back_damping = a[11].number;
+    q->full_speed = a[12].number;
+    q->limit = a[13].number;
+    q->calm = a[14].number;
+    q->calm_steps = a[15].whole;
+    q->x = a[16].data;
+    q->gap = a[17].data;
+    q->touched = a[18].data;
+    q->out = a[19].data;
+    q->samples = a[5].count;
+    q->points = a[6].count / 2;
+    q->rows = a[9].count / 2;
+    const bool fits = a[3].count == 2 && a[4].count == 2 && a[6].count == 2 * q->points
+                      && a[9].count == 2 * q->rows && a[16].count == STATES && a[17].count == 2
+                      && a[18].count == 2 && a[19].count == q->samples * 2 * OUTPUTS
+                      && q->samples > 0 && q->points > 1 && q->rows > 0 && q->substeps > 0
+                      && q->calm_steps > 0;
+    if (fits && numbers(a, q->finger[0], FINGER) && numbers(a + 1, q->finger[1], FINGER)
+        && numbers(a + 2, q->object, OBJECT))
+        return true;
+    release(a, n);
+    misfit();
+    return false;
+}
+
+PyObject *twin_integrate(PyObject *self, PyObject *const *args, Py_ssize_t n)
+{
+    argument a[PIECE_ARGUMENTS];
+    fc_pinch pinch;
+    (void)self;
+    if (!get_piece(args, n, a, &pinch))
+        return NULL;
+    Py_BEGIN_ALLOW_THREADS
+    fc_integrate(&pinch, 1);
+    Py_END_ALLOW_THREADS
+    release(a, n);
+    return PyLong_FromLongLong(pinch.taken);
+}
+
+PyObject *twin_integrate_all(PyObject *self, PyObject *const *args, Py_ssize_t n)
+{
+    (void)self;
+    if (n != 1 || !PyList_Check(args[0])) {
+        PyErr_SetString(PyExc_TypeError, "a list of pieces is needed");
+        return NULL;
+    }
+    const Py_ssize_t count = PyList_Size(args[0]);
+    argument(*const a)[PIECE_ARGUMENTS] = PyMem_Calloc((size_t)count + 1, sizeof *a);
+    fc_pinch *const pinches = PyMem_Calloc((size_t)count + 1, sizeof *pinches);
+    PyObject *out = a == NULL || pinches == NULL || count > INT32_MAX ? PyErr_NoMemory() : PyList_New(count);
+    Py_ssize_t done = 0;
+    for (bool ok = out != NULL; ok && done < count; done += ok) {
+        PyObject *const piece = PyList_GetItem(args[0], done);
+        PyObject *each[PIECE_ARGUMENTS];
+        ok = PyTuple_Check(piece) && PyTuple_Size(piece) == PIECE_ARGUMENTS;
+        for (Py_ssize_t k = 0; ok && k < PIECE_ARGUMENTS; k++)
+            each[k] = PyTuple_GetItem(piece, k);
+        if (!ok)
+            PyErr_SetString(PyExc_TypeError, "a piece is not a tuple of all its arguments");
+        ok = ok && get_piece(each, PIECE_ARGUMENTS, a[done], pinches + done);
+    }
+    if (out != NULL && done == count) {
+        Py_BEGIN_ALLOW_THREADS
+        fc_integrate(pinches, (int32_t)count);
+        Py_END_ALLOW_THREADS
+        for (Py_ssize_t i = 0; i < count; i++)
+            PyList_SetItem(out, i, PyLong_FromLongLong(pinches[i].taken));
+    } else
+        Py_CLEAR(out);
+    for (Py_ssize_t i = 0; i < done; i++)
+        release(a[i], PIECE_ARGUMENTS);
+    PyMem_Free(a);
+    PyMem_Free(pinches);
+    return out;
+}
+
+/* tones(lines, turns, amplitudes, depth, out) */
+PyObject *twin_tones(PyObject *self, PyObject *const *args, Py_ssize_t n)
+{
+    argument a[5];
+    (void)self;
+    if (!gather(args, n, "ZzddD", a))
+        return NULL;
+    const Py_ssize_t count = a[2].count;
+    const bool ok = count < TONES_MOST && a[0].count == count + 1 && a[1].count == count + 1
+                    && a[3].count == count;
+    if (ok) {
+        Py_BEGIN_ALLOW_THREADS
+        fc_tones(a[0].data, a[1].data, a[2].data, a[3].data, (int32_t)count, a[4].data, a[4].count);
+        Py_END_ALLOW_THREADS
+    }
+    return finish(a, SIZE(a), ok);
+}
+
+/* filtered(sections, x, out) */
+PyObject *twin_filtered(PyObject *self, PyObject *const *args, Py_ssize_t n)
+{
+    argument a[3];
+    (void)self;
+    if (!gather(args, n, "ddD", a))
+        return NULL;
+    const Py_ssize_t count = a[0].count / 6;
+    const bool ok = a[0].count == 6 * count && count <= SECTIONS_MOST && a[1].count == a[2].count;
+    if (ok) {
+        Py_BEGIN_ALLOW_THREADS
+        fc_filtered(a[0].data, (int32_t)count, a[1].data, a[2].data, a[1].count);
+        Py_END_ALLOW_THREADS
+    }
+    return finish(a, SIZE(a), ok);
+}
+
+/* piezo_counts(volts, out) */
+PyObject *twin_piezo_counts(PyObject *self, PyObject *const *args, Py_ssize_t n)
+{
+    argument a[2];
+    (void)self;
+    if (!gather(args, n, "dU", a))
+        return NULL;
+    const bool ok = a[0].count == a[1].count;
+    if (ok)
+        fc_piezo_readings(a[0].data, a[1].data, a[0].count);
+    return finish(a, SIZE(a), ok);
+}
+
+/* force_counts(force, shares, p, noise, dt, state, first, out) */
+PyObject *twin_force_counts(PyObject *self, PyObject *const *args, Py_ssize_t n)
+{
+    argument a[8];
+    double p[SHEET];
+    (void)self;
+    if (!gather(args, n, "ddtd.D#U", a))
+        return NULL;
+    const bool ok = a[1].count == TAXELS && a[3].count == a[0].count && a[5].count == 2 * TAXELS
+                    && a[7].count == a[0].count && a[6].whole >= 0 && numbers(a + 2, p, SHEET);
+    if (ok) {
+        Py_BEGIN_ALLOW_THREADS
+        fc_force_readings(a[0].data, a[1].data, p, a[3].data, a[4].number, a[5].data,
+                          a[6].whole % TAXELS, a[7].data, a[0].count);
+        Py_END_ALLOW_THREADS
+    }
+    return finish(a, SIZE(a), ok);
+}
+
+/* filter_scans(scans, place, smoothed, readings, sums, out) */
+PyObject *twin_filter_scans(PyObject *self, PyObject *const *args, Py_ssize_t n)
+{
+    argument a[6];
+    (void)self;
+    if (!gather(args, n, "uLLLLS", a))
+        return NULL;
+    const Py_ssize_t samples = a[0].count / SCAN;
+    const int64_t *const place = a[1].data;
+    const bool ok = a[0].count == samples * SCAN && a[1].count == 1 && a[2].count == 2
+                    && a[3].count == 2 * TAXELS * READINGS && a[4].count == 2 * TAXELS
+                    && a[5].count == samples * COLUMNS && *place >= -1
+                    && *place < TAXELS * READINGS;
+    if (ok)
+        fc_filter(a[0].data, samples, a[1].data, a[2].data, a[3].data, a[4].data, a[5].data);
+    return finish(a, SIZE(a), ok);
+}
+
+/* smooth(counts, out) */
+PyObject *twin_smooth(PyObject *self, PyObject *const *args, Py_ssize_t n)
+{
+    argument a[2];
+    (void)self;
+    if (!gather(args, n, "uS", a))
+        return NULL;
+    const bool ok = a[0].count == a[1].count;
+    if (ok)
+        fc_smoothed(a[0].data, a[1].data, a[0].count);
+    return finish(a, SIZE(a), ok);
+}
+
+/* slide(forces, hanging, mass, friction, dt, slid, out) */
+PyObject *twin_slide(PyObject *self, PyObject *const *args, Py_ssize_t n)
+{
+    argument a[7];
+    (void)self;
+    if (!gather(args, n, "dd...dD", a))
+        return NULL;
+    const Py_ssize_t samples = a[1].count;
+    const bool ok = a[0].count == 2 * samples && a[5].count == 2 && a[6].count == 2 * samples;
+    if (ok)
+        fc_slide(a[0].data, a[1].data, a[2].number, a[3].number, a[4].number, a[5].data, a[6].data,
+                 samples);
+    return finish(a, SIZE(a), ok);
+}
+
+/* slide_patches(normal, speed, pull, mass, friction, p, finger, factors, patches, state, out) */
+PyObject *twin_slide_patches(PyObject *self, PyObject *const *args, Py_ssize_t n)
+{
+    argument a[11];
+    double p[SLIP], finger[FINGER];
+    (void)self;
+    if (!gather(args, n, "ddd..ttdDDD", a))
+        return NULL;
+    const Py_ssize_t samples = a[0].count, count = a[8].count / 4;
+    const bool ok = a[1].count == samples && a[2].count == samples && a[10].count == samples
+                    && a[9].count == 7 && a[8].count == 4 * count && count > 0 && count < 1 << 16
+                    && a[7].count == count * PLACES && numbers(a + 5, p, SLIP)
+                    && numbers(a + 6, finger, FINGER) && p[0] == (double)count;
+    if (ok) {
+        Py_BEGIN_ALLOW_THREADS
+        fc_slide_patches(a[0].data, a[1].data, a[2].data, a[3].number, a[4].number, p, finger,
+                         a[7].data, a[8].data, (int32_t)count, a[9].data, a[10].data, samples);
+        Py_END_ALLOW_THREADS
+    }
+    return finish(a, SIZE(a), ok);
+}

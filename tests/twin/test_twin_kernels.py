@@ -1,0 +1,263 @@
+"""The twin's kernels give the bits of the Python code and of Numba, and check their arguments."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from pinches import drawn, simulated
+
+from compiled_kernels import built_kernels, using
+from firstcontact.core import Command, _native
+from firstcontact.twin import (
+    BLOCKS,
+    BRITTLE,
+    EVERYDAY,
+    PAPER_RIG,
+    SlipParameters,
+    VelostatParameters,
+    excerpt,
+)
+from firstcontact.twin import _run as run_module
+from firstcontact.twin._compiled import _by_numba
+from firstcontact.twin._drive import Drive
+from firstcontact.twin._filter import DeviceFilter, _filter_scans, _smooth
+from firstcontact.twin._mechanics import integrate
+from firstcontact.twin._noise import RUBBING, _filtered, _tones
+from firstcontact.twin._outcome import slide
+from firstcontact.twin._parameters import FingerParameters
+from firstcontact.twin._run import PinchRun
+from firstcontact.twin._sensor import _force_counts, _piezo_counts
+from firstcontact.twin._slip_sound import PLACES, _slide_patches
+
+Arguments = tuple[Any, ...]
+
+
+def copied(arguments: Arguments) -> Arguments:
+    """Return the arguments with copies of their arrays."""
+    return tuple(a.copy() if isinstance(a, np.ndarray) else a for a in arguments)
+
+
+def arrays(arguments: Arguments) -> list[bytes]:
+    return [a.tobytes() for a in arguments if isinstance(a, np.ndarray)]
+
+
+@cache
+def pieces() -> dict[str, Arguments]:
+    """Return the arguments of :func:`integrate` for pieces of several pinches."""
+    taken: list[Arguments] = []
+
+    def take(*arguments: Any) -> int:
+        taken.append(copied(arguments))
+        return integrate(*arguments)
+
+    with pytest.MonkeyPatch.context() as patch, using(built_kernels()):
+        patch.setattr(run_module, "integrate", take)
+        for i, condition in enumerate((PAPER_RIG, EVERYDAY)):
+            draw = excerpt(drawn(BLOCKS[2 * i], i, condition), 0.003)
+            PinchRun(draw, 0.006, 2).advance(30)
+            draw = excerpt(drawn(BLOCKS[4 * i], i, condition), 0.004)
+            run = PinchRun(draw, 0.3, 0, Drive(latency=0.0), at_rest=False, damped=True)
+            run.advance(15)
+            run.order(Command(-0.02, 3.0), 16)
+            run.advance(20)
+            run.advance(1)
+            run.order(Command(0.05, 3.0), run.done)
+            run.advance(600)
+            run.limit = 0.1
+            run.advance(300)
+        draw = drawn(BRITTLE[0])
+        PinchRun(draw, 0.02, 3, at_rest=True).advance(4)
+    return {f"piece {i} of {a[5].size}": a for i, a in enumerate(taken)}
+
+
+def calls() -> dict[str, tuple[Callable[..., Any], Arguments]]:
+    """Return each compiled function with arguments that take all of its branches."""
+    rng = np.random.default_rng(8)
+    n = 250
+    force = 3.0 * np.abs(rng.standard_normal(n)).cumsum() / n
+    force[150:] *= 0.5
+    lines = np.exp(1j * rng.uniform(0, 6, 7))
+    turns = np.exp(1j * rng.uniform(0, 1, 7))
+    scans = rng.integers(0, 1200, (n, 6)).astype(np.uint16)
+    scans[::7, 4:] = 0
+    state = DeviceFilter()
+    filters = (state._place, state._smoothed, state._readings, state._sums)
+    slip = SlipParameters()
+    factors = np.exp(0.1 * rng.standard_normal((slip.patches, PLACES)))
+    patches = np.zeros((slip.patches, 4))
+    patches[:, 2] = 1.0
+    speed = np.linspace(0.0, 0.2, 30)
+    pad: Arguments = (
+        np.linspace(2.0, 1.0, 30), speed, np.linspace(0.0, 1.0, 30), 0.2, 0.6, slip,
+        FingerParameters(), factors, patches, np.zeros(7), np.zeros(30),
+    )  # fmt: skip
+    light = copied((*pad[:3], 1e-6, *pad[4:]))
+    return {
+        "tones": (_tones, (lines, turns, rng.random(6), rng.random(6), rng.random(n))),
+        "filtered": (_filtered, (RUBBING, rng.standard_normal(n), np.zeros(n))),
+        "piezo": (_piezo_counts, (2.5 * rng.standard_normal(n), np.zeros(n, np.uint16))),
+        "force": (
+            _force_counts,
+            (
+                force, rng.dirichlet(np.ones(6)), VelostatParameters(),
+                0.01 * rng.standard_normal(n), 2e-4, np.zeros((2, 6)), 5, np.zeros(n, np.uint16),
+            ),
+        ),
+        "filter": (_filter_scans, (scans, *filters, np.zeros((n, 16), np.int16))),
+        "smooth": (_smooth, (scans[:, 0].copy(), np.zeros(n, np.int16))),
+        "slide": (
+            slide,
+            (rng.random((n, 2)), rng.random(n), 0.2, 0.4, 1e-3, np.zeros(2), np.ones((n, 2))),
+        ),
+        "slip": (_slide_patches, pad),
+        "slip of a light object": (_slide_patches, light),
+    }  # fmt: skip
+
+
+def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
+    found: Callable[..., Any] = getattr(built_kernels(), function.__name__.lstrip("_"))
+    return found
+
+
+@pytest.mark.parametrize("name", calls())
+def test_a_kernel_gives_the_bits_of_python(name: str) -> None:
+    function, arguments = calls()[name]
+    compiled, reference = copied(arguments), copied(arguments)
+    kernel(function)(*compiled)
+    function.__wrapped__(*reference)  # type: ignore[attr-defined]
+    assert arrays(compiled) == arrays(reference) != arrays(arguments)
+
+
+def test_pieces_of_pinches_have_the_bits_of_python() -> None:
+    sizes = set()
+    for arguments in pieces().values():
+        compiled, reference = copied(arguments), copied(arguments)
+        if arguments[5].size > 40:
+            continue
+        assert built_kernels().integrate(*compiled) == integrate.__wrapped__(*reference)  # type: ignore[attr-defined]
+        assert arrays(compiled) == arrays(reference) != arrays(arguments)
+        sizes.add(arguments[5].size)
+    assert len(sizes) > 4
+
+
+def test_pieces_side_by_side_have_the_same_bits() -> None:
+    alone, together = ([copied(a) for a in pieces().values()] for _ in range(2))
+    taken = [built_kernels().integrate(*a) for a in alone]
+    assert built_kernels().integrate_all(together) == taken
+    assert [arrays(a) for a in together] == [arrays(a) for a in alone]
+    assert any(t < a[5].size for t, a in zip(taken, alone, strict=True))  # one broke
+    assert built_kernels().integrate_all([]) == []
+
+
+def test_numba_gives_the_same_bits() -> None:
+    pytest.importorskip("numba")
+    for function, arguments in [*calls().values(), *((integrate, a) for a in pieces().values())]:
+        compiled, by_numba = copied(arguments), copied(arguments)
+        assert kernel(function)(*compiled) == _by_numba(function.__wrapped__)(*by_numba)  # type: ignore[attr-defined]
+        assert arrays(compiled) == arrays(by_numba)
+    pinches = []
+    for module in (built_kernels(), None):
+        with using(module):
+            pinches.append(simulated(BLOCKS[1]))
+    assert pinches[0].data.tobytes() == pinches[1].data.tobytes()
+
+
+@cache
+def all_calls() -> dict[str, tuple[Callable[..., Any], Arguments]]:
+    return calls() | {"integrate": (integrate, next(iter(pieces().values())))}
+
+
+@pytest.mark.parametrize("name", [*calls(), "integrate"])
+def test_arrays_of_the_wrong_size_or_kind_are_refused(name: str) -> None:
+    function, arguments = all_calls()[name]
+    run = kernel(function)
+    with pytest.raises(TypeError):
+        run(*arguments[:-1])
+    for i, a in enumerate(arguments):
+        if isinstance(a, np.ndarray):
+            other = np.complex64 if a.dtype == np.complex128 else np.float32
+            faults: list[Any] = [a.astype(other), a.tobytes(), None]
+            if a.size > 1:
+                faults.append(np.repeat(a.ravel(), 2)[::2])
+            if name != "tones" or i < 4:  # any number of points
+                faults += [a.ravel()[:-1].copy(), np.append(a.ravel(), a.ravel()[:1])]
+        elif isinstance(a, tuple):
+            faults = [a[:-1], (*a, 1.0), tuple(map(str, a)), None]
+        else:
+            faults = ["1", None]
+        for fault in faults:
+            wrong = copied(arguments)
+            with pytest.raises((ValueError, TypeError, BufferError)):
+                run(*wrong[:i], fault, *wrong[i + 1 :])
+            assert arrays(wrong) == arrays(arguments)
+
+
+def test_results_are_not_written_to_a_read_only_array() -> None:
+    for function, arguments in all_calls().values():
+        *given, out = copied(arguments)
+        out.flags.writeable = False
+        with pytest.raises(ValueError, match="read-only"):
+            kernel(function)(*given, out)
+
+
+@pytest.mark.parametrize(
+    ("name", "place", "value"),
+    [
+        ("integrate", 8, 0), ("integrate", 15, 0), ("integrate", 6, np.zeros((2, 1))),
+        ("integrate", 9, np.zeros((0, 2))), ("force", 6, -1), ("filter", 1, np.array([48])),
+        ("filter", 1, np.array([-2])), ("slip", 5, SlipParameters(patches=11)),
+    ],
+)  # fmt: skip
+def test_a_number_out_of_range_is_refused(name: str, place: int, value: object) -> None:
+    function, arguments = all_calls()[name]
+    wrong = copied(arguments)
+    with pytest.raises(ValueError, match=r"."):
+        kernel(function)(*wrong[:place], value, *wrong[place + 1 :])
+    assert arrays(wrong) == arrays(arguments)
+
+
+@pytest.mark.parametrize("fault", [None, (), [None], [(1, 2)]])
+def test_pieces_that_are_not_arguments_are_refused(fault: object) -> None:
+    with pytest.raises(TypeError):
+        built_kernels().integrate_all(fault)
+
+
+def test_a_wrong_piece_leaves_the_others_alone() -> None:
+    good, bad = (copied(a) for a in list(pieces().values())[:2])
+    before = arrays(good)
+    with pytest.raises(ValueError, match=r"."):
+        built_kernels().integrate_all([good, (*bad[:-1], np.zeros(3))])
+    assert arrays(good) == before
+
+
+def test_patches_with_broken_positions_stay_in_bounds() -> None:
+    for position in (math.nan, math.inf, -5.0, 1e300):
+        function, arguments = calls()["slip"]
+        wrong = copied(arguments)
+        wrong[8][:, 3] = position
+        kernel(function)(*wrong)
+        assert wrong[8].shape == arguments[8].shape
+
+
+WITHOUT_NUMBA = """
+import sys
+sys.modules["numba"] = None
+from firstcontact.twin import DeviceFilter, TwinStream
+print(DeviceFilter().update(TwinStream(seed=1).read(6000)).std() > 0)
+"""
+
+
+def test_the_twin_needs_no_numba() -> None:
+    if _native._load() is None:
+        pytest.skip("the package was installed without its kernels")
+    result = subprocess.run(
+        [sys.executable, "-W", "error", "-c", WITHOUT_NUMBA], capture_output=True, text=True
+    )
+    assert (result.returncode, result.stdout, result.stderr) == (0, "True\n", "")

@@ -75,10 +75,10 @@ def policies_table(household: Household) -> Table:
 
     return _table(
         "Share of objects that each policy drops if its forces are scaled until "
-        f"{percent(household.damage)} are damaged. The last column is of the tuned forces. "
-        "Intervals are over hands, and over kinds of object within their groups. Rows with a "
-        "reflex: gradual lift, slip detected after 100 ms. Labels with noise have normal errors "
-        "with the stated RMSE.",
+        f"{percent(household.damage)} are damaged. In the last column the forces are not scaled. "
+        "Intervals are over hands, and over kinds of object within their groups. In rows with a "
+        "reflex the hand lifts gradually, and a slip is detected after 100 ms. A label with noise "
+        "is the true Shore A plus a normal error of the stated RMSE.",
         [
             Row("Dropped", drops, "whole"),
             Row("Fewer than blind", fewer, "whole"),

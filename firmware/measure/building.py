@@ -28,7 +28,7 @@ OBJECTS = "FIRSTCONTACT_OBJECTS"
 #: Options that stop the program at the first undefined behaviour. PIE is off, as in the firmware's
 #: Makefile.
 STRICT = (
-    "-g", "-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all",
+    "-O1", "-g", "-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all",
     "-no-pie", "-fno-pie",
 )  # fmt: skip
 #: Record of windows.c for each window.

@@ -106,8 +106,15 @@ def test_a_folder_without_a_model(
     assert "model" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("contacts", ["known", "detected"])
-@pytest.mark.parametrize("rate", [5200.0, 16000.0])
+@pytest.mark.parametrize(
+    ("rate", "contacts"),
+    [
+        (5200.0, "detected"),
+        (16000.0, "known"),
+        pytest.param(5200.0, "known", marks=pytest.mark.slow),
+        pytest.param(16000.0, "detected", marks=pytest.mark.slow),
+    ],
+)
 def test_recordings_of_another_rate_are_resampled_with_a_note(
     data: Path,
     peak: Path,
@@ -161,7 +168,8 @@ def test_names_alone_do_not_make_a_training_pinch(
     assert "seen in training: " not in output.replace("not seen in training", "")
 
 
-@pytest.mark.parametrize("route", ["renamed", "csv", "hdf5"])
+# A table of numbers comes back by tests/cli/test_inspect_export.py, too.
+@pytest.mark.parametrize("route", ["renamed", pytest.param("csv", marks=pytest.mark.slow), "hdf5"])
 def test_pinches_learned_from_are_known_by_any_name(
     data: Path, peak: Path, tmp_path: Path, route: str, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -158,7 +158,7 @@ def test_a_signal_ends_it_in_order(
 def test_a_recording_that_breaks_off_is_told_and_shows_in_the_exit_code(
     environment: dict[str, str], tmp_path: Path
 ) -> None:
-    arguments = ["live", "--device", "twin", "--speed", "4", "--seconds", "8"]
+    arguments = ["live", "--device", "twin", "--speed", "4", "--seconds", "4"]
     arguments += ["--record", "--recordings", str(tmp_path)]
     process = forked.run("code", LIMITED, *arguments, env=environment)
     assert process.returncode == 2, process.stderr

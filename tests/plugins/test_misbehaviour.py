@@ -21,6 +21,7 @@ from firstcontact.grasp import HANDS, POLICIES
 from firstcontact.models import ESTIMATORS
 from firstcontact.recording import EXPORTERS, IMPORTERS, Header, write_dataset
 
+pytestmark = pytest.mark.usefixtures("small_searches")
 REGISTRIES = (
     DETECTORS, ESTIMATORS, EXPORTERS, HANDS, IMPORTERS, MODEL_EXPORTERS, POLICIES, SLIP_DETECTORS,
     SOURCES,

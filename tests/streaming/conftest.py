@@ -21,6 +21,7 @@ from firstcontact.models import (
 )
 from firstcontact.signal import contact_windows
 from firstcontact.twin import BLOCKS, PAPER_RIG, draw_pinch, draw_specimen, simulate_pinch
+from stored_fits import stored
 
 SEED = 5
 
@@ -50,7 +51,7 @@ def fresh() -> Dataset:
 
 @pytest.fixture(scope="session")
 def detector(training: Dataset) -> Detector:
-    return SvmDetector().fit(training)
+    return stored(SvmDetector.fit)(SvmDetector(), training)
 
 
 @pytest.fixture(scope="session")

@@ -48,7 +48,7 @@ def start(path: Path, out: Path, *words: str) -> forked.Program:
 
 def test_a_study_of_arrays_writes_both_files(arrays: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    process = start(arrays, out, "--workers", "1")
+    process = start(arrays, out, "--workers", "1", "--parts", "hardness")
     stdout, stderr = process.communicate()
     assert process.returncode == 0, stderr
     assert stdout.strip() == str(out / "report.html")

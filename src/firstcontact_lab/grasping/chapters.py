@@ -132,8 +132,8 @@ def controls_table(household: Household) -> Table:
 def sensitivity_table(household: Household) -> Table:
     """Return the table of the gain from stiffness if objects' estimated properties change."""
     return _gains(
-        "Reduction of drops if those numbers of the objects that are estimates have other values. "
-        "Both policies are tuned again. The last row has the smallest and the largest value of its "
+        "Reduction of drops if the estimated numbers of the household have other values. Both "
+        "policies are tuned again. The last row has the smallest and the largest value of its "
         "draws instead of an interval.",
         household.sensitivity,
         "whole",
@@ -148,9 +148,10 @@ def closings_table(household: Household) -> Table:
         return lambda name: value(household.closings[name])
 
     return _table(
-        "Full closings with tuned settings: plant, filter, detector, network, and loop with its "
-        "deadline. Steady: share with a constant force, a quarter above the holding force. As "
-        "tabulated: share with the outcome that the table of closings, used for tuning, predicts.",
+        "Closings that are simulated in full at the tuned settings, with the live estimates and "
+        "their deadline. Steady: share with a constant force, a quarter above the holding force. "
+        "As tabulated: share with the outcome that the table of closings, used for tuning, "
+        "predicts.",
         [
             Row("Success", lookup(lambda c: bounded(c, "success")), "whole"),
             Row("Dropped", lookup(lambda c: bounded(c, "dropped")), "whole"),

@@ -12,35 +12,36 @@ enum { SUBCOUNTS = 32, HIGHEST = 1023, ROUND = TAXELS * READINGS, STEPS_OF_SLIP 
 WIDE void fc_tones(double (*lines)[2], const double (*turns)[2], const double *amplitudes,
                    const double *depth, int32_t count, double *out, int64_t n)
 {
+    enum { SLOW = TONES_MOST - 1 }; /* place of the last line, whatever their number */
     double re[TONES_MOST] = {0}, im[TONES_MOST] = {0}, c[TONES_MOST] = {0}, s[TONES_MOST] = {0};
-    double a[TONES_MOST] = {0}, d[TONES_MOST] = {0}, part[TONES_MOST];
+    double a[TONES_MOST] = {0}, d[TONES_MOST] = {0}, part[TONES_MOST], real[TONES_MOST];
     for (int32_t k = 0; k <= count; k++) {
-        re[k] = lines[k][0];
-        im[k] = lines[k][1];
-        c[k] = turns[k][0];
-        s[k] = turns[k][1];
+        const int32_t place = k == count ? SLOW : k;
+        re[place] = lines[k][0];
+        im[place] = lines[k][1];
+        c[place] = turns[k][0];
+        s[place] = turns[k][1];
     }
     for (int32_t k = 0; k < count; k++) {
         a[k] = amplitudes[k];
         d[k] = depth[k];
     }
     for (int64_t i = 0; i < n; i++) {
-        const double beat = im[count];
+        const double beat = im[SLOW];
         double sum = out[i];
-        for (int32_t k = 0; k < TONES_MOST; k++)
+        LANEWISE for (int32_t k = 0; k < TONES_MOST; k++) {
             part[k] = a[k] * (1.0 + d[k] * beat) * im[k];
+            real[k] = re[k] * c[k] - im[k] * s[k];
+            im[k] = re[k] * s[k] + im[k] * c[k];
+            re[k] = real[k];
+        }
         for (int32_t k = 0; k < count; k++)
             sum += part[k];
         out[i] = sum;
-        for (int32_t k = 0; k < TONES_MOST; k++) {
-            const double real = re[k] * c[k] - im[k] * s[k];
-            im[k] = re[k] * s[k] + im[k] * c[k];
-            re[k] = real;
-        }
     }
     for (int32_t k = 0; k <= count; k++) {
-        lines[k][0] = re[k];
-        lines[k][1] = im[k];
+        lines[k][0] = re[k == count ? SLOW : k];
+        lines[k][1] = im[k == count ? SLOW : k];
     }
 }
 
@@ -73,7 +74,8 @@ void fc_piezo_readings(const double *volts, uint16_t *out, int64_t n)
 static double conductance(const double *p, double quick, double late)
 {
     const double response = (1.0 - p[3]) * quick + p[3] * late;
-    return p[7] + p[5] * pow(response, p[6]);
+    const double power = response == 0.0 && p[6] > 0.0 ? 0.0 : pow(response, p[6]); /* unloaded */
+    return p[7] + p[5] * power;
 }
 
 WIDE void fc_force_readings(const double *force, const double *shares, const double *p,
@@ -87,7 +89,7 @@ WIDE void fc_force_readings(const double *force, const double *shares, const dou
     memcpy(late, state + TAXELS, TAXELS * sizeof *state);
     memcpy(share, shares, TAXELS * sizeof *shares);
     for (int64_t i = 0; i < n; i++) {
-        for (int32_t k = 0; k < WIDTH; k++) {
+        LANEWISE for (int32_t k = 0; k < WIDTH; k++) {
             const double above = force[i] * share[k] - threshold, load = 0.0 > above ? 0.0 : above;
             const double tau = load > quick[k] ? rise : fall;
             quick[k] += (load - quick[k]) * dt / tau;

@@ -24,6 +24,13 @@
 #define INLINE static inline
 #endif
 
+/* Before a loop over the lanes of a vector: it becomes vector instructions, not repeated code. */
+#if defined(__GNUC__) && !defined(__clang__)
+#define LANEWISE _Pragma("GCC unroll 1")
+#else
+#define LANEWISE
+#endif
+
 enum {
     ORDER = 12,      /* of the linear prediction */
     PARTS = 5,       /* newest parts of a look */

@@ -15,11 +15,7 @@ enum {
 
 /* Loop over lanes, which becomes one or two vector instructions. Each loop has at most one choice of a
    kind: a compiler would turn two choices that depend on each other into branches. */
-#if defined(__GNUC__) && !defined(__clang__)
-#define EACH_LANE(l) _Pragma("GCC unroll 1") for (int l = 0; l < 2 * side; l++)
-#else
-#define EACH_LANE(l) for (int l = 0; l < 2 * side; l++)
-#endif
+#define EACH_LANE(l) LANEWISE for (int l = 0; l < 2 * side; l++)
 
 static const double NEAR = 2e-4, PI = 3.141592653589793;
 

@@ -32,6 +32,7 @@ from firstcontact.twin import (
     SUBSTEPS,
     Condition,
     PinchDraw,
+    PinchJob,
     TwinObject,
     _derivative,
     draw_pinch,
@@ -39,7 +40,7 @@ from firstcontact.twin import (
     excerpt,
     integrate_pinch,
     simulate,
-    simulate_pinch,
+    simulate_pinches,
 )
 from firstcontact.twin import _pinch as pinch_module
 from firstcontact.twin import _run as run_module
@@ -122,16 +123,16 @@ def rate(folder: Path, workers: int, each: int) -> tuple[float, float]:
 
 def excerpts(workers: int, pinches: int) -> float:
     """Return the pinches per second if only 60 ms around the first contact are simulated."""
-    draws = [drawn(BLOCKS[i % 5], i) for i in range(pinches)]
+    draws = [excerpt(drawn(BLOCKS[i % 5], i), 0.040) for i in range(pinches)]
+    batches = [[PinchJob(draw, Label()) for draw in draws[i::25]] for i in range(25)]
 
-    def made(draw: PinchDraw) -> None:
-        simulate_pinch(excerpt(draw, 0.040), Label(), duration=0.060)
+    def simulated(batch: list[PinchJob]) -> None:
+        list(simulate_pinches(batch, 0.060))
 
-    made(draws.pop())
     begin = time.perf_counter()
     with ThreadPoolExecutor(workers) as pool:
-        list(pool.map(made, draws))
-    return len(draws) / (time.perf_counter() - begin)
+        list(pool.map(simulated, batches))
+    return pinches / (time.perf_counter() - begin)
 
 
 def main() -> None:

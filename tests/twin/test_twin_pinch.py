@@ -11,7 +11,16 @@ from pinches import drawn, simulated
 from scipy import stats
 
 from firstcontact.core import ChannelKind, Label, Pinch, fingertip_layout
-from firstcontact.twin import BLOCKS, EVERYDAY, PAPER_RIG, Condition, simulate_pinch
+from firstcontact.twin import (
+    BLOCKS,
+    BRITTLE,
+    EVERYDAY,
+    PAPER_RIG,
+    Condition,
+    PinchJob,
+    simulate_pinch,
+    simulate_pinches,
+)
 from firstcontact.twin._draw import OFFSET_MEAN, OFFSET_SD
 
 LAYOUT = fingertip_layout()
@@ -128,3 +137,14 @@ def test_contact_exceeds_noise_that_is_not_zero() -> None:
         touched = np.abs(piezo[pinch.first.sample :] - piezo[: pinch.first.sample].mean()).max()
         assert 0.002 < quiet < 0.1
         assert touched > 5 * quiet
+
+
+def test_pinches_simulated_together_are_those_simulated_alone() -> None:
+    kinds = (BLOCKS[0], BLOCKS[4], BRITTLE[0]) * 3
+    jobs = [PinchJob(drawn(kind, i), Label(kind.name), 7 * i) for i, kind in enumerate(kinds)]
+    made = list(simulate_pinches(jobs, 0.2))
+    assert len(made) == len(jobs)
+    for i, together in enumerate(made):
+        alone = simulate_pinch(drawn(kinds[i], i), jobs[i].label, 7 * i, duration=0.2)
+        assert together.data.tobytes() == alone.data.tobytes()
+        assert (together.truth, together.label) == (alone.truth, alone.label)

@@ -37,9 +37,11 @@ from ._objects import block as block
 from ._objects import object_named as object_named
 from ._outcome import GraspOutcome as GraspOutcome
 from ._pinch import BURN_IN as BURN_IN
+from ._pinch import PinchJob as PinchJob
 from ._pinch import excerpt as excerpt
 from ._pinch import integrate_pinch as integrate_pinch
 from ._pinch import simulate_pinch as simulate_pinch
+from ._pinch import simulate_pinches as simulate_pinches
 from ._plant import GraspPlant as GraspPlant
 from ._recorded_noise import read_noise as read_noise
 from ._rig_families import FAMILIES as FAMILIES

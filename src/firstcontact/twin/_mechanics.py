@@ -13,11 +13,12 @@ the given time.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import contact_modulus, hertz_stiffness
+from firstcontact.core import contact_modulus, hertz_stiffness, kernels
 from firstcontact.twin._compiled import compiled, inlined
 from firstcontact.twin._parameters import FingerParameters, ObjectParameters
 
@@ -33,6 +34,8 @@ BUFFER, CONTACT_FORCE, INDENTATION, FACE, DRIVE_SPEED = range(OUTPUTS)
 NEAR = 2e-4
 
 _Vector = NDArray[np.float64]
+#: Arguments of :func:`integrate`.
+Piece = tuple[Any, ...]
 # Products with reciprocals replace divisions by parameters. The compiler moves them out of the
 # loop, which saves a third of the time. The kernel ``core/c/mechanics.c`` gives the same bits.
 
@@ -284,3 +287,25 @@ def integrate(
                 gap[touching] = x[6] - x[n] if touching == 0 else x[18] + x[n + 2]
                 t = stop
     return int(times.size)
+
+
+def integrate_all(pieces: list[Piece]) -> list[int]:
+    """Integrate pieces of different pinches.
+
+    The compiled kernels integrate them side by side, in the lanes of a vector unit.
+
+    Parameters
+    ----------
+    pieces
+        Arguments of :func:`integrate` for each piece.
+
+    Returns
+    -------
+    list
+        Number of samples computed of each piece.
+    """
+    module = kernels()
+    if module is None:
+        return [integrate(*piece) for piece in pieces]
+    taken: list[int] = module.integrate_all(pieces)
+    return taken

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -123,6 +124,14 @@ def _rubbing_band(rate: float) -> NDArray[np.float64]:
     return np.asarray(butter(2, RUBBING_BAND, "bandpass", fs=rate, output="sos"))
 
 
+@lru_cache(maxsize=8)
+def _knot_places(n: int, dt: float) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Return the last knot before each point, and the share of the way to the next one."""
+    place = np.arange(n, dtype=np.float64) * dt / 0.02
+    cell = place.astype(np.int64)
+    return cell, np.asarray(place - cell)
+
+
 def phalanx_force(
     noise: MotorNoise, duration: float, rate: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
@@ -151,9 +160,9 @@ def phalanx_force(
     _filtered(_rubbing_band(rate), white, rubbing)
     rubbing = rubbing[200:]
     knots = rng.standard_normal(max(int(duration / 0.02), 2) + 2)
-    envelope = np.exp(
-        noise.wander * np.interp(np.arange(n) * dt / 0.02, np.arange(len(knots)), knots)
-    )
+    cell, part = _knot_places(n, dt)
+    slope = np.append(np.diff(knots), 0.0)
+    envelope = np.exp(noise.wander * (slope[cell] * part + knots[cell]))
     # Share of white noise's amplitude in the band.
     share = math.sqrt(2 * (RUBBING_BAND[1] - RUBBING_BAND[0]) / rate)
     out = noise.friction * envelope * rubbing / share

@@ -25,7 +25,7 @@ from firstcontact.core import (
 from firstcontact.recording import Header, RecordingWriter
 from firstcontact.twin._conditions import Condition, condition
 from firstcontact.twin._draw import draw_pinch, generator
-from firstcontact.twin._pinch import DURATION, simulate_pinch
+from firstcontact.twin._pinch import DURATION, PinchJob, simulate_pinches
 from firstcontact.twin._plan import PlannedPinch, PlannedSession, plan_sessions
 from firstcontact.twin._positions import Positions
 from firstcontact.twin._recorded_noise import RecordedNoise
@@ -191,7 +191,7 @@ def _simulate_batch(
 ) -> list[Pinch]:
     """Return the pinches of a batch. A pinch does not depend on other pinches of the batch."""
     step = round(DURATION * FINGERTIP_RATE) + BETWEEN
-    out = []
+    jobs = []
     for place, planned in enumerate(batch.pinches, start=batch.first):
         key = planned.label.specimen + f" {planned.number}"
         draw = draw_pinch(seed, condition, batch.session, planned.specimen, key)
@@ -199,8 +199,8 @@ def _simulate_batch(
         sensor = None
         if positions:
             sensor = Positions(generator(seed, condition.name, "positions", batch.session, key))
-        out.append(simulate_pinch(draw, planned.label, place * step, positions=sensor))
-    return out
+        jobs.append(PinchJob(draw, planned.label, place * step, sensor))
+    return list(simulate_pinches(jobs))
 
 
 def _write(

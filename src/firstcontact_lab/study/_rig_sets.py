@@ -19,12 +19,13 @@ from firstcontact.twin import (
     EVERYDAY_OBJECTS,
     Condition,
     PinchDraw,
+    PinchJob,
     contact_stiffness,
     draw_pinch,
     draw_specimen,
     excerpt,
     generator,
-    simulate_pinch,
+    simulate_pinches,
 )
 
 Values = NDArray[np.float64]
@@ -114,9 +115,9 @@ def rig_set(seed: int, condition: Condition, sizes: Sizes, late: Sequence[int]) 
     """
     drawn = list(_planned(seed, condition, sizes))
     placed = generator(seed, condition.name, "placed")
+    jobs = [PinchJob(excerpt(planned.draw, BEFORE), planned.label) for planned in drawn]
     pinches, contacts = [], []
-    for planned in drawn:
-        pinch = simulate_pinch(excerpt(planned.draw, BEFORE), planned.label, duration=LENGTH)
+    for pinch in simulate_pinches(jobs, LENGTH):
         pinches.append(pinch)
         contacts.append(_moved(pinch, int(placed.choice(late))))
     dataset = Dataset(tuple(pinches))

@@ -10,7 +10,8 @@ enum {
     LANES = 2 * SIDE,    /* index fingers, then thumbs */
     VARIABLES = FINGER_STATES + 2, /* of a finger, then position and speed of its face */
     FACE = FINGER_STATES,
-    STAGES = 4
+    STAGES = 4,
+    INSTANTS = 3         /* of the stages of a step: its begin, its middle and its end */
 };
 
 /* Loop over lanes, which becomes one or two vector instructions. Each loop has at most one choice of a
@@ -22,7 +23,7 @@ static const double NEAR = 2e-4, PI = 3.141592653589793;
 /* Parameters and state of all lanes. Divisions are done once, as reciprocals. */
 typedef struct {
     double x[VARIABLES][LANES], k[STAGES][VARIABLES][LANES];
-    double h[STAGES][LANES], sixth[LANES], push[STAGES][LANES], gap[LANES], speed[LANES];
+    double h[INSTANTS][LANES], sixth[LANES], push[INSTANTS][LANES], gap[LANES], speed[LANES];
     double sign[LANES]; /* of a face's motion along the finger's */
     double speed_gain[LANES], drive_force[LANES], motor_force[LANES], back_damping[LANES];
     double link_stiffness[LANES], link_damping[LANES], mount_stiffness[LANES], mount_damping[LANES];
@@ -67,12 +68,13 @@ static double contact_force(const double *o, double stiffness, double depth, dou
 /* Compute the derivatives of one stage, k[stage]. */
 INLINE void derive(lanes_t *b, const int stage, const int side)
 {
+    const int instant = (stage + 1) / 2;
     double(*const k)[LANES] = b->k[stage];
     double y[VARIABLES][LANES], force[LANES], depth[LANES], rate[LANES], deep[LANES], motor[LANES];
     double pressed[LANES], mount[LANES], pad[LANES], relaxing[LANES], loading[LANES];
     for (int v = 0; v < VARIABLES; v++)
         EACH_LANE(l)
-            y[v][l] = stage == 0 ? b->x[v][l] : b->x[v][l] + b->h[stage][l] * b->k[stage - 1][v][l];
+            y[v][l] = stage == 0 ? b->x[v][l] : b->x[v][l] + b->h[instant][l] * b->k[stage - 1][v][l];
     EACH_LANE(l) {
         depth[l] = y[6][l] + b->sign[l] * y[FACE][l] - b->gap[l];
         rate[l] = y[7][l] + b->sign[l] * y[FACE + 1][l];
@@ -109,7 +111,7 @@ INLINE void derive(lanes_t *b, const int stage, const int side)
         k[0][l] = drive_v;
         k[1][l] = (motor[l] - link) * b->per_drive[l];
         k[2][l] = phalanx_v;
-        k[3][l] = (link - mount[l] + b->push[stage][l]) * b->per_phalanx[l];
+        k[3][l] = (link - mount[l] + b->push[instant][l]) * b->per_phalanx[l];
         k[4][l] = board_v;
         k[5][l] = (mount[l] - pad[l]) * b->per_board[l];
         k[6][l] = skin_v;
@@ -168,17 +170,17 @@ INLINE void aim(lanes_t *b, walk *w, int place, const int side)
             w->touching = f;
         }
     }
-    const double dt = w->stop - w->t, h[STAGES] = {0.0, 0.5 * dt, 0.5 * dt, dt};
+    const double dt = w->stop - w->t, h[INSTANTS] = {0.0, 0.5 * dt, dt};
     const double last = (double)(q->points - 2);
     const double *const other = q->noise + q->points;
-    for (int stage = 0; stage < STAGES; stage++) {
-        const double at = (w->t + h[stage]) * w->per_noise;
+    for (int k = 0; k < INSTANTS; k++) {
+        const double at = (w->t + h[k]) * w->per_noise;
         const int64_t cell = at < 0.0 ? 0 : (int64_t)(at < last ? at : last);
         const double part = at - (double)cell, *const index = q->noise + cell;
         const double *const thumb = other + cell;
-        b->push[stage][place] = w->loudness * (index[0] + part * (index[1] - index[0]));
-        b->push[stage][side + place] = w->loudness * (thumb[0] + part * (thumb[1] - thumb[0]));
-        b->h[stage][place] = b->h[stage][side + place] = h[stage];
+        b->push[k][place] = w->loudness * (index[0] + part * (index[1] - index[0]));
+        b->push[k][side + place] = w->loudness * (thumb[0] + part * (thumb[1] - thumb[0]));
+        b->h[k][place] = b->h[k][side + place] = h[k];
     }
     b->sixth[place] = b->sixth[side + place] = dt * (1.0 / 6.0);
 }

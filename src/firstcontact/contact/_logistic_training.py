@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from firstcontact.contact._confirmation import RESETTLED, SETTLED
 from firstcontact.contact._loudness import EACH, ORDER, loudness_features, prediction
-from firstcontact.contact._stream import QUIETER, SteadyState, WindowSizes
+from firstcontact.contact._stream import SteadyState, WindowSizes
 from firstcontact.core import Pinch
 from firstcontact.signal import DeviceSmoothing, samples_in
 
@@ -181,19 +181,17 @@ def _settled(
     :class:`firstcontact.contact._confirmation.ContactListener`.
     """
     every, age = samples_in(RESETTLED, rate), samples_in(SETTLED, rate)
-
-    def settle(quiet: NDArray[np.float64]) -> tuple[float, float, NDArray[np.float64]]:
-        mean, sigma = quiet.mean(), quiet.std()
-        return mean, sigma, prediction((quiet - mean) / sigma)
-
-    mean, sigma, ringing = settle(x[:steady])
+    state = SteadyState.measure(x[:steady, None])
+    ringing = prediction(state.normalise(x[:steady, None])[:, 0])
     out, weights = np.empty(windows.shape), np.empty((len(ends), ORDER + 1))
     for begin in range(0, int(ends[-1]) if len(ends) else 0, every):
-        later = x[max(begin - age - steady, 0) : max(begin - age, 0)]
-        if begin < last and len(later) == steady and 0.0 < later.std() < QUIETER * sigma:
-            mean, sigma, ringing = settle(later)
+        quiet = x[max(begin - age - steady, 0) : max(begin - age, 0), None]
+        later = SteadyState.measure(quiet) if begin < last and len(quiet) == steady else state
+        if state.is_replaced_by(later)[0]:
+            state = later
+            ringing = prediction(state.normalise(quiet)[:, 0])
         rows = (ends > begin) & (ends <= begin + every)
-        out[rows] = (windows[rows] - mean) / sigma
+        out[rows] = state.normalise(windows[rows, :, None])[..., 0]
         weights[rows] = ringing
     return out, weights
 

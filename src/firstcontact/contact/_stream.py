@@ -64,6 +64,10 @@ class SteadyState:
         """Mask of channels that vary. The others are unplugged or saturated."""
         return self.sigma > 0.0
 
+    def is_replaced_by(self, later: SteadyState) -> NDArray[np.bool_]:
+        """Return a mask of the channels that a later steady state replaces: the quieter ones."""
+        return np.asarray(later.alive & (later.sigma < QUIETER * self.sigma))
+
     def normalise(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the difference from the mean in sigmas; 0 for constant channels."""
         scale = np.where(self.alive, self.sigma, 1.0)
@@ -256,8 +260,7 @@ class WindowDetector(ABC):
         """Return a mask of the channels that have become quieter; none before a steady state."""
         if self._state is None:
             return np.zeros(len(self._columns), np.bool_)
-        is_quieter = SteadyState.measure(quiet).sigma < QUIETER * self._state.sigma
-        return np.asarray(is_quieter & (np.ptp(quiet, axis=0) > 0.0))
+        return self._state.is_replaced_by(SteadyState.measure(quiet))
 
     def _settle(self, quiet: NDArray[np.float64]) -> None:
         self._quiet = quiet

@@ -38,6 +38,8 @@ class TrainingData:
         Mean Shore A of each named object.
     contacts
         Text: how the contacts were found.
+    detector
+        Text: how the detector was chosen; "" if there was no choice.
     seed
         Random seed of the folds and the training.
     notes
@@ -54,6 +56,7 @@ class TrainingData:
     levels: tuple[float, ...] = ()
     objects: Mapping[Name, ShoreA] = field(default_factory=dict)
     contacts: Notes = ""
+    detector: Notes = ""
     seed: Count = 0
     notes: tuple[Notes, ...] = ()
     recorded_rate_hz: Rate | None = None

@@ -8,7 +8,13 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.contact import DETECTORS, Detector, make_detector, pretrained_detector
+from firstcontact.contact import (
+    DETECTORS,
+    Detector,
+    is_pretrained,
+    make_detector,
+    pretrained_detector,
+)
 from firstcontact.core import (
     Dataset,
     InputError,
@@ -21,7 +27,12 @@ from firstcontact.core import (
     to_tree,
     worker_count,
 )
-from firstcontact.models._alignment import Alignment, fit_detector, found_as_live, label_alignment
+from firstcontact.models._alignment import (
+    Alignment,
+    choose_detector,
+    fit_detector,
+    label_alignment,
+)
 from firstcontact.models._card import TrainingData, TrainingRecord
 from firstcontact.models._combined import CombinedEstimator
 from firstcontact.models._final_model import (
@@ -86,7 +97,8 @@ def train(
         scikit-learn only. "combined" makes the model of :func:`adapt`; "network" makes that model
         without the regression.
     detector
-        Name of the contact detector; None for the default detector.
+        Name of the contact detector to fit. None chooses between the package's detector and the
+        default one, fitted to these pinches, by the contacts of held-out pinches.
     task
         "regression" of Shore A, or "classification" into the levels of ``data``.
     contacts
@@ -149,13 +161,12 @@ def train(
         parallel(worker_count(workers)) as runner,
         progress_steps(progress, 3 + len(lengths), "step", "training") as step,
     ):
-        fitted = fit_detector(dataset, detector)
-        step(1)
-        if at_known_contacts(contacts, dataset):
+        is_known = at_known_contacts(contacts, dataset)
+        chosen, aligned, reason = choose_detector(dataset, detector, seed, runner)
+        notes += [reason] if reason else []
+        if is_known:
             aligned = label_alignment(dataset)
-        else:
-            aligned = found_as_live(dataset, fitted, seed, runner)
-        step(1)
+        step(2)
         cuts = [(length, _cut(dataset, aligned, length)) for length in lengths]
         predictors: list[Predictor] = []
         for length, cut in cuts:
@@ -187,12 +198,12 @@ def train(
                 notes.append(f"no network: {error.message}")
         step(1)
     return Model(
-        fitted,
+        chosen,
         tuple(predictors),
-        _training_data(dataset, aligned, seed),
+        _training_data(dataset, aligned, reason, seed),
         digests,
         tuple(notes),
-        detector_data(fitted, dataset),
+        detector_data(chosen, dataset),
     )
 
 
@@ -237,8 +248,8 @@ def adapt(
     data
         Pinches. Pinches with role "test" are ignored. None gives a model that knows no rig.
     detector
-        Name of the contact detector. None selects the default detector, or the package's detector
-        without data.
+        Name of the contact detector to fit. None takes the package's detector, unless a fitted one
+        places clearly more contacts of held-out pinches.
     seed
         Random seed of the folds that hold pinches out.
     progress
@@ -300,6 +311,8 @@ def detector_data(detector: Detector, dataset: Dataset) -> dict[str, Any]:
     """Describe the data that a detector was fitted to, for its card."""
     if not detector.learns:
         return {}
+    if is_pretrained(detector):
+        return {"source": "package"}
     return {
         "source": dataset.source,
         "pinches": sum(p.first is not None for p in dataset.pinches),
@@ -370,7 +383,7 @@ def _target(dataset: Dataset) -> tuple[Target, Values]:
     )
 
 
-def _training_data(dataset: Dataset, aligned: Alignment, seed: int) -> TrainingData:
+def _training_data(dataset: Dataset, aligned: Alignment, detector: str, seed: int) -> TrainingData:
     target, values = _target(dataset)
     has_value = np.isfinite(values)
     names = _names(dataset.objects[has_value & (dataset.objects != "")])
@@ -384,6 +397,7 @@ def _training_data(dataset: Dataset, aligned: Alignment, seed: int) -> TrainingD
         levels=tuple(np.unique(values[has_value]).tolist()),
         objects=shore if target == "shore_a" else {},
         contacts=aligned.how,
+        detector=detector,
         seed=seed,
         notes=dataset.notes,
         recorded_rate_hz=dataset.recorded_rate,

@@ -16,6 +16,7 @@ from firstcontact.contact import (
     cut_closings,
     detect,
     first_contact,
+    is_pretrained,
     pretrained_detector,
 )
 from firstcontact.core import FINGERTIP_RATE, Block, Contact, Dataset, Record, Runner
@@ -24,7 +25,6 @@ from firstcontact.models import (
     CombinedModel,
     Ends,
     InContextModel,
-    Model,
     adapt,
     cluster_intervals,
     fit_detector,
@@ -187,8 +187,10 @@ def _judge_rig(
     rig = draw_structured(seed, motor)
     blocks = draw_blocks(rig, LEVELS, BLOCKS_EACH, 3)
     objects, empty = draw_objects(rig, count), draw_empty(rig, EMPTY, LASTS)
-    models = _models(blocks)
+    combined = train(blocks, CombinedModel.kind)
+    models = (combined.only(InContextModel.kind), combined)
     detectors = {"shipped": pretrained_detector(), "own": fit_detector(blocks)}
+    chosen = "shipped" if is_pretrained(combined.own_detector) else "own"
     out = {}
     for name, detector in detectors.items():
         for confirm in (False, True):
@@ -205,16 +207,11 @@ def _judge_rig(
                 counts.estimates = len(squares)
             counts.alarms, counts.minutes = _alarms(detector, empty, confirm=confirm)
             out[name if confirm else f"{name}, all count"] = counts
+    out |= {key.replace(chosen, "adapt"): out[key] for key in list(out) if key.startswith(chosen)}
     unknown = adapt()
     contacts = _firsts(detectors["shipped"], objects, confirm=True)
     errors = [_squares(unknown.predict(objects, at, contacts).value, objects) for at in TIMES]
     return out, [(float(e.sum()), float(len(e))) for e in errors]
-
-
-def _models(blocks: Dataset) -> tuple[Model, Model]:
-    """Return the network and ``combined``, both conditioned on detected contacts with blocks."""
-    combined = train(blocks, CombinedModel.kind)
-    return combined.only(InContextModel.kind), combined
 
 
 def _firsts(detector: Detector, dataset: Dataset, *, confirm: bool) -> list[Contact | None]:
@@ -280,7 +277,11 @@ _ROWS: Sequence[Row[StructureScores]] = (
     Row("difference of both RMSE", lambda s: s.bounded("gain"), "bias"),
     Row("pinches with an estimate", lambda s: s.bounded("predicted"), "share"),
 )
-_NAMES = {"shipped": "Shipped detector", "own": "Detector from its own blocks"}
+_NAMES = {
+    "shipped": "Shipped detector",
+    "own": "Detector from its own blocks",
+    "adapt": "Detector that adapt takes",
+}
 
 
 def structure_table(results: SubjectResults) -> Table | None:

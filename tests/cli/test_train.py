@@ -95,11 +95,34 @@ def test_unknown_contacts_are_detected(tmp_path: Path, capsys: pytest.CaptureFix
     assert run("evaluate", tmp_path / "m", data) == 0
 
 
-def test_the_detector_learns_from_known_contacts(trained: dict[str, Path]) -> None:
-    assert load_card(trained["detected"])["trained_on"]["contacts"] == (
+def test_package_detector_is_taken_if_a_fitted_one_is_no_better(
+    data: Path, trained: dict[str, Path], capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    trained_on = load_card(trained["detected"])["trained_on"]
+    assert trained_on["contacts"] == (
+        "detected (logistic of the package; steady states begin with the first sample)"
+    )
+    assert run("train", data, "--estimator", "peak", "--out", tmp_path / "m") == 0
+    assert trained_on["detector"]
+    assert trained_on["detector"] in capsys.readouterr().out
+
+
+def test_named_detector_learns_from_known_contacts(data: Path, tmp_path: Path) -> None:
+    out = tmp_path / "m"
+    words = ("--estimator", "peak", "--detector-type", DETECTORS.default)
+    assert run("train", data, "--out", out, *words) == 0
+    trained_on = load_card(out)["trained_on"]
+    assert trained_on["contacts"] == (
         f"detected ({DETECTORS.default} that learned from other sessions; "
         "steady states begin with the first sample)"
     )
+    assert trained_on["detector"] == ""
+    card = json.loads((out / "detector.json").read_text(encoding="utf-8"))
+    assert card["data"] == {
+        "source": "synthetic",
+        "pinches": 60,
+        "sessions": ["a", "b", "c", "d"],
+    }
 
 
 def test_one_session_is_split_at_random_and_says_so(
@@ -235,11 +258,7 @@ def test_the_detector_is_saved_whatever_aligned_the_windows(trained: dict[str, P
     saved = [(out / "detector.safetensors").read_bytes() for out in trained.values()]
     assert saved[0] == saved[1]
     card = json.loads((trained["known"] / "detector.json").read_text(encoding="utf-8"))
-    assert card["data"] == {
-        "source": "synthetic",
-        "pinches": 60,
-        "sessions": ["a", "b", "c", "d"],
-    }
+    assert card["data"] == {"source": "package"}
 
 
 def test_contacts_are_found_by_a_detector_that_had_not_learned_from_the_session(

@@ -23,6 +23,9 @@ resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[1]),) * 2)
 sys.exit(main(sys.argv[2:]))
 """
 
+#: A named detector is fitted, so that two trainings differ in all files.
+FITTED = ("--detector-type", "logistic")
+
 
 @pytest.fixture(scope="module")
 def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -37,7 +40,7 @@ def other(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def trained(data: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("trained") / "m"
-    assert run("train", data, "--estimator", "peak", "--out", out) == 0
+    assert run("train", data, "--estimator", "peak", *FITTED, "--out", out) == 0
     return out
 
 
@@ -69,7 +72,7 @@ def test_a_full_disk_leaves_the_old_training(model: Path, other: Path, size: int
 def test_parts_of_two_trainings_are_no_model(
     model: Path, other: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert run("train", other, "--estimator", "peak", "--out", tmp_path / "n") == 0
+    assert run("train", other, "--estimator", "peak", *FITTED, "--out", tmp_path / "n") == 0
     for name in ("detector.json", "detector.safetensors"):
         shutil.copy(tmp_path / "n" / name, model / name)
     load_detector(model)  # by itself it is one
@@ -103,7 +106,7 @@ def test_a_training_is_replaced_and_nothing_of_it_stays(
     model: Path, other: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     original = content(model)
-    assert run("train", other, "--estimator", "train_mean", "--out", model) == 0
+    assert run("train", other, "--estimator", "train_mean", *FITTED, "--out", model) == 0
     assert f"replaced the former model in {model}" in capsys.readouterr().out
     current = content(model)
     assert current.keys() == original.keys()

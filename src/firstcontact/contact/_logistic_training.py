@@ -187,7 +187,7 @@ def _settled(
     for begin in range(0, int(ends[-1]) if len(ends) else 0, every):
         quiet = x[max(begin - age - steady, 0) : max(begin - age, 0), None]
         later = SteadyState.measure(quiet) if begin < last and len(quiet) == steady else state
-        if state.is_replaced_by(later)[0]:
+        if state.is_louder_than(later)[0]:
             state = later
             ringing = prediction(state.normalise(quiet)[:, 0])
         rows = (ends > begin) & (ends <= begin + every)

@@ -64,8 +64,8 @@ class SteadyState:
         """Mask of channels that vary. The others are unplugged or saturated."""
         return self.sigma > 0.0
 
-    def is_replaced_by(self, later: SteadyState) -> NDArray[np.bool_]:
-        """Return a mask of the channels that a later steady state replaces: the quieter ones."""
+    def is_louder_than(self, later: SteadyState) -> NDArray[np.bool_]:
+        """Return a mask of the channels that a later steady state shows clearly quieter."""
         return np.asarray(later.alive & (later.sigma < QUIETER * self.sigma))
 
     def normalise(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -260,7 +260,7 @@ class WindowDetector(ABC):
         """Return a mask of the channels that have become quieter; none before a steady state."""
         if self._state is None:
             return np.zeros(len(self._columns), np.bool_)
-        return self._state.is_replaced_by(SteadyState.measure(quiet))
+        return self._state.is_louder_than(SteadyState.measure(quiet))
 
     def _settle(self, quiet: NDArray[np.float64]) -> None:
         self._quiet = quiet

@@ -1,6 +1,7 @@
 """Models: estimators, one a file; training, evaluation, intervals; the model folder."""
 
 from ._alignment import Alignment as Alignment
+from ._alignment import choose_detector as choose_detector
 from ._alignment import detect_alignment as detect_alignment
 from ._alignment import fit_detector as fit_detector
 from ._alignment import found_as_live as found_as_live

@@ -120,13 +120,13 @@ def choose_detector(
         The named detector cannot learn from these pinches.
     """
     fitted = fit_detector(dataset, name)
-    found = found_as_live(dataset, fitted, seed, runner)
+    fitted_alignment = found_as_live(dataset, fitted, seed, runner)
     shipped = general_detector(dataset.layout)
     if name is not None or not is_pretrained(shipped) or is_pretrained(fitted):
-        return fitted, found, ""
-    found_by_shipped = detect_alignment(dataset, shipped, " of the package")
-    by_fitted = _placed(dataset, found)
-    by_shipped = _placed(dataset, found_by_shipped)
+        return fitted, fitted_alignment, ""
+    shipped_alignment = detect_alignment(dataset, shipped, " of the package")
+    by_fitted = _placed(dataset, fitted_alignment)
+    by_shipped = _placed(dataset, shipped_alignment)
     gain = int(by_fitted.sum()) - int(by_shipped.sum())
     takes_fitted = gain > np.sqrt(np.count_nonzero(by_fitted != by_shipped))
     reason = (
@@ -135,15 +135,17 @@ def choose_detector(
         f"{by_shipped.sum()} within 3 ms, and one fitted to other pinches of the rig "
         f"{by_fitted.sum()}"
     )
-    return (fitted, found, reason) if takes_fitted else (shipped, found_by_shipped, reason)
+    return (
+        (fitted, fitted_alignment, reason) if takes_fitted else (shipped, shipped_alignment, reason)
+    )
 
 
-def _placed(dataset: Dataset, found: Alignment) -> NDArray[np.bool_]:
+def _placed(dataset: Dataset, alignment: Alignment) -> NDArray[np.bool_]:
     """Return a mask of the known first contacts that were placed right, as scores count them."""
     return np.array(
         [
             outcome(contact, pinch.first, pinch.layout.rate, early=0.0) == "success"
-            for pinch, contact in zip(dataset.pinches, found.contacts, strict=True)
+            for pinch, contact in zip(dataset.pinches, alignment.contacts, strict=True)
             if pinch.first is not None
         ]
     )

@@ -163,7 +163,6 @@ def train(
     ):
         is_known = at_known_contacts(contacts, dataset)
         chosen, aligned, reason = choose_detector(dataset, detector, seed, runner)
-        notes += [reason] if reason else []
         if is_known:
             aligned = label_alignment(dataset)
         step(2)
@@ -196,6 +195,7 @@ def train(
                 if not takes_windows:
                     raise
                 notes.append(f"no network: {error.message}")
+        notes += [reason] if reason else []
         step(1)
     return Model(
         chosen,

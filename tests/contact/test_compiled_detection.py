@@ -51,6 +51,19 @@ def test_windows_are_judged_as_by_numpy(fitted, size):
     assert fired
 
 
+def test_onsets_in_noise_are_those_of_numpy(fitted):
+    """Without a contact no onset stands out, so each term of its score counts."""
+    arrays = fitted["logistic"].to_arrays()
+    arrays["line"] = np.append(arrays["line"][:-1], 1e6)  # each window fires
+    detector = LogisticDetector.from_arrays(arrays)
+    with using(built_kernels()):
+        fired, compiled = decisions(detector, closing(3), 5)
+    with using(None):
+        plain = decisions(detector, closing(3), 5)[1]
+    assert fired.sum() > 50
+    np.testing.assert_array_equal(compiled, plain)
+
+
 def test_a_constant_channel_never_fires(fitted):
     pinch = closing(3)
     pinch.data[:, 0] = 16384

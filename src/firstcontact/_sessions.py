@@ -131,20 +131,21 @@ def live(
 
     if not hasattr(type(source), "descriptor"):
         raise InputError(
-            f"it must be an open source, not {type(source).__name__}: make one with open(device)",
+            f"the source must be an open one, not a {type(source).__name__}: make one with "
+            "open(device)",
             parameter="source",
         )
     if real_time is None:
         real_time = getattr(source, "speed", 1.0) == 1.0
     for name, bound in (("seconds", seconds), ("pinches", pinches)):
         if bound is not None and not bound > 0:
-            raise InputError(f"it is {bound:g}: give a number above 0", parameter=name)
+            raise InputError(f"the value is {bound:g}: give a number above 0", parameter=name)
     recorded = hasattr(source, "calibration")
     is_live = real_time and not recorded
     if hand is not None and HANDS.find(hand).begins is Begins.US:
         raise InputError(
-            f"{hand} closes only on request, and this function sends none: run "
-            f"`firstcontact live --hand {hand}`",
+            f"{hand} closes only on request, and this function cannot send requests: run "
+            f"`firstcontact live --hand {hand}` instead",
             parameter="hand",
         )
     check_hand(hand, hand_port, policy, device=source.name, is_live=is_live)

@@ -101,9 +101,9 @@ class Terminal:
         for line in self._link.lines(health, last=True):
             self.say(line)
         self.say(
-            f"link: {health.samples} samples, {health.lost} lost, "
-            f"{health.bad_frames} damaged frames, {health.reconnects} reconnects; "
-            f"{guide.left_out} {'taps' if is_tapped(guide.layout) else 'closings'} did not count"
+            f"link: {health.samples} samples, {health.lost} lost, {health.bad_frames} damaged "
+            f"frames, {health.reconnects} reconnects; {guide.left_out} "
+            f"{('taps' if is_tapped(guide.layout) else 'closings')} were not accepted as pinches"
         )
         lost = health.lost_samples - self._lost_before
         if lost:

@@ -90,12 +90,16 @@ def calibrate(
     """
     shortest, longest = SECONDS
     if not shortest <= seconds <= longest:
-        raise InputError(f"it must lie between {shortest:g} and {longest:g} s", parameter="seconds")
+        raise InputError(
+            f"the time must lie between {shortest:g} and {longest:g} s", parameter="seconds"
+        )
     if not 0 <= patience <= longest:
-        raise InputError(f"it must lie between 0 and {longest:g} s", parameter="patience")
+        raise InputError(f"the time must lie between 0 and {longest:g} s", parameter="patience")
     if weigh and confirmed is None:
         raise InputError(
-            "weighing needs a person: pass confirmed, which waits for Enter", parameter="weigh"
+            "weighing needs a person: also pass `confirmed`, a function that returns True once "
+            "the weight is on the taxel",
+            parameter="weigh",
         )
     if isinstance(weights, str | os.PathLike):
         weights = read_weights(Path(weights))
@@ -115,8 +119,8 @@ def calibrate(
         say(f"warning: {sentence}")
     for curve in curves:
         say(
-            f"{curve.finger.name.lower():6} leak {curve.leak:.3g} S, gain {curve.gain:.3g} S, "
-            f"exponent {curve.exponent:.2f}, off by {curve.rms:.2f} N RMS"
+            f"{curve.finger.name.lower():6} force curve: leak {curve.leak:.3g} S, gain "
+            f"{curve.gain:.3g} S, exponent {curve.exponent:.2f}, error {curve.rms:.2f} N RMS"
         )
     return calibration
 
@@ -139,7 +143,7 @@ def _curves(weighings: Sequence[Weighing]) -> tuple[ForceCurve, ...]:
     """Return a force curve for each finger, fitted to its weighings."""
     fingers = sorted({w.finger for w in weighings})
     if not fingers:
-        raise InputError("no weight is given: add a line for each weight", parameter="weights")
+        raise InputError("no weights are given: add a line for each weight", parameter="weights")
     return tuple(fit_force([w for w in weighings if w.finger is f]) for f in fingers)
 
 
@@ -184,7 +188,10 @@ def loaded_volts(source: Source, finger: Finger, seconds: float = 1.0) -> float:
     layout = source.descriptor.layout
     columns = layout.columns(ChannelKind.FORCE, finger)
     if not columns:
-        raise InputError(f"the {finger.name.lower()} has no force channel: leave the weights out")
+        raise InputError(
+            f"the {finger.name.lower()} has no force channel, so its weights cannot be used: "
+            "leave them out"
+        )
     total = np.zeros(len(columns))
     count = 0
     source.read(0)  # drop the samples from before the weight lay there

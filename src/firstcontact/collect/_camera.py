@@ -97,7 +97,8 @@ def read_contacts(path: Path) -> dict[Key, float]:
                 raise ValueError
         except (KeyError, ValueError) as error:
             raise InputError(
-                f"{path}, line {line}: give a pinch's number, index or thumb, and a time in s"
+                f"{path}, line {line}: give a pinch's number, the finger (index or thumb), and a "
+                "time in s"
             ) from error
         if key in contacts:
             raise InputError(f"{path}, line {line}: this contact is listed twice: keep one")
@@ -137,8 +138,8 @@ def compare(recording: Recording, contacts: Mapping[Key, float], fps: float = 96
     both = [key for key in contacts if key in device]
     if len({number for number, _ in both}) < LEAST:
         raise InputError(
-            f"{recording.path}: only {len({n for n, _ in both})} pinches have contacts of both "
-            f"strips and camera, but {LEAST} are needed: check the pinch numbers"
+            f"{recording.path}: only {len({n for n, _ in both})} pinches have contacts both from "
+            f"the strips and from the camera, but {LEAST} are needed: check the pinch numbers"
         )
     epochs = sorted({device[key][0] for key in both})
     epoch = np.array([epochs.index(device[key][0]) for key in both])

@@ -51,7 +51,8 @@ def read_weights(path: Path) -> tuple[Weighing, ...]:
             newtons, volts = parse_float(row["newtons"]), parse_float(row["volts"])
         except (KeyError, ValueError) as error:
             raise InputError(
-                f"{path}, line {line}: give index or thumb, then two numbers"
+                f"{path}, line {line}: give the finger (index or thumb), then newtons and volts "
+                "as numbers"
             ) from error
         weighings.append(Weighing(finger, newtons, volts))
     return tuple(weighings)

@@ -142,8 +142,8 @@ class Journal:
 
     def _failed(self, error: OSError) -> InputError:
         return InputError(
-            f"{self.path} cannot be written ({error.strerror}): the earlier actions are in it; "
-            "make room and run the same command again"
+            f"{self.path} cannot be written ({error.strerror}): your earlier labels are in it; "
+            "make room on the disk and run the same command again"
         )
 
 

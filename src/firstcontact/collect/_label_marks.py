@@ -124,7 +124,7 @@ class Marks:
         """
         if action.do == "undo":
             if not self.done:
-                raise InputError("nothing is left to undo")
+                raise InputError("there is no label left to undo")
             reopened = self.done[-1].number
             self.replay(self.done[:-1])
             return reopened
@@ -153,7 +153,10 @@ class Marks:
                 self._marks[mark.number] = replace(mark, sample=at, status=Status.ACCEPTED)
             case "add":
                 if len(self._marks) >= MOST:
-                    raise InputError(f"there are {MOST} onsets: label in several parts")
+                    raise InputError(
+                        f"there are {MOST} onsets, and a page cannot hold more: label the "
+                        "recordings in several commands"
+                    )
                 at = self._inside(mark, action.sample)
                 number = max(self._marks) + 1
                 self._marks[number] = replace(

@@ -76,7 +76,10 @@ def write_labelled(
             f"{path} exists and recordings are never overwritten: choose another folder"
         ) from error
     except OSError as error:
-        raise InputError(f"{path} cannot be written ({error.strerror}): make room") from error
+        raise InputError(
+            f"{path} cannot be written ({error.strerror}): make room on the disk and run the "
+            "command again"
+        ) from error
     return len(pinches), left
 
 

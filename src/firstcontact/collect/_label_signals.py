@@ -35,7 +35,7 @@ def open_recordings(paths: Sequence[Path]) -> list[Recording]:
     recordings = [read_recording(file) for file in files]
     empty = next((r for r in recordings if not r.samples), None)
     if empty is not None:
-        raise InputError(f"{empty.path} holds no samples: leave it out")
+        raise InputError(f"{empty.path} holds no samples: leave this recording out")
     return recordings
 
 
@@ -83,7 +83,7 @@ def find_marks(recordings: Sequence[Recording]) -> list[Mark]:
     if len(out) > MOST:
         raise InputError(
             f"{recordings[0].path} and the other recordings have {len(out)} onsets, more than "
-            f"{MOST}: label in several parts"
+            f"{MOST}: label them in several commands"
         )
     return out
 

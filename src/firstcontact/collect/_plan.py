@@ -49,17 +49,23 @@ class Item:
 
     def __post_init__(self) -> None:
         if not self.object:
-            raise InputError("an object has no name: give one")
+            raise InputError("the object's name is empty: give a name")
         if max(len(self.object), len(self.specimen)) > LONGEST_NAME:
-            raise InputError(f"a name is longer than {LONGEST_NAME} characters: shorten it")
+            raise InputError(
+                f"the name of the object or specimen is longer than {LONGEST_NAME} characters: "
+                "shorten it"
+            )
         for name in (self.object, self.specimen):
             check_text(name)
         if not 1 <= self.pinches <= MOST_PINCHES:
             raise InputError(
-                f"{self.object}: {self.pinches} pinches are wanted: give from 1 to {MOST_PINCHES}"
+                f"{self.object}: the number of pinches is {self.pinches}: give a number from 1 to "
+                f"{MOST_PINCHES}"
             )
         if self.shore is not None and not 0 <= self.shore <= 100:
-            raise InputError(f"{self.object}: shore {self.shore:g} is not between 0 and 100")
+            raise InputError(
+                f"{self.object}: the value of shore is {self.shore:g}: give a Shore A from 0 to 100"
+            )
 
     def label(self, session: str) -> Label:
         """Return the label of the object's pinches in a session."""

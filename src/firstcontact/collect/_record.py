@@ -108,7 +108,7 @@ def record(
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(
-            f"it cannot be created ({error.strerror}): choose another folder", parameter="out"
+            f"the folder cannot be created ({error.strerror}): choose another one", parameter="out"
         ) from error
     wanted = sum(item.pinches for item in items)
     with progress_steps(progress, wanted, "pinch") as step:
@@ -151,7 +151,7 @@ def _record(
         screen.say(f"session {session} is complete: {earlier.files[-1]}")
         return earlier.files[-1]
     if calibration is None or len(calibration.piezo) < len(layout.vibration_fingers):
-        screen.say(f"measuring the noise floor, {REST:g} s of rest: {rest_request(layout)}")
+        screen.say(f"measuring the noise floor at rest for {REST:g} s: {rest_request(layout)}")
         calibration = with_noise(calibration, measure_noise(source))
     guide = Guide(layout, items, session, calibration, earlier.counts)
     header = make_header(source.descriptor, session, calibration, hand, notes)
@@ -163,8 +163,8 @@ def _record(
         screen.end()
     if not complete and not stopped():
         raise InputError(
-            f"it ended before all pinches were recorded: continue {earlier.path} with the same "
-            "session and folder",
+            "the source ended before all pinches were recorded: run the command again with the "
+            f"same session and folder, to continue {earlier.path}",
             parameter="source",
         )
     return earlier.path
@@ -181,7 +181,11 @@ def _items(
 ) -> tuple[Item, ...]:
     """Return the objects to record, with the Shore A of objects that the source knows."""
     if (plan is None) == (not object):
-        raise InputError("give one object, or a plan for several", parameter="object")
+        raise InputError(
+            "no object is given, or both an object and a plan: give one object, or a plan for "
+            "several",
+            parameter="object",
+        )
     if role not in tuple(Role):
         raise InputError(f"{role!r} must be one of {', '.join(Role)}", parameter="role")
     if plan is None:

@@ -100,8 +100,8 @@ def wait_for_tap(
                 )
                 return replace(calibration, piezo=piezo)
     raise InputError(
-        f"the {finger_name(finger)} felt no tap within {patience:g} s: tap harder, check the "
-        "sensor's plug, or leave the tap test out",
+        f"no tap was measured at the {finger_name(finger)} within {patience:g} s: tap harder, "
+        "check the sensor's plug, or leave the tap test out",
         parameter="tap",
     )
 

@@ -160,7 +160,7 @@ def load_detector(path: AnyPath) -> Detector:
     if card.sha256 is not None:
         arrays = read_weights(folder / DETECTOR_WEIGHTS, card.sha256, CARD)
     elif kind.learns:
-        raise InputError(f"{file}: sha256 is missing: train again")
+        raise InputError(f"{file}: the field 'sha256' is missing: train again")
     else:  # no weights, or an older version with the number in the card
         arrays = {} if card.sigmas is None else {"sigmas": np.array(card.sigmas)}
     try:
@@ -170,7 +170,7 @@ def load_detector(path: AnyPath) -> Detector:
         raise InputError(f"{folder / DETECTOR_WEIGHTS}: {error}") from None
     if card.rate_hz != detector.rate:
         raise InputError(
-            f"{file}: rate_hz is {card.rate_hz!r} but {DETECTOR_WEIGHTS} says {detector.rate!r}: "
-            "train again"
+            f"{file}: the field 'rate_hz' is {card.rate_hz!r}, but the detector in "
+            f"{DETECTOR_WEIGHTS} was trained at {detector.rate!r}: train again"
         )
     return detector

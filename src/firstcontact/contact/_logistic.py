@@ -261,5 +261,7 @@ class LogisticDetector(TrainedDetector):
         detector._line = stored_array(arrays, "line", (2 * EACH + 1,))
         detector._rate = float(stored_array(arrays, "rate", ()))
         if detector._rate < cls.lowest:
-            raise InputError(f"the detector's rate is below {cls.lowest:g} Hz: train it again")
+            raise InputError(
+                f"the detector's sampling rate is below {cls.lowest:g} Hz: train it again"
+            )
         return detector

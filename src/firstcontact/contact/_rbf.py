@@ -82,7 +82,9 @@ class RbfMachine:
         with np.errstate(all="ignore"):
             out = self._decide(x)
         if not np.isfinite(out).all():
-            raise InputError("the detector's decision is not a finite number: train it again")
+            raise InputError(
+                "the detector's output is not a finite number: train the detector again"
+            )
         return out
 
     def _decide(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -108,7 +110,9 @@ class RbfMachine:
         names = _names(cls)
         missing = [name for name in names if name not in arrays]
         if missing:
-            raise InputError(f"the detector's array {missing[0]!r} is missing: train it again")
+            raise InputError(
+                f"the detector's array {missing[0]!r} is missing: train the detector again"
+            )
         a = {name: np.array(arrays[name], dtype=np.float64) for name in names}
         vectors, features = a["support"].shape if a["support"].ndim == 2 else (-1, -1)
         shapes: dict[str, tuple[int, ...]] = {
@@ -122,11 +126,13 @@ class RbfMachine:
         for name, shape in shapes.items():
             if a[name].shape != shape or not np.isfinite(a[name]).all():
                 raise InputError(
-                    f"the detector's array {name!r} does not fit the others or is not finite: "
-                    "train it again"
+                    f"the detector's array {name!r} has a shape that does not fit the other "
+                    "arrays, or holds a number that is not finite: train the detector again"
                 )
         if a["scale"].min(initial=1.0) <= 0 or a["gamma"] <= 0:
-            raise InputError("the detector's scale or gamma is not above 0: train it again")
+            raise InputError(
+                "the detector's array 'scale' or 'gamma' is not above 0: train the detector again"
+            )
         return cls(
             a["mean"],
             a["scale"],

@@ -180,8 +180,8 @@ class WindowDetector(ABC):
             The detector has no sample-by-sample form.
         """
         raise InputError(
-            f"the detector {self.name!r} has no sample-by-sample form, which an export needs: "
-            "train with another --detector-type"
+            f"the detector {self.name!r} cannot judge one sample after the other, as an exported "
+            "detector must: train with another --detector-type"
         )
 
     @classmethod
@@ -203,7 +203,8 @@ class WindowDetector(ABC):
         """
         if not layout.vibration_fingers:
             raise InputError(
-                "the layout has no vibration channel: contacts cannot be detected in it"
+                "the recording or device has no vibration channel, so contacts cannot be "
+                "detected: use one with a vibration sensor"
             )
         self._layout = layout
         self._columns = layout.columns(ChannelKind.VIBRATION)

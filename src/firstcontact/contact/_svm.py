@@ -147,8 +147,8 @@ class SvmDetector(TrainedDetector):
         features = feature_count(cls.sizes(detector._rate).step)
         if len(detector._machine.mean) != features:
             raise InputError(
-                f"the detector has {len(detector._machine.mean)} features but a window at "
-                f"{detector._rate:g} Hz has {features}: train it again"
+                f"the detector has {len(detector._machine.mean)} features, but a window at "
+                f"{detector._rate:g} Hz has {features}: train the detector again"
             )
         return detector
 

@@ -59,7 +59,8 @@ class ThresholdDetector(WindowDetector):
         sigmas = np.asarray(arrays.get("sigmas", np.nan))
         if sigmas.shape != () or not 0.0 < sigmas <= HIGHEST:
             raise InputError(
-                "the detector's array 'sigmas' is missing or out of range: save it again"
+                "the detector's array 'sigmas' is missing, or its value is not above 0 and at "
+                f"most {HIGHEST:g}: save the detector again"
             )
         return cls(float(sigmas))
 

@@ -61,8 +61,9 @@ class TrainedDetector(WindowDetector):
         self._require_training("fit it or load a trained one")
         if layout.rate != self._rate:
             raise InputError(
-                f"the {self.title} detector was trained at {self._rate:g} Hz but the layout has "
-                f"{layout.rate:g} Hz: make one with `firstcontact train --rate {layout.rate:g}`"
+                f"the {self.title} detector was trained at {self._rate:g} Hz but the samples come "
+                f"at {layout.rate:g} Hz: train one for this rate with `firstcontact train --rate "
+                f"{layout.rate:g}`"
             )
         super().start(layout)
 

@@ -148,5 +148,5 @@ def _keep(arguments: list[str], started: Future[subprocess.Popen[bytes]]) -> Non
 
 def _open(stream: IO[bytes] | None) -> IO[bytes]:
     if stream is None or stream.closed:
-        raise BrokenPipeError("the process has been ended")
+        raise BrokenPipeError("the child process has been ended")
     return stream

@@ -45,6 +45,7 @@ class ClosingSpeed:
         for name, value, least in (("speed", self.speed, SLOWEST), ("error", self.error, 0.0)):
             if not least <= value <= FASTEST:  # true of NaN
                 raise InputError(
-                    f"{name} of a closing is {value:g}: give m/s, from {least:g} to {FASTEST:g}",
+                    f"the {name} of a closing is {value:g}: give a value in m/s, from {least:g} "
+                    f"to {FASTEST:g}",
                     parameter=name,
                 )

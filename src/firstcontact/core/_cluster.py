@@ -101,7 +101,8 @@ class ClusterBackend(ParallelBackendBase):  # type: ignore[misc]  # joblib state
             return task.result()
         except KilledWorker as error:
             raise InputError(
-                "several workers ended on the same job: give the workers more memory"
+                "several workers of the cluster ended while they ran the same job: give the "
+                "workers more memory"
             ) from error
         except (FutureCancelledError, CommClosedError) as error:
             raise InputError(GONE) from error

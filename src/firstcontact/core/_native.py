@@ -24,8 +24,9 @@ def _load() -> ModuleType | None:
     sources = Path(__file__).with_name("c").glob("*.[ch]")
     if any(source.stat().st_mtime > built for source in sources):
         _log.warning(
-            "the compiled kernels are older than their sources, so NumPy takes their place and "
-            "live estimates come later: install the package again, with pip install --editable ."
+            "the compiled C functions are older than their source code, so slower NumPy code "
+            "takes their place and live estimates come later: install the package again, with "
+            "pip install --editable ."
         )
         return None
     return module

@@ -80,8 +80,8 @@ class Program:
         for step in self.steps:
             if not computed.issuperset(step.takes) or step.gives in computed:
                 raise ValueError(
-                    f"the step {step.gives!r} uses a vector that no earlier step gives, "
-                    "or gives one that exists already"
+                    f"the step {step.gives!r} uses a vector that no earlier step gives, or gives "
+                    "a vector that exists already"
                 )
             computed.add(step.gives)
         if not {self.output, self.spread or self.output} <= computed:

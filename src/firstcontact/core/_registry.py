@@ -203,7 +203,7 @@ class Registry(Mapping[str, E], Generic[E]):
             The entry has another name or kind, or lacks an attribute.
         """
         if entry.name != name:
-            raise TypeError(f"its attribute name is {entry.name!r}")
+            raise TypeError(f"its attribute 'name' is {entry.name!r}")
         if self._base is None:
             return
         base: Any = self._import(self._base)
@@ -227,7 +227,7 @@ class Registry(Mapping[str, E], Generic[E]):
             entry, "__abstractmethods__", frozenset()
         )
         if missing:
-            raise TypeError(f"it lacks {', '.join(sorted(missing))}")
+            raise TypeError(f"it lacks the attributes {', '.join(sorted(missing))}")
 
     def _fail(self, name: str, reason: str) -> None:
         self.failed[name] = reason

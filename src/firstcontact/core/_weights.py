@@ -145,12 +145,12 @@ def read_card(
     head = read_record(text, _Head, str(path), remedy, LONGEST_CARD)
     if head.format != expected_format:
         raise InputError(
-            f"{path}: its format is {head.format!r}, not {expected_format!r}: "
-            f"choose the folder of a {noun}"
+            f"{path}: its field 'format' is {head.format!r}, not {expected_format!r}: choose the "
+            f"folder of a {noun}"
         )
     if head.format_version != expected_version:
         raise InputError(
-            f"{path}: format_version is {head.format_version} but this program reads "
+            f"{path}: the field 'format_version' is {head.format_version}, but this program reads "
             f"{expected_version}: update firstcontact, or train again"
         )
     return read_record(text, kind, str(path), remedy, LONGEST_CARD)
@@ -181,8 +181,8 @@ def read_verified(path: Path, sha256: str, card: str, most: int) -> bytes:
         raise InputError(f"{path}: cannot be read: copy the whole folder again") from None
     if digest(raw) != sha256:
         raise InputError(
-            f"{path}: its content does not match sha256 in {card}: "
-            "the file is damaged or belongs to another card: copy the folder again"
+            f"{path}: its content does not match the field 'sha256' in {card}: the file is "
+            "damaged or belongs to another card: copy the folder again"
         )
     return raw
 
@@ -223,7 +223,7 @@ def read_weights(path: Path, sha256: str, card: str) -> dict[str, NDArray[Any]]:
             continue
         if not np.issubdtype(array.dtype, np.floating) or not np.isfinite(array).all():
             raise InputError(
-                f"{path}: the array {name} holds values that are not finite numbers: train again"
+                f"{path}: the array '{name}' holds values that are not finite numbers: train again"
             )
     return arrays
 
@@ -248,16 +248,18 @@ def take_array(
         The array is missing, has another shape, or holds values beyond ``LARGEST``.
     """
     if name not in arrays:
-        raise InputError(f"the array {name} is missing")
+        raise InputError(f"the array '{name}' is missing")
     array = arrays[name]
     if len(array.shape) != len(shape) or any(
         wanted not in (None, size) for size, wanted in zip(array.shape, shape, strict=True)
     ):
         wanted = ", ".join("any" if size is None else str(size) for size in shape)
-        raise InputError(f"the array {name} has shape {array.shape}; expected ({wanted})")
+        raise InputError(f"the array '{name}' has shape {array.shape}; expected ({wanted})")
     if (
         not np.issubdtype(array.dtype, np.floating)
         or not (np.abs(array.astype(np.float64)) <= LARGEST).all()
     ):
-        raise InputError(f"the array {name} holds values that are not numbers up to {LARGEST:g}")
+        raise InputError(
+            f"the array '{name}' holds values that are not numbers from -{LARGEST:g} to {LARGEST:g}"
+        )
     return array

@@ -155,8 +155,8 @@ class Assembler:
             self._width = greeting.descriptor.layout.width
         elif greeting.descriptor.layout != self.descriptor.layout:
             raise InputError(
-                "another device is on this port now, with other channels or another rate: "
-                "start again to use it"
+                "another device is now on this port, with other channels or another sampling "
+                "rate: start the command again to use this device"
             )
         counter_went_back = self._counter is not None and self._ahead(frame.counter) < 0
         restarted = (

@@ -89,7 +89,8 @@ class AudioSource(ThreadedSource):
         device = _device(sound, self._input_name)
         if device["max_input_channels"] < self._channels:
             raise InputError(
-                f"{self.name} has {device['max_input_channels']} channel: leave /2 out"
+                f"{self.name} has {device['max_input_channels']} channel, but its name asks for "
+                "two: leave out the /2"
             )
         delay = self._resample(float(device["default_samplerate"]), self._rate)
         self._pace = RateCheck(self._input_rate)

@@ -186,9 +186,9 @@ class CsvSource(ThreadedSource):
         ):
             if len(lines) < LINES_NEEDED and now - opened > PATIENCE:
                 raise InputError(
-                    f"{self.port}: no lines of numbers came in {PATIENCE:g} s, but "
-                    f"{self._lines.bad} other lines: check that the board prints numbers, and "
-                    "its baud rate (csv:PORT@BAUD)"
+                    f"{self.port}: no lines of numbers came in {PATIENCE:g} s ({self._lines.bad} "
+                    "lines were not numbers): check that the board prints numbers, and its baud "
+                    "rate (csv:PORT@BAUD)"
                 )
             new = [line for line in self._lines.feed(self._read()) if line]
             if new and not lines:
@@ -288,6 +288,6 @@ def from_name(name: str, options: SourceOptions) -> CsvSource:
         raise InputError(f"{name} names no port: give one, as in csv:/dev/ttyACM0@115200#piezo")
     # At most 8 digits: the system cannot store more.
     if baud and not (baud.isdecimal() and len(baud) <= 8 and int(baud) > 0):
-        raise InputError(f"{name} has no baud rate behind the @: give one, as in csv:{port}@{BAUD}")
+        raise InputError(f"{name} has no baud rate after the @: give one, as in csv:{port}@{BAUD}")
     names = tuple(word for word in columns.split(",") if word)
     return CsvSource(port, names, int(baud) if baud else BAUD)

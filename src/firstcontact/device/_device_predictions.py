@@ -216,18 +216,25 @@ def check_place(prediction: DevicePrediction, newest: int, farthest: int) -> Non
     """
     contact = prediction.sample if isinstance(prediction, DeviceContact) else prediction.contact
     if not max(0, prediction.decided - farthest) <= contact <= prediction.decided:
-        raise FrameError("a contact lies after its detection or too long before it")
+        raise FrameError(
+            "a device's contact has a sample number after that of its detection, or too far "
+            "before it"
+        )
     if abs(prediction.decided - newest) > farthest:
-        raise FrameError("a contact was detected far from the present samples")
+        raise FrameError(
+            "a device's contact was detected at a sample number far from those that arrive now"
+        )
     if (
         isinstance(prediction, DeviceEstimate)
         and prediction.samples > prediction.decided - contact + 1
     ):
-        raise FrameError("an estimate uses samples that came after it")
+        raise FrameError(
+            "a device's estimate uses samples that come after the sample at which it was made"
+        )
 
 
 def _finger(number: int) -> Finger:
     fingers = list(Finger)
     if number >= len(fingers):
-        raise FrameError(f"there is no finger {number}")
+        raise FrameError(f"a device's contact is of finger {number}, which does not exist")
     return fingers[number]

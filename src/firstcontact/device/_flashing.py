@@ -63,8 +63,8 @@ class _Link:
                             return frame
         except LinkError as error:
             raise InputError(
-                f"{self.port}: the device was unplugged ({error}): plug it in and start again; it "
-                "keeps its old model"
+                f"{self.port}: the device was unplugged ({error}): plug it in and start again; "
+                "the device keeps its old model"
             ) from error
         return None
 
@@ -72,7 +72,7 @@ class _Link:
         """Make the device stop its samples."""
         if self.ask(FrameType.STOP, b"", FrameType.STOPPED) is None:
             raise InputError(
-                f"{self.port}: the device does not stop its samples: reset it and start again"
+                f"{self.port}: the device does not stop sending samples: reset it and start again"
             )
 
     def hello(self) -> bytes:
@@ -103,8 +103,8 @@ class _Link:
             if repeats == MOST_REPEATS or not pieces:
                 raise InputError(
                     f"{self.port}: the device repeatedly asks for the same pieces of the model "
-                    f"(it has {best} of {len(data)} bytes): check its cable and start again; it "
-                    "keeps its old model"
+                    f"(it has {best} of {len(data)} bytes): check its cable and start again; the "
+                    "device keeps its old model"
                 )
         state, _ = self._model(FrameType.MODEL_END, b"", received, len(data))
         return state
@@ -124,7 +124,9 @@ class _Link:
             )
         answer = frame.payload
         if len(answer) < _STATE.size:
-            raise InputError(f"{self.port}: the device's answer is too short: start again")
+            raise InputError(
+                f"{self.port}: the device's answer is too short: run the command again"
+            )
         state, _, stored = _STATE.unpack_from(answer)
         if state == REFUSED:
             raise _refused(self.port, answer[_STATE.size :].decode(errors="replace"))
@@ -167,9 +169,14 @@ def check_model_fits(port: str, form: int, sizes: int, length: int) -> None:
     if slot is None:
         raise InputError(f"{port}: {_TAKES_NONE}")
     if slot.format != form:
-        raise _refused(port, f"it takes format {slot.format}, and this one has format {form}")
+        raise _refused(
+            port,
+            f"the firmware takes models of format {slot.format}, and this model has format {form}",
+        )
     if slot.sizes != sizes:
-        raise _refused(port, "the model needs kernels of other sizes than the firmware has")
+        raise _refused(
+            port, "the model has arrays of other sizes than the firmware can compute with"
+        )
     if slot.room < length:
         raise _refused(port, f"the model has {length} bytes, and there is room for {slot.room}")
 
@@ -203,5 +210,5 @@ def flash_model(port: str, data: bytes, form: int, sizes: int) -> str:
         state = link.send(data, form, sizes)
         predictor = link.greeting().descriptor.predictor
     if state != KEPT or predictor is None:
-        raise InputError(f"{port}: the device did not keep the model: start again")
+        raise InputError(f"{port}: the device did not store the model: run the command again")
     return predictor.model

@@ -39,8 +39,8 @@ def refusal(payload: bytes) -> InputError:
         return InputError(_version_mismatch(payload[0]))
     reason = payload[1:].decode(errors="replace")
     return InputError(
-        f"the device refuses ({reason}): flash the firmware that belongs to this version of "
-        "firstcontact"
+        f"the device refuses the connection ({reason}): flash the firmware that belongs to this "
+        "version of firstcontact"
     )
 
 

@@ -157,7 +157,9 @@ class LslSource(ThreadedSource):
             self._inlet.open_stream(PATIENCE)
             self._inlet.time_correction(PATIENCE)
         except self._lost as error:
-            raise InputError(f"{self.name} does not answer ({error}): start it again") from error
+            raise InputError(
+                f"{self.name} does not answer ({error}): start the sender of this stream again"
+            ) from error
         channels, self._places = vibration_channels(info, self._named, self.name)
         delay = self._resample(float(info.nominal_srate()), self._rate)
         acquisition = info.desc().child("acquisition")
@@ -176,9 +178,11 @@ class LslSource(ThreadedSource):
         """Raise InputError for a stream of texts, or for an unusable stated rate."""
         rate = float(info.nominal_srate())
         if info.channel_format() == self._lsl.cf_string:
-            raise InputError(f"{self.name} carries text: send numbers")
+            raise InputError(f"{self.name} carries text: choose a stream of numbers")
         if not rate > 0:
-            raise InputError(f"{self.name} declares no sampling rate: set its nominal_srate")
+            raise InputError(
+                f"{self.name} declares no sampling rate: set its field 'nominal_srate'"
+            )
         if rate > HIGHEST_RATE:
             raise InputError(
                 f"{self.name} states {rate:g} samples a second, more than {HIGHEST_RATE:g}: "
@@ -257,7 +261,7 @@ class LslSource(ThreadedSource):
                 break
         if self._closing.is_set():
             return False
-        raise InputError(f"{self.name} came back with other channels: start again")
+        raise InputError(f"{self.name} came back with other channels: start the command again")
 
     def _shut(self) -> None:
         inlet, self._inlet = self._inlet, None
@@ -293,8 +297,8 @@ def vibration_channels(
         places = places or (list(range(len(metadata))) if len(metadata) <= 2 else [])
     if not 1 <= len(set(places)) == len(places) <= 2:
         raise InputError(
-            f"{name}: its one or two vibration channels cannot be identified: name them, "
-            f"as in {name}#{(*labels, '1')[0]} (its channels: {', '.join(labels[:16])})"
+            f"{name}: the one or two vibration channels of this stream cannot be identified: name "
+            f"them, as in {name}#{(*labels, '1')[0]} (its channels: {', '.join(labels[:16])})"
         )
     fingers = {finger_name(f): f for f in Finger}
     fingers_of: list[Finger | None] = [fingers.get(metadata[k]["finger"]) for k in places]

@@ -74,7 +74,10 @@ class RestMeter:
     def __init__(self, layout: Layout, seconds: float = 2.0) -> None:
         self._fingers = layout.vibration_fingers
         if not self._fingers:
-            raise InputError("the layout has no vibration channel: there is no noise to measure")
+            raise InputError(
+                "the source has no vibration channel, so there is no noise to measure: leave the "
+                "calibration out"
+            )
         self._layout = layout
         self._length = max(2, round(PART * layout.rate))
         self._wanted = max(1, round(seconds / PART))

@@ -165,8 +165,8 @@ def identify_columns(
     full_lines = [line for line in lines if len(line) == width]
     if len(full_lines) < 0.8 * len(lines):
         raise InputError(
-            f"{port}: its lines have from {min(widths)} to {max(widths)} numbers: print "
-            "the same number of columns in each line, or set its baud rate (csv:PORT@BAUD)"
+            f"{port}: the lines have from {min(widths)} to {max(widths)} numbers: print the same "
+            "number of columns in each line, or set its baud rate (csv:PORT@BAUD)"
         )
     named = len(header) == width
     names = distinct_names(header) if named else tuple(str(k + 1) for k in range(width))

@@ -93,7 +93,7 @@ def unstuff(stuffed: bytes) -> bytes:
     """
     n = len(stuffed)
     if n == 0 or 0 in stuffed:
-        raise FrameError("a frame is empty or has a zero in it")
+        raise FrameError("a frame is empty or contains a zero byte")
     out = bytearray(stuffed)
     place = 0
     full = []
@@ -108,7 +108,7 @@ def unstuff(stuffed: bytes) -> bytes:
         if code == 255 and place < n:
             full.append(place)
     if place != n:
-        raise FrameError("a frame's last run reaches beyond its end")
+        raise FrameError("a frame's byte stuffing points beyond the end of the frame")
     # A code after a full run represents no zero.
     for place in reversed(full):
         del out[place]
@@ -133,7 +133,7 @@ def decode(stuffed: bytes) -> Frame:
     if len(body) < _HEAD.size + _CRC.size:
         raise FrameError("a frame is too short")
     if _CRC.unpack_from(body, len(body) - _CRC.size)[0] != zlib.crc32(body[: -_CRC.size]):
-        raise FrameError("a frame's CRC does not match")
+        raise FrameError("a frame's checksum (CRC) does not match its content")
     kind, counter = _HEAD.unpack_from(body)
     return Frame(kind, counter, body[_HEAD.size : -_CRC.size])
 
@@ -161,11 +161,14 @@ def samples_head(payload: bytes, channels: int) -> tuple[int, int, int, bytes]:
         The number of columns is wrong, or there is no sample.
     """
     if len(payload) < _SAMPLES.size:
-        raise FrameError("a samples frame is too short")
+        raise FrameError("a frame of type SAMPLES is too short")
     first, overflow, n = _SAMPLES.unpack_from(payload)
     data = payload[_SAMPLES.size :]
     if n < 1 or len(data) != 2 * n * channels:
-        raise FrameError(f"a samples frame does not hold {n} samples of {channels} channels")
+        raise FrameError(
+            f"a frame of type SAMPLES does not hold the {n} samples of {channels} channels that "
+            "it declares"
+        )
     return first, overflow, n, data
 
 
@@ -189,7 +192,7 @@ def read_descriptor(payload: bytes) -> tuple[int, int, str]:
         The payload is too short or not UTF-8.
     """
     if len(payload) < _DESCRIPTOR.size:
-        raise FrameError("a descriptor frame is too short")
+        raise FrameError("a frame of type DESCRIPTOR is too short")
     version, boot = _DESCRIPTOR.unpack_from(payload)
     return version, boot, _text(payload[_DESCRIPTOR.size :])
 
@@ -207,7 +210,7 @@ def marker_text(text: str) -> bytes:
 def read_marker(payload: bytes) -> tuple[int, str]:
     """Return sample number (32 bits) and text of a marker frame. Raise FrameError if damaged."""
     if len(payload) < _MARKER.size:
-        raise FrameError("a marker frame is too short")
+        raise FrameError("a frame of type MARKER is too short")
     return int(_MARKER.unpack_from(payload)[0]), _text(payload[_MARKER.size :])
 
 
@@ -222,7 +225,7 @@ def read_stopped(payload: bytes) -> tuple[int, int]:
     Both have 32 bits. Raise FrameError if the payload is damaged.
     """
     if len(payload) != _STOPPED.size:
-        raise FrameError("a stopped frame has the wrong length")
+        raise FrameError("a frame of type STOPPED has the wrong length")
     next_sample, overflow = _STOPPED.unpack(payload)
     return next_sample, overflow
 
@@ -238,7 +241,7 @@ def read_late(payload: bytes) -> tuple[int, int]:
     Raise FrameError if the payload is damaged.
     """
     if len(payload) != _LATE.size:
-        raise FrameError("a late frame has the wrong length")
+        raise FrameError("a frame of type LATE (count of skipped estimates) has the wrong length")
     skipped, unheard = _LATE.unpack(payload)
     return skipped, unheard
 
@@ -247,4 +250,4 @@ def _text(data: bytes) -> str:
     try:
         return data.decode()
     except UnicodeDecodeError as error:
-        raise FrameError("a frame's text is not UTF-8") from error
+        raise FrameError("the text in a frame is not UTF-8") from error

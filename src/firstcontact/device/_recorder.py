@@ -81,7 +81,9 @@ class Recorder:
         with self._starting:
             running = self.status.path
             if running is not None:
-                raise InputError(f"a recording to {running} is running: stop it first")
+                raise InputError(
+                    f"samples are already being recorded into {running}: stop that recording first"
+                )
             self.stop()
             writer = RecordingWriter(path, header)
             thread = threading.Thread(

@@ -113,7 +113,7 @@ class ReplaySource:
         ``least`` has no effect.
         """
         if not self._began:
-            raise InputError(f"{self.name} is not open: use it in a with block")
+            raise InputError(f"{self.name} is not open: use the source in a with block")
         if self._ended:
             return []
         if not self._paced:

@@ -127,7 +127,7 @@ class SerialSource:
     def descriptor(self) -> Descriptor:
         """Metadata of the device."""
         if self._assembler.descriptor is None:
-            raise InputError(f"{self.name} is not open: use it in a with block")
+            raise InputError(f"{self.name} is not open: use the source in a with block")
         return self._assembler.descriptor
 
     @property
@@ -236,7 +236,7 @@ class SerialSource:
             transport.send(kind, marker_text(text))
         except LinkError as error:
             raise InputError(
-                f"{self.name}: the device is not connected and {failed}: plug it in"
+                f"{self.name}: the device is not connected, and {failed}: plug it in"
             ) from error
 
     def close(self) -> None:
@@ -261,7 +261,7 @@ class SerialSource:
                 except LinkError as lost:
                     if self._assembler.epoch < 0:
                         raise InputError(
-                            "it was unplugged while it was opened: plug it in"
+                            "the device was unplugged while its port was opened: plug it in"
                         ) from lost
                 self._disconnect()
                 self._transport = self._reopen()

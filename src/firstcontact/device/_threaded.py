@@ -98,7 +98,7 @@ class ThreadedSource(ABC):
     def descriptor(self) -> Descriptor:
         """Metadata of the source."""
         if self._descriptor is None:
-            raise InputError(f"{self.name} is not open: use it in a with block")
+            raise InputError(f"{self.name} is not open: use the source in a with block")
         return self._descriptor
 
     @property
@@ -150,7 +150,8 @@ class ThreadedSource(ABC):
         with self._inbox.changed:
             if not self._health.connected:
                 raise InputError(
-                    f"{self.name} is not connected and the marker was not set: open it"
+                    f"{self.name} is not connected, so the marker was not set: open the source "
+                    "and set it again"
                 )
             self._markers.append(text)
 

@@ -187,7 +187,7 @@ class TwinProcess:
             elif text.startswith(HAND):
                 return self._move(text, read_order(text))
             else:
-                raise InputError(f"begin the order with {OBJECT!r} or {HAND!r}")
+                raise InputError(f"begin an order with {OBJECT!r} or {HAND!r}")
         except InputError as error:
             return f"{TWIN}hand order {text!r} is not valid: {error}"
         return f"{ACCEPTED}{text}"

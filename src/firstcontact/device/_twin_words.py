@@ -50,7 +50,10 @@ def read_order(text: str) -> Command | None:
     except ValueError:
         speed = force = float("nan")
     if not (isfinite(speed) and isfinite(force)):
-        raise InputError("use a speed in m/s and a force in N, or release")
+        raise InputError(
+            "the order to the twin's hand is not known: give a speed in m/s and a force in N, or "
+            "the word release"
+        )
     return Command(speed, force)
 
 

@@ -117,7 +117,7 @@ def _fitting(
         X, has_window = contact_windows(dataset, contacts, model.spec.duration)
         if len(X) < FEWEST_WINDOWS:
             raise InputError(
-                f"--data holds only {len(X)} contacts: pass the recordings that the model was "
+                f"--data holds only {len(X)} contacts: give the recordings that the model was "
                 "trained on"
             )
         candidates = forms(named, X, dataset.sessions[has_window])

@@ -90,8 +90,8 @@ def write_anytime(model: InContextModel) -> tuple[CUnit, CUnit]:
     network = model.network
     if not isinstance(network, CompactNetwork):
         raise InputError(
-            "the network is too large for C: name its rig's recordings with --data, so that the "
-            "export can reduce it"
+            "the network is too large for C: give the recordings of its rig with --data, so that "
+            "the export can fit a smaller network"
         )
     check_reach(model, network)
     texts: list[str] = []
@@ -168,9 +168,9 @@ def write_anytime(model: InContextModel) -> tuple[CUnit, CUnit]:
         heard_samples = quiet_samples(samples_in(BEFORE, model.rate), model.rate)
         if heard_samples > MOST_HEARD:
             raise InputError(
-                f"at {model.rate:g} Hz the motor's pitch needs {heard_samples} samples before a "
-                f"contact, but the C code keeps {MOST_HEARD}: lower --budget-us, so that the "
-                "export leaves the pitch out"
+                f"at {model.rate:g} Hz the model measures the motor's pitch in {heard_samples} "
+                f"samples before a contact, but the C code stores only {MOST_HEARD}: lower "
+                "--budget-us, so that the export chooses a network that does not use the pitch"
             )
         hears: Fields = ear_constants(model.rate)
         constants += constant_bytes(hears)

@@ -64,7 +64,7 @@ def write_detector(detector: Detector, rate: float | None = None) -> CUnit:
     """
     if not isinstance(detector, WindowDetector):
         raise InputError(
-            f"the detector {detector.name!r} has no form in C, because it does not judge "
+            f"the detector {detector.name!r} cannot be written in C, because it does not judge "
             "windows: train with another --detector-type"
         )
     rate = detector.rate or rate or FINGERTIP_RATE

@@ -67,7 +67,10 @@ def write(trained: Trained, out: Path) -> list[str]:
     """Write the library into an empty folder. Return notes for the user."""
     units = generate_units(trained)
     if not units:
-        raise InputError(f"no part of this model can be written in C ({', '.join(trained.parts)})")
+        raise InputError(
+            f"no part of this model can be written in C (its parts: {', '.join(trained.parts)}): "
+            "train another estimator or detector"
+        )
     source, example = out / "src", out / "examples" / "cycles"
     source.mkdir()
     example.mkdir(parents=True)

@@ -19,8 +19,8 @@ def write(trained: Trained, out: Path) -> list[str]:
     """Write detector and compact network. Raise InputError if the hand lacks kernels for them."""
     if trained.detector is None or trained.anytime is None:
         raise InputError(
-            "a hand needs a detector and the network, and the model lacks one of them: name a "
-            "folder that `firstcontact adapt` wrote"
+            "a model for a hand needs a detector and a network, and this model lacks one of "
+            "them: name a folder that `firstcontact adapt` wrote"
         )
     model_image(trained.detector, trained.anytime, None)  # refused before anything is written
     Model(trained.detector, (NetworkPredictor(trained.anytime),)).write(out)

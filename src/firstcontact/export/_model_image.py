@@ -86,24 +86,26 @@ def model_image(
     """
     if not isinstance(detector, WindowDetector):
         raise InputError(
-            f"the detector {detector.name!r} does not judge windows: train another detector"
+            f"the detector {detector.name!r} does not judge windows, as a detector on the hand "
+            "must: train another detector"
         )
     network = model.network
     if not isinstance(model, CompactModel) or not isinstance(network, CompactNetwork):
         raise InputError(
-            "the network is too large for the hand: reduce it with `firstcontact export-model "
-            "MODEL --to hand --data RECORDINGS`, with its rig's recordings"
+            "the network is too large for the hand: fit a smaller one with `firstcontact "
+            "export-model MODEL --to hand --data RECORDINGS`, where RECORDINGS are those of the "
+            "network's rig"
         )
     if listens(model):
         raise InputError(
-            "this form of the network uses the motor's pitch, and the hand's kernels do not: "
-            "export it with a smaller --budget-us or without one"
+            "this network uses the motor's pitch, which the firmware cannot compute: export the "
+            "model with a smaller --budget-us, or without --budget-us"
         )
     check_reach(model, network)
     judge = detector.judgement(model.rate).constants
     if not set(_JUDGE) <= judge.keys():
         raise InputError(
-            f"the hand has no kernels for the detector {detector.name!r}: train with the default "
+            f"the firmware cannot compute the detector {detector.name!r}: train with the default "
             "--detector-type"
         )
     sizes = {
@@ -130,8 +132,8 @@ def model_image(
     ).encode()
     if len(text) > TEXT_MOST:
         raise InputError(
-            f"the model's description has {len(text)} bytes and the hand stores {TEXT_MOST}: "
-            f"train with a detector of a shorter name than {detector.name!r}"
+            f"the model's description has {len(text)} bytes, but the hand stores only "
+            f"{TEXT_MOST}: train with a detector of a shorter name than {detector.name!r}"
         )
     sizes_crc = zlib.crc32(np.array([sizes[name] for name in IMAGE_SIZES], "<u4").tobytes())
     head = struct.pack("<4sIII", MAGIC, FORMAT, sizes_crc, len(text))

@@ -29,7 +29,9 @@ def _form(kernel: str) -> Callable[[Graph, Step], None]:
         form: Callable[[Graph, Step], None] | None = getattr(module, kernel, None)
         if form is not None:
             return form
-    raise InputError(f"the step {kernel!r} of this model has no form in ONNX: use --to c")
+    raise InputError(
+        f"the computation {kernel!r} of this model cannot be written as ONNX: use --to c"
+    )
 
 
 def _inner(vector: str) -> str:
@@ -93,7 +95,10 @@ def checked(named: NamedModel, raw: bytes) -> float:
         scale = max(1.0, float(np.abs(wanted).max()))
         wrong = float(np.abs(got[:, 0] - wanted[:, 0]).max()) / scale
     if not wrong <= TOLERANCE:
-        raise InputError(f"{named.name}: outputs of ONNX Runtime differ ({wrong:g}): use --to c")
+        raise InputError(
+            f"{named.name}: the outputs of ONNX Runtime differ from those of the model "
+            f"({wrong:g}): use --to c"
+        )
     return wrong
 
 
@@ -101,7 +106,8 @@ def write(trained: Trained, out: Path) -> list[str]:
     """Write one graph per window model into the folder. Return notes for the user."""
     if not trained.models:
         raise InputError(
-            f"ONNX needs a window model, and there is none ({', '.join(trained.parts)}): use --to c"
+            "only window models can be written as ONNX, and this model has none (its parts: "
+            f"{', '.join(trained.parts)}): use --to c"
         )
     lines = []
     for named in trained.models:

@@ -29,8 +29,8 @@ def check_reach(model: InContextModel, network: CompactNetwork) -> None:
         bounded = _bounded(model, network)
     if not bounded:
         raise InputError(
-            "the network has such large numbers that its predictions may overflow on the hand: "
-            "make it again with `firstcontact adapt`"
+            "the network's weights are so large that its predictions may overflow on the hand: "
+            "make the model again with `firstcontact adapt`"
         )
 
 

@@ -45,7 +45,8 @@ def make_hand(kind: type[Hand], port: str | None = None, source: object = None) 
         if kind.of_source is not None:
             if source is None:
                 raise InputError(
-                    f"the hand {kind.name!r} needs its source: open the source and pass it"
+                    f"the hand {kind.name!r} needs a source, which is missing: open the hand's "
+                    "source and pass it"
                 )
             return made(source)
         return SeparateHand(kind, port) if kind.separate else made(port)

@@ -99,7 +99,7 @@ class SafeHand(Hand):
                 self._pacer.offer(command, self._clock())
             except ValueError as error:
                 self._release()
-                raise HandError(f"{error}: it was released") from error
+                raise HandError(f"{error}; the hand was released") from error
             self._act()
             self._change.notify()
             self._check()
@@ -211,7 +211,7 @@ class SafeHand(Hand):
             if is_interrupt(error):
                 raise
             if not isinstance(error, HandError):
-                error = HandError(f"it raised {summarize_error(error)}")
+                error = HandError(f"the hand's code raised {summarize_error(error)}")
             self._failure = error
             return False
         return True

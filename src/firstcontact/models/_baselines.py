@@ -26,7 +26,8 @@ class ConstantModel(ArraysModel):
         self.value = float(self._arrays["value"][0])
         if spec.classes and self.value not in spec.classes:
             raise InputError(
-                f"the constant {self.value:g} is not one of the classes: train it again"
+                f"the model's constant prediction {self.value:g} is not one of its classes: train "
+                "the model again"
             )
 
     @property

@@ -74,7 +74,7 @@ class CnnModel(ArraysModel):
         super().__init__(spec, *arrays)
         self._scale, _, self._training, onnx = self._arrays.values()
         if self._training.min() < 0:
-            raise InputError("epochs or batch of the CNN are below 0: train it again")
+            raise InputError("the CNN's field 'epochs' or 'batch' is below 0: train the CNN again")
         self._raw = onnx.tobytes()
         self._network = Network(self._raw, spec.samples, spec.channels, len(spec.classes) or 1)
 

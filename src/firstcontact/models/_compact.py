@@ -185,7 +185,7 @@ def _rounded(
         or (np.abs(weight) > 32_767).any()
         or (np.abs(weight).sum(axis=1) > 65_535).any()
     ):
-        raise InputError(f"the array {at}.weight holds values that are not 16-bit integers")
+        raise InputError(f"the array '{at}.weight' holds values that are not 16-bit integers")
     return Rounded(weight.astype(np.int16), scale.astype(np.float32), bias.astype(np.float32))
 
 

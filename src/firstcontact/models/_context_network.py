@@ -98,7 +98,7 @@ class Network:
             fits = outputs % (HEADS if name in ("key", "value") else 1) == 0 < outputs
             if wide[name] != (outputs, inputs) or not fits:
                 raise InputError(
-                    f"the array {name}.weight has the shape {wide[name]}, which does not fit "
+                    f"the array '{name}.weight' has the shape {wide[name]}, which does not fit "
                     f"{inputs} inputs, {HEADS} heads and the layers after it"
                 )
 
@@ -115,7 +115,7 @@ class Network:
         """
         for name, (_, sd) in self._scales.items():
             if not sd.min() >= 1 / LARGEST:
-                raise InputError(f"the array {name}.sd has values below {1 / LARGEST:g}")
+                raise InputError(f"the array '{name}.sd' has values below {1 / LARGEST:g}")
         reach: dict[str, float] = {}
 
         def layer(name: str, most: float) -> float:
@@ -133,8 +133,9 @@ class Network:
         for name, most in reach.items():
             if not most < LARGEST:
                 raise InputError(
-                    f"the outputs of the layer {name} may overflow: its weights, or those of the "
-                    "layers before it, are too large: train it again"
+                    f"the outputs of the network's layer '{name}' may overflow: the weights of "
+                    "this layer, or of the layers before it, are too large: train the network "
+                    "again"
                 )
 
     def _most(self, name: str, most: float) -> float:

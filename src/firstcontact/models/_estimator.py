@@ -168,7 +168,7 @@ def training_spec(
     if y.shape != (len(X),) or (groups is not None and groups.shape != (len(X),)):
         raise InputError(f"{len(X)} windows need {len(X)} targets and sessions, got {y.shape}")
     if not np.isfinite(y).all():
-        raise InputError("some pinches have no target: leave those without a Shore A out")
+        raise InputError("some pinches have no target: leave out the pinches without a Shore A")
     classes = tuple(float(c) for c in np.unique(y)) if task is Task.CLASSIFICATION else ()
     if len(classes) == 1:
         raise InputError("classification needs two classes or more: add pinches of another object")

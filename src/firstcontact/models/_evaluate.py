@@ -177,7 +177,8 @@ def evaluate(
     """
     if not model.moments:
         raise InputError(
-            "the model holds a detector only: train with an estimator", parameter="model"
+            "the folder holds a detector, but no model that predicts: train one with an estimator",
+            parameter="model",
         )
     require_dataset(data)
     at_rate: dict[float, tuple[Dataset, Alignment]] = {}

@@ -92,8 +92,8 @@ def train_final_model(
     """
     if len(data) < LEAST:
         raise InputError(
-            f"{len(data)} labelled pinches are too few to learn from and to score: "
-            f"record {LEAST} or more"
+            f"{len(data)} labelled pinches are too few to train a model and to score it: record "
+            f"{LEAST} or more"
         )
     estimator = find_estimator(model)
     splits, words = _splits(data, estimator.folds, seed)

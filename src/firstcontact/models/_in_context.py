@@ -75,9 +75,12 @@ class InContextModel:
         rigs: Mapping[int, Rig],
     ) -> None:
         if factors.shape != (len(STAGES),) or not (factors > 0).all():
-            raise InputError("the array of interval widths has a wrong shape or value")
+            raise InputError(
+                f"the array 'factors' must hold {len(STAGES)} numbers above 0, the factors of the "
+                "intervals' widths"
+            )
         if ANY not in rigs:
-            raise InputError("the rig for any finger is missing")
+            raise InputError("the arrays of the rig that is used for any finger are missing")
         self.rate = FINGERTIP_RATE
         self.level = level
         self._network, self._familiar, self._factors = network, familiar, factors
@@ -302,16 +305,18 @@ def _finger(name: str) -> int:
     try:
         finger = parse_int(name.split(".")[1])
     except ValueError:
-        raise InputError(f"the array {name} names no finger") from None
+        raise InputError(f"the array '{name}' has no finger's number in its name") from None
     if finger not in (ANY, *range(len(Finger))):
-        raise InputError(f"the array {name} names an unknown finger")
+        raise InputError(f"the array '{name}' has the number of an unknown finger in its name")
     return finger
 
 
 def _rig(arrays: Mapping[str, NDArray[Any]], at: str) -> Rig:
     level, sign, speed = take_array(arrays, at + "scalars", 3).astype(np.float64).tolist()
     if not LOUD[0] <= level <= LOUD[1] or sign not in (1.0, -1.0) or speed < 0:
-        raise InputError(f"the array {at}scalars holds no level, sign and speed of a rig")
+        raise InputError(
+            f"the array '{at}scalars' holds an impossible loudness, sign or closing speed of a rig"
+        )
     tokens = take_array(arrays, at + "tokens", len(STAGES), None, TOKEN).astype(np.float64)
     general = take_array(arrays, at + "general", GENERAL).astype(np.float64)
     pitch = None
@@ -327,5 +332,7 @@ def _declared_speeds(arrays: Mapping[str, NDArray[Any]], at: str, usual: float) 
         return RigSpeeds(usual)
     spread, error = take_array(arrays, at + "speeds", 2).astype(np.float64).tolist()
     if not LEAST <= spread <= MOST or (error and not LEAST <= error <= MOST):
-        raise InputError(f"the array {at}speeds holds no spread and error of speeds")
+        raise InputError(
+            f"the array '{at}speeds' holds an impossible spread or standard error of closing speeds"
+        )
     return RigSpeeds(usual, spread, error or float("inf"))

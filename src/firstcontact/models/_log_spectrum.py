@@ -75,13 +75,15 @@ class LogSpectrumModel(ArraysModel):
         kind, scale, *_ = self._arrays.values()
         if float(kind[0]) not in range(len(KINDS)):
             raise InputError(
-                "the arrays of the log-spectrum model do not fit together: train again"
+                "the shapes or values of the log-spectrum model's arrays do not fit together: "
+                "train again"
             )
         self._features = list(KINDS)[int(kind[0])]
         blank = np.ones((1, spec.samples, spec.channels), np.float32)
         if features(self._features, blank, spec.rate).shape[1] != scale.shape[1]:
             raise InputError(
-                "the arrays of the log-spectrum model do not fit together: train again"
+                "the shapes or values of the log-spectrum model's arrays do not fit together: "
+                "train again"
             )
 
     @property

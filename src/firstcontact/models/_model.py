@@ -104,7 +104,10 @@ class Model:
     def rate(self) -> float:
         """Sampling rate of the signals that the model needs, Hz."""
         if not self.predictors:
-            raise InputError("model: it holds a detector only: train with an estimator")
+            raise InputError(
+                "model: the folder holds a detector, but no model that predicts: train one with "
+                "an estimator"
+            )
         return self.predictors[0].rate
 
     @property
@@ -147,8 +150,8 @@ class Model:
         require_dataset(data)
         if contacts is not None and len(contacts) != len(data):
             raise InputError(
-                f"there are {len(contacts)} for {len(data)} pinches: give one for each, None "
-                "for a pinch without a contact",
+                f"{len(contacts)} contacts are given for {len(data)} pinches: give one for each "
+                "pinch, None if it has no contact",
                 parameter="contacts",
             )
         if estimator is not None:
@@ -283,7 +286,7 @@ def require_dataset(data: object) -> None:
     """
     if not isinstance(data, Dataset):
         raise InputError(
-            f"it must be a Dataset, not {type(data).__name__}: make one with load(path)",
+            f"the data must be a Dataset, not a {type(data).__name__}: make one with load(path)",
             parameter="data",
         )
 

@@ -110,7 +110,7 @@ def read_model(folder: Path) -> SavedModel:
             _require_kind(folder, part)
     _check_detector(folder, card)
     if card.sha256 is None:
-        raise InputError(f"{folder / CARD}: sha256 is missing: train again")
+        raise InputError(f"{folder / CARD}: the field 'sha256' is missing: train again")
     arrays = read_weights(folder / WEIGHTS, card.sha256, CARD)
     try:
         digests = from_array(arrays.pop(PINCHES, None))
@@ -139,7 +139,7 @@ def read_card(path: AnyPath) -> ModelCard:
         if aside is not None:
             raise InputError(
                 f"{folder}: a training was killed while it replaced this folder: rename {aside}, "
-                "which was here, or train again"
+                f"which holds the folder's former content, to {folder.name}, or train again"
             )
     return read_checked(folder / CARD, "model", FORMAT, FORMAT_VERSION, ModelCard)
 
@@ -179,12 +179,12 @@ def _predictor(folder: Path, part: WindowCard | NetworkCard, arrays: Arrays) -> 
         remedy = "make it again with `firstcontact adapt`"
         return NetworkPredictor.from_card(part, arrays)
     except KeyError as error:
-        reason = f"the array {error} is missing"
+        reason = f"the array '{error}' is missing"
     except InputError as error:
         reason = str(error)
     except (ValueError, TypeError, IndexError, ArithmeticError):
         reason = f"the arrays are not those of a model of kind {part.kind!r}"
-    raise InputError(f"{folder / WEIGHTS} with {CARD}: {reason}: {remedy}")
+    raise InputError(f"{folder / WEIGHTS} and {CARD}: {reason}: {remedy}")
 
 
 def _check_detector(folder: Path, card: ModelCard) -> None:

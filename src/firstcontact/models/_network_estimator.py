@@ -141,8 +141,8 @@ def adapt_network(
     sessions = None if sessions is None else sessions[lasting]
     if len(np.unique(shore_a)) < 2 or len(longest) < 4:
         raise InputError(
-            f"a rig needs 4 pinches and 2 Shore A levels, but there are {len(longest)} and "
-            f"{len(np.unique(shore_a))}: record more blocks"
+            "a rig needs 4 pinches and 2 values of Shore A, but the recordings have "
+            f"{len(longest)} and {len(np.unique(shore_a))}: record pinches of more flat blocks"
         )
 
     def conditioner(scheme: str) -> Condition:
@@ -296,7 +296,8 @@ class NetworkEstimator(Estimator):
     def fit(self, X: Windows, y: Values, groups: NDArray[Any] | None = None, seed: int = 0) -> Any:
         """Refuse windows, because the network needs contacts with the signal before them."""
         raise InputError(
-            "the network needs whole contacts, not windows: use train or adapt",
+            "the network cannot be fitted to windows, because it needs whole contacts: use "
+            "firstcontact.train or firstcontact.adapt",
             parameter="estimator",
         )
 
@@ -341,17 +342,20 @@ def check_network(task: str, windows: Sequence[float], level: float, rate: float
         )
     if tuple(windows) != (DURATION,):
         raise InputError(
-            "the network predicts from 2 to 15 ms after a contact: leave the lengths out",
+            "the network predicts from 2 to 15 ms after a contact: leave the lengths of windows "
+            "out",
             parameter="windows",
         )
     if level != base.level:
         raise InputError(
-            f"the network's intervals have the level {base.level:g}: leave the level out",
+            f"the network's intervals are made for the level {base.level:g} only: leave the level "
+            "out",
             parameter="level",
         )
     if rate is not None and not is_same_rate(rate, base.rate):
         raise InputError(
-            f"the network needs {base.rate:g} Hz: leave the rate out", parameter="rate"
+            f"the network takes samples at {base.rate:g} Hz only: leave the rate out",
+            parameter="rate",
         )
 
 
@@ -379,7 +383,8 @@ def condition(
     base = pretrained()
     if not is_same_rate(dataset.layout.rate, base.rate):
         raise UnknownRigError(
-            f"the network takes {base.rate:g} Hz but these pinches have {dataset.layout.rate:g} Hz",
+            f"the network takes samples at {base.rate:g} Hz, but these pinches have "
+            f"{dataset.layout.rate:g} Hz",
             parameter="data",
         )
     if not np.isfinite(dataset.shore_a).any():

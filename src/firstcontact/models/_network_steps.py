@@ -144,6 +144,6 @@ class NetworkSteps:
 def _require(fulfilled: bool | np.bool_) -> None:
     if not fulfilled:
         raise InputError(
-            "the CNN has layers that this program does not know, so it cannot be exported: train "
-            "it again"
+            "the CNN has layers that this program does not know, so the CNN cannot be exported: "
+            "train it again"
         )

@@ -103,7 +103,10 @@ class Familiar:
     def __post_init__(self) -> None:
         shapes = ((len(STAGES), TRAITS), (len(STAGES), TRAITS, TRAITS), (len(STAGES),))
         if (self.mean.shape, self.whitening.shape, self.limit.shape) != shapes:
-            raise InputError("the arrays of the out-of-range limits do not fit together")
+            raise InputError(
+                "the shapes or values of the arrays that decide if a contact is out of range do "
+                "not fit together: make the model again"
+            )
 
     @classmethod
     def fit(cls, seen: list[NDArray[np.float64]]) -> Familiar:

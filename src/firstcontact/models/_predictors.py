@@ -222,15 +222,18 @@ def _spec(card: WindowCard) -> Spec:
     spec = Spec(card.task, card.rate_hz, card.samples, card.channels, card.classes)
     if spec.duration > LONGEST_WINDOW:
         raise InputError(
-            f"{spec.samples} samples at {spec.rate:g} Hz are more than {LONGEST_WINDOW:g} s"
+            f"{spec.samples} samples in a window at {spec.rate:g} Hz are longer than "
+            f"{LONGEST_WINDOW:g} s"
         )
     if (spec.task is Task.CLASSIFICATION) != (len(spec.classes) > 1) or any(
         not one < other for one, other in zip(spec.classes, spec.classes[1:], strict=False)
     ):
-        raise InputError(f"classes do not fit the task {spec.task}, or do not ascend")
+        raise InputError(
+            f"the field 'classes' does not fit the task {spec.task}, or its values do not ascend"
+        )
     if card.channel_order != _CHANNELS[: spec.channels]:
         raise InputError(
-            f"channel_order is {list(card.channel_order)!r} but windows here hold "
-            f"{list(_CHANNELS[: spec.channels])!r}"
+            f"the field 'channel_order' is {list(card.channel_order)!r}, but this program's "
+            f"windows have the channels {list(_CHANNELS[: spec.channels])!r}"
         )
     return spec

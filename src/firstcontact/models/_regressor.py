@@ -83,8 +83,8 @@ class RegressorModel(WindowModel):
             predicted: Values = np.asarray(answer, dtype=np.float64).reshape(-1, 1)
         if len(predicted) != len(X):
             raise InputError(
-                f"{self._title} predicted {len(X)} windows with {len(predicted)} numbers: "
-                "predict(X) must give one each"
+                f"{self._title} returned {len(predicted)} numbers for {len(X)} windows: "
+                "predict(X) must return one number for each window"
             )
         if self.spec.task is Task.CLASSIFICATION:
             chosen: Values = (predicted == np.array(self.spec.classes)).astype(np.float64)
@@ -249,7 +249,7 @@ def to_skops(fitted: Any, title: str) -> bytes:
         raw = dumps(fitted)
     except Exception as error:
         raise InputError(
-            f"{title} cannot be saved by skops ({summarize_error(error)}): choose another one"
+            f"{title} cannot be saved by skops ({summarize_error(error)}): choose another regressor"
         ) from None
     _check_types(raw, title)
     return _renumbered(raw)

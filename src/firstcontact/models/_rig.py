@@ -78,7 +78,10 @@ class Rig:
             There is no contact.
         """
         if not len(touches):
-            raise InputError("no pinch has a known Shore A, which a rig needs")
+            raise InputError(
+                "no pinch has a known Shore A, so the model cannot be adapted to the rig: record "
+                "pinches of objects of known Shore A"
+            )
         signals = touches.waves.astype(np.float64)
         heard = spectra(touches.signals, touches.lead, touches.rate)
         pitch = MotorPitch.fit(heard)

@@ -53,7 +53,10 @@ class RigRegression:
     ) -> None:
         n = len(shore_a)
         if not 2 <= n <= MOST or not (scale > 0).all():
-            raise InputError("the pinches of the rig's regression are out of range")
+            raise InputError(
+                f"the regression of a rig needs 2 to {MOST} pinches, and scales above 0: adapt "
+                "the model again"
+            )
         inputs = np.clip(inputs, -LARGEST, LARGEST)
         self._inputs, self._shore_a, self._scale = inputs, shore_a, scale
         mean, sd = inputs.mean(axis=1), inputs.std(axis=1) + _LEAST_SPREAD

@@ -66,8 +66,8 @@ class Spec:
         """
         if not is_same_rate(rate, self.rate):
             raise InputError(
-                f"the model takes windows at {self.rate:g} Hz but these have {rate:g} Hz: "
-                f"make one for them with `firstcontact train --rate {rate:g}`"
+                f"the model takes windows at {self.rate:g} Hz but these have {rate:g} Hz: train a "
+                f"model for this rate with `firstcontact train --rate {rate:g}`"
             )
 
     def check_one(self, window: NDArray[Any]) -> None:

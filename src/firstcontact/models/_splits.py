@@ -63,8 +63,8 @@ class Split:
             both = set(names[self.train]) & set(names[self.test])
             if both and group not in self.shares:
                 raise ValueError(
-                    f"split {self.name!r} has the {group} {str(min(both))!r} on both sides, "
-                    "which its shares do not declare"
+                    f"split {self.name!r} has the {group} {str(min(both))!r} on both sides, which "
+                    "the field 'shares' does not declare"
                 )
 
 
@@ -85,7 +85,7 @@ def by_session(
 
     names = np.unique(sessions)
     if len(names) < 2 or "" in names:
-        raise ValueError("a split by session needs two known sessions or more")
+        raise ValueError("a split by session needs pinches of two known sessions or more")
     folds = min(folds, len(names))
     fewest = int(np.unique(classes, return_counts=True)[1].min())
     # Small classes cannot be stratified; sessions stay whole either way.

@@ -67,7 +67,7 @@ class TouchStream:
 
     def _restart(self, first_sample: int, epoch: int) -> None:
         if self._contact is not None and self._left:
-            self._refuse("samples were lost")
+            self._refuse("samples after the contact were lost")
         self._smoothing = DeviceSmoothing(self._layout, self._columns)
         self._past = np.zeros((0, len(self._columns)))
         self._end = first_sample
@@ -195,7 +195,9 @@ class TouchStream:
         if not counts:
             return ()
         if self._signal_until(contact, available) is None:
-            self._refuse("too little signal before the contact, or the piezo is dead")
+            self._refuse(
+                "there is too little signal before the contact, or the piezo gives no signal"
+            )
             return ()
         self._left = self._left[len(counts) :]
         return counts

@@ -280,7 +280,7 @@ def parse_radius(text: str) -> float:
         radius = math.nan
     if not LEAST <= radius <= MOST:
         raise InputError(
-            f"the shape {text.strip()!r} is not known: give {FLAT}, or a radius "
+            f"the shape of the object {text.strip()!r} is not known: give {FLAT}, or a radius "
             f"from {LEAST:g} to {MOST:g} mm"
         )
     return radius / 1000

@@ -279,7 +279,9 @@ def adapt(
         if detector is not None and detector != fallback.name:
             if DETECTORS.find(detector).learns:
                 raise InputError(
-                    f"{detector} must be trained: give recordings", parameter="detector"
+                    f"{detector} must be trained before contacts can be detected: give recordings "
+                    "for its training",
+                    parameter="detector",
                 )
             fallback = make_detector(detector)
         return Model(fallback, (NetworkPredictor(pretrained()),))
@@ -301,7 +303,7 @@ def at_known_contacts(contacts: str, dataset: Dataset) -> bool:
     if contacts == "known" and all(p.first is None for p in dataset.pinches):
         raise InputError(
             'no pinch has a known first contact: use "detected", or import recordings with a '
-            "first_contact",
+            "column 'first_contact'",
             parameter="contacts",
         )
     return contacts == "known"
@@ -324,17 +326,21 @@ def check_windows(windows: Sequence[float]) -> None:
     """Refuse impossible window lengths, s. InputError names the parameter."""
     least, most = WINDOWS
     if not windows or not all(least <= length <= most for length in windows):
-        raise InputError("lengths must lie between 1 ms and 1 s", parameter="windows")
+        raise InputError(
+            "the lengths of windows must lie between 1 ms and 1 s", parameter="windows"
+        )
     if len(set(windows)) < len(windows):
-        raise InputError("two lengths are the same: give each once", parameter="windows")
+        raise InputError(
+            "two lengths of windows are the same: give each length once", parameter="windows"
+        )
 
 
 def _check(windows: Sequence[float], level: float, seed: int, rate: float | None) -> None:
     check_windows(windows)
     if not 0 <= seed < MOST_SEEDS:
-        raise InputError(f"it must lie between 0 and {MOST_SEEDS - 1}", parameter="seed")
+        raise InputError(f"the seed must lie between 0 and {MOST_SEEDS - 1}", parameter="seed")
     if not 0.5 <= level <= 0.99:
-        raise InputError("it must lie between 0.5 and 0.99", parameter="level")
+        raise InputError("the level must lie between 0.5 and 0.99", parameter="level")
     if rate is not None:
         check_rate("rate", rate)
 
@@ -379,7 +385,9 @@ def _target(dataset: Dataset) -> tuple[Target, Values]:
         if np.isfinite(values).any():
             return name, values
     raise InputError(
-        "no pinch has a shore_a or a hardness_rank: record or import labels", parameter="data"
+        "no pinch has a label 'shore_a' or 'hardness_rank': record or import pinches with one of "
+        "them",
+        parameter="data",
     )
 
 

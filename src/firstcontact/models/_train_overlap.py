@@ -49,7 +49,9 @@ def from_array(array: NDArray[Any] | None) -> Digests:
     if array is None:
         return np.zeros(0, np.uint64)
     if array.dtype != np.uint8 or array.ndim != 1 or len(array) % SIZE:
-        raise InputError("the array pinches holds no digests")
+        raise InputError(
+            "the array 'pinches' does not hold digests of training pinches: train again"
+        )
     return array.view("<u8").astype(np.uint64)
 
 

@@ -71,8 +71,8 @@ class WindowModel(ABC):
             The model does not describe its arithmetic in steps. The message gives the reason.
         """
         raise InputError(
-            f"a model of kind {self.kind!r} cannot be exported, because it does not describe its "
-            "arithmetic in steps: train another estimator"
+            f"a model of kind {self.kind!r} cannot be exported, because its class does not list "
+            "the steps of its arithmetic: train another estimator"
         )
 
     def smaller(self, X: Windows) -> Iterator[WindowModel]:
@@ -202,8 +202,8 @@ class ArraysModel(WindowModel):
             if not check.is_met(array, sizes):
                 shape = ", ".join(str(size) for size in check.shape)
                 raise InputError(
-                    f"the array {name} of a model of kind {self.kind!r} has shape {array.shape}; "
-                    f"expected ({shape}), finite, and scales above 0: train again"
+                    f"the array '{name}' of a model of kind {self.kind!r} has shape "
+                    f"{array.shape}; expected ({shape}), finite, and scales above 0: train again"
                 )
         if "target" in self._arrays:
             mean, scale = self._arrays["target"]

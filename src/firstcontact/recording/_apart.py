@@ -38,11 +38,11 @@ def apart(seconds: float, function: Callable[..., T], *arguments: object) -> T:
     child_end.close()
     try:
         if not parent_end.poll(seconds):
-            raise OSError("it is so damaged that reading it does not end")
+            raise OSError("the file is so damaged that reading it does not end")
         try:
             is_result, result = parent_end.recv()
         except EOFError:
-            raise OSError("it is so damaged that reading it crashes") from None
+            raise OSError("the file is so damaged that reading it crashes") from None
     finally:
         process.kill()
         process.join()

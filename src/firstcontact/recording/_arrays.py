@@ -130,7 +130,7 @@ def _signals(path: Path, arrays: Arrays, sensor: VibrationSensor) -> NDArray[Any
             right = values.shape[2:] == _SHAPES[name]
         if not right or (shape and values.shape[:2] != shape):
             raise InputError(
-                f"{path}: {name} has the shape {values.shape} and must have {wanted}"
+                f"{path}: the array '{name}' has the shape {values.shape} and must have {wanted}"
                 + (f" with {shape[0]} pinches of {shape[1]} samples, as {sensor}" if shape else "")
             )
         shape = values.shape[:2]
@@ -142,8 +142,8 @@ def _signals(path: Path, arrays: Arrays, sensor: VibrationSensor) -> NDArray[Any
 def _per_pinch(path: Path, name: str, values: NDArray[Any], pinches: int) -> NDArray[Any]:
     if values.shape != (pinches,):
         raise InputError(
-            f"{path}: {name} has the shape {values.shape} and there are {pinches} pinches: "
-            "give one value for each"
+            f"{path}: the array '{name}' has the shape {values.shape}, but there are {pinches} "
+            "pinches: give one value for each"
         )
     return values
 
@@ -151,7 +151,9 @@ def _per_pinch(path: Path, name: str, values: NDArray[Any], pinches: int) -> NDA
 def _one(path: Path, arrays: Arrays, name: str) -> Any:
     values = arrays[name]
     if values.size != 1:
-        raise InputError(f"{path}: {name} has the shape {values.shape} and must be one value")
+        raise InputError(
+            f"{path}: the array '{name}' has the shape {values.shape}: give a single value"
+        )
     return values.reshape(-1)[0]
 
 

@@ -42,8 +42,8 @@ def each(place_name: str, columns: Columns, name: str, read: Callable[[Any], T])
             values.append(read(value))
         except (ValueError, TypeError, OverflowError) as error:
             raise InputError(
-                f"{place_name}: {name} of {place(columns, i)} is {quote(value)}, {error}: "
-                f"correct it, or leave {name} out for all pinches"
+                f"{place_name}: '{name}' of {place(columns, i)} is {quote(value)}, {error}: "
+                f"correct it, or leave '{name}' out for all pinches"
             ) from None
     return values
 

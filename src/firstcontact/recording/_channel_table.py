@@ -46,14 +46,17 @@ def read_signals(table: Path) -> list[Signal]:
     for line, row in read_rows(table, ["variable"]):
         origin = f"{table}: line {line}"
         if not row["variable"]:
-            raise InputError(f"{origin} names no variable: give the name of the signal in the file")
+            raise InputError(
+                f"{origin} has nothing in the column 'variable': give the name of the signal in "
+                "the file"
+            )
         out.append(_signal(origin, row))
     sensors = {s.sensor for s in out if s.sensor is not None}
     if len(sensors) != 1:
         raise InputError(
-            f"{table} has {'no' if not sensors else 'more than one'} kind of sensor: give all "
-            f"vibration signals one of {', '.join(VibrationSensor)}, and leave sensor empty for "
-            "other signals"
+            f"{table} has {('no' if not sensors else 'more than one')} kind of sensor: give all "
+            f"vibration signals the same 'sensor', one of {', '.join(VibrationSensor)}, and leave "
+            "it empty for other signals"
         )
     return out
 
@@ -66,37 +69,40 @@ def _signal(origin: str, row: Mapping[str, str]) -> Signal:
             return cells.number(row[name])
         except ValueError as error:
             raise InputError(
-                f"{origin}: {name} is {quote(row[name])}, {error}: correct it"
+                f"{origin}: '{name}' is {quote(row[name])}, {error}: correct it"
             ) from None
 
     sensor = row.get("sensor", "").lower()
     if sensor and sensor not in set(VibrationSensor):
         raise InputError(
-            f"{origin}: sensor is {quote(sensor)} and must be one of {', '.join(VibrationSensor)}, "
-            "or empty for other signals"
+            f"{origin}: 'sensor' is {quote(sensor)} and must be one of "
+            f"{', '.join(VibrationSensor)}, or empty for other signals"
         )
     try:
         finger = cells.finger(row.get("finger", ""))
     except ValueError as error:
         raise InputError(
-            f"{origin}: finger is {quote(row['finger'])}, {error}: correct it"
+            f"{origin}: 'finger' is {quote(row['finger'])}, {error}: correct it"
         ) from None
     column = number("column", 0.0) if row.get("column") else None
     if column is not None and not (column == int(column) and 0 <= column < 1 << 31):
         raise InputError(
-            f"{origin}: column is {quote(row['column'])} and must be a whole number from 0 on: "
+            f"{origin}: 'column' is {quote(row['column'])} and must be a whole number from 0 on: "
             "correct it, or leave it empty"
         )
     scale = number("scale", 1.0)
     if not SCALES[0] <= abs(scale) <= SCALES[1]:
-        raise InputError(f"{origin}: scale is {scale:g}: give units per step")
+        raise InputError(
+            f"{origin}: 'scale' is {scale:g}: give the units of one step of the converter, a "
+            "number other than 0"
+        )
     rate = None
     if row.get("rate_hz"):
         rate = number("rate_hz", 0.0)
         if sensor:
-            check_rate(f"{origin}: rate_hz of a {sensor}", rate)
+            check_rate(f"{origin}: 'rate_hz' of a {sensor}", rate)
         elif rate < _SLOWEST:
-            raise InputError(f"{origin}: rate_hz is {rate:g} and must be {_SLOWEST:g} or more")
+            raise InputError(f"{origin}: 'rate_hz' is {rate:g} and must be {_SLOWEST:g} or more")
     return Signal(
         row["variable"],
         rate,

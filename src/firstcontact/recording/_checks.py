@@ -128,7 +128,8 @@ def find_sensor(origin: str, names: Collection[str], remedy: str, end: str = "")
         raise InputError(f"{origin} has no {remedy}")
     if len(sensors) > 1:
         raise InputError(
-            f"{origin} has {sensors[0]} and {sensors[1]}: import one of them at a time"
+            f"{origin} has {sensors[0]} and {sensors[1]} signals, but a recording has one kind of "
+            "sensor: import them separately"
         )
     return sensors[0]
 
@@ -146,17 +147,17 @@ def read_settings(
     of_unit = f"{sensor}_unit"
     for name in ("sample_rate_hz", of_unit):
         if name not in given:
-            raise InputError(f"{origin} does not state {name}: add it")
-    rate = check_rate(f"{origin}: sample_rate_hz", given["sample_rate_hz"])
+            raise InputError(f"{origin} does not state '{name}': add it")
+    rate = check_rate(f"{origin}: 'sample_rate_hz'", given["sample_rate_hz"])
     unit = as_text(given[of_unit])
     if unit not in UNITS:
         raise InputError(
-            f"{origin}: {of_unit} is {quote(unit)} and must be one of {', '.join(UNITS)}"
+            f"{origin}: '{of_unit}' is {quote(unit)} and must be one of {', '.join(UNITS)}"
         )
     force_unit = as_text(given.get("force_unit", "V"))
     if force_unit not in FORCE_UNITS:
         raise InputError(
-            f"{origin}: force_unit is {quote(force_unit)} and must be one of "
+            f"{origin}: 'force_unit' is {quote(force_unit)} and must be one of "
             f"{', '.join(FORCE_UNITS)}: convert force to volts, or leave it out"
         )
     alpha = as_text(given.get("smoothing_alpha", "1"))
@@ -166,12 +167,12 @@ def read_settings(
         smoothing = math.nan
     if not 0 < smoothing <= 1:
         raise InputError(
-            f"{origin}: smoothing_alpha is {quote(alpha)} and must be above 0 and at most 1 "
+            f"{origin}: 'smoothing_alpha' is {quote(alpha)} and must be above 0 and at most 1 "
             "(not smoothed)"
         )
     axis = as_text(given["axis"]) if "axis" in given else None
     if axis is not None and not (axis.isdecimal() and len(axis) < len("100")):
-        raise InputError(f"{origin}: axis is {quote(axis)} and must be a whole number from 0 on")
+        raise InputError(f"{origin}: 'axis' is {quote(axis)} and must be a whole number from 0 on")
     source = check_source(origin, given.get("source", "unknown"))
     axis_number = None if axis is None else int(axis)
     return FileSettings(sensor, rate, unit, smoothing, source, axis_number, force_unit)
@@ -188,7 +189,7 @@ def check_source(origin: str, value: Any) -> str:
     source = as_text(value)
     if source not in SOURCES:
         raise InputError(
-            f"{origin}: source is {quote(source)} and must be one of {', '.join(SOURCES)}"
+            f"{origin}: 'source' is {quote(source)} and must be one of {', '.join(SOURCES)}"
         )
     return source
 
@@ -246,8 +247,8 @@ def check_force(origin: str, values: NDArray[Any], unit: str) -> None:
     if most * FORCE_UNITS[unit] > FORCE_MOST:
         allowed = "counts (10 bits over 3.3 V)" if unit == "V" else "V"
         raise InputError(
-            f"{origin} reaches {most:g} {unit}, and a taxel has at most {FORCE_MOST:g} V: set "
-            f"force_unit to {allowed}, convert force to volts, or leave it out"
+            f"{origin} reaches {most:g} {unit}, but a taxel gives at most {FORCE_MOST:g} V: set "
+            f"'force_unit' to {allowed}, convert force to volts, or leave it out"
         )
 
 
@@ -296,8 +297,8 @@ def make_layout(
     sensor, axis = settings.sensor, settings.axis
     if axes > 1 and (axis is None or axis >= axes):
         raise InputError(
-            f"the {sensor} has {axes} axes and its axis is {'missing' if axis is None else axis}: "
-            f"state the axis that detectors use, 0 to {axes - 1}"
+            f"the {sensor} has {axes} axes, but 'axis', the axis that detectors use, is "
+            f"{('missing' if axis is None else axis)}: give a number from 0 to {axes - 1}"
         )
     step, zero = UNITS[settings.unit]
     step = step if scale is None else scale

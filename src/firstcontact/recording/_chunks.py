@@ -77,8 +77,8 @@ def scan(path: Path) -> Scan:
 def _not_ours(path: Path, start: bytes) -> InputError:
     if start[:5] == MAGIC[:5] and start[6:] == MAGIC[6:]:
         return InputError(
-            f"{path} is MCAP of version {chr(start[5])!r}, but this reader knows '0': "
-            "convert it with the mcap tool"
+            f"{path} is MCAP of version {chr(start[5])!r}, but this reader knows '0': convert the "
+            "file with the program `mcap`"
         )
     return InputError(
         f"{path} is not an MCAP file: give a recording, or bring other data in with "
@@ -101,7 +101,8 @@ def _scan(path: Path, view: mmap.mmap) -> Scan:
             patience -= stop - start
             if patience < 0:
                 raise InputError(
-                    f"{path} is full of bytes that only look like chunks: choose another recording"
+                    f"{path} contains many false beginnings of chunks, so reading it would take "
+                    "too long: choose another recording"
                 )
             continue
         if not _framed(view, end, start):

@@ -66,7 +66,10 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
     """
     columns = read_columns(path)
     if "pinch" not in columns:
-        raise InputError(f"{path} has no column pinch: add it (one row is one sample)")
+        raise InputError(
+            f"{path} has no column 'pinch': add it, with the number or name of each row's pinch "
+            "(one row is one sample)"
+        )
     remedy = "column piezo_index: add it (one row is one sample)"
     sensor = find_sensor(str(path), columns, remedy, "_index")
     sensors = _vibration(path, sensor, columns)
@@ -130,7 +133,7 @@ def _all_or_none(path: Path, columns: Table, names: tuple[str, ...]) -> tuple[st
     missing = [n for n in names if n not in columns]
     if 0 < len(missing) < len(names):
         raise InputError(
-            f"{path} has no column {missing[0]}: give all of {names[0]} to {names[-1]}, or none"
+            f"{path} has no column '{missing[0]}': give all of {names[0]} to {names[-1]}, or none"
         )
     return () if missing else names
 
@@ -152,7 +155,7 @@ def _numbers(path: Path, columns: Table, name: str, start: int, stop: int) -> li
             numbers.append(parse_float(cell))
         except ValueError as error:
             raise InputError(
-                f"{path}: {name} of {columns.place(row)} is {quote(cell)}, {error}: correct it"
+                f"{path}: '{name}' of {columns.place(row)} is {quote(cell)}, {error}: correct it"
             ) from None
     return numbers
 
@@ -182,7 +185,7 @@ def _constant(path: Path, columns: Table, name: str, bounds: list[tuple[int, int
         for row in range(start, stop):
             if cells[row] != cells[start]:
                 raise InputError(
-                    f"{path}: {name} is {quote(cells[start])} in {columns.place(start)} and "
+                    f"{path}: '{name}' is {quote(cells[start])} in {columns.place(start)} and "
                     f"{quote(cells[row])} in {columns.place(row)}, but must be the same in both: "
                     "correct the rows"
                 )
@@ -206,13 +209,14 @@ def _rate(
         statements += [("time_s", _rate_of_time(path, columns, *b)) for b in bounds]
     if not statements:
         raise InputError(
-            f"{path} does not state its rate: add a column time_s or sample_rate_hz, or give --rate"
+            f"{path} does not state its rate: add a column 'time_s' or 'sample_rate_hz', or give "
+            "--rate"
         )
     for name, rate in statements[1:]:
         if abs(rate - statements[0][1]) > _RATES_AGREE * statements[0][1]:
             raise InputError(
-                f"{path}: {name} states {rate:g} Hz and {statements[0][0]} {statements[0][1]:g} "
-                "Hz: correct one"
+                f"{path}: '{name}' states {rate:g} Hz, but '{statements[0][0]}' states "
+                f"{statements[0][1]:g} Hz: correct one of them"
             )
     return statements[0][1]
 
@@ -221,13 +225,15 @@ def _rate_of_time(path: Path, columns: Table, start: int, stop: int) -> float:
     """Return the mean rate of the rows of a pinch. Check that ``time_s`` rises evenly."""
     times = _numbers(path, columns, "time_s", start, stop)
     if len(times) < 2:
-        raise InputError(f"{path}: the pinch of {columns.place(start)} has one sample: remove it")
+        raise InputError(
+            f"{path}: the pinch of {columns.place(start)} has only one sample: remove it"
+        )
     step = (times[-1] - times[0]) / (len(times) - 1)
     for row, (a, b) in enumerate(pairwise(times), start + 1):
         if not 0.5 * step < b - a < 1.5 * step:
             raise InputError(
-                f"{path}: time_s leaps from {a:g} to {b:g} in {columns.place(row)}: samples are "
-                "missing or out of order; leave the pinch out"
+                f"{path}: 'time_s' jumps from {a:g} to {b:g} in {columns.place(row)}: samples are "
+                "missing or out of order: leave the pinch out"
             )
     return check_rate(f"{path}: the rate of time_s", 1 / step)
 

@@ -58,8 +58,9 @@ def read_event_table(table: Path) -> Columns:
     for name in CONTACT_COLUMNS:
         if name in columns and name != _FINGER:
             raise InputError(
-                f"{table} has {name}, which is relative to the start of a pinch: give each contact "
-                f"from the start of the file, as a time in {SECONDS} or as a sample in {SAMPLE}"
+                f"{table} has a column '{name}', which is relative to the start of a pinch: give "
+                f"each contact from the start of the file, as a time in a column '{SECONDS}' or "
+                f"as a sample's number in a column '{SAMPLE}'"
             )
     return columns
 
@@ -96,8 +97,9 @@ def find_events(
     given = [name for name in (SECONDS, SAMPLE) if name in columns]
     if len(given) != 1:
         raise InputError(
-            f"{table} has {' and '.join(given) or f'neither {SECONDS} nor {SAMPLE}'}: give the "
-            f"time of each contact in {SECONDS} or its sample in {SAMPLE}"
+            f"{table} has {' and '.join(given) or f'neither {SECONDS} nor {SAMPLE}'}: give each "
+            f"contact either its time in a column '{SECONDS}' or its sample's number in a column "
+            f"'{SAMPLE}'"
         )
     (name,) = given
     of = cells.each(str(table), columns, CHANNEL, cells.integer)
@@ -110,25 +112,25 @@ def find_events(
             value = cells.number(cell)
         except ValueError as error:
             raise InputError(
-                f"{table}: {name} of {columns.place(row)} is {quote(cell)}, {error}: correct it"
+                f"{table}: '{name}' of {columns.place(row)} is {quote(cell)}, {error}: correct it"
             ) from None
         at = value * rate if name == SECONDS else value
         end, channels = shapes[file]
         if of is not None and not 0 <= of[row] < channels:
             raise InputError(
-                f"{table}: channel of {columns.place(row)} is {quote(of[row])}, and "
-                f"{files[file].name} has {channels}: count from 0"
+                f"{table}: 'channel' of {columns.place(row)} is {quote(of[row])}, but "
+                f"{files[file].name} has {channels}: give the channel's number, counted from 0"
             )
         if not 0 <= at <= end - 1:
             last = f"{(end - 1) / rate:g} s" if name == SECONDS else end - 1
             raise InputError(
-                f"{table}: {name} of {columns.place(row)} is {quote(cell)}, outside "
+                f"{table}: '{name}' of {columns.place(row)} is {quote(cell)}, outside "
                 f"{files[file].name} (0 to {last}): correct the row"
             )
         if name == SAMPLE and at != int(at):
             raise InputError(
-                f"{table}: {name} of {columns.place(row)} is {quote(cell)}, which is not a whole "
-                f"number: give samples, or seconds in {SECONDS}"
+                f"{table}: '{name}' of {columns.place(row)} is {quote(cell)}, which is not a "
+                f"whole number: give samples' numbers, or seconds in the column '{SECONDS}'"
             )
         out.append(Event(row, file, None if of is None else of[row], round(at)))
     for one, other in pairwise(sorted(out, key=_place)):

@@ -95,7 +95,7 @@ def _files(
             return [path], [], []
         mine: list[int | None] = [0 if name.strip() == path.name else None for name in names]
         if 0 not in mine:
-            raise InputError(f"{table}: no row has file {path.name!r}: correct its column file")
+            raise InputError(f"{table}: no row is for {path.name!r}: correct the column 'file'")
         foreign = mine.count(None)
         return (
             [path],
@@ -103,7 +103,9 @@ def _files(
             [f"{foreign} contacts of the table are in other files"] if foreign else [],
         )
     if names is None:
-        raise InputError(f"{table} has no column file: name the sound file of each row")
+        raise InputError(
+            f"{table} has no column 'file': add it, with the name of the sound file of each row"
+        )
     by_name: dict[str, list[Path]] = {}
     sound_files = [file for suffix in SUFFIXES for file in files_below(path, suffix)]
     for file in sound_files:
@@ -116,7 +118,7 @@ def _files(
         if len(matches) != 1:
             fault = "is in two folders" if matches else "is not in the folder"
             raise InputError(
-                f"{table}: file of {columns.place(row)} is {quote(name)}, which {fault} {path}: "
+                f"{table}: 'file' of {columns.place(row)} is {quote(name)}, which {fault} {path}: "
                 "correct the row or the folder"
             )
         if matches[0] not in files:

@@ -105,7 +105,7 @@ def _walk(path: Path, file: Any, name: str, target: str, left: int = _LINKS) -> 
         key = step.encode("utf-8", "surrogateescape")
         if not isinstance(group, Group) or not group.id.links.exists(key):
             raise InputError(
-                f"{path}: {name} is a link to {target!r}, which does not exist: correct the link"
+                f"{path}: '{name}' is a link to {target!r}, which does not exist: correct the link"
             )
         kind = group.id.links.get_info(key).type
         if kind == h5l.TYPE_SOFT and left:
@@ -116,8 +116,8 @@ def _walk(path: Path, file: Any, name: str, target: str, left: int = _LINKS) -> 
             return _walk(path, file, name, f"{base}/{to}/{remainder}", left - 1)
         if kind != h5l.TYPE_HARD:
             raise InputError(
-                f"{path}: {name} is a link out of the file, or the first of too many links: copy "
-                "its target into the file"
+                f"{path}: '{name}' is a link to another file, or begins a chain of too many "
+                "links: copy its target into the file"
             )
         group, gone = group[step], f"{gone}/{step}"
     return None
@@ -129,13 +129,15 @@ def _check(path: Path, name: str, dataset: Any) -> None:
 
     if dataset.external or dataset.is_virtual:
         raise InputError(
-            f"{path}: {name} is stored outside of its file or as a virtual dataset, which is not "
-            "read: copy it into the file"
+            f"{path}: '{name}' is stored outside of its file or as a virtual dataset, which is "
+            "not read: copy it into the file"
         )
     if dataset.shape is None:
-        raise InputError(f"{path}: {name} is empty: give it values, or leave it out")
+        raise InputError(f"{path}: '{name}' is empty: give it values, or leave it out")
     if dataset.dtype.hasobject and check_string_dtype(dataset.dtype) is None:
-        raise InputError(f"{path}: {name} holds neither numbers nor texts: store one of them")
+        raise InputError(
+            f"{path}: '{name}' holds neither numbers nor texts: store numbers or texts"
+        )
 
 
 def _declared(dataset: Any) -> int:
@@ -148,7 +150,7 @@ def _values(path: Path, name: str, dataset: Any) -> NDArray[Any]:
     if not dataset.dtype.hasobject or dataset.ndim != 1:
         if dataset.dtype.hasobject and dataset.size > 1:
             raise InputError(
-                f"{path}: {name} has the shape {dataset.shape}: give one text for each pinch"
+                f"{path}: '{name}' has the shape {dataset.shape}: give one text for each pinch"
             )
         return np.asarray(dataset[()])
     # Texts lie elsewhere in the file, and several may share one place.
@@ -160,8 +162,8 @@ def _values(path: Path, name: str, dataset: Any) -> NDArray[Any]:
         long = [text for text in values[start:] if len(text) > 4 * LONGEST_NAME]
         if long:
             raise InputError(
-                f"{path}: {name} has a text of {len(long[0])} bytes: give at most {LONGEST_NAME} "
-                "characters"
+                f"{path}: '{name}' has a text of {len(long[0])} bytes: give at most "
+                f"{LONGEST_NAME} characters"
             )
     return np.array(values, dtype=object)
 
@@ -171,6 +173,6 @@ def _attributes(path: Path, attributes: Any, settings: Collection[str]) -> dict[
     for name in settings:
         if name in attributes:
             if attributes.get_id(name).get_storage_size() > _ATTRIBUTE:
-                raise InputError(f"{path}: the attribute {name} is too long: give one value")
+                raise InputError(f"{path}: the attribute '{name}' is too long: give a single value")
             values[name] = np.asarray(attributes[name])
     return values

@@ -85,11 +85,13 @@ class Header:
 
     def __post_init__(self) -> None:
         if fault := self.layout.fault:
-            raise ValueError(f"layout has {fault}")
+            raise ValueError(f"the field 'layout' has {fault}")
         if self.source not in SOURCES:
-            raise ValueError(f"source is {self.source!r}, not one of {', '.join(SOURCES)}")
+            raise ValueError(
+                f"the field 'source' is {self.source!r}, not one of {', '.join(SOURCES)}"
+            )
         if self.dtype not in DTYPES:
-            raise ValueError(f"dtype is {self.dtype!r}, not one of {', '.join(DTYPES)}")
+            raise ValueError(f"the field 'dtype' is {self.dtype!r}, not one of {', '.join(DTYPES)}")
 
     def to_json(self) -> dict[str, Any]:
         """Return the header as a tree for JSON, with the name and version of the format."""
@@ -122,7 +124,7 @@ def read_header(data: bytes, origin: str) -> Header:
     head = read_record(data, _Head, origin, remedy)
     if head.format != FORMAT:
         raise InputError(
-            f"{origin} is not that of a firstcontact recording: bring other data in with "
+            f"{origin} is not the header of a firstcontact recording: bring other data in with "
             "`firstcontact import`"
         )
     if head.version not in _VERSIONS:
@@ -161,18 +163,23 @@ class _Mark:
 
     def __post_init__(self) -> None:
         if self.end <= self.first_sample:
-            raise ValueError(f"it ends at {self.end} and begins at {self.first_sample}")
+            raise ValueError(
+                f"the pinch ends at sample {self.end}, but begins at sample {self.first_sample}"
+            )
         samples = [c.sample for c in self.truth]
         fingers = [c.finger for c in self.truth if c.finger is not None]
         if samples != sorted(samples) or len(set(fingers)) < len(fingers):
-            raise ValueError("its contacts are of one finger, or not in the order of time")
+            raise ValueError(
+                "the pinch has two contacts of one finger, or contacts that are not in the order "
+                "of time"
+            )
         inside = [
             *samples,
             *(c.sample for c in self.found),
             *([] if self.motor_start is None else [self.motor_start]),
         ]
         if not all(self.first_sample <= sample < self.end for sample in inside):
-            raise ValueError("a contact or the motor's start is outside of its samples")
+            raise ValueError("a contact or the motor's start is outside of the pinch's samples")
 
 
 @dataclass(frozen=True, slots=True)

@@ -43,7 +43,8 @@ def read_track(path: Path) -> Table:
         raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from error
     except UnicodeDecodeError as error:
         raise InputError(
-            f"{path} is no label track in UTF-8 ({reason(error)}): export it from Audacity again"
+            f"{path} is not an Audacity label track in UTF-8 ({reason(error)}): export it from "
+            "Audacity again"
         ) from error
     starts: list[str] = []
     texts: list[str] = []
@@ -88,9 +89,9 @@ def label_columns(origin: str, table: Table, texts: Sequence[str]) -> Table:
             name, value = (name, value) if equals else ("object", part)
             if name not in LABEL_COLUMNS or name in row:
                 raise InputError(
-                    f"{origin}: {table.place(number)} says {quote(part)}: unknown or repeated "
-                    "label. Write the object's name, or name=value pairs separated by semicolons; "
-                    f"names: {', '.join(LABEL_COLUMNS)}"
+                    f"{origin}: {table.place(number)} has the unknown or repeated label "
+                    f"{quote(part)}. Write the object's name, or name=value pairs separated by "
+                    f"semicolons; names: {', '.join(LABEL_COLUMNS)}"
                 )
             row[name] = value
         rows.append(row)
@@ -99,8 +100,8 @@ def label_columns(origin: str, table: Table, texts: Sequence[str]) -> Table:
         lacking = next((i for i, row in enumerate(rows) if name not in row), None)
         if lacking is not None and name != "object":
             raise InputError(
-                f"{origin}: {table.place(lacking)} has no {name} but others have: give it in "
-                "all, or in none"
+                f"{origin}: {table.place(lacking)} has no '{name}', but other lines have one: "
+                "give it in all lines, or in none"
             )
     cells = {name: [row.get(name, "") for row in rows] for name in names}
     return Table({**table, **cells}, table.numbers, table.word)

@@ -136,7 +136,7 @@ def make_labels(origin: str, columns: Columns, pinches: int) -> tuple[list[Label
     """
     for one, other in (("object", "material"), ("hardness_rank", "hardness_class")):
         if one in columns and other in columns:
-            raise InputError(f"{origin} has {one} and {other}: keep one of the two")
+            raise InputError(f"{origin} has both '{one}' and '{other}': keep one of them")
     notes = []
     objects = (
         each(origin, columns, "object", cells.words)
@@ -204,7 +204,9 @@ def make_contacts(
         unknown.
     """
     if "first_contact" in columns and "pre_trigger_samples" in columns:
-        raise InputError(f"{origin} has first_contact and pre_trigger_samples: keep one of the two")
+        raise InputError(
+            f"{origin} has both 'first_contact' and 'pre_trigger_samples': keep one of them"
+        )
     name = "pre_trigger_samples" if "pre_trigger_samples" in columns else "first_contact"
     unknown = [-1] * len(samples)
     firsts = each(origin, columns, name, cells.integer) or unknown
@@ -219,19 +221,18 @@ def make_contacts(
         for field, sample in ((name, first), ("second_contact", second)):
             if not -1 <= sample < len(data):
                 raise InputError(
-                    f"{origin}: {field} of {place(columns, i)} is {quote(sample)}, outside "
-                    f"the pinch's {len(data)} samples: count from 0 within it, or give -1 if "
-                    "unknown"
+                    f"{origin}: '{field}' of {place(columns, i)} is {quote(sample)}, outside the "
+                    f"pinch's {len(data)} samples: count from 0 within it, or give -1 if unknown"
                 )
         if second >= 0 > first:
             raise InputError(
-                f"{origin}: {place(columns, i)} has a second_contact ({second}) but no {name}: "
-                f"give {name}, or -1 as second_contact"
+                f"{origin}: {place(columns, i)} has a 'second_contact' ({second}) but no "
+                f"'{name}': give '{name}', or -1 as 'second_contact'"
             )
         if 0 <= second < first:
             raise InputError(
-                f"{origin}: second_contact of {place(columns, i)} ({second}) is before its "
-                f"{name} ({first}): correct one of them"
+                f"{origin}: 'second_contact' of {place(columns, i)} ({second}) is before its "
+                f"'{name}' ({first}): correct one of them"
             )
         touched = finger
         if len(owners) == 1:
@@ -284,9 +285,9 @@ def make_motor_starts(
         end = pinch_contacts[0].sample if pinch_contacts else length
         if not -1 <= start < max(end, 0):
             raise InputError(
-                f"{origin}: motor_start of {place(columns, i)} is {quote(start)}, outside the "
-                f"{end} samples before its {'first contact' if pinch_contacts else 'end'}: count "
-                "from 0 within the pinch, or give -1 if unknown"
+                f"{origin}: 'motor_start' of {place(columns, i)} is {quote(start)}, outside the "
+                f"{end} samples before its {('first contact' if pinch_contacts else 'end')}: "
+                "count from 0 within the pinch, or give -1 if unknown"
             )
     return [None if start < 0 else start for start in starts]
 
@@ -314,14 +315,14 @@ def make_closing_speeds(origin: str, columns: Columns, pinches: int) -> list[Clo
         return [None] * pinches
     if errors is None:
         raise InputError(
-            f"{origin}: closing_speed has no closing_speed_error: give the standard error in m/s, "
-            "0 if the speed is exact"
+            f"{origin}: there is 'closing_speed' but no 'closing_speed_error': give the standard "
+            "error in m/s, 0 if the speed is exact"
         )
     for i, (speed, error) in enumerate(zip(speeds, errors, strict=True)):
         if speed >= 0 > error:
             raise InputError(
-                f"{origin}: closing_speed_error of {place(columns, i)} is {quote(error)}, but the "
-                "speed is known: give the standard error in m/s, 0 if the speed is exact"
+                f"{origin}: 'closing_speed_error' of {place(columns, i)} is {quote(error)}, but "
+                "the speed is known: give the standard error in m/s, 0 if the speed is exact"
             )
     return [
         None if speed < 0 else ClosingSpeed(speed, error)

@@ -60,14 +60,16 @@ def import_mat(
     """
     if channels is None:
         if labels is not None or path.is_dir():
-            raise InputError(f"{path} needs a table of its signals: give it with --channels")
+            raise InputError(
+                f"{path} needs a CSV file that describes its signals: give it with --channels"
+            )
         return _from_named(path)
     signals = read_signals(channels)
     lacking = next((s.variable for s in signals if s.rate is None), None)
     if lacking is not None:
         name = listed([lacking])
         raise InputError(
-            f"{channels} has no rate_hz of {name}: add it, because MATLAB files do not state it"
+            f"{channels} has no 'rate_hz' of {name}: add it, because MATLAB files do not state it"
         )
     files, columns, table = _files(path, labels)
     notes: list[str] = []
@@ -98,12 +100,14 @@ def _files(path: Path, labels: Path | None) -> tuple[list[Path], Mapping[str, li
         return files, {}, path
     columns = read_columns(table)
     if "file" not in columns:
-        raise InputError(f"{table} has no column file: name the MATLAB file of each row")
+        raise InputError(
+            f"{table} has no column 'file': add it, with the name of the MATLAB file of each row"
+        )
     if path.is_dir():
         return files_of_rows(path, columns["file"], table, _SUFFIX), columns, table
     rows = [row for row, name in enumerate(columns["file"]) if name.strip() == path.name]
     if len(rows) != 1:
-        raise InputError(f"{table} has {len(rows)} rows for {path.name}: give one")
+        raise InputError(f"{table} has {len(rows)} rows for {path.name}: give one row")
     row = {name: [cells[rows[0]]] for name, cells in columns.items()}
     return [path], columns.of_rows(row, rows), table
 
@@ -141,7 +145,8 @@ def _in_time(file: Path, signal: Signal, values: NDArray[Any]) -> NDArray[Any]:
     """
     if values.ndim != 2:
         raise InputError(
-            f"{file}: {signal.variable} has the shape {values.shape} and must be a matrix"
+            f"{file}: {signal.variable} has the shape {values.shape}, but a signal must be a "
+            "matrix: correct the variable, or the table of channels"
         )
     if signal.sensor is not None and signal.column is None:
         return values.reshape(-1, 1, order="F")
@@ -156,7 +161,7 @@ def _from_named(path: Path) -> Dataset:
     arrays, unread = read_mat(path, _NAMED)
     if not any(name in arrays for name in VibrationSensor):
         raise InputError(
-            f"{path} has no array piezo: add it, shape (pinches, samples, 1 or 2), or describe "
+            f"{path} has no array 'piezo': add it, shape (pinches, samples, 1 or 2), or describe "
             f"its variables ({listed(unread) or 'it has none'}) with --channels"
         )
     for name in _TEXTS:

@@ -99,7 +99,9 @@ def _names(path: Path, stream: IO[bytes], wanted: Collection[str]) -> list[str]:
     names = [name for name, _, _ in listing]
     doubled = sorted({name for name in names if names.count(name) > 1})
     if doubled:
-        raise InputError(f"{path} has the variable {doubled[0]!r} twice: save it again with one")
+        raise InputError(
+            f"{path} has the variable {doubled[0]!r} twice: save the file again with one of them"
+        )
     sizes = [math.prod(shape) * 8 for name, shape, _ in listing if name in wanted]
     check_unpacked(path, sum(sizes))
     return names
@@ -114,5 +116,7 @@ def _plain(path: Path, name: str, values: Any) -> NDArray[Any]:
             return np.array([str(c.reshape(-1)[0]) if c.size else "" for c in cells])
         array = None
     if array is None or array.dtype.kind not in "iufbU":
-        raise InputError(f"{path}: {name} holds neither numbers nor texts: save one of them")
+        raise InputError(
+            f"{path}: the variable '{name}' holds neither numbers nor texts: save numbers or texts"
+        )
     return array

@@ -75,26 +75,26 @@ def read_npz(path: Path, names: Collection[str]) -> tuple[dict[str, NDArray[Any]
 
 def _check_member(path: Path, name: str, info: ZipInfo) -> None:
     if info.flag_bits & _ENCRYPTED:
-        raise InputError(f"{path}: {name} is encrypted: {_REMEDY}")
+        raise InputError(f"{path}: '{name}' is encrypted: {_REMEDY}")
     if info.compress_type not in (ZIP_STORED, ZIP_DEFLATED):
-        raise InputError(f"{path}: {name} has a compression that NumPy does not write: {_REMEDY}")
+        raise InputError(f"{path}: '{name}' has a compression that NumPy does not write: {_REMEDY}")
 
 
 def _array(path: Path, name: str, member: IO[bytes], size: int) -> NDArray[Any]:
     magic = member.read(npy.MAGIC_LEN)
     read = _HEADERS.get(magic[-2:]) if magic.startswith(npy.MAGIC_PREFIX) else None
     if read is None:
-        raise InputError(f"{path}: {name} is no array of NumPy: {_REMEDY}")
+        raise InputError(f"{path}: '{name}' is not a NumPy array: {_REMEDY}")
     with warnings.catch_warnings(action="ignore"):  # about headers of Python 2
         shape, fortran, dtype = read(member)
     if dtype.hasobject:
-        raise InputError(f"{path}: {name} holds Python objects, which are not read: {_REMEDY}")
+        raise InputError(f"{path}: '{name}' holds Python objects, which are not read: {_REMEDY}")
     available = size - member.tell()
     if math.prod(shape) * dtype.itemsize != available or any(n < 0 for n in shape):
         raise InputError(
-            f"{path}: {name} declares the shape {shape} but holds {available} bytes: {_REMEDY}"
+            f"{path}: '{name}' declares the shape {shape} but holds {available} bytes: {_REMEDY}"
         )
     values: NDArray[Any] = np.frombuffer(member.read(), dtype)
     if dtype.kind == "U" and values.view(f"{dtype.byteorder}u4").max(initial=0) > sys.maxunicode:
-        raise InputError(f"{path}: {name} holds invalid characters: {_REMEDY}")
+        raise InputError(f"{path}: '{name}' holds invalid characters: {_REMEDY}")
     return values.reshape(shape, order="F" if fortran else "C")

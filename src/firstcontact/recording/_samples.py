@@ -54,9 +54,11 @@ def decode(message: bytes, dtype: str) -> Block:
         The message is invalid.
     """
     if len(message) < _PREFIX.size:
-        raise ValueError("a samples message is too short")
+        raise ValueError("a message with samples is too short")
     kind, first_sample, epoch, channels, count = _PREFIX.unpack_from(message)
     values: NDArray[np.generic] = np.frombuffer(message, DTYPES[dtype], offset=_PREFIX.size)
     if kind != _CDR_LITTLE_ENDIAN or not channels or values.size != count or count % channels:
-        raise ValueError("a samples message does not fit its own size")
+        raise ValueError(
+            "the length of a message with samples does not fit the numbers that it declares"
+        )
     return Block(values.reshape(-1, channels), first_sample, epoch)

@@ -75,21 +75,22 @@ def assemble(origin: str, taken: Sequence[Taken]) -> Assembled:
     other = next((t for t in taken if t.signal.sensor is not None and t.rate != rate), None)
     if other is not None:
         raise InputError(
-            f"{origin}: vibration signals come at {rate:g} and {other.rate:g} Hz: import them "
-            "separately"
+            f"{origin}: the vibration signals have different rates, {rate:g} and {other.rate:g} "
+            "Hz: import them separately"
         )
     faster = next((t for t in taken if t.rate > rate), None)
     if faster is not None:
         raise InputError(
             f"{origin}: {faster.names[0]} comes at {faster.rate:g} Hz, faster than the vibration "
-            f"({rate:g} Hz): leave it out of the table"
+            f"({rate:g} Hz): leave it out of the table of channels"
         )
     end = min(len(t.values) / t.rate for t in taken)
     for signal in taken:
         if len(signal.values) / signal.rate > end + _ENDS_APART / min(t.rate for t in taken):
             raise InputError(
-                f"{origin}: {signal.names[0]} lasts {len(signal.values) / signal.rate:g} s, "
-                f"another signal {end:g} s: correct rate_hz of one, or leave it out"
+                f"{origin}: {signal.names[0]} lasts {len(signal.values) / signal.rate:g} s, but "
+                f"another signal lasts {end:g} s: correct the 'rate_hz' of one of them, or leave "
+                "one out"
             )
     samples = math.floor(end * rate + 1e-9)
     by_rate: dict[float, list[Taken]] = {}
@@ -124,14 +125,14 @@ def checked(origin: str, signal: Signal, values: NDArray[np.generic]) -> NDArray
     if signal.column is not None:
         if signal.column >= values.shape[1]:
             raise InputError(
-                f"{origin} has {values.shape[1]} columns and the table asks for column "
-                f"{signal.column}: count from 0"
+                f"{origin} has {values.shape[1]} columns, but the table of channels asks for "
+                f"column {signal.column}: give the column's number, counted from 0"
             )
         values = values[:, signal.column : signal.column + 1]
     if signal.sensor is not None and values.shape[1] != 1:
         raise InputError(
             f"{origin} has {values.shape[1]} columns: give the number of the {signal.sensor}'s "
-            "column, from 0, in the column named column of the table"
+            "column, from 0, in the column 'column' of the table of channels"
         )
     return check_samples(origin, values)
 

@@ -66,8 +66,8 @@ def read_columns(path: Path) -> Table:
     for line, row in lines:
         if len(row) != len(header):
             raise InputError(
-                f"{path}: line {line} has {len(row)} fields and the header "
-                f"{len(header)}: correct the line"
+                f"{path}: line {line} has {len(row)} fields, but the header has {len(header)}: "
+                "correct the line"
             )
         numbers.append(line)
         for column, cell in zip(columns, row, strict=True):
@@ -134,7 +134,9 @@ def _lines(path: Path, *, by_hand: bool = False) -> Iterator[tuple[int, list[str
     except OSError as error:
         raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from error
     except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"{path} is not CSV in UTF-8 ({error}): save it as such") from error
+        raise InputError(
+            f"{path} is not CSV in UTF-8 ({error}): save it as CSV with the encoding UTF-8"
+        ) from error
 
 
 def _check_separator(path: Path, header: Sequence[str]) -> None:
@@ -145,5 +147,6 @@ def _check_separator(path: Path, header: Sequence[str]) -> None:
         if separator in header[0]:
             raise InputError(
                 f"{path}: line 1 has no comma and {header[0].count(separator)} {name}, which seem "
-                "to separate the fields: save it with commas between, and points in numbers"
+                "to separate the fields: save it with commas between, and with decimal points in "
+                "numbers"
             )

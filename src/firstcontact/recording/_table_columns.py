@@ -21,7 +21,8 @@ def stated_source(table: Path, columns: Mapping[str, list[str]]) -> str:
     sources = sorted(set(columns.get("source", ["unknown"])))
     if len(sources) > 1:
         raise InputError(
-            f"{table}: source must be the same in all rows: import each source separately"
+            f"{table}: the column 'source' must be the same in all rows: import each source "
+            "separately"
         )
     return check_source(str(table), sources[0])
 

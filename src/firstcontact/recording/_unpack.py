@@ -65,5 +65,5 @@ def _decompressed(chunk: Chunk) -> bytes:
 
         data = LZ4FrameDecompressor().decompress(chunk.data, max_length=size + 1)
     if len(data) != size:
-        raise ValueError(f"it unpacks to {len(data)} bytes instead of {size}")
+        raise ValueError(f"the compressed data unpack to {len(data)} bytes instead of {size}")
     return data

@@ -72,7 +72,9 @@ def import_wav(
         )
     columns = read_columns(table)
     if "file" not in columns:
-        raise InputError(f"{table} has no column file: name the WAV file of each row")
+        raise InputError(
+            f"{table} has no column 'file': add it, with the name of the WAV file of each row"
+        )
     files = files_of_rows(folder, columns["file"], table, ".wav")
     sounds = [read_wav(file) for file in files]
     rate, first = sounds[0]
@@ -80,7 +82,7 @@ def import_wav(
     for row, cell in enumerate(columns.get("sample_rate_hz", [])):
         if check_rate(f"{table}: sample_rate_hz of {columns.place(row)}", cell) != rate:
             raise InputError(
-                f"{table}: sample_rate_hz of {files[row].name} is {cell}, but the file has "
+                f"{table}: 'sample_rate_hz' of {files[row].name} is {cell}, but the file has "
                 f"{rate} Hz: correct the table"
             )
     notes = unknown_columns(table, columns, _KNOWN)
@@ -121,8 +123,8 @@ def check_alike(files: Sequence[Path], sounds: Sequence[tuple[int, NDArray[Any]]
         if not 1 <= data.shape[1] <= 2:
             raise InputError(
                 f"{file} has {data.shape[1]} channels, but only one, or two of index finger and "
-                "thumb, can be imported: name one in the column channel of a table of contacts "
-                "(--events)"
+                "thumb, can be imported: choose one in the column 'channel' of a table of "
+                "contacts (--events)"
             )
         if other != rate:
             raise InputError(
@@ -133,7 +135,7 @@ def check_alike(files: Sequence[Path], sounds: Sequence[tuple[int, NDArray[Any]]
             raise InputError(
                 f"{file} has {counted(data.shape[1], 'channel')} of {data.dtype}, {files[0].name} "
                 f"has {first.shape[1]} of {first.dtype}: convert one, import them separately, or "
-                "name one in the column channel of a table of contacts (--events)"
+                "choose one channel in the column 'channel' of a table of contacts (--events)"
             )
     check_rate(f"{files[0]}: the sample rate", rate)
 

@@ -266,6 +266,6 @@ class RecordingWriter:
         with suppress(OSError):
             self._stream.close()
         return InputError(
-            f"{self.path} cannot be written any further ({error.strerror}): what was complete "
-            "stays readable; make room and begin a new recording"
+            f"{self.path} cannot be written any further ({error.strerror}): all samples before "
+            "this error stay readable; make room on the disk and begin a new recording"
         )

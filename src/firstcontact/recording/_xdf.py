@@ -69,7 +69,7 @@ def import_xdf(
     _check(path, streams)
     signals = guessed_signals(path, streams, sensor) if channels is None else read_signals(channels)
     if channels is not None and sensor is not None:
-        raise InputError(f"{channels} names the sensor: leave --sensor out")
+        raise InputError(f"{channels} already states the sensor: leave --sensor out")
     notes = [
         f"stream {s.name}: its recording did not end properly, so samples may be missing at the end"
         for s in streams
@@ -170,7 +170,7 @@ def _placed(
         place = next((k for k, (a, b) in enumerate(bounds) if a <= at <= b), None)
         if place is None and not 0 <= at <= end:
             raise InputError(
-                f"{table}: {name} of {columns.place(row)} is {quote(cell)}, where the vibration "
+                f"{table}: '{name}' of {columns.place(row)} is {quote(cell)}, where the vibration "
                 "has no samples: correct or remove the row"
             )
         rows.append(place)

@@ -37,8 +37,8 @@ def guessed_signals(
             else f"a stream {quote(fast[0].name)} of {fast[0].values.shape[1]} channels"
         )
         raise InputError(
-            f"{path} has {kind} ({listed([s.name for s in streams])}): name the vibration in a "
-            "table for --channels"
+            f"{path} has {kind} ({listed([s.name for s in streams])}): name the vibration stream "
+            "in a CSV file for --channels"
         )
     kind = sensor or VibrationSensor.PIEZO
     return [
@@ -79,8 +79,8 @@ def unbroken_parts(
             )
         if signal.rate not in (None, stream.rate):
             raise InputError(
-                f"{path}: stream {quote(stream.name)} states {stream.rate:g} Hz, but the table "
-                f"{signal.rate:g} Hz: correct the table"
+                f"{path}: stream {quote(stream.name)} states {stream.rate:g} Hz, but the table of "
+                f"channels states {signal.rate:g} Hz: correct the table"
             )
     main = next(by_name[s.variable] for s in signals if s.sensor is not None)
     check_rate(f"{path}: the rate of stream {quote(main.name)}", main.rate)

@@ -79,7 +79,10 @@ class HandRequests:
             self._open(Request(ask, by))
             return
         if ask not in self.allowed:
-            raise InputError(f"The hand {self._name!r} closes by itself: you can only open it")
+            raise InputError(
+                f"The hand {self._name!r} closes by itself, so it takes no requests to close: "
+                "request only to open it"
+            )
         if self.by is not None and not self.opening:
             raise InputError("The hand is closed already: open it first")
         with self._lock:

@@ -155,13 +155,16 @@ def check_hand(
     if hand is None:
         for parameter, value in (("policy", policy), ("hand_port", hand_port)):
             if value is not None:
-                raise InputError("it needs a hand: give one, or leave it out", parameter=parameter)
+                raise InputError(
+                    "this option needs a hand: give one, or leave it out", parameter=parameter
+                )
         return
     kind = HANDS.find(hand)
     if kind.needs_live_samples(hand_port) and not is_live:
         instead = "" if kind.simulated_port is None else f", or the port {kind.simulated_port}"
         raise InputError(
-            f"{hand} can only be driven by live samples in real time: use {HANDS.default}{instead}",
+            f"{hand} can be driven only by live samples in real time: use the hand "
+            f"{HANDS.default}{instead}",
             parameter="hand",
         )
     if kind.of_source not in (None, device):
@@ -178,13 +181,13 @@ def _check_slip(slip: str, hand: str | None, policy: str) -> None:
     SLIP_DETECTORS.find(slip)
     if hand is None or Begins.US not in HANDS.find(hand).begins:
         raise InputError(
-            "it needs a hand that closes on request: give one, or leave it out",
+            "this option needs a hand that closes on request: give one, or leave the option out",
             parameter="slip",
         )
     if not POLICIES.find(policy).has_reflex():
         raise InputError(
-            f"the policy {policy} does not react to slips: leave it out, or name a policy with a "
-            "reflex",
+            f"the policy {policy} does not react to slips: leave the slip detector out, or name a "
+            "policy with a slip reflex",
             parameter="slip",
         )
 

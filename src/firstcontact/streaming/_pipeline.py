@@ -267,8 +267,8 @@ class Pipeline:
         if seconds > LONGEST_EPOCH:
             self._has_warned = True
             _log.warning(
-                "this stream has run for %.0f s without noise floors, so only the first closing of "
-                "each epoch is detected: pass a calibration, as firstcontact.calibrate makes it",
+                "this stream has run for %.0f s without noise floors, so only the first closing "
+                "of each epoch is detected: pass a calibration from firstcontact.calibrate",
                 seconds,
             )
 

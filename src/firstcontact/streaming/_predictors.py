@@ -297,8 +297,8 @@ class WindowLadder:
             spec.require_rate(layout.rate)
             if spec.channels != 1:
                 raise InputError(
-                    f"the model takes {spec.channels} channels, but live windows have only that "
-                    "of the finger that touched: train a model on one channel"
+                    f"the model takes {spec.channels} channels, but live windows have only the "
+                    "channel of the finger that touched: train a model on one channel"
                 )
 
     def start(

@@ -290,7 +290,7 @@ class LiveSession:
             The shape is not valid, or the model does not use it.
         """
         if not self.uses_shape:
-            raise InputError("only the network uses a shape: leave the shape out")
+            raise InputError("only the network uses the shape of objects: leave the shape out")
         self.pipeline.radius = parse_radius(text)
         return in_words(self.pipeline.radius)
 
@@ -307,7 +307,7 @@ class LiveSession:
             There is no hand, or the hand cannot carry out the request now or ever.
         """
         if self._hand is None:
-            raise InputError("No hand is driven: start again with --hand")
+            raise InputError("This session drives no hand: start the command again with --hand")
         self._hand.ask(ask, by)
 
     def hand_gone(self, by: str) -> None:

@@ -198,7 +198,10 @@ def _check_saved(kind: type[Detector], detector: Detector) -> None:
             except InputError:
                 pass
             else:
-                raise AssertionError("it can be saved before it was trained")
+                raise AssertionError(
+                    "the detector can be saved before it was trained: its to_arrays must refuse "
+                    "that"
+                )
     with tempfile.TemporaryDirectory() as folder:
         loaded = load_detector(save_detector(detector, Path(folder), {"pinches": 40}))
     assert type(loaded) is kind, "its class changes by saving and loading"

@@ -111,7 +111,9 @@ def _passes_exceptions(make: Callable[[], Hand]) -> None:
     with suppress(ZeroDivisionError):
         with hand:
             raise ZeroDivisionError
-        raise AssertionError("an exception does not pass through its with block")
+        raise AssertionError(
+            "the hand's with block swallows an exception: it must let the exception pass"
+        )
     _refuses(hand, "after an exception")
 
 

@@ -77,7 +77,10 @@ def _arrivals_with_marker(kind: SourceKind, source: Source, patience: float) -> 
         for tell in (source.mark, source.order):
             with suppress(InputError):
                 tell(_WORD)
-                raise AssertionError("a recording accepts a marker or an order")
+                raise AssertionError(
+                    "a source that replays a recording accepts a marker or an order: it must "
+                    "refuse both"
+                )
         return []
     source.mark(_WORD)
     arrivals: list[Arrival] = []
@@ -132,5 +135,7 @@ def _passes_exceptions(source: Source) -> None:
     with suppress(ZeroDivisionError):
         with source:
             raise ZeroDivisionError
-        raise AssertionError("an exception does not pass through its with block")
+        raise AssertionError(
+            "the source's with block swallows an exception: it must let the exception pass"
+        )
     assert not source.health.connected, "an exception does not close it"

@@ -65,10 +65,12 @@ def read_sources(text: str, file: str) -> dict[str, HouseholdSource]:
         if any(not row[name] for name in columns):
             raise InputError(f"{place}: a field is empty: fill in {', '.join(columns)}")
         if row["key"] in by_key or row["key"] == ESTIMATE:
-            raise InputError(f"{place}: the key {row['key']!r} is taken: use another")
+            raise InputError(f"{place}: another line has the key {row['key']!r}: use another key")
         year = int(row["year"]) if row["year"].isdecimal() else None
         if row["year"] != UNDATED and not (year and 1800 <= year <= 2100):
-            raise InputError(f"{place}: {row['year']!r} is no year: use four digits or {UNDATED!r}")
+            raise InputError(
+                f"{place}: the year is {row['year']!r}: use four digits or {UNDATED!r}"
+            )
         by_key[row["key"]] = HouseholdSource(
             row["key"], row["authors"], year, row["title"], row["where"]
         )
@@ -103,7 +105,9 @@ def read_household(
         if not row["name"]:
             raise InputError(f"{place}: name is empty: give the object a name")
         if row["name"] in by_name:
-            raise InputError(f"{place}: the name {row['name']!r} is taken: use another")
+            raise InputError(
+                f"{place}: another object has the name {row['name']!r}: use another name"
+            )
         if row["origin"] not in SCATTER:
             raise InputError(f"{place}: origin is {row['origin']!r}: use {' or '.join(SCATTER)}")
         numbers = {q: _quantity(row, q, sources, place) for q in QUANTITIES}
@@ -116,8 +120,8 @@ def read_household(
         )
         if one.group != fitting_group(one.numbers):
             raise InputError(
-                f"{place}: the group is {one.group!r}, "
-                f"but the object's numbers fit {fitting_group(one.numbers)!r}"
+                f"{place}: the group is {one.group!r}, but the object's numbers fit "
+                f"{fitting_group(one.numbers)!r}: use this group, or correct the numbers"
             )
         by_name[one.name] = one
     return tuple(by_name.values())
@@ -136,7 +140,10 @@ def _rows(text: str, file: str, columns: list[str]) -> list[tuple[int, dict[str,
     rows = []
     for row in reader:
         if None in row or None in row.values():
-            raise InputError(f"{file}, line {reader.line_num}: the row needs {len(columns)} cells")
+            raise InputError(
+                f"{file}, line {reader.line_num}: the row has another number of cells than the "
+                f"header: give {len(columns)} cells"
+            )
         rows.append((reader.line_num, {name: cell.strip() for name, cell in row.items()}))
     return rows
 
@@ -147,7 +154,7 @@ def _quantity(
     value, source = row[name], row[f"{name}_from"]
     if not value:
         if source:
-            raise InputError(f"{place}: {name} has a source and no value: give it a value")
+            raise InputError(f"{place}: {name} has a source but no value: give it a value")
         if name not in OPTIONAL:
             raise InputError(f"{place}: {name} is empty: give it a value")
         return None

@@ -36,7 +36,7 @@ class Lift:
 
     def __post_init__(self) -> None:
         if not (0 <= self.delay < math.inf and 0 <= self.duration < math.inf):
-            raise ValueError(f"{self}: times must be 0 s or more")
+            raise ValueError(f"a time of {self} is negative: use 0 s or more")
 
     @property
     def begin(self) -> int:

@@ -82,8 +82,8 @@ def read_noise(path: Path) -> RecordedNoise:
     units = {c.unit for c in layout.vibration}
     if not units <= {"V", "full scale"}:
         raise InputError(
-            f"{path} is in {', '.join(sorted(units))}: the noise must be in V, so import it with "
-            "its unit"
+            f"{path} is in {', '.join(sorted(units))}, but the noise must be in V: import the "
+            "recording again with its unit"
         )
     data = max((s.data for s in recording.stretches), key=len, default=None)
     if data is None or len(data) < LEAST * layout.rate:
@@ -97,8 +97,8 @@ def read_noise(path: Path) -> RecordedNoise:
     usual = np.median(parts, axis=0)
     if not usual.all() or (parts > LOUD * usual).any():
         raise InputError(
-            f"{path} is not at rest throughout, or its sensor is dead: record it with nothing "
-            "touching and nothing moving"
+            f"{path} is not at rest throughout, or its sensor gives no signal: record the sensor "
+            "while nothing touches it and nothing moves"
         )
     return RecordedNoise(volts, path.name, hashlib.sha256(path.read_bytes()).hexdigest())
 

@@ -120,7 +120,7 @@ def simulate(
         if not isinstance(cause, OSError) or cause.errno is None:  # such as an error of a cluster
             raise
         raise InputError(
-            f"{directory} cannot be written ({cause.strerror}): make room on its disk, or choose "
+            f"{directory} cannot be written ({cause.strerror}): make room on the disk, or choose "
             "another folder"
         ) from error
     return [directory / _file(session) for session in sessions]
@@ -148,7 +148,9 @@ def check_set(
     """
     condition(condition_name)
     if min(pinches_per_block, pinches_per_object) < 0 or pinches_per_block + pinches_per_object < 1:
-        raise InputError("pinches per block and per object must not be negative, nor both 0")
+        raise InputError(
+            "the numbers of pinches per block and per object must not be negative, nor both 0"
+        )
     if max(pinches_per_block, pinches_per_object) > MOST_PINCHES:
         raise InputError(f"pinches per block and per object must be {MOST_PINCHES} at most")
     if seed < 0:

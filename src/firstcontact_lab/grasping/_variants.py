@@ -64,7 +64,9 @@ def variants() -> dict[str, Variant]:
         for sensor_variant in policy.variants or (as_it_is,):
             if sensor_variant.key in by_key:
                 _log.warning(
-                    "%s of %s left out: the name is taken", sensor_variant.key, policy.name
+                    "policy %s of %s is left out, because another policy has this name",
+                    sensor_variant.key,
+                    policy.name,
                 )
                 continue
             velostat = _VELOSTAT[sensor_variant.force_array]

@@ -36,7 +36,7 @@ def read_study(path: Path) -> StudyResults:
     kind: Any = ByName
     results: StudyResults = read_results(path, kind[subject, subject])
     if results.about[STUDY] is None:
-        raise InputError(f"{path}: study is missing: give the results.json of a study")
+        raise InputError(f"{path}: the field 'study' is missing: give the results.json of a study")
     return results
 
 

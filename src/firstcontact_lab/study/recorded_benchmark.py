@@ -160,8 +160,8 @@ def _load(path: Path, say: Callable[[str], object]) -> Dataset:
         raise InputError(f'{path}: all pinches have role "test": record training pinches')
     if not np.isfinite(dataset.shore_a[~dataset.test]).any():
         raise InputError(
-            f"{path}: no training pinch has a Shore A: record with --shore-a, or import "
-            "with a column shore_a"
+            f"{path}: no training pinch has a Shore A: record with --shore-a, or import with a "
+            "column 'shore_a'"
         )
     rate = pretrained().rate
     if not is_same_rate(check_rate(f"{path}: the rate", dataset.layout.rate), rate):

@@ -222,7 +222,10 @@ def _judged(
     specimens = labelled.specimens
     fitted = []
     if len(np.unique(specimens)) < 2:
-        raise InputError("the set has only one specimen, so none is left for training")
+        raise InputError(
+            "the set has only one specimen, so no specimen is left for training: add pinches of "
+            "another one"
+        )
     for one in np.unique(specimens):
         left_out = specimens == one
         detector = make_detector(name).fit(labelled.take(~left_out), early)

@@ -43,7 +43,7 @@ def random_folds(classes: NDArray[Any], seed: int, folds: int = FOLDS) -> list[S
 
     fewest = int(np.unique(classes, return_counts=True)[1].min(initial=len(classes)))
     if fewest < 2:
-        raise ValueError("random folds need two pinches of each class or more")
+        raise ValueError("random folds need at least two pinches of each class")
     splitter = StratifiedKFold(min(folds, fewest), shuffle=True, random_state=seed)
     shares = frozenset({Group.SESSION, Group.SPECIMEN})
     return [

@@ -46,10 +46,11 @@ class Benchmark:
         if self.recordings is None:
             require_twin()
         if self.seed < 0:
-            raise InputError("--seed must not be negative")
+            raise InputError(f"--seed is {self.seed}: give a whole number from 0 on")
         if self.recordings is not None and (self.condition is not None or self.quick):
             raise InputError(
-                "--condition and --quick are for the twin: leave out these, or --recordings"
+                "--condition and --quick are for simulated rigs: leave them out, or leave "
+                "--recordings out"
             )
         from firstcontact.core import installed_versions, write_text
         from firstcontact.twin import CONDITIONS

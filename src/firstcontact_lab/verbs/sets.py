@@ -29,7 +29,7 @@ class Sets:
     twin: Path
     """Recordings of the twin to train on."""
     noises: tuple[Path, ...] = ()
-    """Folders of the same twin pinches, each with other noise."""
+    """Folders of the same twin pinches, each with noise of another sensor."""
 
     def run(self) -> None:
         """Score every set, and write report.html and results.json into the folder."""
@@ -61,7 +61,8 @@ def _check_alike(twin: Dataset, noises: Sequence[tuple[str, Dataset]]) -> None:
             raise InputError(f"two folders of --noises are called {name}: rename one")
         if dataset.layout != twin.layout:
             raise InputError(
-                f"{name} of --noises has another layout than --twin: simulate both in the same way"
+                f"{name} of --noises has other channels or another sampling rate than --twin: "
+                "simulate both in the same way"
             )
         if not any(p.first is not None for p in dataset.pinches):
             raise InputError(

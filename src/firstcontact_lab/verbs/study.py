@@ -21,17 +21,17 @@ class Study:
     recordings: Path | None = None
     """Recordings, or data that `import` reads; the twin by default."""
     out: Path = Path("firstcontact-study")
-    """Folder for report, results and recordings; for this study only."""
+    """Folder for the report, results and recordings; use it for this study only."""
     quick: bool = False
     """Run each part on little data; do not quote its numbers."""
     parts: Annotated[tuple[str, ...], choice(PARTS)] = ()
-    """Parts to run, and those they need; the paper's parts by default."""
+    """Parts to run, in addition to parts that they need; the paper's parts by default."""
     detector_type: Annotated[str, choice(DETECTORS)] = DETECTORS.default
     """Detector of the contacts at which windows start."""
     estimator: tuple[str, ...] = ()
     """Further scikit-learn estimators to score, as PACKAGE:NAME."""
     early_ms: Annotated[float, Option(advanced=True)] = 0.0
-    """Longest time by which a label may come after its contact, ms."""
+    """Longest time by which labels of contacts may be late, ms."""
     board: Annotated[Path | None, Option(advanced=True)] = None
     """File `embedded.json` with the costs of models on the hand, for the report."""
     seed: int = 0

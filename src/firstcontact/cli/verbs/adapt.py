@@ -18,13 +18,13 @@ class Adapt:
     """
 
     data: Annotated[Path | None, Option(positional=True)] = None
-    """Recordings of known Shore A; without them intervals are wide."""
+    """Recordings of objects of known Shore A; without recordings the model's intervals are wide."""
     out: Path = Path("model")
     """Folder for the model; an existing model is replaced."""
     detector_type: Annotated[str | None, choice(DETECTORS, "model")] = None
     """Contact detector to fit; by default the package's, unless a fitted one is better."""
     seed: int = 0
-    """Random seed of the folds."""
+    """Random seed that divides the pinches into folds."""
 
     #: Options whose parameter of the library has another name.
     options: ClassVar[dict[str, str]] = {"detector": "detector_type"}
@@ -44,6 +44,6 @@ class Adapt:
         for line in model.notes:
             print(line)
         rig = "of an unknown rig " if data is None else ""
-        print(f"network {rig}and detector {model.own_detector.name}: {self.out}")
+        print(f"wrote the network {rig}and the detector {model.own_detector.name}: {self.out}")
         if former:
             print(f"replaced the former model in {self.out}")

@@ -19,15 +19,15 @@ class Calibrate:
     out: Path = Path("calibration.json")
     """File for the result; an existing one is replaced."""
     seconds: float = 2.0
-    """Length of rest that is measured, s."""
+    """Time for which the sensors are measured at rest, s."""
     patience: float = 10.0
     """Longest additional wait until the hand is at rest, s."""
     no_tap: bool = False
     """Skip the tap test; required with the simulated hand."""
     weights: Path | None = None
-    """CSV file of known weights on a taxel: finger,newtons,volts."""
+    """CSV file of known weights on a taxel, with the columns finger,newtons,volts."""
     weigh: tuple[float, ...] = ()
-    """Weights that you put on a taxel when asked, N; each is measured in V."""
+    """Weights, N. The command asks you to put each on a taxel, and measures the taxel's voltage."""
 
     former: ClassVar[dict[str, str]] = {"--tap": "the default; leave it out"}
 

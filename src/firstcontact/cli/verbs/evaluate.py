@@ -27,7 +27,7 @@ class Evaluate:
     data: Annotated[Path, Option(positional=True)]
     """A recording, or a folder of recordings."""
     contacts: Literal["detected", "known"] = "detected"
-    """Start of the signals: contacts that the detector finds, or known ones."""
+    """Contacts at which the signals start: those that the detector finds, or the known ones."""
     detector: Path | None = None
     """Folder of a detector to use in place of the model's."""
 

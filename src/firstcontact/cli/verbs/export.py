@@ -32,7 +32,10 @@ class Export:
         dataset = load_dataset(self.path)
         export(dataset, exporter, self.out)
         for group in () if exporter.groups else dataset.layout.groups:
-            print(f"note: the samples of group {group.name} are left out: this format has one rate")
+            print(
+                f"note: the samples of group {group.name} are left out, because this format has "
+                "only one sampling rate"
+            )
         for note in dataset.notes:
             print(f"note: {note}")
         print(f"{counted(len(dataset), 'pinch')} written to {self.out}")

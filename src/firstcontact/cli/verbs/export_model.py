@@ -17,7 +17,7 @@ class ExportModel:
     model: Annotated[Path, Option(positional=True)]
     """Folder that `train` or `adapt` wrote."""
     to: Annotated[str, choice(MODEL_EXPORTERS)]
-    """Form of the model."""
+    """Form in which the model is exported."""
     out: Path
     """Folder for the files; it must be empty or new."""
     data: Path | None = None

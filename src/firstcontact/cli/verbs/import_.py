@@ -34,7 +34,7 @@ class Import:
         Literal["real", "twin", "synthetic", "unknown"] | None,
         UNSTORED,
     ] = None
-    """Source of the data; unknown by default."""
+    """Origin of the data, as the recordings state it; unknown by default."""
 
     sensor: Annotated[
         Literal["piezo", "accelerometer", "microphone", "hydrophone"] | None,

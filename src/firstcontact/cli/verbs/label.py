@@ -20,9 +20,9 @@ class Label:
     paths: Annotated[tuple[Path, ...], Option(positional=True)]
     """Recordings, or folders of them."""
     out: Path
-    """Folder for recordings and journal; the same command continues there."""
+    """Folder for new recordings and the journal of labels; run the command again to continue."""
     by: str = ""
-    """Name for the notes of the recordings; your user name by default."""
+    """Name of the person who labels, for the recordings; your user name by default."""
     port: int = 0
     """TCP port of the page on this machine; 0 takes a free one."""
     finish: bool = False

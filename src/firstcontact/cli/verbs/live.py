@@ -31,9 +31,9 @@ class Live:
     device: Annotated[str, devices()]
     """Source of the samples."""
     model: Annotated[Path | None, Option(group="model")] = None
-    """Folder of the model; by default the shipped one, or the twin's own."""
+    """Folder of the model; by default the package's model, or one trained on the twin."""
     estimator: Annotated[str | None, Option(group="model", advanced=True)] = None
-    """Which of the model's estimators predicts; by default its network."""
+    """Estimator of the model that predicts; by default its network."""
     detector: Annotated[Path | None, Option(group="model", advanced=True)] = None
     """Folder of a detector to use in place of the model's."""
     calibration: Annotated[Path | None, Option(group="model", advanced=True)] = None
@@ -51,7 +51,7 @@ class Live:
     lsl: Annotated[bool, Option(group="output", advanced=True)] = False
     """Send samples and events by LSL."""
     hand: Annotated[str | None, choice(HANDS, "hand")] = None
-    """Hand to drive."""
+    """Hand that the command drives."""
     hand_port: Annotated[str | None, Option(group="hand", advanced=True)] = None
     """Serial port of the hand, or the name of its simulation."""
     policy: Annotated[str, choice(live_policies(), "hand")] = POLICIES.default
@@ -63,7 +63,7 @@ class Live:
     slip: Annotated[str | None, choice(SLIP_DETECTORS, "hand", advanced=True)] = None
     """Slip detector for a policy with a reflex; not tested on real slips."""
     record: Annotated[bool, Option(group="output")] = False
-    """Record from the start."""
+    """Start to record as soon as the command starts."""
     recordings: Annotated[Path, Option(group="output", advanced=True)] = Path(
         "firstcontact-recordings"
     )

@@ -16,7 +16,7 @@ class Ports:
     """List serial ports and sound inputs, and say which of them may be a fingertip."""
 
     ask: bool = False
-    """Ask each port for a fingertip, by sending a few bytes."""
+    """Send a few bytes to each port, to find out if a fingertip answers there."""
 
     def run(self) -> None:
         """Print one line per port."""
@@ -37,7 +37,10 @@ class Ports:
                 "simulated hand (--device twin)"
             )
         elif serial_ports and not self.ask and not any(p.teensy for p in serial_ports):
-            print("no port has the USB numbers of a Teensy: --ask asks each port for a fingertip")
+            print(
+                "no port has the USB numbers of a Teensy: use --ask to find out on which port a "
+                "fingertip answers"
+            )
 
 
 def answer(port: str) -> Iterator[str]:

@@ -22,7 +22,7 @@ class Record:
     device: Annotated[str, devices(recorded=False)]
     """Source of the samples."""
     out: Annotated[Path, Option(group="recording")]
-    """Folder for recordings; existing sessions are continued."""
+    """Folder for recordings; sessions in it are continued."""
     object: Annotated[str, Option(group="object")] = ""
     """Name of the object that is pinched."""
     shore_a: Annotated[float | None, Option(group="object")] = None
@@ -34,7 +34,7 @@ class Record:
     role: Annotated[Literal["train", "test"], Option(advanced=True, group="object")] = "train"
     """Use of the pinches: training, or test on unseen objects."""
     plan: Annotated[Path | None, Option(group="object")] = None
-    """CSV file of several objects: object,pinches,shore,specimen,role."""
+    """CSV file that lists several objects; its columns are object,pinches,shore,specimen,role."""
     session: Annotated[str, Option(group="recording", advanced=True)] = "1"
     """Name of the session; keep the set-up unchanged within one."""
     sessions: Annotated[int, Option(group="recording", advanced=True)] = 1
@@ -65,7 +65,9 @@ class Record:
 
         simulated = source_kind(self.device).simulated
         if not simulated and self.speed != 1.0:
-            raise InputError("it is for a simulated hand only", parameter="speed")
+            raise InputError(
+                "this option is for a simulated hand only: leave it out", parameter="speed"
+            )
         names = self._sessions()
         with stopping() as stop:
             for name in names:
@@ -105,10 +107,14 @@ class Record:
         if self.sessions == 1 and self.session:
             return [self.session]
         if not 1 <= self.sessions <= MOST_SESSIONS:
-            raise InputError(f"it must lie between 1 and {MOST_SESSIONS}", parameter="sessions")
+            raise InputError(
+                f"the number of sessions must lie between 1 and {MOST_SESSIONS}",
+                parameter="sessions",
+            )
         if not self.session.isdecimal():
             raise InputError(
-                "it must be the number of the first session if --sessions is above 1",
+                "with more than one of --sessions, the session must be a number, that of the "
+                "first one",
                 parameter="session",
             )
         return [str(int(self.session) + k) for k in range(self.sessions)]

@@ -48,7 +48,7 @@ class Replay:
                 device = ReplayDevice(self.recording, terminal, self.speed)
                 if device.calibrated:
                     print(
-                        "the recording's calibration is not sent: a device sends none",
+                        "the recording's calibration is not sent, because no device sends one",
                         file=sys.stderr,
                     )
                 stop.gently = True

@@ -18,7 +18,7 @@ class Simulate:
     out: Path
     """Folder for the recordings; it must be empty or new."""
     condition: Condition = "paper-rig"
-    """Variation between pinches: published set-up, or everyday use."""
+    """Variation between pinches: that of the published set-up, or that of everyday use."""
     pinches_per_block: int = 500
     """Number of pinches of each of the five blocks."""
     pinches_per_object: int = 50
@@ -28,11 +28,11 @@ class Simulate:
     workers: Annotated[int, Option(group="machine")] = 0
     """Number of threads; 0 takes all cores."""
     noise: Annotated[Path | None, Option(group="simulated hand")] = None
-    """Recording of a real sensor at rest, for its noise."""
+    """Recording of a real sensor at rest, whose noise replaces the modelled noise."""
     positions: Annotated[bool, Option(advanced=True, group="simulated hand")] = False
     """Let the hand report its positions, so that each pinch has a measured closing speed."""
     cluster: Annotated[str | None, Option(advanced=True, group="machine")] = None
-    """Dask cluster that does the work: tcp://HOST:PORT."""
+    """Dask cluster that simulates the pinches: tcp://HOST:PORT."""
 
     def run(self) -> None:
         """Simulate with a progress bar."""

@@ -32,25 +32,25 @@ class Train:
     detector_type: Annotated[str | None, choice(DETECTORS, "model")] = None
     """Contact detector to fit; by default the package's, unless a fitted one is better."""
     detector_only: Annotated[bool, Option(advanced=True, group="model")] = False
-    """Train the detector only, which needs contacts and no hardness."""
+    """Train the detector only; it needs pinches with known contacts, but no hardness."""
     task: Annotated[Literal["regression", "classification"], Option(group="model")] = "regression"
-    """Predict any Shore A value, or one of the trained levels."""
+    """Task of the model: predict any Shore A value, or one of the levels in training."""
     contacts: Annotated[Literal["detected", "known"], Option(advanced=True, group="data")] = (
         "detected"
     )
-    """Start of the signals: contacts that the detector finds, or known ones."""
+    """Contacts at which the signals start: those that the detector finds, or the known ones."""
     window_ms: Annotated[tuple[float, ...], Option(group="model")] = (15.0,)
     """Lengths of windows after the contact, ms; one model for each."""
     level: Annotated[float, Option(group="training")] = 0.9
-    """Share of intervals that should hold the truth."""
+    """Share of the intervals that should hold the true value."""
     seed: Annotated[int, Option(group="training")] = 0
-    """Random seed of folds, search and training."""
+    """Random seed of the folds, the search for settings and the training."""
     rate: Annotated[float | None, Option(advanced=True, group="data")] = None
-    """Sampling rate to resample to, Hz; 4936 by default for Shore A labels."""
+    """Sampling rate to which the pinches are resampled, Hz; with Shore A labels 4936 by default."""
     workers: Annotated[int, Option(advanced=True, group="training")] = 1
     """Number of processes; 0 takes all cores."""
     cluster: Annotated[str | None, Option(advanced=True, group="training")] = None
-    """Dask cluster that does the work: tcp://HOST:PORT."""
+    """Dask cluster that trains the models: tcp://HOST:PORT."""
 
     #: Options whose parameter of the library has another name.
     options: ClassVar[dict[str, str]] = {"detector": "detector_type", "windows": "window_ms"}

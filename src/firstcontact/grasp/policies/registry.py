@@ -73,7 +73,8 @@ def live_policy(name: str, grip: Grip | None = None) -> Policy:
     if kind.needs_truth:
         choices = ", ".join(live_policies())
         raise InputError(
-            f"policy {name!r} needs to know the object beforehand: choose one of {choices}"
+            f"policy {name!r} must know the object in advance, so it is for simulations only: "
+            f"choose one of {choices}"
         )
     with POLICIES.calling(name):
         return kind(grip or Grip())

@@ -133,7 +133,7 @@ class Commands:
     def _do(self, request: Request, by: str) -> str:
         controls = self._controls
         if controls is None:
-            raise InputError("This page is view-only.")
+            raise InputError("This page only shows the session and cannot control it.")
         match request.do:
             case "record":
                 return f"Recording to {controls.start_recording().name}."
@@ -152,6 +152,6 @@ class Commands:
             case "mark":
                 word = marker_text(request.text.strip()).decode().strip()
                 if not word:
-                    raise InputError("A marker needs a word.")
+                    raise InputError("The marker's text is empty: type at least one word.")
                 controls.mark(word)
                 return f"Marked “{word}”."

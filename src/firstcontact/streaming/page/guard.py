@@ -87,14 +87,18 @@ class Guard:
         served = headers.get_all("Host")
         if len(served) != 1 or not self._ours(served[0]):
             raise NotAllowedError(
-                HTTPStatus.FORBIDDEN, "This page is not served under that name: use its address."
+                HTTPStatus.FORBIDDEN,
+                "This page is not served under that host name: open the address that the "
+                "command printed.",
             )
         if websocket:
             # Browsers always name the page that opens a socket; other programs need not.
             origins = headers.get_all("Origin")
             if origins and origins != [f"http://{served[0]}"]:
                 raise NotAllowedError(
-                    HTTPStatus.FORBIDDEN, "Another site's page may not open this socket."
+                    HTTPStatus.FORBIDDEN,
+                    "A page of another site may not connect to this session: open the "
+                    "address that the command printed.",
                 )
         if self.token is None:
             return False
@@ -105,7 +109,7 @@ class Guard:
         if not _same(self._from_cookie(headers), self.token):
             raise NotAllowedError(
                 HTTPStatus.UNAUTHORIZED,
-                "A token is needed: open the address that the command printed.",
+                "The token is missing or wrong: open the address that the command printed.",
             )
         return False
 

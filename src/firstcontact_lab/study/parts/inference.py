@@ -143,7 +143,7 @@ def read_board(path: Path) -> dict[str, BoardTime]:
         if row.estimator and row.task and row.samples and row.rate_hz and row.instructions
     }
     if not times_by_model:
-        raise InputError(f"{path} has no models with counted instructions: {remedy}")
+        raise InputError(f"{path} has no models whose instructions are counted: {remedy}")
     return times_by_model
 
 

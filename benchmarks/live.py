@@ -150,9 +150,10 @@ class RealTime:
     closings, with_second
         Number of closings, and of those with a second contact.
     in_force, in_force_share
-        Number and share of closings with an estimate available when the second finger touched.
+        Number and share of closings whose estimate was available when the second finger touched.
     missed_offsets_ms
-        Times from the first to the second contact in closings without such an estimate.
+        Times from the first to the second contact, in closings whose second finger touched before
+        an estimate was available.
     first_pinch_ms, compute_ms
         Time from the last needed sample to the estimate, ms: for the first pinch of the session,
         and median, 99th percentile and maximum over all pinches.

@@ -1,8 +1,8 @@
 """Time of the same work with one and two workers: local processes and a local Dask cluster.
 
-The workers run and have the compiled step before any measurement. The work is pinches of the twin,
-and cross-validated support vector regressions on them. Run it on an idle machine:
-``OMP_NUM_THREADS=1 python benchmarks/runner.py``.
+All workers run, and have loaded the compiled functions, before the measurement begins. The work is
+pinches of the twin, and cross-validated support vector regressions on them. Run it on an idle
+machine: ``OMP_NUM_THREADS=1 python benchmarks/runner.py``.
 """
 
 from __future__ import annotations

@@ -47,7 +47,7 @@ FIRM, WEAK = 2.0, 0.7
 
 @dataclass(frozen=True)
 class Hold:
-    """Samples of one pinch; numbers of the samples of contact, slip and drop; object's mass, kg."""
+    """Pinch: samples, sample numbers of contact, slip and drop, and the object's mass, kg."""
 
     data: np.ndarray
     contact: int
@@ -102,7 +102,7 @@ def listen(pinch: Hold, threshold: float, begin: int) -> tuple[list[int], list[f
 
 
 def quiet(seed: int) -> list[Hold]:
-    """Return firm holds without slip."""
+    """Return pinches of several objects, held so firmly that none slips."""
     holds = [hold(seed, p, FIRM, QUIET, 0.1) for p in range(len(HOUSEHOLD))]
     return [h for h in holds if h is not None and h.slips is None]
 
@@ -122,7 +122,7 @@ def _jolt_alarms(pinch: Hold, threshold: float) -> list[int]:
 
 
 def slipping(seed: int, lift: str, coupling: float, threshold: float) -> list[dict]:
-    """Return one row per slip: delay, s, detection within 10 mm, and alarms before the slip."""
+    """Return one row per slip: its delay, s; detection within 10 mm; number of alarms before it."""
     rows = []
     for place in range(len(HOUSEHOLD)):
         h = hold(seed, place, WEAK, LIFTS[lift], coupling)

@@ -53,7 +53,7 @@ def drawn(kind: TwinObject, number: int, condition: Condition = PAPER_RIG) -> Pi
 
 
 def halving(pinches: int) -> float:
-    """Return the largest change of a waveform when the step is halved, as a share of its peak."""
+    """Return the largest change of a waveform if the step is halved, as a share of its peak."""
     worst = 0.0
     for condition in (PAPER_RIG, EVERYDAY):
         for kind in (*BLOCKS, *EVERYDAY_OBJECTS):

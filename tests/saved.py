@@ -44,7 +44,11 @@ def load_network(folder: Path) -> InContextModel:
 
 
 def edit(folder: Path, card: str = CARD, **changes: Any) -> None:
-    """Change fields of a card, of its first predictor, or of that predictor's record."""
+    """Change fields in a card file.
+
+    Each name is looked up in the card, then in its first predictor, and then in that predictor's
+    ``record``.
+    """
     fields = json.loads((folder / card).read_text(encoding="utf-8"))
     parts = [fields, *(fields.get("predictors") or [])[:1]]
     parts += [part["record"] for part in parts[1:]]

@@ -1,4 +1,4 @@
-"""Program that prints the requests to a hand from standard input, read as ``live`` reads them."""
+"""Program that reads standard input as ``live`` does, and prints the requests to a hand in it."""
 
 from __future__ import annotations
 

@@ -116,7 +116,7 @@ def test_what_cannot_be_used_is_refused_and_nothing_written(
     blocks: Path, tmp_path: Path, capsys: Any
 ) -> None:
     cases = {
-        "one": (lambda label: label.shore_a == 29.0, "2 Shore A levels"),
+        "one": (lambda label: label.shore_a == 29.0, "2 values of Shore A"),
         "tests": (lambda label: label.object == "apple", 'role "test"'),
     }
     for name, (selected, why) in cases.items():

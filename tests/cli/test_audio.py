@@ -1,4 +1,4 @@
-"""Commands that read a sound input, here a recorded tape played through PortAudio."""
+"""Commands that read a sound input, for which PortAudio plays a recorded tape."""
 
 from __future__ import annotations
 

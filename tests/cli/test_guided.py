@@ -29,7 +29,7 @@ LABEL = BLOCK.label("1")
 
 
 class Counts:
-    """Minimal source of samples for the guide of the terminal."""
+    """Minimal source of samples, with the counts that the guide in the terminal reads."""
 
     health = Health(samples=1000, lost_samples=7)
 

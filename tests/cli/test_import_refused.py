@@ -31,11 +31,11 @@ BAD_ARRAYS: list[tuple[dict[str, Any], tuple[str, ...]]] = [
     ({"force": np.zeros((4, LENGTH, 12))}, ("force", "(4, 60, 12)")),
     ({"force": np.zeros((3, LENGTH, 2, 6))}, ("force", "4 pinches")),
     ({"force": np.full((4, LENGTH, 2, 6), nan)}, ("force", "NaN")),
-    ({"force": np.full((4, LENGTH, 2, 6), 300)}, ("force", "300 V", "force_unit to counts")),
+    ({"force": np.full((4, LENGTH, 2, 6), 300)}, ("force", "300 V", "'force_unit' to counts")),
     ({"force": np.full((4, LENGTH, 2, 6), -11.0)}, ("force", "11 V", "leave it out")),
     (
         {"force": np.full((4, LENGTH, 2, 6), 65535), "force_unit": np.array("counts")},
-        ("force", "65535 counts", "force_unit to V"),
+        ("force", "65535 counts", "'force_unit' to V"),
     ),
     ({"force_unit": np.array("N")}, ("force_unit", "'N'", "V, counts")),
     ({"sample_rate_hz": np.array(1999)}, ("sample_rate_hz", "1999")),
@@ -43,7 +43,7 @@ BAD_ARRAYS: list[tuple[dict[str, Any], tuple[str, ...]]] = [
     ({"sample_rate_hz": np.array(nan)}, ("sample_rate_hz", "nan")),
     ({"sample_rate_hz": np.array(-5000)}, ("sample_rate_hz",)),
     ({"sample_rate_hz": np.array("fast")}, ("sample_rate_hz", "fast")),
-    ({"sample_rate_hz": np.array([RATE, RATE])}, ("sample_rate_hz", "one value")),
+    ({"sample_rate_hz": np.array([RATE, RATE])}, ("sample_rate_hz", "single value")),
     ({"piezo_unit": np.array("mV")}, ("piezo_unit", "mV")),
     ({"smoothing_alpha": np.array(0.0)}, ("smoothing_alpha",)),
     ({"smoothing_alpha": np.array(1.5)}, ("smoothing_alpha",)),
@@ -155,7 +155,7 @@ def test_wav_files_that_cannot_be_used_are_refused(tmp_path, refused):
         (RATE, np.zeros(LENGTH, np.int32), "int32"),
         (RATE, np.zeros((LENGTH, 2), np.int16), "2 channels"),
         (RATE, np.zeros((LENGTH, 3), np.int16), "3 channels"),
-        (RATE, np.zeros((LENGTH, 3), np.int16), "column channel"),
+        (RATE, np.zeros((LENGTH, 3), np.int16), "column 'channel'"),
         (RATE, np.zeros((LENGTH, 2), np.int16), "--events"),
     ):
         wavfile.write(file, rate, data)
@@ -197,8 +197,8 @@ def test_wav_with_bad_samples_or_rate_is_refused(tmp_path, refused):
 
 
 BAD_CSV: list[tuple[dict[str, Any], tuple[str, ...]]] = [
-    ({"pinch": None}, ("column pinch",)),
-    ({"piezo_index": None}, ("column piezo_index",)),
+    ({"pinch": None}, ("column 'pinch'",)),
+    ({"piezo_index": None}, ("column 'piezo_index'",)),
     ({"time_s": None}, ("rate", "--rate")),
     ({"piezo_index": [*range(9), "x"]}, ("piezo_index", "line 11", "'x'")),
     ({"piezo_index": [*range(9), ""]}, ("piezo_index", "line 11")),
@@ -211,7 +211,7 @@ BAD_CSV: list[tuple[dict[str, Any], tuple[str, ...]]] = [
     ({"smoothing_alpha": ["0_1"] * 10}, ("smoothing_alpha", "0_1")),
     ({"piezo_index": [*range(9), 1e39]}, ("piezo_index", "beyond 1e+12")),
     ({"pinch": [0] * 4 + [1] * 5 + [0]}, ("pinch", "line 11")),
-    ({"time_s": [0, 1, 2, 2, 4, 5, 6, 7, 8, 9]}, ("time_s", "leaps")),
+    ({"time_s": [0, 1, 2, 2, 4, 5, 6, 7, 8, 9]}, ("time_s", "jumps")),
     ({"time_s": [i / 100 for i in range(10)]}, ("time_s", "100")),
     ({"time_s": [*(i / RATE for i in range(9)), "late"]}, ("time_s", "late")),
     ({"time_s": [i / RATE for i in range(5)] + [i / 9000 for i in range(5)]}, ("time_s", "9000")),
@@ -224,7 +224,7 @@ BAD_CSV: list[tuple[dict[str, Any], tuple[str, ...]]] = [
     ({"force_index_0": [1] * 10}, ("force_index_1", "or none")),
     (
         {f"force_{f}_{k}": [0] * 9 + [200 * k] for f in ("index", "thumb") for k in range(6)},
-        ("force_index_1", "200 V", "force_unit to counts"),
+        ("force_index_1", "200 V", "'force_unit' to counts"),
     ),
     ({"pinch": list(range(10)), "first_contact": [0] * 10}, ("one sample",)),
 ]

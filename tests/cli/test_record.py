@@ -295,7 +295,7 @@ def test_a_plan_and_two_sessions_become_one_dataset(tmp_path, capsys):
         ([], "--object: "),
         (["--object=a", "--plan=p.csv"], "--object: "),
         (["--object=lead"], "'lead' is not known"),
-        (["--object=block 29", "--pinches=0"], "give from 1 to"),
+        (["--object=block 29", "--pinches=0"], "number from 1 to"),
         (["--object=block 29", "--sessions=2", "--session=monday"], "--session: "),
         (["--object=block 29", f"--sessions={10**30}"], "--sessions: "),
         (["--object=block 29", "--calibration=none.json"], "none.json cannot be read"),

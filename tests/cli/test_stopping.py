@@ -1,4 +1,4 @@
-"""Signals end each verb once and in order. Under nohup, a hangup ends none."""
+"""A signal ends each verb once and in order. A hangup ends no verb that runs under nohup."""
 
 from __future__ import annotations
 

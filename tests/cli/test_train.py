@@ -32,7 +32,7 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def trained(data: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """Trainings by the way that their windows were aligned."""
+    """Folders of two trainings, whose windows begin at "known" and at "detected" contacts."""
     folder = tmp_path_factory.mktemp("trained")
     for contacts in ("known", "detected"):
         words = ("--estimator", "peak", "--contacts", contacts)
@@ -159,7 +159,7 @@ def test_the_same_seed_gives_the_same_files_of_the_default_estimator(
 @pytest.mark.parametrize(
     ("labels", "sentence"),
     [
-        ({"shore_a": None}, "no pinch has a shore_a"),
+        ({"shore_a": None}, "no pinch has a label 'shore_a'"),
         ({"role": Role.TEST}, 'all pinches have role "test"'),
         ({}, "too few"),
     ],

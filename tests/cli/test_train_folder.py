@@ -141,7 +141,7 @@ def test_models_that_training_would_not_remake_are_preserved(
 def test_a_reader_is_told_where_the_old_one_is(
     model: Path, data: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The folder is as after a kill between the two renames."""
+    """The folder is as if the training was killed between the two renames of the replacement."""
     aside = model.with_name(".m.0123abcd.old")
     original = content(model)
     model.rename(aside)

@@ -85,7 +85,7 @@ class Hand:
         self.at = 0
 
     def phase(self, seconds: float, loud: float) -> NDArray[np.float64]:
-        """Append some seconds of columns: two piezos, V; two loads, 0 to 1; two strips."""
+        """Append some seconds to the columns: two piezos, V; two loads, 0 to 1; two strips."""
         out = np.zeros((samples(seconds), 6))
         out[:, :2] = loud * FLOOR * self._rng.standard_normal((len(out), 2))
         self._phases.append(out)

@@ -16,7 +16,7 @@ LAYOUT = Layout((PIEZO,), RATE, groups=(Group("100_hz", SLOW),))
 
 
 def taps(n: int, every: float = 0.25) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
-    """Return the samples of the taps."""
+    """Return the sample numbers of the taps."""
     return np.round((0.3 + every * np.arange(n)) * RATE).astype(np.int64)
 
 

@@ -22,9 +22,9 @@ def rested(
 ) -> Dataset:
     """Return the pinches with some seconds of rest before them.
 
-    Rest is noise and hum of the electronics, without the motor.
+    During rest there are only noise and hum of the electronics, because the motor does not run.
 
-    Within the first 20 ms the motor reaches its full loudness. It starts with a jerk (V).
+    The motor starts with a jerk of ``jerk`` V, and reaches its full loudness within 20 ms.
     """
     rng = np.random.default_rng(seed)
     return replace(

@@ -50,7 +50,7 @@ OPENED = [
 
 
 def waits(dataset: Dataset) -> list[int]:
-    """Return the samples from the start of each pinch to the start of its closing."""
+    """Return the number of samples from the start of each pinch to the start of its closing."""
     starts = closing_starts(dataset)
     return [s.sample - p.first_sample for s, p in zip(starts, dataset.pinches, strict=True)]
 

@@ -208,7 +208,7 @@ def test_samples_that_are_not_finite_constant_or_too_few_count_as_a_push() -> No
 
 @given(st.lists(st.integers(0, 900), max_size=20))
 def test_contact_after_a_loud_start_of_the_motor_is_detected(edges: list[int]) -> None:
-    """The noise level falls by ten after the first steady state was measured."""
+    """The noise level falls to a tenth after the first steady state was measured."""
     rng = np.random.default_rng(4)
     data = np.zeros((900, LAYOUT.width))
     data[:, :2] = 16384 + rng.normal(0, 40, (900, 2))

@@ -1,4 +1,4 @@
-"""Onset finder with look-ahead."""
+"""Onset finder, which also uses samples after the onset."""
 
 from __future__ import annotations
 

@@ -105,7 +105,7 @@ def test_gap_shuts_the_gate_until_the_next_quiet_period() -> None:
 
 @pytest.mark.parametrize("gap", [1, 7, 15, 44])
 def test_closings_after_a_gap_open_at_the_same_samples(gap: int) -> None:
-    """If they did not, all contacts after a gap would differ from those without the gap."""
+    """If the gate opened at other samples, all contacts after the gap would differ, too."""
     opens = [e for e in WHOLE if e.turn is Turn.OPENS]
     cut = opens[0].sample + 20
     for size in (5, 1000):

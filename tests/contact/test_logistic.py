@@ -1,4 +1,4 @@
-"""Logistic detector: training, its 17 numbers, its decisions, and transfer to another rig."""
+"""Logistic detector: training, its 17 parameters, decisions, and transfer to another rig."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def test_prediction_residual_is_white_with_unit_power():
 
 @pytest.mark.parametrize("rate", [LogisticDetector.lowest, 2200.0, 4936.0, 16_000.0])
 def test_loudness_features_follow_the_newest_part(rate):
-    """Noise that doubles its amplitude is log 2 louder in each of the newest parts."""
+    """If noise doubles its amplitude in the newest 3 ms, only those features rise, by log 2."""
     rng = np.random.default_rng(0)
     n = LogisticDetector.sizes(rate).window
     x = 1e7 * rng.standard_normal((400, n))

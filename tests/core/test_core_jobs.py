@@ -85,7 +85,7 @@ def _pause(still: bool) -> bool:
 
 
 def test_jobs_use_the_configured_joblib_backend() -> None:
-    """Users expect this from code that uses joblib."""
+    """Users who configure a backend of joblib expect that all code with joblib uses it."""
     with joblib.parallel_config("threading"), parallel(2) as runner:
         assert set(runner.map(_pid, range(4))) == {os.getpid()}
 

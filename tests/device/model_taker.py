@@ -26,8 +26,8 @@ class ModelTaker(Responder):
     Parameters
     ----------
     says
-        Function that chooses the answers. The device answers honestly if it returns its second
-        argument.
+        Function that chooses the answer to a frame. Its arguments are the frame's type and the
+        number of bytes received so far. If it returns this number, the answer is right.
     """
 
     def __init__(self, descriptor: Descriptor, boot: int, room: int, says: Says) -> None:

@@ -270,7 +270,7 @@ MINUTE = round(60 * DESCRIPTOR.layout.rate)
 def predictions_of_frame(
     payload: bytes, kind: FrameType, next_sample: int = 1060
 ) -> tuple[list[DevicePrediction], Counts]:
-    """Return the predictions that one frame between samples gives, and the counts."""
+    """Return the predictions from a frame that comes between two samples frames, and the counts."""
     line = Line()
     line.feed(*frames(next_sample - 60, 60, 1))
     out = line.feed(encode(kind, 13, payload), *frames(next_sample, 10, 14))

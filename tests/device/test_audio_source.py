@@ -24,7 +24,7 @@ GAP_ERROR = 8
 
 
 def hum(samples: int) -> np.ndarray:
-    """Return a signal that never repeats, well below half of the lower rate."""
+    """Return a signal that never repeats. Its frequencies are well below half of the lower rate."""
     t = np.arange(samples) / RATE
     return (8000 * np.sin(2 * np.pi * (200 * t + 60 * t**2))).astype(np.int16)
 
@@ -37,7 +37,7 @@ def until(source: Source, samples: int) -> list[Arrival]:
 
 
 def agree(arrivals: list[Arrival], tape: np.ndarray) -> int:
-    """Assert that blocks equal the tape at their sample numbers. Return the number compared.
+    """Assert that blocks equal the tape at their sample numbers. Return how many were compared.
 
     On a busy machine samples are lost. After such a gap the filter restarts and needs time to
     settle.

@@ -51,7 +51,7 @@ class Trouble:
         self._start = board.printed + 500
 
     def lines_since(self, number: int) -> int:
-        """Return the number of lines since the trouble began, negative before."""
+        """Return the number of lines since the trouble began. It is negative before that."""
         return number - self._start
 
 

@@ -27,7 +27,7 @@ def decode_pieces(data: bytes, pieces: int = 1 << 20) -> tuple[Decoder, list[Fra
 
 
 def lost_counters(out: list[Frame]) -> set[int]:
-    """Return the missing frames. Assert that all others are unchanged."""
+    """Return the counters of the missing frames. Assert that all other frames are unchanged."""
     for frame in out:
         assert frame == decode(STREAM[frame.counter][:-1])
     return set(range(len(STREAM))) - {f.counter for f in out}

@@ -63,7 +63,7 @@ class Outlet:
         self.outlet.push_chunk(rows.tolist(), stamps.tolist())
 
     def past(self, samples: int, rate: float | None = None) -> np.ndarray:
-        """Return stamps of ``n`` samples up to now."""
+        """Return the time stamps of this number of samples, the last of them now."""
         return pylsl.local_clock() + np.arange(-samples, 0) / (rate or self.rate)
 
 

@@ -1,4 +1,4 @@
-"""Tests of resampling: samples, numbers, markers, marks and counts agree."""
+"""Tests of resampling: samples, sample numbers, markers, marks and counts fit together."""
 
 from __future__ import annotations
 

@@ -71,7 +71,7 @@ def build(model: InContextModel, folder: Path) -> building.Program:
 
 @pytest.fixture(scope="module")
 def small(tmp_path_factory: pytest.TempPathFactory) -> building.Program:
-    """Program of a model with few directions."""
+    """Program in C of a compact network, whose inputs are reduced to 8 directions."""
     model = compacted(conditioned(), plain(touches(60, 1)), 8)
     return build(model, tmp_path_factory.mktemp("small") / "library")
 

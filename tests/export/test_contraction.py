@@ -1,4 +1,4 @@
-"""The compiler must not fuse products and sums with any setting.
+"""Products and sums of the C code are never fused, whatever the compiler's settings are.
 
 The Arduino IDE and PlatformIO build libraries with GCC's defaults, which would fuse them.
 """

@@ -94,7 +94,10 @@ def of_rate(rate: float) -> NamedModel:
     ],
 )
 def test_so_it_does_at_other_rates(name: str, rate: float, tmp_path: Path) -> None:
-    """Here a step is one sample or three. A detector for any rate gets the models' rate."""
+    """At these rates a step of the detector is one or three samples.
+
+    A detector without a rate of its own takes that of the models.
+    """
     detector = trained(name, rate)
     text = c_library.write(Trained((of_rate(rate),), detector), tmp_path)
     assert text[-1].endswith(f", for {rate:g} Hz")

@@ -37,7 +37,7 @@ def test_c_equals_python_at_every_query() -> None:
 
 
 def test_the_budgets_of_the_hand_are_preserved() -> None:
-    """The default export was measured."""
+    """The docs state the costs of the default export."""
     models = RESULTS["models"]
     assert all(models[name]["instructions"] <= 120_000 for name in models if name[:3] == "svr")
     assert models["cnn"]["instructions"] <= 600_000

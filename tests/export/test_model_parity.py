@@ -71,7 +71,7 @@ def quiet_and_loud(X: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def expected(named: NamedModel, window: NDArray[np.float32]) -> tuple[float, float, float] | None:
-    """Return value and bounds from the Python model; None if it refuses the window."""
+    """Return the Python model's prediction and its bounds; None if the model refuses the window."""
     try:
         value = named.model.predict_one(window)
     except InputError:
@@ -157,5 +157,5 @@ class Opaque(WindowModel):
 
 
 def test_what_is_not_described_in_steps_says_so(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"'opaque' .*in steps"):
+    with pytest.raises(InputError, match=r"'opaque' .*steps of its arithmetic"):
         c_library.write(Trained((NamedModel("stiffness", Opaque(), None),)), tmp_path)

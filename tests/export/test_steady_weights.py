@@ -95,7 +95,7 @@ def test_weights_are_those_of_python(
 
 
 def test_a_pure_tone_leaves_little_and_still_its_sigma(library: ctypes.CDLL) -> None:
-    """Only a thousandth of the tone remains, so rounding errors are largest here."""
+    """The prediction cancels a tone to a thousandth, so rounding errors show most in it."""
     tone = np.sin(0.3 * np.arange(197))[:, None] * np.array([1.0, 0.01])
     x = SteadyState.measure(tone).normalise(tone)
     wanted = np.array([prediction(column) for column in x.T])

@@ -163,7 +163,7 @@ class Core:
         return out.raw[:n]
 
     def estimate_payload(self, *fields: float) -> bytes:
-        """Return the payload of these fields, in the order of the frame."""
+        """Return the payload of an estimate frame. The fields are in the frame's order."""
         out = c.create_string_buffer(28)
         n = self._lib.fc_put_estimate(out, c.byref(_Estimate(*fields)))
         return out.raw[:n]
@@ -180,7 +180,7 @@ class Core:
         return [self._lib.fc_pace_next(c.byref(pace)) for _ in range(n)]
 
     def taxels(self, n: int) -> list[tuple[int, int]]:
-        """Return row and column of the first n samples."""
+        """Return row and column of the taxel that each of the first n scans reads."""
         scan, out = _Scan(), []
         self._lib.fc_scan_init(c.byref(scan))
         for _ in range(n):
@@ -189,7 +189,7 @@ class Core:
         return out
 
     def filtered(self, scans: NDArray[np.uint16]) -> NDArray[np.int16]:
-        """Return the samples of raw scans, shape (n, 6), as an array of shape (n, 16)."""
+        """Return the samples, shape (n, 16), that the filters make of raw scans, shape (n, 6)."""
         smooth, means = [_Smooth(), _Smooth()], [_Means(), _Means()]
         for f in range(2):
             self._lib.fc_smooth_init(smooth[f])

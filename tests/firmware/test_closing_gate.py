@@ -41,7 +41,10 @@ def volts(kind: ChannelKind) -> np.ndarray:
 
 
 def of_firmware(library: ctypes.CDLL, cut: int, lost: int) -> list[tuple[str, int]]:
-    """Return the gate's turns and their samples. ``lost`` samples are missing from ``cut`` on."""
+    """Return when the firmware's gate opens and shuts.
+
+    From ``cut`` on, ``lost`` samples are missing.
+    """
     gate = ctypes.create_string_buffer(ROOM)
     floors = (ctypes.c_double * 2)(*(FLOORS.noise(f) or 0.0 for f in Finger))
     piezo, loads = volts(ChannelKind.VIBRATION), volts(ChannelKind.FORCE)

@@ -43,7 +43,7 @@ def flash(path: str, folder: Path) -> None:
 def read_until(
     path: str, enough: Callable[[int, list[DevicePrediction]], bool]
 ) -> tuple[NDArray[np.int16], list[DevicePrediction]]:
-    """Return all samples and the device's messages until there are enough."""
+    """Read until ``enough`` of the number of samples and the messages is true. Return both."""
     blocks: list[NDArray[np.int16]] = []
     messages: list[DevicePrediction] = []
     patience = time.monotonic() + 120

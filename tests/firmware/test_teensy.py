@@ -234,7 +234,7 @@ def test_power_cut_leaves_the_old_model(
 def test_samples_missed_during_a_write_keep_their_numbers(
     sketch: Path, flash: tuple[str, str], images: tuple[ModelImage, ModelImage]
 ) -> None:
-    """The n-th scan belongs to the n-th period since the start, so that numbers follow time."""
+    """The n-th scan belongs to the n-th period since the start, even if some were missed."""
     scans = random_scans(200_000, 2)
     with running(sketch, *flash) as device:
         with feeding(device, scans[:-1000]):

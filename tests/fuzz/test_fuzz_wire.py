@@ -1,4 +1,4 @@
-"""Test of some damaged inputs over wires and from pages. The full fuzzer runs by hand."""
+"""Some damaged inputs from devices and from browsers. The whole fuzzer is run by hand."""
 
 from __future__ import annotations
 

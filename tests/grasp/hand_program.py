@@ -1,7 +1,8 @@
 """Program that closes a hand, for tests that end the program.
 
 Arguments: the hand's name, its port or "-", and the action after closing: ``wait`` for a signal,
-``raise``, ``exit``, ``hang`` silently, or ``hold`` Python's global lock when a line arrives.
+``raise``, ``exit``, ``hang`` without a message, or ``hold`` Python's global lock once a line
+arrives.
 """
 
 from __future__ import annotations

@@ -75,12 +75,12 @@ def test_contacts_that_are_too_short_are_left_out() -> None:
 
 def test_one_level_or_three_pinches_are_too_few() -> None:
     touches, shore_a, _ = two_fingers(1.0)
-    with pytest.raises(InputError, match="2 Shore A levels"):
+    with pytest.raises(InputError, match="2 values of Shore A"):
         adapt_network(BASE, touches, np.full(len(touches), 20.0))
-    with pytest.raises(InputError, match="record more blocks"):
+    with pytest.raises(InputError, match="more flat blocks"):
         adapt_network(BASE, touches.take(np.arange(3)), shore_a[:3])
     # Too short to be used is as good as not there.
-    with pytest.raises(InputError, match="record more blocks"):
+    with pytest.raises(InputError, match="more flat blocks"):
         adapt_network(BASE, touches.until(BASE.shortest - 1), shore_a)
 
 

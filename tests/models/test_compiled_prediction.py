@@ -60,7 +60,7 @@ class Spy(ModuleType):
 
 
 class SoftModel(CombinedModel):
-    """Model of somebody else, which predicts a constant."""
+    """Model from another package, which predicts a constant."""
 
     def refine(self, *arguments: Any) -> Any:
         value, spread = super().refine(*arguments)

@@ -199,7 +199,7 @@ def test_scores_are_json_for_a_real_detector():
 
 
 def test_looks_of_a_step_count_as_one_window() -> None:
-    """Shares of a detector with shorter steps can then be compared with the published shares."""
+    """Otherwise a detector with shorter steps could not be compared with the published shares."""
     fine = np.arange(2, 600, 3)
     fired = np.zeros((len(fine), 2), dtype=np.bool_)
     fired[np.searchsorted(fine, 101) : np.searchsorted(fine, 107), Finger.INDEX] = True

@@ -78,7 +78,7 @@ def test_numbers_that_do_not_fit(changes: dict[str, Any]) -> None:
     st.integers(0, 2**32 - 1),
 )
 def test_it_is_the_conformal_quantile_of_each_range(n: int, level: float, seed: int) -> None:
-    """The closed form is the ceil((n + 1) level)-th smallest residual of the range."""
+    """Closed form: the ceil((n + 1) level)-th smallest of the n residuals in a range."""
     rng = np.random.default_rng(seed)
     answers = rng.uniform(0, 100, n)
     truth = answers + rng.normal(0, 0.1 + answers / 10)

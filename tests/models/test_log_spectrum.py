@@ -1,4 +1,4 @@
-"""Log spectrum without its level: what its features depend on."""
+"""Features of the log-spectrum model: they depend on the frequency, but not on the loudness."""
 
 from __future__ import annotations
 

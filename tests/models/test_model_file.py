@@ -279,7 +279,7 @@ def test_a_constant_that_is_no_class(tmp_path: Path) -> None:
     model = make_estimator("train_mean", Task.CLASSIFICATION, RATE).fit(*toy_windows(60)[:2])
     folder = save_window(model, tmp_path / "s")
     replace_arrays(folder, {"value": np.array([11.0])})
-    with pytest.raises(InputError, match="not one of the classes"):
+    with pytest.raises(InputError, match="not one of its classes"):
         load_window(folder)
 
 

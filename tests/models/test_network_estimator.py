@@ -1,4 +1,4 @@
-"""The network as an estimator: fitting it means adapting it."""
+"""The network as an estimator: to fit it means to adapt it to a rig."""
 
 from __future__ import annotations
 

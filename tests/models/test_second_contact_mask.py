@@ -45,7 +45,7 @@ def with_second(data: Dataset, second_delay: int) -> Dataset:
 
 
 def samples(seconds: float) -> int:
-    """Return the number of samples that a window depends on, including its filter."""
+    """Return the number of samples that a window of this length depends on through its filter."""
     return samples_in(seconds, 4936.0) + SavitzkyGolay().lookahead
 
 

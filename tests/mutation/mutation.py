@@ -28,7 +28,7 @@ LONG = 1800
 
 @dataclass(frozen=True)
 class Fault:
-    """Fault: the replacement of a text in a file, and a description."""
+    """Fault to introduce: a file, a text in it, its replacement, and a description."""
 
     meaning: str
     file: str

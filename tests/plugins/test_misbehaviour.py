@@ -172,7 +172,7 @@ def test_what_is_left_to_write_is_named(install: Install) -> None:
         "from firstcontact.models import Estimator\n"
         "class ENTRY(Estimator):\n    name = 'bad'\n    title = 'x'\n"
     )
-    with pytest.raises(ValueError, match="it lacks fit, model"):
+    with pytest.raises(ValueError, match="it lacks the attributes fit, model"):
         ESTIMATORS.find("bad")
 
 

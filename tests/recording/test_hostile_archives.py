@@ -84,7 +84,7 @@ def test_invalid_characters_are_refused(tmp_path, check_refused):
 
 def test_a_complex_rate_is_refused(tmp_path, check_refused):
     check_refused(
-        npz(tmp_path / "x.npz", sample_rate_hz=npy(np.array(5000 + 1j))), "sample_rate_hz is"
+        npz(tmp_path / "x.npz", sample_rate_hz=npy(np.array(5000 + 1j))), "'sample_rate_hz' is"
     )
 
 
@@ -105,7 +105,7 @@ def test_an_encrypted_member_is_refused(tmp_path, check_refused):
     for signature, flags in ((b"PK\3\4", 6), (b"PK\1\2", 8)):
         data[data.index(signature) + flags] |= 1
     path.write_bytes(data)
-    check_refused(path, "piezo is encrypted")
+    check_refused(path, "'piezo' is encrypted")
 
 
 def test_an_unknown_compression_is_refused(tmp_path, check_refused):
@@ -119,13 +119,13 @@ def test_an_unknown_compression_is_refused(tmp_path, check_refused):
 
 @pytest.mark.parametrize("data", [b"", b"hello", b"\x93NUMPY", b"\x93NUMPY\7\0", b"PK\3\4" * 50])
 def test_member_that_is_not_an_array_is_refused(tmp_path, check_refused, data):
-    check_refused(npz(tmp_path / "x.npz", piezo=data), "piezo is no array")
+    check_refused(npz(tmp_path / "x.npz", piezo=data), "'piezo' is not a NumPy array")
 
 
 def test_objects_are_refused_and_not_loaded(tmp_path, check_refused):
     path = tmp_path / "x.npz"
     np.savez(path, piezo=np.array([{"a": 1}], dtype=object))
-    check_refused(path, "piezo holds Python objects")
+    check_refused(path, "'piezo' holds Python objects")
 
 
 def test_archive_larger_than_memory_is_refused(tmp_path, check_refused):
@@ -172,7 +172,7 @@ def test_an_external_link_is_not_followed(tmp_path, check_refused, outside):
     def fill(file):
         file["object"] = h5py.ExternalLink(str(outside), "/object")
 
-    check_refused(hdf5(tmp_path / "x.h5", fill), "object is a link")
+    check_refused(hdf5(tmp_path / "x.h5", fill), "'object' is a link")
 
 
 def test_a_soft_link_through_an_external_one_is_not_followed(tmp_path, check_refused, outside):
@@ -180,7 +180,7 @@ def test_a_soft_link_through_an_external_one_is_not_followed(tmp_path, check_ref
         file["more/out"] = h5py.ExternalLink(str(outside), "/group")
         file["object"] = h5py.SoftLink("more/out/object")
 
-    check_refused(hdf5(tmp_path / "x.h5", fill), "object is a link")
+    check_refused(hdf5(tmp_path / "x.h5", fill), "'object' is a link")
 
 
 @pytest.mark.parametrize("to", ["/nowhere", "session", "/piezo/further", "/loop"])
@@ -189,7 +189,7 @@ def test_a_link_to_nowhere_is_refused_by_name(tmp_path, check_refused, to):
         file["session"] = h5py.SoftLink(to)
         file["loop"] = h5py.SoftLink("/loop")
 
-    check_refused(hdf5(tmp_path / "x.h5", fill), "session is a link")
+    check_refused(hdf5(tmp_path / "x.h5", fill), "'session' is a link")
 
 
 def test_soft_links_within_the_file_are_followed(tmp_path):
@@ -210,7 +210,7 @@ def test_external_storage_is_not_read(tmp_path, check_refused):
             "object", (3,), "S10", external=[(str(tmp_path / "passwd"), 0, h5py.h5f.UNLIMITED)]
         )
 
-    check_refused(hdf5(tmp_path / "x.h5", fill), "object is stored outside")
+    check_refused(hdf5(tmp_path / "x.h5", fill), "'object' is stored outside")
 
 
 def test_a_virtual_dataset_is_not_read(tmp_path, check_refused, outside):
@@ -219,7 +219,7 @@ def test_a_virtual_dataset_is_not_read(tmp_path, check_refused, outside):
         layout[:] = h5py.VirtualSource(str(outside), "object", (3,))
         file.create_virtual_dataset("object", layout)
 
-    check_refused(hdf5(tmp_path / "x.h5", fill), "object is stored outside")
+    check_refused(hdf5(tmp_path / "x.h5", fill), "'object' is stored outside")
 
 
 @pytest.mark.parametrize("more", [{}, {"chunks": (1, 1000, 1), "compression": "gzip"}])
@@ -235,7 +235,7 @@ def test_repeated_long_text_is_refused(tmp_path, check_refused):
     def fill(file):
         file.create_dataset("object", data=["x" * 100_000] * 3, dtype=h5py.string_dtype())
 
-    check_refused(hdf5(tmp_path / "x.h5", fill), "object has a text of 100000 bytes")
+    check_refused(hdf5(tmp_path / "x.h5", fill), "'object' has a text of 100000 bytes")
 
 
 def test_overstated_text_length_takes_no_memory(tmp_path, check_refused):
@@ -261,7 +261,7 @@ def test_other_types_are_refused_by_name(tmp_path, check_refused):
     def references(file):
         file["object"] = np.array([file.ref] * 3, dtype=h5py.ref_dtype)
 
-    check_refused(hdf5(tmp_path / "x.h5", references), "object holds neither")
+    check_refused(hdf5(tmp_path / "x.h5", references), "'object' holds neither")
     check_refused(
         hdf5(tmp_path / "y.h5", lambda f: f.update({"object": h5py.Empty("f4")})), "is empty"
     )

@@ -129,7 +129,7 @@ def test_error_names_the_cell(tmp_path, capsys):
     path = table(tmp_path / "x.csv", shore_a="\x1b[31m" + "9" * 4000)
     assert main(["import", str(path), "--rate", "5000", "--out", str(tmp_path / "o")]) == 2
     message = capsys.readouterr().err
-    assert "shore_a of line 2" in message
+    assert "'shore_a' of line 2" in message
     assert "\x1b" not in message
     assert len(message) < 500
 

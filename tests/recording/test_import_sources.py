@@ -1,4 +1,4 @@
-"""Source of imported data: as the file or the option states it, otherwise unknown."""
+"""Origin of imported data: as the file or --source states it, otherwise unknown."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_contradicting_sources_are_refused(tmp_path: Path, make: Maker, option_s
 
 @pytest.mark.parametrize("make", MAKERS)
 def test_unknown_source_is_refused(tmp_path: Path, make: Maker) -> None:
-    with pytest.raises(InputError, match=r"source .*'martian'"):
+    with pytest.raises(InputError, match=r"'source' .*'martian'"):
         import_path(make(tmp_path, "martian"), tmp_path / "o")
 
 

@@ -88,7 +88,7 @@ def test_flac_imports_like_its_wav(wav: Path, tmp_path: Path, subtype: str) -> N
         ("2.5\t2.5\tx\n", ("line 1", "outside")),
         ("0.1\t0.1\tsize=3\n", ("line 1", "size=3")),
         ("0.1\t0.1\tshore_a=3\n0.2\t0.2\tfoam\n", ("line 2", "shore_a")),
-        ("0.1\t0.1\tshore_a=300\n", ("shore_a of line 1",)),
+        ("0.1\t0.1\tshore_a=300\n", ("'shore_a' of line 1",)),
         ("0.1\t0.1\n0.1\t0.1\n", ("same contact",)),
         ("\udcff", ("UTF-8",)),
     ],

@@ -88,6 +88,6 @@ def test_motor_start_is_resampled(tmp_path):
 def test_motor_start_outside_the_pinch_is_refused(tmp_path, start, place):
     content = arrays() | {"motor_start": np.array([start, -1, -1])}
     np.savez(tmp_path / "x.npz", **content, sample_rate_hz=RATE, piezo_unit="V")
-    with pytest.raises(InputError, match=f"motor_start of pinch 0 .*{start}"):
+    with pytest.raises(InputError, match=f"'motor_start' of pinch 0 .*{start}"):
         import_path(tmp_path / "x.npz", tmp_path / "out")
     assert not (tmp_path / "out").exists()

@@ -1,4 +1,4 @@
-"""The chunk writer writes the same bytes as the library, with flat memory."""
+"""The chunk writer writes the same bytes as the MCAP library, with constant memory."""
 
 import io
 import resource

@@ -22,7 +22,7 @@ SAMPLES = 20_000
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """Write two long files whose samples count up, so that a cut shows its origin."""
+    """Write two long files in which each sample is its number, so a cut pinch shows its place."""
     (tmp_path / "in").mkdir()
     count = np.arange(SAMPLES, dtype=np.int16)
     wavfile.write(tmp_path / "in" / "mono.wav", RATE, count)
@@ -93,8 +93,8 @@ def test_one_of_many_channels_is_selected(
 ) -> None:
     many = np.stack([np.arange(SAMPLES, dtype=np.int16) + k for k in range(4)], axis=1)
     wavfile.write(folder / "many.wav", RATE, many)
-    check_refused(folder / "many.wav", None, "4 channels", "column channel", "--events")
-    check_refused(folder / "many.wav", table(folder, "onset_sample", "9000"), "column channel")
+    check_refused(folder / "many.wav", None, "4 channels", "column 'channel'", "--events")
+    check_refused(folder / "many.wav", table(folder, "onset_sample", "9000"), "column 'channel'")
     events = table(folder, "onset_sample,channel", "9000,3")
     (pinch,) = import_events(folder / "many.wav", events=events).pinches
     assert pinch.first is not None
@@ -130,20 +130,20 @@ def test_skipped_rows_and_files_are_counted(folder: Path) -> None:
     [
         (("file,object", "mono.wav,mat"), ("onset_s", "onset_sample")),
         (("file,onset_s,onset_sample", "mono.wav,1,8000"), ("onset_s and onset_sample",)),
-        (("file,onset_s", "mono.wav,soon"), ("onset_s of line 2", "soon", "not a number")),
+        (("file,onset_s", "mono.wav,soon"), ("'onset_s' of line 2", "soon", "not a number")),
         (("file,onset_s", "mono.wav,2.5"), ("line 2", "outside mono.wav", "2.49987 s")),
         (("file,onset_sample", "mono.wav,-1"), ("line 2", "outside mono.wav", "19999")),
         (("file,onset_sample", "mono.wav,12.5"), ("line 2", "whole number")),
         (("file,onset_sample", "other.wav,12"), ("line 2", "other.wav", "not in the folder")),
-        (("onset_sample", "12"), ("no column file",)),
+        (("onset_sample", "12"), ("no column 'file'",)),
         (("file,onset_sample", "mono.wav,9", "mono.wav,9"), ("line 2 and line 3", "same contact")),
-        (("file,onset_sample,channel", "mono.wav,9,1"), ("channel of line 2", "has 1")),
+        (("file,onset_sample,channel", "mono.wav,9,1"), ("'channel' of line 2", "has 1")),
         (
             ("file,onset_sample,first_contact", "mono.wav,9,1"),
             ("first_contact", "start of a pinch"),
         ),
         (("file,onset_sample", "mono.wav,9", "stereo.wav,9"), ("2 channels", "1 of int16")),
-        (("file,onset_sample,shore_a", "mono.wav,9,200"), ("shore_a of line 2", "200")),
+        (("file,onset_sample,shore_a", "mono.wav,9,200"), ("'shore_a' of line 2", "200")),
     ],
 )
 def test_invalid_event_table_is_refused(
@@ -168,4 +168,4 @@ def test_events_are_for_sound_files_only(
     check_refused(tmp_path / "some.npz", events, "--events")
     check_refused(folder / "mono.wav", tmp_path / "none.csv", "none.csv")
     other_events = table(folder, "file,onset_s", "stereo.wav,1")
-    check_refused(folder / "mono.wav", other_events, "no row has file", "mono.wav")
+    check_refused(folder / "mono.wav", other_events, "no row is for", "mono.wav")

@@ -23,7 +23,7 @@ STEPS = pytest.mark.parametrize("step", [37, pytest.param(1, marks=pytest.mark.s
 
 
 def places(edges, first, last, step):
-    """Return every ``step``-th position from ``first`` to before ``last``, and all about edges."""
+    """Return each ``step``-th position from ``first`` to before ``last``, and all near edges."""
     about = {edge + near for edge in edges for near in (-2, -1, 0, 1)}
     return sorted({*range(first, last, step), *about} & set(range(first, last)))
 

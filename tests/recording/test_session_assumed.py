@@ -1,4 +1,4 @@
-"""Header field for sessions assumed by an importer, also for old recordings."""
+"""Header field that says that an importer assumed the sessions, also in old recordings."""
 
 from __future__ import annotations
 

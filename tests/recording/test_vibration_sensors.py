@@ -145,7 +145,7 @@ def test_two_sensors_in_a_file_are_refused(
 ) -> None:
     path = arrays(tmp_path, axis=2, piezo=ring(3, 3), piezo_unit="V")
     assert main(["import", str(path), "--out", str(tmp_path / "out")]) == 2
-    assert "one of them at a time" in capsys.readouterr().err
+    assert "one kind of sensor" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("to", ["csv", "hdf5"])

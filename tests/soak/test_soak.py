@@ -24,7 +24,11 @@ LAYOUT = Layout((Channel("count", ChannelKind.VIBRATION, None, "V"),), RATE)
 def findings(
     tmp_path: Path, parts: list[tuple[int, int, int, int]], received: int, lost: int
 ) -> list[str]:
-    """Return the findings of a soak. A part: epoch, number, number in the samples, and length."""
+    """Return the findings of a soak whose recording has these parts.
+
+    A part has its epoch, its first sample's number, the number that this sample holds, and its
+    length.
+    """
     link = LslLink(tmp_path, Random(0))
     link.last = {0: 999, 1: 499}
     path = tmp_path / "a.mcap"

@@ -1,4 +1,4 @@
-"""Closings on request: their origins, their end, and the release of the hand."""
+"""Closings on request: who requested them, their end, and the release of the hand."""
 
 from __future__ import annotations
 
@@ -166,7 +166,7 @@ def test_a_hand_that_begins_by_itself_can_only_be_opened() -> None:
     hand = LoggedHand(Begins.OTHERS)
     session = driven(hand)
     assert session.grasping.requests.allowed == (Ask.OPEN,)
-    with pytest.raises(InputError, match=f"{LoggedHand.name}.* only open"):
+    with pytest.raises(InputError, match=f"{LoggedHand.name}.* only to open"):
         session.grasping.requests.ask(Ask.CLOSE, "keyboard")
     session.block(ClosingStart(15, 0))
     session.grasping.requests.ask(Ask.OPEN, "keyboard")

@@ -68,7 +68,7 @@ def page_state(*events: Any) -> dict[str, Any]:
 
 
 def truth(finished_pinch: PinchDone) -> str | None:
-    """Return the verdict, computed independently."""
+    """Return the right verdict on the pinch's estimate, computed from its times by the test."""
     if not finished_pinch.estimates:
         return "none"
     if not finished_pinch.real_time:

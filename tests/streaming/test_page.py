@@ -252,7 +252,7 @@ def test_the_token_leaves_the_address_and_still_holds(chromium: Any, token: str)
         bare = fed.sink.url.partition("?")[0]
         chromium.delete_all_cookies()
         chromium.get(bare)
-        assert "token is needed" in chromium.find_element("css selector", "body").text
+        assert "token is missing" in chromium.find_element("css selector", "body").text
         chromium.get(fed.sink.url)
         until(chromium, lambda d: text(d, "value").isdigit())
         assert chromium.current_url == bare

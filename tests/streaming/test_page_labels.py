@@ -92,7 +92,7 @@ def next_pinch(feed: Feed, sink: PageSink, compute: float) -> str:
 
 
 def on_one_another(boxes: list[Box]) -> list[tuple[str, str]]:
-    """Return the texts that overlap by more than a hair."""
+    """Return the pairs of texts that overlap by more than a pixel or so."""
     return [
         (a[0], b[0])
         for i, a in enumerate(boxes)

@@ -44,7 +44,7 @@ def test_the_twin_hears_each_order_as_it_was_given(source: TwinSource, hand: Han
         hand.send(Command(0.0123, 4.5))
 
     def orders(markers: list[Marker]) -> list[str]:
-        """Return the markers in order, from this test on."""
+        """Return the orders in the markers, from the first order of this test on."""
         words = [m.text.partition("hand: ")[2] for m in markers if "hand: " in m.text]
         return words[words.index("0.0123 4.500") :] if "0.0123 4.500" in words else []
 

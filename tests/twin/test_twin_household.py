@@ -114,10 +114,10 @@ def test_table_with_other_columns_is_refused() -> None:
 @pytest.mark.parametrize(
     ("row", "word"),
     [
-        ("ycb,a,2000,b,c", "is taken"),
-        ("estimate,a,2000,b,c", "is taken"),
-        ("new,a,two thousand,b,c", "no year"),
-        ("new,a,20015,b,c", "no year"),
+        ("ycb,a,2000,b,c", "has the key"),
+        ("estimate,a,2000,b,c", "has the key"),
+        ("new,a,two thousand,b,c", "the year is"),
+        ("new,a,20015,b,c", "the year is"),
         ("new,,2000,b,c", "is empty"),
     ],
 )

@@ -1,4 +1,4 @@
-"""Tests of the slip of a lifted object under friction and its weight."""
+"""Tests of how a lifted object slips under its weight and the friction of the fingers."""
 
 from __future__ import annotations
 

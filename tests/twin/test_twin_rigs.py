@@ -1,4 +1,4 @@
-"""Tests of random rigs and objects: finite, converged, and with families outside of training."""
+"""Tests of random rigs and objects, with families on which the network is not trained."""
 
 from __future__ import annotations
 

@@ -150,7 +150,7 @@ WATCHED = 4
 def closings(
     tell: Tell | None = None, at: int = 1, place: str = "touched", **settings: float
 ) -> tuple[list[StreamPinch], NDArray[np.uint16], TwinStream]:
-    """Return the first closings. One is commanded, at first contact or at the motor's start."""
+    """Return the first closings. One gets a command, at its first contact or its motor's start."""
     stream = TwinStream(seed=6, **settings)  # type: ignore[arg-type]
     parts = []
     while sum(p.end is not None for p in stream.pinches) < WATCHED:

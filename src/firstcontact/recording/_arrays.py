@@ -88,7 +88,9 @@ def from_arrays(path: Path, arrays: Arrays, unknown: Sequence[str] = ()) -> Data
     InputError
         An array is invalid; the message names it.
     """
-    sensor = find_sensor(str(path), arrays, "array piezo: add it, shape (pinches, samples, 1 or 2)")
+    sensor = find_sensor(
+        str(path), arrays, "array 'piezo': add it, shape (pinches, samples, 1 or 2)"
+    )
     given = {name: _one(path, arrays, name) for name in SETTINGS if name in arrays}
     settings = read_settings(str(path), given, sensor)
     data = _signals(path, arrays, sensor)

@@ -70,7 +70,7 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
             f"{path} has no column 'pinch': add it, with the number or name of each row's pinch "
             "(one row is one sample)"
         )
-    remedy = "column piezo_index: add it (one row is one sample)"
+    remedy = "column 'piezo_index': add it (one row is one sample)"
     sensor = find_sensor(str(path), columns, remedy, "_index")
     sensors = _vibration(path, sensor, columns)
     vibration = [name for names in sensors for name in names]

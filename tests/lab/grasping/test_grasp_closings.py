@@ -1,4 +1,4 @@
-"""Closings of the plant: the same random draws for all policies, and for any number of workers."""
+"""Closings of the plant: random draws are the same for all policies and any number of workers."""
 
 from __future__ import annotations
 

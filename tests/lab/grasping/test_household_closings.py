@@ -1,4 +1,4 @@
-"""Household closings: outcomes in the table equal the outcomes of a simulated policy."""
+"""Household closings: the table's outcomes equal those of a policy that is simulated directly."""
 
 from __future__ import annotations
 

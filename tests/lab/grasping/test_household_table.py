@@ -1,4 +1,4 @@
-"""Numbers from the table of closings: forces, fronts, resamples, tuning and controls."""
+"""Numbers from the table of closings: forces, fronts, resamples, tuning and comparison policies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Artificial branches of picks with known holding and damaging forces."""
+"""Artificial picks whose holding and damaging forces are known, each with several final forces."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SHORE = {"raspberry": 5.0, "silken tofu, 4 cm cube": 3.0, "sponge, dry": 3.0}
 
 
 def branch(kind: str, hand: int, specimen: int = 1) -> Branches:
-    """Return branches of a hand that presses as commanded. Its reflex holds with 9 N."""
+    """Return a pick with each final force. The hand obeys commands; its reflex holds with 9 N."""
     holds, limit = THINGS[kind]
     forces = np.array(HOW.forces)
     slips = forces < holds

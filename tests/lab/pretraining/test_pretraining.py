@@ -42,7 +42,7 @@ def training(*arguments: Any) -> Training:
 
 @pytest.fixture(autouse=True)
 def _small_rigs(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Pinch few objects and blocks on each rig, except where further processes do."""
+    """Pinch few objects and blocks on each rig, except where other processes pinch the rigs."""
     if "whatever_the_workers" not in request.node.name:
         monkeypatch.setattr(_examples, "THINGS", 8)
         monkeypatch.setattr(_examples, "CONTEXT", (4, 6))

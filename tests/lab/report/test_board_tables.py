@@ -71,7 +71,7 @@ def test_detectors_and_whole_models_are_no_answers(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("models", "kind"),
     [
-        ({}, "no models with counted instructions"),
+        ({}, "no models whose instructions"),
         ({"a": {**FORM, "samples": 0}}, "models\\[...\\].samples is wrong"),
         ({"a": {**FORM, "instructions": "many"}}, "instructions is wrong"),
     ],

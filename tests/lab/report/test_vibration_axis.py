@@ -1,4 +1,4 @@
-"""Axes have the unit of the data."""
+"""The vibration axes of the figures have the unit of the data."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Part ``closing_speed``: gain of measured closing speeds."""
+"""Part ``closing_speed``: what the network gains from measured closing speeds."""
 
 from __future__ import annotations
 

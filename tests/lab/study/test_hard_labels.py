@@ -56,9 +56,9 @@ def cut(dataset: Dataset, first: int, last: int, rows: Sequence[int] | None = No
 
 
 def whole_study(dataset: Dataset, out: Path, *only: str) -> dict[str, Any]:
-    """Run all steps except the CNN, which uses labels in the same way and takes longer.
+    """Run all parts except the CNN's, which uses labels in the same way and takes longer.
 
-    ``only``: titles of the steps that the labels of a test concern.
+    ``only`` are the titles of the parts that depend on the labels of a test.
     """
     steps = protocol.plan([("recordings", lambda: dataset)], SMALL, Serial())
     assert {"inference time", *only} <= {step.title for step in steps}

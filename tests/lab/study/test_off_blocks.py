@@ -82,7 +82,7 @@ def test_who_is_told_the_stiffness_learns_it_on_these_blocks(small: RigSet) -> N
 
 
 def answered(errors: dict[Use, float], place: int = 0, question: str = "any") -> Answered:
-    """Return six predictions for each use, on objects of 30 and 60 Shore A, with equal errors."""
+    """Return six predictions for each use in ``errors``, all with that use's error."""
     uses = np.repeat([use.value for use in errors], 6)
     wrong = np.repeat(list(errors.values()), 6)
     y = np.tile([30.0, 60.0], len(uses) // 2)

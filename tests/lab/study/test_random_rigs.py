@@ -1,4 +1,4 @@
-"""Part ``random_rigs``: rigs of other structure, and scores."""
+"""Part ``random_rigs``: random rigs, some unlike all in training, and the scores on them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Hardness classes from short windows, by signal, contacts and estimator."""
+"""Scores of hardness classes from short windows, for each signal, contacts and estimator."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ BRIEF = StudySettings().quick()
 
 @pytest.fixture(scope="module")
 def real_set(ranks: Dataset) -> RealSet:
-    """Return the softest and the hardest materials with contacts one sample late."""
+    """Return the softest and the hardest materials, with contacts that are one sample late."""
     dataset = ranks.take(ranks.hardness_rank != 1)
     late = tuple(
         p.first and Contact(p.first.finger, p.first.sample + 1, p.first.decided + 1)

@@ -1,4 +1,4 @@
-"""Rigs of another structure: closings, false alarms and scores."""
+"""Rigs whose structure differs from the twin's: closings, false alarms and scores."""
 
 from __future__ import annotations
 

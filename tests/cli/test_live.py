@@ -347,7 +347,10 @@ def test_two_signals_open_a_hand_that_was_closed_by_a_line(
             ("--slip", "power", "--hand", "twin", "--policy", "slip_reflex"),
             "a hand that closes on request",
         ),
-        (("--slip", "power", "--hand", "print", "--policy", "touch"), "a policy with a slip reflex"),
+        (
+            ("--slip", "power", "--hand", "print", "--policy", "touch"),
+            "a policy with a slip reflex",
+        ),
         (("--slip", "nothing"), "nothing"),
     ],
 )

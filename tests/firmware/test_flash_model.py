@@ -164,7 +164,7 @@ def test_another_format_other_sizes_and_damage_are_refused(
             send_chunks(host, new.data[:-1] + bytes([new.data[-1] ^ 1]))
             assert "CRC" in state(host, FrameType.MODEL_END)[1]
             assert active_model(host) == old.digest
-        with pytest.raises(InputError, match=f"{re.escape(device.path)}: .*kernels"):
+        with pytest.raises(InputError, match=f"{re.escape(device.path)}: .*sizes"):
             flash_model(device.path, new.data, FORMAT, other.sizes)
 
 

@@ -19,7 +19,7 @@ class GraspStudy:
     """Simulate how hands pick up household objects with every policy, and write a report."""
 
     out: Path = Path("firstcontact-grasp-study")
-    """Folder for the report, results, film and models; use it for this study only."""
+    """Folder for report, results, film and models; for this study only."""
     quick: bool = False
     """Run each part on little data; do not quote its numbers."""
     estimator: Annotated[str, choice(ESTIMATORS)] = ESTIMATORS.default

@@ -21,11 +21,11 @@ class Study:
     recordings: Path | None = None
     """Recordings, or data that `import` reads; the twin by default."""
     out: Path = Path("firstcontact-study")
-    """Folder for the report, results and recordings; use it for this study only."""
+    """Folder for report, results and recordings; for this study only."""
     quick: bool = False
     """Run each part on little data; do not quote its numbers."""
     parts: Annotated[tuple[str, ...], choice(PARTS)] = ()
-    """Parts to run, in addition to parts that they need; the paper's parts by default."""
+    """Parts to run, with the parts they need; the paper's parts by default."""
     detector_type: Annotated[str, choice(DETECTORS)] = DETECTORS.default
     """Detector of the contacts at which windows start."""
     estimator: tuple[str, ...] = ()

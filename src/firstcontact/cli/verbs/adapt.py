@@ -18,7 +18,7 @@ class Adapt:
     """
 
     data: Annotated[Path | None, Option(positional=True)] = None
-    """Recordings of objects of known Shore A; without recordings the model's intervals are wide."""
+    """Recordings of known Shore A; without any, the intervals are wide."""
     out: Path = Path("model")
     """Folder for the model; an existing model is replaced."""
     detector_type: Annotated[str | None, choice(DETECTORS, "model")] = None

@@ -25,9 +25,9 @@ class Calibrate:
     no_tap: bool = False
     """Skip the tap test; required with the simulated hand."""
     weights: Path | None = None
-    """CSV file of known weights on a taxel, with the columns finger,newtons,volts."""
+    """CSV file of known weights on a taxel; columns: finger,newtons,volts."""
     weigh: tuple[float, ...] = ()
-    """Weights, N. The command asks you to put each on a taxel, and measures the taxel's voltage."""
+    """Weights that you put on a taxel when asked, N; each is measured in V."""
 
     former: ClassVar[dict[str, str]] = {"--tap": "the default; leave it out"}
 

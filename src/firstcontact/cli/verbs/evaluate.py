@@ -27,7 +27,7 @@ class Evaluate:
     data: Annotated[Path, Option(positional=True)]
     """A recording, or a folder of recordings."""
     contacts: Literal["detected", "known"] = "detected"
-    """Contacts at which the signals start: those that the detector finds, or the known ones."""
+    """Contacts at which signals start: found by the detector, or known."""
     detector: Path | None = None
     """Folder of a detector to use in place of the model's."""
 

@@ -20,9 +20,9 @@ class Label:
     paths: Annotated[tuple[Path, ...], Option(positional=True)]
     """Recordings, or folders of them."""
     out: Path
-    """Folder for new recordings and the journal of labels; run the command again to continue."""
+    """Folder for new recordings and the labels; run it again to continue."""
     by: str = ""
-    """Name of the person who labels, for the recordings; your user name by default."""
+    """Name of the person who labels; your user name by default."""
     port: int = 0
     """TCP port of the page on this machine; 0 takes a free one."""
     finish: bool = False

@@ -31,7 +31,7 @@ class Live:
     device: Annotated[str, devices()]
     """Source of the samples."""
     model: Annotated[Path | None, Option(group="model")] = None
-    """Folder of the model; by default the package's model, or one trained on the twin."""
+    """Folder of the model; by default the package's, or the twin's own."""
     estimator: Annotated[str | None, Option(group="model", advanced=True)] = None
     """Estimator of the model that predicts; by default its network."""
     detector: Annotated[Path | None, Option(group="model", advanced=True)] = None

@@ -34,7 +34,7 @@ class Record:
     role: Annotated[Literal["train", "test"], Option(advanced=True, group="object")] = "train"
     """Use of the pinches: training, or test on unseen objects."""
     plan: Annotated[Path | None, Option(group="object")] = None
-    """CSV file that lists several objects; its columns are object,pinches,shore,specimen,role."""
+    """CSV file of objects; columns: object,pinches,shore,specimen,role."""
     session: Annotated[str, Option(group="recording", advanced=True)] = "1"
     """Name of the session; keep the set-up unchanged within one."""
     sessions: Annotated[int, Option(group="recording", advanced=True)] = 1

@@ -18,7 +18,7 @@ class Simulate:
     out: Path
     """Folder for the recordings; it must be empty or new."""
     condition: Condition = "paper-rig"
-    """Variation between pinches: that of the published set-up, or that of everyday use."""
+    """Variation between pinches, as in the paper's set-up or everyday use."""
     pinches_per_block: int = 500
     """Number of pinches of each of the five blocks."""
     pinches_per_object: int = 50
@@ -28,7 +28,7 @@ class Simulate:
     workers: Annotated[int, Option(group="machine")] = 0
     """Number of threads; 0 takes all cores."""
     noise: Annotated[Path | None, Option(group="simulated hand")] = None
-    """Recording of a real sensor at rest, whose noise replaces the modelled noise."""
+    """Recording of a real sensor at rest; it replaces the modelled noise."""
     positions: Annotated[bool, Option(advanced=True, group="simulated hand")] = False
     """Let the hand report its positions, so that each pinch has a measured closing speed."""
     cluster: Annotated[str | None, Option(advanced=True, group="machine")] = None

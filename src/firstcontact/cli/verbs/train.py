@@ -32,13 +32,13 @@ class Train:
     detector_type: Annotated[str | None, choice(DETECTORS, "model")] = None
     """Contact detector to fit; by default the package's, unless a fitted one is better."""
     detector_only: Annotated[bool, Option(advanced=True, group="model")] = False
-    """Train the detector only; it needs pinches with known contacts, but no hardness."""
+    """Train the detector only. It needs known contacts, but no hardness."""
     task: Annotated[Literal["regression", "classification"], Option(group="model")] = "regression"
-    """Task of the model: predict any Shore A value, or one of the levels in training."""
+    """Task: predict any Shore A value, or one of the values in training."""
     contacts: Annotated[Literal["detected", "known"], Option(advanced=True, group="data")] = (
         "detected"
     )
-    """Contacts at which the signals start: those that the detector finds, or the known ones."""
+    """Contacts at which signals start: found by the detector, or known."""
     window_ms: Annotated[tuple[float, ...], Option(group="model")] = (15.0,)
     """Lengths of windows after the contact, ms; one model for each."""
     level: Annotated[float, Option(group="training")] = 0.9
@@ -46,7 +46,7 @@ class Train:
     seed: Annotated[int, Option(group="training")] = 0
     """Random seed of the folds, the search for settings and the training."""
     rate: Annotated[float | None, Option(advanced=True, group="data")] = None
-    """Sampling rate to which the pinches are resampled, Hz; with Shore A labels 4936 by default."""
+    """Sampling rate of the model, Hz; with Shore A labels 4936 by default."""
     workers: Annotated[int, Option(advanced=True, group="training")] = 1
     """Number of processes; 0 takes all cores."""
     cluster: Annotated[str | None, Option(advanced=True, group="training")] = None

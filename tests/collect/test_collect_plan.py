@@ -31,7 +31,7 @@ def test_a_plan_is_read(tmp_path):
         ("object,pinches,role\na,1,both\n", "line 2: role"),
         ("object,pinches\na,0\n", "line 2: a"),
         ("object,pinches\n,3\n", "line 2"),
-        ("object,pinches,shore\na,1,120\n", "line 2: a: shore"),
+        ("object,pinches,shore\na,1,120\n", "line 2: a: the value of shore"),
         ("object,pinches\na,1\na,2\n", "line 3: a"),
         ("object,pinches\na,1,5\nb\n", "line 3: pinches"),
     ],

@@ -81,7 +81,7 @@ def test_twin_objects_have_the_values_of_the_table(item: object) -> None:
     ("cells", "word"),
     [
         ({"name": ""}, "name is empty"),
-        ({"name": "raspberry"}, "the name 'raspberry' is taken"),
+        ({"name": "raspberry"}, "another object has the name 'raspberry'"),
         ({"origin": "found"}, "origin is 'found'"),
         (
             {"group": "firm fragile"},
@@ -95,7 +95,7 @@ def test_twin_objects_have_the_values_of_the_table(item: object) -> None:
         ({"mass_from": ""}, "the source of mass is ''"),
         ({"mass_from": "hearsay"}, "the source of mass is 'hearsay'"),
         ({"limit": "", "limit_from": ""}, "limit and weibull belong together"),
-        ({"limit": ""}, "limit has a source and no value"),
+        ({"limit": ""}, "limit has a source but no value"),
         ({"bulk": "", "bulk_from": "", "radius": "", "radius_from": ""}, "bulk and radius are"),
     ],
 )

@@ -242,7 +242,7 @@ def test_too_large_model_is_refused_before_it_is_sent(
         check_model_fits(device.path, FORMAT, sizes, len(images[0].data))
         with pytest.raises(InputError, match=str(1 << 20)):
             check_model_fits(device.path, FORMAT, sizes, 1 << 20)
-        with pytest.raises(InputError, match="kernels"):
+        with pytest.raises(InputError, match="sizes"):
             check_model_fits(device.path, FORMAT, sizes ^ 1, 1000)
         with pytest.raises(InputError, match=f"format .*{FORMAT + 1}"):
             check_model_fits(device.path, FORMAT + 1, sizes, 1000)

@@ -141,19 +141,23 @@ def run(page: Path, folder: Path, marks: set[str], cache: Path) -> str:
     """Run the commands of a page that have one of these marks, and return the output."""
     shutil.copytree(ROOT / "examples", folder / "examples", dirs_exist_ok=True)
     script = "".join(f.body for f in fences(page) if f.language == "sh" and f.mark in marks)
-    text = ""
+    text, place = "", folder
     for command in in_parts(script.replace("\\\n", " ")):
-        process = run_part(command, folder, cache)
+        if command.startswith("cd "):
+            place = (place / command.removeprefix("cd ")).resolve()
+            continue
+        # A new interpreter finds modules in a folder that the page changed to: with the shell.
+        process = run_part(command if place == folder else f"{command}\n", place, cache)
         text += process.stdout + process.stderr
         assert process.returncode == 0, f"{name(page)}\n{command}\n{text}"
     return text
 
 
 def in_parts(script: str) -> list[str]:
-    """Split a script into commands of the package and parts for the shell."""
+    """Split a script into commands of the package, changes of folder, and parts for the shell."""
     parts = [""]
     for line in script.splitlines():
-        if of_package(line):
+        if of_package(line) or line.startswith("cd "):
             parts += [" ".join(line.split()), ""]
         else:
             parts[-1] += line + "\n"

@@ -165,8 +165,8 @@ def joined(parts: Iterator[Touches]) -> Touches:
     return cut_touches([signal for part in parts for signal in part.signals])
 
 
-def shares(model: InContextModel, touches: Touches) -> NDArray[np.float64]:
-    """Return the number of contacts out of range at each time."""
+def count_out_of_range(model: InContextModel, touches: Touches) -> NDArray[np.float64]:
+    """Return the number of contacts out of range at each of ``TIMES``."""
     longest = [samples_in(1e-3 * ms, touches.rate) for ms in TIMES]
     return np.array([model.predict(touches.until(n)).out_of_range.sum() for n in longest], float)
 
@@ -209,9 +209,9 @@ def measured(data: Path | None) -> dict[str, Any]:
         made = simulated(family, RIGS if not family else RIGS // 3)
         rigs = rigs or [rig for rig, _ in made]
         rig_shares = sum(
-            shares(unknown.conditioned_on({ANY: rig}), touches) for rig, touches in made
+            count_out_of_range(unknown.conditioned_on({ANY: rig}), touches) for rig, touches in made
         )
-        none = sum(shares(unknown, touches) for _, touches in made)
+        none = sum(count_out_of_range(unknown, touches) for _, touches in made)
         add("touches", title, sum(len(touches) for _, touches in made), rig_shares, none)
     kinds: dict[str, Touches] = {}
     if data is not None:
@@ -233,8 +233,8 @@ def measured(data: Path | None) -> dict[str, Any]:
                 sample = touches.take(members)
                 gain = (loud / peak[members])[:, None].astype(np.float32)
                 scaled = replace(sample, signals=gain * sample.signals)
-                rig_shares += shares(unknown.conditioned_on({ANY: rig}), scaled)
-        add("others", name, len(touches), rig_shares, shares(unknown, touches))
+                rig_shares += count_out_of_range(unknown.conditioned_on({ANY: rig}), scaled)
+        add("others", name, len(touches), rig_shares, count_out_of_range(unknown, touches))
     return rows
 
 

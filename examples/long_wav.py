@@ -1,4 +1,4 @@
-"""Long WAV file with two knocks, and the table of their times.
+"""Long WAV file with two knocks, and the table of the knocks' times.
 
     python examples/long_wav.py
     firstcontact import long.wav --events events.csv --sensor piezo --source synthetic --out knocks

@@ -137,9 +137,12 @@ def live(
         )
     if real_time is None:
         real_time = getattr(source, "speed", 1.0) == 1.0
-    for name, bound in (("seconds", seconds), ("pinches", pinches)):
+    for name, noun, bound in (
+        ("seconds", "the duration", seconds),
+        ("pinches", "the number of pinches", pinches),
+    ):
         if bound is not None and not bound > 0:
-            raise InputError(f"the value is {bound:g}: give a number above 0", parameter=name)
+            raise InputError(f"{noun} is {bound:g}: give a number above 0", parameter=name)
     recorded = hasattr(source, "calibration")
     is_live = real_time and not recorded
     if hand is not None and HANDS.find(hand).begins is Begins.US:

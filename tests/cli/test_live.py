@@ -250,10 +250,13 @@ def test_the_page_is_where_it_says(paged: tuple[subprocess.Popen[str], str]) -> 
         (["--device", "twin", "--hand", "nobody's"], "nobody's"),
         (["--device", "twin", "--hand", "print", "--policy", "guess"], "guess"),
         (["--device", "twin", "--policy", "guess"], "guess"),
-        (["--device", "twin", "--policy", "early_exit"], "--policy: it needs a hand"),
-        (["--device", "twin", "--hand-port", "/nowhere/tty"], "--hand-port: it needs a hand"),
+        (["--device", "twin", "--policy", "early_exit"], "--policy: this option needs a hand"),
+        (
+            ["--device", "twin", "--hand-port", "/nowhere/tty"],
+            "--hand-port: this option needs a hand",
+        ),
         (["--device", "nothing.mcap", "--hand", "twin"], "--hand: twin"),
-        (["--device", "nothing.mcap", "--hand", "ability"], "ability can only be driven"),
+        (["--device", "nothing.mcap", "--hand", "ability"], "ability can be driven only"),
     ],
 )
 def test_what_cannot_be_used_is_said_in_one_sentence(

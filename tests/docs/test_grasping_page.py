@@ -70,8 +70,8 @@ def test_the_gain_and_what_the_label_would_give() -> None:
     says(
         f"The target was {percent(entry.target)} fewer drops with an interval that excludes zero. "
         f"The gain is {gain(OURS)} %",
-        f"the same rule gains {gain('label')} % with an interval from "
-        f"{100 * label.low:.0f} on".replace("-", "−"),
+        f"with the true label the rule gains {gain('label')} %, but the interval starts at "
+        f"{100 * label.low:.0f}.".replace("-", "−"),
         f"With the tuned forces {percent(entry.closings[OURS].success)} of closings end without "
         f"drop or damage, instead of {percent(entry.closings[BLIND].success)}",
     )

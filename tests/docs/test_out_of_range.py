@@ -22,7 +22,7 @@ def test_a_row_is_printed_as_written(name: str) -> None:
     row = json.loads(script.RESULTS.read_text(encoding="utf-8"))["others"][name]
     touches = script.made_up(script.MADE_UP[name])
     assert len(touches) == row["n"]
-    computed = script.shares(pretrained(), touches) / len(touches)
+    computed = script.count_out_of_range(pretrained(), touches) / len(touches)
     np.testing.assert_allclose(computed, row["no_rig"], atol=0.01)
 
 

@@ -48,7 +48,7 @@ def images(hand_models: tuple[Path, Path]) -> tuple[ModelImage, ModelImage]:
 
 @contextmanager
 def started(sketch: Path, *options: str) -> Iterator[tuple[str, subprocess.Popen[bytes]]]:
-    """Start a board that may end by itself. Yield its port and its process."""
+    """Start the sketch on a simulated board; it may exit early. Yield its port and its process."""
     command = [sketch, "--scans", "-", *options]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
         assert process.stdout is not None

@@ -1,7 +1,7 @@
-"""Program with a hand whose release waits for a line on standard input.
+"""Program with a hand that waits for a line on standard input when it is closed.
 
-It prints "closing" in its ``with`` block, "letting go" when the release begins, and "let go" when
-it is complete. Tests end the program in between.
+It prints "closing" in its ``with`` block, "letting go" when the hand is closed, and "let go" after
+the line. Tests end the program in between.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from firstcontact.grasp import Hand, HandLimits, SafeHand
 
 
 class SlowHand(Hand):
-    """Hand whose release waits for a line on standard input."""
+    """Hand that waits for a line on standard input when it is closed."""
 
     name = "slow"
     limits = HandLimits(speed=0.1, force=5.0, rate=100.0, watchdog=inf)
@@ -24,7 +24,7 @@ class SlowHand(Hand):
         """Ignore the command."""
 
     def release(self) -> None:
-        """Ignore the call."""
+        """Do nothing: :meth:`close` waits for the line."""
 
     def close(self) -> None:
         print("letting go", flush=True)

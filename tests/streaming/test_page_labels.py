@@ -78,7 +78,7 @@ def _slow_estimate(e: Estimate, compute: float) -> Estimate:
 
 
 def next_pinch(feed: Feed, sink: PageSink, compute: float) -> str:
-    """Show a pinch with this computing time. Return the text of its time."""
+    """Show a pinch whose estimates take ``compute`` s. Return the last estimate's time, ms."""
     predictions = ""
     while True:
         update = feed.update()

@@ -41,7 +41,7 @@ def simulated(kind: TwinObject, number: int = 0, condition: Condition = PAPER_RI
 
 
 def moving(fingers: Fingers) -> NDArray[np.float64]:
-    """Return the state of two fingers that close at their speed."""
+    """Return the state of two fingers, each at its own closing speed."""
     x = np.zeros(STATES)
     for f, p in enumerate(fingers):
         x[f * FINGER_STATES + 1 : f * FINGER_STATES + 8 : 2] = p.speed

@@ -169,7 +169,7 @@ def uncommanded() -> tuple[list[StreamPinch], NDArray[np.uint16]]:
 
 
 def since_start(pinch: StreamPinch) -> tuple[object, ...]:
-    """Return all properties of a pinch except its time."""
+    """Return all properties of a pinch except its start."""
     assert pinch.end is not None
     truth = tuple((c.finger, c.sample - pinch.start) for c in pinch.truth)
     return pinch.label, truth, pinch.end - pinch.start, pinch.peak

@@ -91,10 +91,13 @@ def calibrate(
     shortest, longest = SECONDS
     if not shortest <= seconds <= longest:
         raise InputError(
-            f"the time must lie between {shortest:g} and {longest:g} s", parameter="seconds"
+            f"the time at rest must lie between {shortest:g} and {longest:g} s",
+            parameter="seconds",
         )
     if not 0 <= patience <= longest:
-        raise InputError(f"the time must lie between 0 and {longest:g} s", parameter="patience")
+        raise InputError(
+            f"the additional wait must lie between 0 and {longest:g} s", parameter="patience"
+        )
     if weigh and confirmed is None:
         raise InputError(
             "weighing needs a person: also pass `confirmed`, a function that returns True once "

@@ -173,11 +173,11 @@ def _settled(
     last: int,
     rate: float,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return windows in sigmas of the steady state, and the weights of the linear prediction.
+    """Return windows in sigmas of the steady state, and weights that predict the motor's noise.
 
-    Both use the steady state that is valid at the end of the window.
-
-    Before the sample ``last``, the steady state follows a motor that becomes quieter, as in
+    The weights predict each sample from those before it. Both results use the steady state that is
+    valid at the end of the window. Up to the sample ``last``, the steady state is measured again
+    if the motor becomes quieter, as in
     :class:`firstcontact.contact._confirmation.ContactListener`.
     """
     every, age = samples_in(RESETTLED, rate), samples_in(SETTLED, rate)

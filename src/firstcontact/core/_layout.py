@@ -209,8 +209,8 @@ class Layout:
     def columns(self, kind: ChannelKind, *fingers: Finger | None) -> tuple[int, ...]:
         """Return the column numbers of channels of one kind, of all fingers or of ``fingers``.
 
-        None in ``fingers`` selects channels that belong to no finger. A vector gives one column,
-        its :attr:`~Channel.axis`.
+        None in ``fingers`` selects channels that belong to no finger. Of a channel with several
+        axes, only the column of its :attr:`~Channel.axis` is returned.
         """
         starts = accumulate((c.axes for c in self.channels), initial=0)
         return tuple(

@@ -16,7 +16,7 @@ from firstcontact.device._opening import SourceOptions
 from firstcontact.device._source import Arrival, Descriptor, Health
 from firstcontact.recording import Marker, PinchMark, Recording, read_recording
 
-#: Number of samples in a block at a finite speed, as from a device ...
+#: Number of samples in a block at a finite speed, like the blocks of a device ...
 BLOCK = 5
 #: ... and at infinite speed, 0.1 s at 4936 Hz.
 LONG_BLOCK = 494

@@ -56,7 +56,10 @@ def export_model(
     if place.exists() and (not place.is_dir() or any(place.iterdir())):
         raise InputError("the folder is not empty: give an empty or a new folder", parameter="out")
     if budget_us is not None and not 0.0 < budget_us <= 1e6:
-        raise InputError("the time must lie between 0 and 1000000 us", parameter="budget_us")
+        raise InputError(
+            "the time limit of a prediction must lie between 0 and 1000000 us",
+            parameter="budget_us",
+        )
     learned = None if data is None else data.take(~data.test)
     loaded = model if isinstance(model, Model) else load_model(model)
     parts = exported_parts(loaded)

@@ -108,8 +108,9 @@ class Hand(ABC):
         sample_time
             Time of the contact on the clock of the samples, s: sample number divided by rate.
         host_time
-            Time of the contact by ``time.monotonic()``, s. Its error is that of the assumed delay
-            of the samples. NaN for samples that do not come in real time.
+            Time of the contact by ``time.monotonic()``, s. The fastest samples of the last
+            ten seconds count as not delayed, so it is late by their delay. NaN for samples that do
+            not come in real time.
         """
         positions = self.positions()
         if not positions:

@@ -190,7 +190,7 @@ def score_detector(
 
 
 def judge_pinches(detector: Detector, dataset: Dataset) -> list[PinchDecisions]:
-    """Return the decisions on each pinch, from its first sample on, for :func:`score_decisions`."""
+    """Run the detector on each pinch. Return its decisions, for :func:`score_decisions`."""
     margin = samples_in(JUDGED, dataset.layout.rate)
     return [
         judge_pinch(detector, pinch, 0 if pinch.first is None else pinch.first.sample + margin)

@@ -166,7 +166,11 @@ def training_spec(
             "give it more pinches"
         )
     if y.shape != (len(X),) or (groups is not None and groups.shape != (len(X),)):
-        raise InputError(f"{len(X)} windows need {len(X)} targets and sessions, got {y.shape}")
+        sessions = "none" if groups is None else groups.shape
+        raise InputError(
+            f"{len(X)} windows need {len(X)} targets and sessions, got targets of shape {y.shape} "
+            f"and sessions of shape {sessions}: give one of each per window"
+        )
     if not np.isfinite(y).all():
         raise InputError("some pinches have no target: leave out the pinches without a Shore A")
     classes = tuple(float(c) for c in np.unique(y)) if task is Task.CLASSIFICATION else ()

@@ -80,7 +80,7 @@ class InContextModel:
                 "intervals' widths"
             )
         if ANY not in rigs:
-            raise InputError("the arrays of the rig that is used for any finger are missing")
+            raise InputError("the arrays of the rig for all fingers are missing: train again")
         self.rate = FINGERTIP_RATE
         self.level = level
         self._network, self._familiar, self._factors = network, familiar, factors

@@ -157,7 +157,9 @@ class Model:
         if estimator is not None:
             return self.only(estimator).predict(data, at, contacts)
         if not self.moments:
-            raise InputError("it holds a detector only: train with an estimator", parameter="model")
+            raise InputError(
+                "the model holds a detector only: train with an estimator", parameter="model"
+            )
         latest = self.moments[-1] if at is None else at
         first, last = self.moments[0], self.moments[-1]
         if not first - 1e-9 <= latest <= 1.0:

@@ -60,7 +60,7 @@ class Network:
         except InputError:
             raise
         except Exception:  # ONNX Runtime's errors have no common class
-            raise _refusal("ONNX Runtime cannot run it") from None
+            raise _refusal("ONNX Runtime cannot run the network") from None
 
     def run(self, windows: NDArray[np.float32]) -> NDArray[np.float32]:
         """Return outputs (n, outputs) for contiguous windows (n, channels, 1, samples)."""

@@ -1,4 +1,7 @@
-"""Splits of pinches into training and test. Each declares which groups both sides may share."""
+"""Splits of pinches into training and test.
+
+Each split declares if a session or a specimen may have pinches on both sides.
+"""
 
 from __future__ import annotations
 

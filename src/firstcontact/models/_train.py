@@ -340,7 +340,9 @@ def _check(windows: Sequence[float], level: float, seed: int, rate: float | None
     if not 0 <= seed < MOST_SEEDS:
         raise InputError(f"the seed must lie between 0 and {MOST_SEEDS - 1}", parameter="seed")
     if not 0.5 <= level <= 0.99:
-        raise InputError("the level must lie between 0.5 and 0.99", parameter="level")
+        raise InputError(
+            "the level of the intervals must lie between 0.5 and 0.99", parameter="level"
+        )
     if rate is not None:
         check_rate("rate", rate)
 

@@ -202,8 +202,9 @@ class ArraysModel(WindowModel):
             if not check.is_met(array, sizes):
                 shape = ", ".join(str(size) for size in check.shape)
                 raise InputError(
-                    f"the array '{name}' of a model of kind {self.kind!r} has shape "
-                    f"{array.shape}; expected ({shape}), finite, and scales above 0: train again"
+                    f"the array '{name}' of a model of kind {self.kind!r} is invalid (shape "
+                    f"{array.shape}): its shape must be ({shape}), its values finite, and its "
+                    "factors above 0: train again"
                 )
         if "target" in self._arrays:
             mean, scale = self._arrays["target"]

@@ -128,7 +128,7 @@ def role(value: Any) -> Role:
     try:
         return Role(as_text(value).strip().lower())
     except ValueError:
-        raise ValueError("which is neither train nor test") from None
+        raise ValueError("which is not a role (train or test)") from None
 
 
 def finger(value: Any) -> Finger | None:

@@ -122,7 +122,7 @@ def _contacts(
     events: Path | None,
     notes: list[str],
 ) -> tuple[Columns, Path]:
-    """Return the table of the contacts, and its path.
+    """Return the table of the contacts, and the path of the file that it comes from.
 
     Markers become contacts in seconds from the vibration's first sample. Without contacts the table
     is empty.

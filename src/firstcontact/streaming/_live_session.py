@@ -156,7 +156,8 @@ def check_hand(
         for parameter, value in (("policy", policy), ("hand_port", hand_port)):
             if value is not None:
                 raise InputError(
-                    "this option needs a hand: give one, or leave it out", parameter=parameter
+                    "this option needs a hand: name a hand, or leave the option out",
+                    parameter=parameter,
                 )
         return
     kind = HANDS.find(hand)
@@ -181,7 +182,7 @@ def _check_slip(slip: str, hand: str | None, policy: str) -> None:
     SLIP_DETECTORS.find(slip)
     if hand is None or Begins.US not in HANDS.find(hand).begins:
         raise InputError(
-            "this option needs a hand that closes on request: give one, or leave the option out",
+            "this option needs a hand that closes on request: name one, or leave the option out",
             parameter="slip",
         )
     if not POLICIES.find(policy).has_reflex():

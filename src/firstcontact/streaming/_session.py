@@ -26,7 +26,7 @@ from firstcontact.streaming._sink import Sink, Update
 
 #: Longest wait for samples, s. It limits the time until a stop is noticed.
 WAIT = 0.05
-#: Longest group of samples for the recorder, s. Events are passed on immediately.
+#: Longest stretch of samples that the recorder gets at once, s. Events are passed on immediately.
 TOGETHER = 0.1
 #: Longest time for which estimates hold back the recorder and the sinks, s.
 HOLD = 0.05
@@ -39,13 +39,13 @@ class Actor(Protocol):
     """Event handler in the thread of a live session. It must be fast."""
 
     def on_samples(self, block: Block, host: float) -> None:
-        """Process new samples before their events. ``host`` is the time of their arrival, s."""
+        """Process new samples that arrived at ``host``, s, before :meth:`on_event` gets events."""
 
     def on_event(self, event: Event) -> None:
         """Process an event."""
 
     def after_block(self, block: Block) -> Sequence[Event]:
-        """Process new samples after their events. Return additional events."""
+        """Process new samples, after :meth:`on_event` got their events. Return more events."""
 
     def ended(self) -> None:
         """Handle the end of the session, before anything else is closed."""

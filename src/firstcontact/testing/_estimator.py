@@ -77,10 +77,10 @@ def _check_training(make: Callable[[], Estimator], task: Task) -> None:
     subset = np.array([np.flatnonzero(y == level)[0] for level in np.unique(y)])
     predictions = make().fit(X[subset], y[subset]).predict(X)
     assert np.isfinite(predictions).all(), "it cannot be trained on one window per level"
-    refused("targets and sessions", lambda: make().fit(X, y[:-1]))
-    refused("targets and sessions", lambda: make().fit(X, y, groups[:-1]))
+    refused("60 targets and sessions", lambda: make().fit(X, y[:-1]))
+    refused("60 targets and sessions", lambda: make().fit(X, y, groups[:-1]))
     refused("no target", lambda: make().fit(X, np.where(np.arange(60) == 4, np.nan, y)))
-    refused("2 or more", lambda: make().fit(X[:1], y[:1]))
+    refused("training needs windows of shape (2 or more", lambda: make().fit(X[:1], y[:1]))
 
 
 def _check_predictions(model: WindowModel, task: Task) -> None:

@@ -128,7 +128,7 @@ def read_household(
 
 
 def fitting_group(numbers: HouseholdNumbers) -> str:
-    """Return the group to which an object with these numbers belongs."""
+    """Return the group of an object, such as "soft fragile", from its numbers."""
     hardness = "soft" if numbers.shore_a.value < FIRM else "firm"
     return f"{hardness} {'robust' if numbers.limit is None else 'fragile'}"
 

@@ -37,7 +37,7 @@ def _linear_pad(rig: RandomRig, rng: Rng) -> RandomRig:
 
 
 def _duller_sensor(rig: RandomRig, rng: Rng) -> RandomRig:
-    # A second board mode, high and lightly damped, behind a slow buffer.
+    # A second resonance of the board, high and lightly damped, behind a slow buffer amplifier.
     resonance = Resonance(float(rng.uniform(1500, 2300)), 0.02, float(rng.uniform(0.8, 1.5)))
     finger = rig.finger._replace(buffer_cutoff=float(rng.uniform(400, 700)))
     return adjusted(replace(rig, finger=finger, resonance=resonance), rng)

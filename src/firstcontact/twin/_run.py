@@ -59,7 +59,7 @@ class PinchRun:
     duration
         Longest duration of the run, s, not counting ``lead``.
     lead
-        Number of samples before the time from which the drawn contact times count.
+        Number of samples before time zero, from which the drawn contact times count.
     drive
         Drive that limits the orders.
     at_rest

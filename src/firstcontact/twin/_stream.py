@@ -60,9 +60,9 @@ class StreamPinch:
     peak
         Largest grip force until ``end``, N. The grip force is the smaller contact force.
     lost
-        "broken" if the object broke before ``end``. "dropped" if it would have fallen before
-        ``end`` in a lift like :class:`firstcontact.twin._lift.Lift`. The simulated hand lifts
-        nothing, so its fingers still hold a dropped object. Otherwise None.
+        "broken" if the object broke before ``end``; "dropped" if it would have fallen before
+        ``end`` in a lift like :class:`firstcontact.twin._lift.Lift`; otherwise None. The simulated
+        hand lifts nothing, so its fingers still hold a dropped object.
     """
 
     start: int
@@ -219,7 +219,7 @@ class TwinStream:
         return joined[:samples]
 
     def _move(self) -> Iterator[NDArray[np.float64]]:
-        """Yield the motion of the hand without end, in pieces as of :meth:`PinchRun.advance`."""
+        """Yield the motion of the hand without end, in pieces like :meth:`PinchRun.advance`."""
         while True:
             for _ in range(pieces(self._rng.uniform(*REST))):
                 yield np.zeros((PIECE, 2, OUTPUTS))

@@ -47,7 +47,7 @@ def close_hand(run: PinchRun, hold: float) -> Iterator[NDArray[np.float64]]:
 
 
 def open_hand(run: PinchRun) -> Iterator[NDArray[np.float64]]:
-    """Yield the motion while the hand opens until the fingers leave the object, and stops."""
+    """Yield the motion while the hand opens, until the fingers have left the object and rest."""
     yield from _ramp(run, -run.nominal_speed)
     while True:
         motion = _piece(run)

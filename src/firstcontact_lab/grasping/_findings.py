@@ -1,4 +1,4 @@
-"""Results of the household part, from judged policies and full closings."""
+"""Results of the household part, from judged policies and newly simulated full closings."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def findings(
     judgement
         Tuned policies with their outcomes in the table for judging.
     full
-        Full closings of some policies.
+        Closings of some policies that were simulated anew, with detector, model and loop.
     weights
         Weights of the bootstrap resamples, shape (picks, resamples).
     permutations

@@ -45,7 +45,7 @@ class Tables:
     Parameters
     ----------
     tuning, judged
-        Tables with the same speeds, forces and boosts.
+        Tables of closings with the same speeds, forces and boosts (factors of the slip reflex).
     folds
         Number of folds of object families.
     budget
@@ -109,7 +109,7 @@ def candidate(reflex: bool = False) -> type[Policy]:
 
 
 def labelled(table: Table, rmse: float, seed: int) -> list[Told]:
-    """Return the labels of all picks with noise, as estimates: the same list for each speed."""
+    """Return noisy labels of all picks in place of estimates. Each speed gets the same list."""
     rng = np.random.default_rng([seed, round(1e3 * rmse)])
     noisy = table.shore_a + rmse * rng.standard_normal(len(table.picks))
     half = NORMAL * rmse

@@ -40,8 +40,8 @@ class Judgement:
         Outcomes of policies without a slip reflex, by name. Some policies get labels with noise as
         estimates.
     reflexes
-        Outcomes of policies with a slip reflex: one policy without, one with stiffness. The key
-        names the lift and the latency of the slip detection.
+        Outcomes of the two policies with a slip reflex: one ignores stiffness, the other uses it.
+        The key names the lift and the latency of the slip detection.
     fold_of
         Fold of each object. The settings for a fold were tuned without the objects of the fold.
     """

@@ -1,4 +1,4 @@
-"""Variants that the payload task compares. Each is a policy with one kind of force array."""
+"""Variants in the payload task: each policy with taxels that have errors, or with ideal ones."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _VELOSTAT: Mapping[ForceArray, VelostatParameters | None] = {
 
 @dataclass(frozen=True, slots=True)
 class Variant:
-    """Policy with one kind of force array.
+    """Policy with one kind of taxels: with random errors, or ideal.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class Variant:
     policy
         Class of the policy.
     velostat
-        Parameters of the force arrays; None if they are drawn at random for each pinch.
+        Parameters of the taxels; None if they are drawn at random for each pinch.
     """
 
     key: str
@@ -55,7 +55,7 @@ class Variant:
 
 
 def variants() -> dict[str, Variant]:
-    """Return the variants by key: each policy of the payload task, with each force array."""
+    """Return the variants by key: each policy of the payload task, with each kind of taxels."""
     by_key: dict[str, Variant] = {}
     for policy in POLICIES.values():
         if policy.task is not Task.PAYLOAD:

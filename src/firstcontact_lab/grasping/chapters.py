@@ -76,9 +76,10 @@ def policies_table(household: Household) -> Table:
     return _table(
         "Share of objects that each policy drops if its forces are scaled until "
         f"{percent(household.damage)} are damaged. In the last column the forces are not scaled. "
-        "Intervals are over hands, and over kinds of object within their groups. In rows with a "
-        "reflex the hand lifts gradually, and a slip is detected after 100 ms. A label with noise "
-        "is the true Shore A plus a normal error of the stated RMSE.",
+        "The intervals come from drawing hands, and kinds of object within each group (soft or "
+        "firm, fragile or robust), with replacement. In rows with a reflex the hand lifts "
+        "gradually, and a slip is detected after 100 ms. A label with noise is the true Shore A "
+        "plus a normal error of the stated RMSE.",
         [
             Row("Dropped", drops, "whole"),
             Row("Fewer than blind", fewer, "whole"),

@@ -1,4 +1,4 @@
-"""Run of a whole grasp study: models, search, closings, files."""
+"""Run of a whole grasp study: training, search for settings, closings, and files."""
 
 from __future__ import annotations
 

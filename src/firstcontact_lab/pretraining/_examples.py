@@ -193,7 +193,7 @@ def _context(
 
 
 def _touches(signals: NDArray[np.int16], rng: Rng) -> Touches:
-    """Return contacts with random delays, as of a detector, and random second contacts."""
+    """Return contacts with delays like a detector's, and random times of the second contact."""
     cut, valid = [], []
     shortest, longest = lengths(_RATE)
     for signal, late in zip(volts(signals), placing(rng, len(signals)), strict=True):

@@ -76,7 +76,7 @@ def _trained(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int
 def _in_context(entrant: Entrant, rigs: RigSet, learn: Index, ask: Index, seed: int) -> Values:
     """Condition an any-time estimator on the pinches ``learn``, and predict the pinches ``ask``.
 
-    With the option ``radii`` the estimator also gets the radius of each object that it predicts.
+    With the entrant's option ``radii``, the estimator also gets the radii of the objects.
     """
     query = rigs.touches.take(ask)
     if entrant.options.get("radii"):

@@ -98,7 +98,7 @@ class Recorded(Placement, frozen=True, kw_only=True):
 
 
 class SetResults(Record, frozen=True, kw_only=True):
-    """Results of one set.
+    """Results of one set of real recordings.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ class SetResults(Record, frozen=True, kw_only=True):
     finder
         Scores of the onset finder, which also uses samples after a contact.
     order_rho, order_p
-        Rank correlation of hardness with an untrained score, and its p-value.
+        Rank correlation of hardness with the spectral centroid, and its p-value.
     class_held_out
         Balanced accuracy of the hardness class of held-out materials, by window length in ms.
     chance

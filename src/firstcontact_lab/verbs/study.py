@@ -31,7 +31,7 @@ class Study:
     estimator: tuple[str, ...] = ()
     """Further scikit-learn estimators to score, as PACKAGE:NAME."""
     early_ms: Annotated[float, Option(advanced=True)] = 0.0
-    """Longest time by which labels of contacts may be late, ms."""
+    """Longest time by which a contact may precede its label, ms."""
     board: Annotated[Path | None, Option(advanced=True)] = None
     """File `embedded.json` with the costs of models on the hand, for the report."""
     seed: int = 0

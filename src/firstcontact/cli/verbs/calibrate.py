@@ -27,7 +27,7 @@ class Calibrate:
     weights: Path | None = None
     """CSV file of known weights on a taxel; columns: finger,newtons,volts."""
     weigh: tuple[float, ...] = ()
-    """Weights that you put on a taxel when asked, N; each is measured in V."""
+    """Weights, N, that you put on a taxel when asked; each gives a voltage."""
 
     former: ClassVar[dict[str, str]] = {"--tap": "the default; leave it out"}
 

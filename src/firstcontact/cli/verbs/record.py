@@ -108,7 +108,7 @@ class Record:
             return [self.session]
         if not 1 <= self.sessions <= MOST_SESSIONS:
             raise InputError(
-                f"the number of sessions must lie between 1 and {MOST_SESSIONS}",
+                f"the number of sessions is {self.sessions}: give 1 to {MOST_SESSIONS}",
                 parameter="sessions",
             )
         if not self.session.isdecimal():

@@ -35,7 +35,7 @@ def is_loopback(host: str) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Guard:
-    """Access control: checks the headers of every request, also for the socket.
+    """Access control: checks the headers of every request, also for the WebSocket.
 
     Parameters
     ----------

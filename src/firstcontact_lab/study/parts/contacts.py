@@ -32,7 +32,7 @@ from firstcontact_lab.study.settings import StudySettings
 
 @dataclass(frozen=True, slots=True)
 class Accepted:
-    """Accepted errors of detections, ms: of the contact's placement and of the decision.
+    """Tolerances for detected contacts, ms.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class Accepted:
 
     @classmethod
     def from_results(cls, subjects: Subjects) -> Accepted:
-        """Return the accepted errors of a study. They are the same for all subjects."""
+        """Return the tolerances of a study. They are the same for all subjects."""
         early = (results[CONTACT].about.early_ms or 0.0 for results in subjects.values())
         return cls(max(early, default=0.0))
 

@@ -179,9 +179,9 @@ def structure(subject: Subject, settings: StudySettings, runner: Runner) -> Part
 def _judge_rig(
     place: tuple[str, int], count: int
 ) -> tuple[dict[str, _Counts], list[tuple[float, float]]]:
-    """Return counts and errors of each detector on a rig, and errors of an unconditioned network.
+    """Return the scores of each detector on a rig, and errors of an unconditioned network.
 
-    Each of these errors is a sum of squares, with the number of estimates.
+    Each error of the network is a sum of squares, with the number of estimates.
     """
     motor, seed = place
     rig = draw_structured(seed, motor)

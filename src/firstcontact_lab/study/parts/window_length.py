@@ -38,7 +38,7 @@ class WindowErrors(Record, frozen=True, kw_only=True):
 
 
 class WindowSearch(Record, frozen=True, kw_only=True):
-    """Number of windows in the hyper-parameter search."""
+    """Record of the hyper-parameter search: its number of training windows."""
 
     windows: int
 

@@ -63,7 +63,7 @@ def test_conformance_check_rejects_faulty_detectors() -> None:
         check_detector(Deaf)
     with pytest.raises(AssertionError, match="block sizes"):
         check_detector(Forgetful)
-    with pytest.raises(AssertionError, match="it has no title"):
+    with pytest.raises(AssertionError, match="the detector has no title"):
         check_detector(type("Nameless", (Loud,), {"title": ""}))
 
 

@@ -56,7 +56,7 @@ class Network:
             )
             for n in (1, 2):
                 got = self.run(np.zeros((n, channels, 1, samples), dtype=np.float32))
-                _require(got.shape == (n, outputs), "its outputs have another shape")
+                _require(got.shape == (n, outputs), "the outputs have another shape")
         except InputError:
             raise
         except Exception:  # ONNX Runtime's errors have no common class
@@ -82,39 +82,40 @@ def _checked(raw: bytes, window: tuple[int, ...], outputs: int) -> Any:
     from google.protobuf.message import DecodeError
     from onnx import ModelProto, checker, shape_inference
 
-    _require(len(raw) <= LARGEST, f"it has {len(raw)} bytes, more than {LARGEST}")
+    _require(len(raw) <= LARGEST, f"the file has {len(raw)} bytes, more than {LARGEST}")
     model = ModelProto()
     try:
         model.ParseFromString(raw)
     except DecodeError:
-        raise _refusal("it is not an ONNX file") from None
+        raise _refusal("the file is not an ONNX file") from None
     model.DiscardUnknownFields()
     graph = model.graph
     _require(
         [(o.domain, o.version) for o in model.opset_import] == [("", OPSET)]
         and not (model.functions or model.training_info or graph.sparse_initializer),
-        "it holds more than a graph of ONNX's own operators",
+        "the file holds more than a graph of ONNX's own operators",
     )
     for node in graph.node:
         _require(
             node.domain == "" and node.op_type in OPERATORS,
-            f"it holds the operator {node.op_type[:40]!r}",
+            f"the file holds the operator {node.op_type[:40]!r}",
         )
         _require(
-            all(map(_plain, node.attribute)), f"an attribute of its {node.op_type} is out of bounds"
+            all(map(_plain, node.attribute)),
+            f"an attribute of the operator {node.op_type} is out of bounds",
         )
     for tensor in graph.initializer:
         _require(_is_intact(tensor), "a weight does not hold finite numbers in the graph itself")
     _require(
         _shapes(graph.input) == [(INPUT, "n", *window)]
         and [shape[1:] for shape in _shapes(graph.output)] == [("n", outputs)],
-        "it has other inputs or outputs than a CNN of this package",
+        "the network has other inputs or outputs than a CNN of this package",
     )
     try:
         checker.check_model(model)
         inferred = shape_inference.infer_shapes(model, check_type=True, strict_mode=True).graph
     except Exception:  # the checkers' errors have no common class
-        raise _refusal("its parts do not fit together") from None
+        raise _refusal("the parts do not fit together") from None
     most = _GROWTH * prod(window) + _SMALL
     sizes = {name: size for name, *size in [*_shapes(inferred.value_info), *_shapes(graph.output)]}
     for name in (name for node in graph.node for name in node.output):

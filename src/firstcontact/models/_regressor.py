@@ -269,7 +269,7 @@ def from_skops(raw: bytes) -> Any:
         with ZipFile(io.BytesIO(raw)) as archive:
             # A compressed entry can grow without bound when it is read.
             if any(entry.compress_type != ZIP_STORED for entry in archive.infolist()):
-                raise BadZipFile("it is compressed")
+                raise BadZipFile("the skops file is compressed")
         _check_types(raw, "the skops file")
         return loads(raw, trusted=list(TRUSTED))
     except InputError:

@@ -37,15 +37,15 @@ def check_detector(kind: type[Detector], seed: int = 0) -> None:
     AssertionError
         A check failed (the message names it), or there was nothing to check.
     """
-    assert kind.name, "it has no name"
-    assert kind.title, "it has no title"
-    assert 0 < kind.step <= kind.duration, "its step is not a part of its window"
+    assert kind.name, "the detector has no name"
+    assert kind.title, "the detector has no title"
+    assert 0 < kind.step <= kind.duration, "the detector's step is not a part of its window"
     untrained = kind()
     if kind.learns:
         refused("", lambda: kind().fit(closings(0)))
     detector = untrained.fit(closings(40, seed=1))
     contacts = [detect(detector, pinch) for pinch in closings(20, seed=3).pinches]
-    assert any(contacts), "it detects no contact: there is nothing to check"
+    assert any(contacts), "the detector detects no contact: there is nothing to check"
     _check_contacts(detector)
     _check_streams(detector, seed)
     _check_gaps(detector)
@@ -81,7 +81,7 @@ def _check_contacts(detector: Detector) -> None:
             detected = detect(detector, replace(pinch, data=pinch.data[:cut]))
             assert contact in detected, "a decision depends on a later sample"
             detected = detect(detector, replace(pinch, data=pinch.data[: cut - 1]))
-            assert contact not in detected, "its decision sample is too late"
+            assert contact not in detected, "the contact's decision sample is too late"
     assert right >= len(pinches) // 5, "too few contacts are detected at the right sample"
 
 
@@ -113,7 +113,7 @@ def _check_streams(detector: Detector, seed: int) -> None:
     assert set(np.diff(decisions.ends)) == {step}, "there is not one window per step"
     for n in (0, 1, step):
         short = replace(pinch, data=pinch.data[:n])
-        assert detect(detector, short) == [], "it detects a contact in almost no samples"
+        assert detect(detector, short) == [], "the detector detects a contact in almost no samples"
 
 
 def _check_gaps(detector: Detector) -> None:
@@ -139,14 +139,14 @@ def _check_gaps(detector: Detector) -> None:
     after_it = detector.judge(Block(data[302:], 302))
     resumed = decisions.ends >= 302
     assert np.array_equal(decisions.fired[resumed], after_it.fired), (
-        "it does not start again after a gap"
+        "the detector does not start again after a gap"
     )
 
 
 def _check_channels(detector: Detector) -> None:
     for value in (0, 16384, 32736):
         flat = Pinch(np.full((SAMPLES, 16), value, dtype=np.int16), LAYOUT)
-        assert detect(detector, flat) == [], "it detects a contact in a constant stream"
+        assert detect(detector, flat) == [], "the detector detects a contact in a constant stream"
     pinch = closing(9)
     assert pinch.first is not None
     assert pinch.first.finger is not None
@@ -164,7 +164,9 @@ def _check_channels(detector: Detector) -> None:
     single = replace(LAYOUT, channels=(LAYOUT.channels[finger],))
     one = detect(detector, Pinch(pinch.data[:, [finger]], single, first_sample=10))
     both = detect(detector, replace(pinch, first_sample=10))
-    assert one == [c for c in both if c.finger is finger], "it does not work with one channel"
+    assert one == [c for c in both if c.finger is finger], (
+        "the detector does not work with one channel"
+    )
     strips = Layout(LAYOUT.channels[14:], LAYOUT.rate)
     refused("no vibration channel", lambda: detector.start(strips))
     if detector.rate is not None:
@@ -204,9 +206,9 @@ def _check_saved(kind: type[Detector], detector: Detector) -> None:
                 )
     with tempfile.TemporaryDirectory() as folder:
         loaded = load_detector(save_detector(detector, Path(folder), {"pinches": 40}))
-    assert type(loaded) is kind, "its class changes by saving and loading"
-    assert loaded.rate == detector.rate, "its rate changes by saving and loading"
+    assert type(loaded) is kind, "the detector's class changes by saving and loading"
+    assert loaded.rate == detector.rate, "the detector's rate changes by saving and loading"
     for pinch in closings(8, seed=7).pinches:
         assert detect(loaded, pinch) == detect(detector, pinch), (
-            "its contacts change by saving and loading"
+            "the detector's contacts change by saving and loading"
         )

@@ -47,15 +47,15 @@ def check_estimator(kind: type[Estimator], task: Task | None = None) -> None:
     tasks = kind.tasks if task is None else (task,)
     assert tasks, f"{kind.__name__} has no tasks: there is nothing to check"
     assert set(tasks) <= set(kind.tasks), f"{kind.__name__} does not support {task}"
-    assert kind.name, "it has no name"
-    assert kind.title, "it has no title"
+    assert kind.name, "the estimator has no name"
+    assert kind.title, "the estimator has no title"
     missing = missing_modules(kind.modules)
     assert not missing, f"{', '.join(missing)} must be installed to check {kind.name}"
     for each in tasks:
         make = partial(kind, each, RATE, **kind.quick)
         _check_training(make, each)
         model = make().fit(*toy_windows(), seed=3)
-        assert isinstance(model, kind.model), f"its models are {type(model).__name__}"
+        assert isinstance(model, kind.model), f"the estimator's models are {type(model).__name__}"
         _check_predictions(model, each)
         _check_refusals(model, make)
         _check_shapes(make)
@@ -76,7 +76,7 @@ def _check_training(make: Callable[[], Estimator], task: Task) -> None:
         assert np.array_equal(array, again[name]), f"same seed, another model: array {name}"
     subset = np.array([np.flatnonzero(y == level)[0] for level in np.unique(y)])
     predictions = make().fit(X[subset], y[subset]).predict(X)
-    assert np.isfinite(predictions).all(), "it cannot be trained on one window per level"
+    assert np.isfinite(predictions).all(), "the estimator cannot be trained on one window per level"
     refused("60 targets and sessions", lambda: make().fit(X, y[:-1]))
     refused("60 targets and sessions", lambda: make().fit(X, y, groups[:-1]))
     refused("no target", lambda: make().fit(X, np.where(np.arange(60) == 4, np.nan, y)))
@@ -150,10 +150,10 @@ def _check_saved(kind: type[Estimator], model: WindowModel) -> None:
     with tempfile.TemporaryDirectory() as folder:
         saved = Model(predictors=(WindowPredictor(model),)).save(Path(folder) / "mödel")
         loaded = load_model(saved).windows[0].model
-    assert loaded.spec == model.spec, "its spec changes by saving and loading"
-    assert dict(loaded.notes) == dict(model.notes), "its notes change by saving and loading"
+    assert loaded.spec == model.spec, "the model's spec changes by saving and loading"
+    assert dict(loaded.notes) == dict(model.notes), "the model's notes change by saving and loading"
     assert np.array_equal(loaded.predict(X), model.predict(X)), (
-        "its predictions change by saving and loading"
+        "the model's predictions change by saving and loading"
     )
     assert loaded.predict_one(X[0]) == model.predict_one(X[0]), (
         "a prediction changes by saving and loading"

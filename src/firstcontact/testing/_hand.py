@@ -46,11 +46,11 @@ def check_hand(kind: type[Hand], port: str | None = None, source: Source | None 
     def make() -> Hand:
         hand = make_hand(kind, kind.simulated_port if port is None else port, source)
         assert hand.name == kind.name, (
-            f"its name is {hand.name!r}, and its class's name {kind.name!r}"
+            f"the hand's name is {hand.name!r}, and its class's name {kind.name!r}"
         )
         return hand
 
-    assert kind.begins, "it does not state how its closings begin"
+    assert kind.begins, "the hand does not state how its closings begin"
     assert kind.name.isidentifier(), (
         f"the name {kind.name!r} may contain only letters, digits and _"
     )
@@ -73,7 +73,7 @@ def _limits(make: Callable[[], Hand]) -> None:
     assert 0 < limits.force < 100, f"{limits.force} N is not plausible for a fingertip"
     assert 0 < limits.rate < 10_000, f"{limits.rate} Hz is not plausible for commands"
     assert limits.watchdog > 1 / limits.rate, (
-        "its watchdog is shorter than the time between commands"
+        "the hand's watchdog is shorter than the time between commands"
     )
 
 
@@ -131,7 +131,7 @@ def _refuses(hand: Hand, when: str) -> None:
         hand.send(_STILL)
     except HandError as error:
         message = str(error)
-    assert message is not None, f"it accepts a command {when}"
+    assert message is not None, f"the hand accepts a command {when}"
     assert "not open" in message, f"{when} the error {message!r} does not contain 'not open'"
 
 
@@ -150,5 +150,5 @@ def _safe(make: Callable[[], Hand]) -> None:
         hand.alive()
         assert hand.counts.clipped == 1, "a command beyond its limits is not clipped"
     assert hand.counts.sent == 1, f"{hand.counts.sent} commands were sent instead of one"
-    assert hand.counts.released >= 1, "it was not released"
-    assert hand.failure is None, f"it failed: {hand.failure}"
+    assert hand.counts.released >= 1, "the hand was not released"
+    assert hand.failure is None, f"the hand failed: {hand.failure}"

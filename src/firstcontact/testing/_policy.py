@@ -124,7 +124,7 @@ def _late(kind: type[Policy]) -> None:
         return
     assert 0 < policy.deadline < 1, f"the deadline of {policy.deadline} s is not between 0 and 1 s"
     assert kind.estimated is not Policy.estimated, (
-        "it has a deadline for estimates but does not use them"
+        "the policy has a deadline for estimates but does not use them"
     )
     assert fallback is not None, "late() returns no command after the deadline"
     gentle = Grip().gentle

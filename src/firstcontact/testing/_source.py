@@ -61,7 +61,7 @@ def check_source(
 def _first_arrivals(source: Source, patience: float) -> list[Arrival]:
     """Return at least a tenth of a second of samples, or all if there are fewer."""
     layout = source.descriptor.layout
-    assert not layout.fault, f"its layout has {layout.fault}"
+    assert not layout.fault, f"the source's layout has {layout.fault}"
     arrivals: list[Arrival] = []
     until = time.monotonic() + patience
     while not source.ended and time.monotonic() < until:
@@ -98,8 +98,8 @@ def _remaining_arrivals(source: Source, patience: float) -> list[Arrival]:
     until = time.monotonic() + patience
     while not source.ended and time.monotonic() < until:
         arrivals += source.read(0.1)
-    assert source.ended, f"it has not ended {patience:g} s after closing"
-    assert not source.read(0.0), "it gives samples after its end"
+    assert source.ended, f"the source has not ended {patience:g} s after closing"
+    assert not source.read(0.0), "the source gives samples after its end"
     return arrivals
 
 
@@ -126,9 +126,9 @@ def _check_arrivals(source: Source, arrivals: list[Arrival]) -> None:
             )
             missing += block.first_sample - previous_block.end
     count = sum(len(a.block.data) for a in arrivals)
-    assert health.samples == count, f"it counts {health.samples} samples and gave {count}"
+    assert health.samples == count, f"the source counts {health.samples} samples and gave {count}"
     assert health.lost_samples >= missing, f"{missing} are missing, {health.lost_samples} counted"
-    assert not health.connected, "it is closed but reports a connection"
+    assert not health.connected, "the source is closed but reports a connection"
 
 
 def _passes_exceptions(source: Source) -> None:

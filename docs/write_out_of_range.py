@@ -240,7 +240,7 @@ def measured(data: Path | None) -> dict[str, Any]:
 
 def table(rows: dict[str, Any]) -> str:
     """Return the rows as Markdown."""
-    head = ["", "n", *(f"{ms} ms" for ms in TIMES), *(f"no rig, {ms} ms" for ms in TIMES)]
+    head = ["", "n", *(f"{ms} ms" for ms in TIMES)]
     lines = [head, ["---"] * len(head)]
     for group, title in (
         ("touches", "**Touches of simulated rigs** (false)"),
@@ -248,7 +248,7 @@ def table(rows: dict[str, Any]) -> str:
     ):
         lines.append([title, *[""] * (len(head) - 1)])
         for name, row in rows[group].items():
-            cells = [f"{100 * share:.1f} %" for share in (*row["rig"], *row["no_rig"])]
+            cells = [f"{100 * share:.1f} %" for share in row["rig"]]
             lines.append([name, str(row["n"]), *cells])
     return markdown_lines(lines)
 

@@ -38,10 +38,8 @@ GRASP: Mapping[str, Callable[[GraspResults], Table]] = {
     "grasp": lambda results: grasp_chapters.policies_table(results.household),
     "grasp_reflex": lambda results: grasp_chapters.reflex_table(results.household),
     "grasp_controls": lambda results: grasp_chapters.controls_table(results.household),
-    "grasp_closings": lambda results: grasp_chapters.closings_table(results.household),
     "grasp_estimates": lambda results: grasp_chapters.estimates_table(results.household),
     "grasp_sensitivity": lambda results: grasp_chapters.sensitivity_table(results.household),
-    "grasp_payload": grasp_chapters.payload_table,
 }
 #: Part of a study whose rows depend on the computer.
 TIMED = "inference"

@@ -254,28 +254,20 @@ def of_detectors(sets: list[Dataset], out: Path) -> tuple[Numbers, Detector]:
 
 def table(results: Numbers) -> str:
     """Return the results as a Markdown table."""
-    head = "| | instructions | us | flash | ram | asked | max error | mismatches | same bytes |"
-    lines = [head + " blocks | inside | objects | width | inside |", "|---" * 14 + "|"]
-    for name, row in results["models"].items():
-        count = row.get("instructions")
-        cost = ["", "", "", "", "", "", "", ""]
-        if count is not None:
-            cost = [f"{count:,}", f"{microseconds(count):.0f}", f"{row['flash']:,}",
-                    f"{row['ram']:,}", f"{row['asked']:,}", f"{row['max_abs_error']:.4f}",
-                    str(row["class_mismatches"]), "yes" if row["same_bytes"] else "NO"]  # fmt: skip
-        quality = ("blocks", "blocks_coverage", "objects", "objects_width", "objects_coverage")
-        cost += [f"{row[key]:.2f}" if key in row else "" for key in quality]
-        lines.append(f"| {name} | {' | '.join(cost)} |")
-    for name, row in results["peers"].items():
-        count = row.get("instructions")
-        cost = " | |" if count is None else f" {count:,} | {microseconds(count):.0f} |"
-        comparison = " | | | |"
-        if "asked" in row:
-            comparison = f" {row['asked']:,} | | {row['other_sides']} | |"
-        lines.append(f"| {name} |{cost} | |{comparison}" + " |" * 5)
+    quality = ("blocks", "blocks_coverage", "objects", "objects_width", "objects_coverage")
+    titles = ["instructions", "us", "flash", "ram", "max error"]
+    titles += ["blocks", "inside", "objects", "width", "inside"]
+    lines = [f"|  | {' | '.join(titles)} |", "|" + "---|" * (len(titles) + 1)]
+    rows = {**results["models"], **results["peers"]}
     if image := results.get("together"):
-        name = f"together: {image['parts']}"
-        lines.append(f"| {name} | | | {image['flash']:,} | {image['ram']:,} |" + " |" * 9)
+        rows[f"together: {image['parts']}"] = image
+    for name, row in rows.items():
+        count = row.get("instructions")
+        cells = ["", ""] if count is None else [f"{count:,}", f"{microseconds(count):.0f}"]
+        cells += [f"{row[key]:,}" if key in row else "" for key in ("flash", "ram")]
+        cells += [f"{row['max_abs_error']:.4f}" if "max_abs_error" in row else ""]
+        cells += [f"{row[key]:.2f}" if key in row else "" for key in quality]
+        lines.append(f"| {name} | {' | '.join(cells)} |")
     return "\n".join(lines)
 
 

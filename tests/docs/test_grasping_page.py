@@ -164,7 +164,5 @@ def test_the_estimates_by_object() -> None:
     assert apple < crisp < orange
 
 
-def test_the_older_task() -> None:
-    data = results().payload.data
-    says(f"{data.closings} closings at {data.latencies_ms[0]:g} ms brake latency")
+def test_all_policies_are_named() -> None:
     assert all(f"`{name}`" in page() for name in POLICIES)

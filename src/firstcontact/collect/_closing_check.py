@@ -114,7 +114,7 @@ class ClosingCheck:
         if self.anchor is None:
             return [*faults, "no contact"]
         if self.seen < self.anchor + round(LEAST_AFTER * self.layout.rate):
-            faults.append("it was cut short")
+            faults.append("the closing was cut short")
         faults += [
             f"the {finger_name(f)}'s strip was closed from the start"
             for f in sorted(self.closed_before)

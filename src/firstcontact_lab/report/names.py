@@ -26,7 +26,7 @@ class Look:
     colour: str
 
 
-#: Titles of the in-context network, which has no registry entry.
+#: Titles of the network, which has no registry entry.
 NETWORK_TITLES: Mapping[str, str] = {
     "in_context": "In-context network",
     "in_context_radius": "In-context network, radius given",

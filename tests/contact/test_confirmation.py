@@ -221,6 +221,7 @@ def test_contact_after_a_loud_start_of_the_motor_is_detected(edges: list[int]) -
     assert isinstance(contact, Contact)
     assert contact.finger is Finger.INDEX
     assert abs(contact.sample - 750) <= 8
+    assert judge_pinch(ThresholdDetector(8.0), pinch, 0).first == contact
     judged = judge_pinch(ThresholdDetector(8.0), pinch, len(data))
     assert judged.first == contact
     alone = ThresholdDetector(8.0)
@@ -230,3 +231,26 @@ def test_contact_after_a_loud_start_of_the_motor_is_detected(edges: list[int]) -
         assert np.array_equal(getattr(judged.fixed_windows, name), getattr(fixed, name))
     assert not fixed.fired.any()
     assert judged.windows.fired.any()
+
+
+@pytest.mark.parametrize("interruption", ["samples that are not finite", "gap", "epoch"])
+def test_steady_state_after_an_interruption_does_not_depend_on_blocks(interruption: str) -> None:
+    """The motor starts anew after the interruption, and louder than before."""
+    rng = np.random.default_rng(8)
+    data = np.zeros((3000, LAYOUT.width))
+    sigma = np.repeat([40.0, 800.0, 160.0], [600, 500, 1900])[:, None]
+    data[:, :2] = 16384 + sigma * rng.standard_normal((3000, 2))
+    gap, epoch = 37 * (interruption == "gap"), int(interruption == "epoch")
+    if interruption.startswith("samples"):
+        data[600] = np.nan
+    states = []
+    for size in (10, 49, 247, 3000):
+        detector = ThresholdDetector(100.0)
+        listener = ContactListener(detector, LAYOUT)
+        for first, last, lost, number in ((0, 600, 0, 0), (600, 3000, gap, epoch)):
+            for start in range(first, last, size):
+                piece = data[start : min(start + size, last)]
+                listener.update(Block(piece, start + lost, number))
+        assert detector._state is not None
+        states.append(detector._state.sigma)
+    assert all(np.array_equal(state, states[0]) for state in states[1:])

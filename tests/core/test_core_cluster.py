@@ -46,6 +46,13 @@ def test_jobs_and_shared_values_reach_the_workers(two_workers: Cluster) -> None:
         assert runner.map(pid, [0]) == [os.getpid()]
 
 
+def test_arrays_in_arguments_are_aligned_on_the_workers(two_workers: Cluster) -> None:
+    """Compiled code refuses others. Dask's messages begin each array after text of any length."""
+    jobs = [("x" * n, {"numbers": np.arange(500.0)}) for n in range(12)]
+    with use_cluster(two_workers.address), parallel(2) as runner:
+        assert all(runner.map(is_aligned, jobs))
+
+
 def test_dask_backend_of_joblib_moves_jobs(two_workers: Cluster) -> None:
     from distributed import Client
 
@@ -149,6 +156,10 @@ def test_workers_of_another_version_are_refused(tmp_path: Path) -> None:
         use_cluster(other_version.address),
     ):
         pass
+
+
+def is_aligned(job: tuple[str, dict[str, NDArray[np.float64]]]) -> bool:
+    return bool(job[1]["numbers"].flags.aligned)
 
 
 def pid(_: int) -> int:

@@ -9,7 +9,7 @@ import pytest
 
 from firstcontact.contact import is_pretrained
 from firstcontact.core import Dataset, InputError, Pinch, Serial
-from firstcontact.models import choose_detector, fit_detector
+from firstcontact.models import choose_detector, detect_alignment, fit_detector
 from firstcontact.signal import resample_dataset
 from firstcontact.testing._closings import closings
 
@@ -35,7 +35,7 @@ def swelling(plain: Dataset) -> Dataset:
 
 
 def test_package_detector_is_taken_if_both_place_alike(plain: Dataset) -> None:
-    detector, alignment, reason = choose_detector(plain, None, 0, Serial())
+    detector, alignment, reason = choose_detector(plain, None, False, 0, Serial())
     assert is_pretrained(detector)
     assert "of the package" in alignment.how
     assert reason
@@ -43,7 +43,7 @@ def test_package_detector_is_taken_if_both_place_alike(plain: Dataset) -> None:
 
 def test_fitted_detector_is_taken_if_it_places_clearly_more(swelling: Dataset) -> None:
     """A rig with swells before each contact: the package's detector takes them for contacts."""
-    detector, alignment, reason = choose_detector(swelling, None, 0, Serial())
+    detector, alignment, reason = choose_detector(swelling, None, False, 0, Serial())
     assert not is_pretrained(detector)
     fitted = fit_detector(swelling)
     for name, array in fitted.to_arrays().items():
@@ -54,25 +54,25 @@ def test_fitted_detector_is_taken_if_it_places_clearly_more(swelling: Dataset) -
 
 def test_one_pinch_more_is_no_clear_difference(plain: Dataset, swelling: Dataset) -> None:
     one = Dataset((swelling.pinches[0], *plain.pinches[1:]), plain.source)
-    assert is_pretrained(choose_detector(one, None, 0, Serial())[0])
+    assert is_pretrained(choose_detector(one, None, False, 0, Serial())[0])
 
 
 def test_named_detector_is_fitted_without_a_choice(plain: Dataset) -> None:
-    detector, _, reason = choose_detector(plain, "logistic", 0, Serial())
+    detector, _, reason = choose_detector(plain, "logistic", False, 0, Serial())
     assert not is_pretrained(detector)
     assert not reason
 
 
 def test_package_detector_does_not_compete_at_another_rate(plain: Dataset) -> None:
     fast = resample_dataset(plain, 8000.0)
-    detector, _, reason = choose_detector(fast, None, 0, Serial())
+    detector, _, reason = choose_detector(fast, None, False, 0, Serial())
     assert detector.rate == 8000.0
     assert not reason
 
 
 def test_pinches_without_known_contacts_take_the_package_detector(plain: Dataset) -> None:
     unknown = Dataset(tuple(replace(p, truth=()) for p in plain.pinches), plain.source)
-    detector, _, reason = choose_detector(unknown, None, 0, Serial())
+    detector, _, reason = choose_detector(unknown, None, False, 0, Serial())
     assert is_pretrained(detector)
     assert not reason
 
@@ -80,4 +80,25 @@ def test_pinches_without_known_contacts_take_the_package_detector(plain: Dataset
 def test_named_detector_that_cannot_learn_is_an_error(plain: Dataset) -> None:
     unknown = Dataset(tuple(replace(p, truth=()) for p in plain.pinches), plain.source)
     with pytest.raises(InputError):
-        choose_detector(unknown, "svm", 0, Serial())
+        choose_detector(unknown, "svm", False, 0, Serial())
+
+
+def test_package_detector_is_taken_if_too_few_contacts_are_known(plain: Dataset) -> None:
+    """One session has all known contacts, so none is left to learn from without that session."""
+    pinches = tuple(
+        replace(p, truth=p.truth if i < 4 else (), label=replace(p.label, session="ab"[i >= 4]))
+        for i, p in enumerate(plain.pinches[:6])
+    )
+    few = Dataset(pinches, plain.source)
+    detector, alignment, reason = choose_detector(few, None, False, 0, Serial())
+    assert is_pretrained(detector)
+    assert alignment.contacts == detect_alignment(few, detector).contacts
+    assert reason
+    _, known, _ = choose_detector(few, None, True, 0, Serial())
+    assert known.contacts == [p.first for p in pinches]
+
+
+def test_known_contacts_stay_whichever_detector_is_taken(swelling: Dataset) -> None:
+    for name in (None, "logistic"):
+        _, alignment, _ = choose_detector(swelling, name, True, 0, Serial())
+        assert alignment.contacts == [p.first for p in swelling.pinches]

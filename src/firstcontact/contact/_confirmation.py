@@ -160,10 +160,13 @@ class ConfirmingLatch:
         ndarray or None
             Shape (count, fingers).
         """
-        last = end - age - self._past_first
-        if last < count or not self._past:
+        begin = end - age - count
+        if begin < self._past_first or not self._past:
             return None
-        out: NDArray[np.float64] = np.concatenate(self._past)[last - count : last]
+        first, kept = self._end - len(self._past[-1]), self._past[-1]
+        if begin < first:
+            first, kept = self._past_first, np.concatenate(self._past)
+        out: NDArray[np.float64] = kept[begin - first : begin - first + count]
         return out
 
     def _due_sample(self, contact: Contact) -> int:
@@ -291,6 +294,9 @@ class _Judge:
         """
         if not self._resettles or self.windowed is None or self.latch.is_confirmed:
             return len(block.data)
+        rest = Block(block.data[start:], block.first_sample + start, block.epoch)
+        if self.windowed.restarts(rest):  # the steady state to compare with is not yet known
+            return min(start + self._left, len(block.data))
         while start + self._left <= len(block.data):
             quiet = self._newest(block.first_sample + start + self._left)
             if quiet is not None and self.windowed.may_resettle(quiet):

@@ -257,6 +257,12 @@ class WindowDetector(ABC):
         """Return False if :meth:`resettle` would surely change nothing with ``quiet``."""
         return self._state is None or bool(self._quieter(quiet).any())
 
+    def restarts(self, block: Block) -> bool:
+        """Return True if a block begins a new stream, or has samples that are not finite."""
+        if block.epoch != self._epoch or block.first_sample != self._next:
+            return True
+        return block.data.dtype.kind != "i" and not bool(np.isfinite(block.data).all())
+
     def _quieter(self, quiet: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return a mask of the channels that have become quieter; none before a steady state."""
         if self._state is None:

@@ -11,6 +11,7 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 from urllib.parse import urlsplit
 
+import cloudpickle  # type: ignore[import-untyped]
 import dask
 import numpy as np
 from distributed import Client, Future, KilledWorker
@@ -130,7 +131,21 @@ def _run_batch(expected: str, calls: list[tuple[Callable[..., Any], list[Any], A
             f"a worker of the cluster has firstcontact {version('firstcontact')}, not {expected}: "
             "install the same version there"
         )
-    return [call(*arguments, **more) for call, arguments, more in calls]
+    return [
+        call(*map(_aligned, arguments), **{k: _aligned(a) for k, a in more.items()})
+        for call, arguments, more in calls
+    ]
+
+
+def _aligned(argument: Any) -> Any:
+    """Return a copy of an argument, with all arrays in it aligned; an aligned array as it is.
+
+    Arrays that Dask has received begin anywhere in a message, and compiled code needs whole words.
+    """
+    if isinstance(argument, np.ndarray):
+        return np.require(argument, requirements="A")
+    # Up to this protocol NumPy copies arrays, and does not refer to the message.
+    return cloudpickle.loads(cloudpickle.dumps(argument, protocol=4))
 
 
 @contextmanager

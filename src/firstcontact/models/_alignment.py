@@ -91,9 +91,9 @@ def fit_detector(dataset: Dataset, name: str | None = None) -> Detector:
 
 
 def choose_detector(
-    dataset: Dataset, name: str | None, seed: int, runner: Runner
+    dataset: Dataset, name: str | None, is_known: bool, seed: int, runner: Runner
 ) -> tuple[Detector, Alignment, str]:
-    """Return the detector for a rig, the contacts that it finds, and a sentence on the choice.
+    """Return the detector for a rig, the contacts to learn from, and a sentence on the choice.
 
     Without a name, the package's detector competes with one that is fitted to these pinches. The
     fitted one is taken only if it places clearly more known contacts of held-out pinches: by more
@@ -106,13 +106,15 @@ def choose_detector(
         Pinches of the rig.
     name
         Name of the detector to fit. None chooses.
+    is_known
+        True to learn from the known contacts, False from those that the detector finds.
     seed, runner
         As in :func:`found_as_live`.
 
     Returns
     -------
     tuple
-        The detector, its contacts in these pinches, and the sentence; "" if none competed.
+        The detector, the contacts, and the sentence; "" if no detectors competed.
 
     Raises
     ------
@@ -120,11 +122,17 @@ def choose_detector(
         The named detector cannot learn from these pinches.
     """
     fitted = fit_detector(dataset, name)
-    fitted_alignment = found_as_live(dataset, fitted, seed, runner)
     shipped = general_detector(dataset.layout)
     if name is not None or not is_pretrained(shipped) or is_pretrained(fitted):
-        return fitted, fitted_alignment, ""
+        if is_known:
+            return fitted, label_alignment(dataset), ""
+        return fitted, found_as_live(dataset, fitted, seed, runner), ""
     shipped_alignment = detect_alignment(dataset, shipped, " of the package")
+    try:
+        fitted_alignment = found_as_live(dataset, fitted, seed, runner)
+    except InputError:  # a part of the pinches has too few known contacts
+        reason = "the detector is that of the package: too few known contacts to compare it"
+        return shipped, label_alignment(dataset) if is_known else shipped_alignment, reason
     by_fitted = _placed(dataset, fitted_alignment)
     by_shipped = _placed(dataset, shipped_alignment)
     gain = int(by_fitted.sum()) - int(by_shipped.sum())
@@ -135,9 +143,8 @@ def choose_detector(
         f"{by_shipped.sum()} within 3 ms, and one fitted to other pinches of the rig "
         f"{by_fitted.sum()}"
     )
-    return (
-        (fitted, fitted_alignment, reason) if takes_fitted else (shipped, shipped_alignment, reason)
-    )
+    chosen, found = (fitted, fitted_alignment) if takes_fitted else (shipped, shipped_alignment)
+    return chosen, label_alignment(dataset) if is_known else found, reason
 
 
 def _placed(dataset: Dataset, alignment: Alignment) -> NDArray[np.bool_]:

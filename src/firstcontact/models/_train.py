@@ -31,7 +31,6 @@ from firstcontact.models._alignment import (
     Alignment,
     choose_detector,
     fit_detector,
-    label_alignment,
 )
 from firstcontact.models._card import TrainingData, TrainingRecord
 from firstcontact.models._combined import CombinedEstimator
@@ -162,9 +161,7 @@ def train(
         progress_steps(progress, 3 + len(lengths), "step", "training") as step,
     ):
         is_known = at_known_contacts(contacts, dataset)
-        chosen, aligned, reason = choose_detector(dataset, detector, seed, runner)
-        if is_known:
-            aligned = label_alignment(dataset)
+        chosen, aligned, reason = choose_detector(dataset, detector, is_known, seed, runner)
         step(2)
         cuts = [(length, _cut(dataset, aligned, length)) for length in lengths]
         predictors: list[Predictor] = []

@@ -50,7 +50,8 @@ def require_modules(extra: str, *modules: str) -> None:
     missing = missing_modules(modules)
     if missing:
         raise InputError(
-            f"this command or call needs {', '.join(missing)}, which is not installed: {install_command(extra)}"
+            f"this command or call needs {', '.join(missing)}, which is not installed: "
+            f"{install_command(extra)}"
         )
 
 

@@ -95,7 +95,7 @@ def test_nothing_is_told_across_a_gap(lost: int) -> None:
     stream.update(Block(pinch.data[: AT + 12], 7000), make_contact())
     assert stream.update(Block(pinch.data[AT + 12 + lost :], 7012 + AT + lost)) is None
     assert stream.ended
-    assert stream.refused == "samples were lost"
+    assert stream.refused == "samples after the contact were lost"
 
 
 def test_a_dead_piezo_and_too_little_before_are_refused() -> None:

@@ -103,7 +103,7 @@ class Terminal:
         self.say(
             f"link: {health.samples} samples, {health.lost} lost, {health.bad_frames} damaged "
             f"frames, {health.reconnects} reconnects; {guide.left_out} "
-            f"{('taps' if is_tapped(guide.layout) else 'closings')} were not accepted as pinches"
+            f"{'taps' if is_tapped(guide.layout) else 'closings'} did not count"
         )
         lost = health.lost_samples - self._lost_before
         if lost:

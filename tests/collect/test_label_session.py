@@ -64,7 +64,7 @@ def test_labels_go_into_a_new_recording(tmp_path: Path, capsys: pytest.CaptureFi
     assert main(["inspect", str(tmp_path / "out" / "taps.mcap")]) == 0
     output = capsys.readouterr().out
     assert "labelled by Ada on 2026-01-02 with a test" in output
-    assert "6 accepted (1 of them moved), 1 rejected, 1 not looked at; 1 added by hand" in output
+    assert "6 accepted (1 of them moved), 1 rejected, 1 not looked at; 1 onset added" in output
     assert "moved by +2.00 ms by Ada" in output
     assert "added by Ada" in output
 

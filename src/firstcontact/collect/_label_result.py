@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from firstcontact.collect._label_marks import Mark, Status
-from firstcontact.core import Block, Contact, InputError, Label, creating
+from firstcontact.core import Block, Contact, InputError, Label, counted, creating
 from firstcontact.recording import (
     NO_CONTACTS,
     Event,
@@ -97,7 +97,7 @@ def _note(marks: Sequence[Mark], by: Labeller) -> str:
     return (
         f"labelled by {by.name} on {by.when} with {by.tool}: of {len(marks) - added} onsets that "
         f"the onset finder proposed {len(taken) - added} accepted ({moved} of them moved), "
-        f"{rejected} rejected, {left} not looked at; {added} added by hand"
+        f"{rejected} rejected, {left} not looked at; {counted(added, 'onset')} added"
     )
 
 

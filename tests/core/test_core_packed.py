@@ -40,3 +40,14 @@ def test_unpacked_arrays_are_read_only() -> None:
     (samples,) = unpack_payload(pack_payload((np.zeros(3),)))
     with pytest.raises(ValueError, match="read-only"):
         samples[0] = 1.0
+
+
+@pytest.mark.parametrize("shift", range(16))
+def test_arrays_are_aligned_wherever_the_payload_begins(shift: int) -> None:
+    payload = pack_payload((np.arange(9.0),))
+    message = np.zeros(len(payload) + 32, np.uint8)
+    message = message[-message.ctypes.data % 16 + shift :][: len(payload)]
+    message[:] = payload
+    (numbers,) = unpack_payload(message)
+    assert numbers.flags.aligned
+    assert np.array_equal(numbers, np.arange(9.0))

@@ -36,6 +36,8 @@ IDLE = 7 * 86_400
 #: Largest number of worker processes on one machine.
 MOST_WORKERS = 512
 
+#: Alignment of the longest numbers, bytes.
+WORD = 16
 #: Alignment of packed arrays, bytes.
 ALIGNMENT = 64
 
@@ -273,6 +275,8 @@ def unpack_payload(array: NDArray[np.uint8]) -> tuple[Any, ...]:
     global _opened
     key = array[:16].tobytes()
     if _opened[0] != key:
+        if array.ctypes.data % WORD:  # in a message of Dask; compiled code needs whole words
+            array = array.copy()
         count = int.from_bytes(array[16:24].tobytes(), "little")
         sizes = np.frombuffer(array[24 : 24 + 8 * count].tobytes(), dtype=np.int64)
         view = array.data.toreadonly()

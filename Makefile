@@ -31,14 +31,14 @@ fetch  = $(PIP) install --quiet --no-compile --no-deps --only-binary :all: --req
 # The package itself, built with what is there already.
 itself = $(PIP) install --quiet --no-deps --no-build-isolation --editable .
 # Numba runs the simulated hand where no C compiler built the package's kernels.
-twin   = $(BIN)/python -c "from firstcontact.core import kernels; exit(not kernels())" || { $(call fetch,twin); }
+twin   = $(BIN)/python -c "from firstcontact.core import kernels; exit(0 if kernels() else 3)" || { [ $$? = 3 ] && $(call fetch,twin); }
 # With estimators of another package, which studies and tests treat as those of this one.
 plugin = $(itself) --editable examples/plugin_estimators
 # Built for CPUs only where pip is told of a place that has it, else that of PyPI with CUDA.
 torch  = $(call fetch,cpu) 2>/dev/null || $(call fetch,cuda)
-# Beside the others: it is as large as they are together.
-both   = $(call fetch,$(1)) & others=$$!; { $(torch); } && wait $$others
-bytes  = $(BIN)/python -m compileall -q -j 0 -x '[\\/](tests?|testing[\\/]_internal)[\\/]' $(VENV)/lib
+# Beside the others: it is as large as they are together. Neither outlives a failure or Ctrl-C.
+both   = $(call fetch,$(1)) & others=$$!; trap wait EXIT; trap "kill $$others; exit 130" INT TERM; { $(torch); } && wait $$others
+bytes  = $(BIN)/python -m compileall -q -j 0 -x 'site-packages[\\/].*[\\/](tests?|testing[\\/]_internal)[\\/]' $(VENV)/lib
 PINS  := pyproject.toml examples/plugin_estimators/pyproject.toml $(wildcard requirements/*.txt) $(wildcard src/firstcontact/core/c/*)
 
 $(BIN)/pip:
@@ -120,7 +120,7 @@ twin-model: $(VENV)/.live ## the model that ships for the simulated hand, anew (
 
 # --- checks ------------------------------------------------------------------------------------
 
-.PHONY: test test-slow mutation fuzz soak lint format types layers docs bench
+.PHONY: test test-numba test-slow mutation fuzz soak lint format types layers docs bench
 # Tests of devices and of the page wait a third of their time: more processes than cores.
 TESTERS ?= $(shell expr 3 \* $$(getconf _NPROCESSORS_ONLN) / 2 + 1)
 # Hundreds of processes import the package: compiled once, it takes each 0.4 s less.
@@ -129,6 +129,12 @@ test: $(VENV)/.dev ## the tests, side by side on all cores
 	[ -d tests/__pycache__ ] || PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --collect-only -qq >/dev/null & \
 	$(BIN)/python -c "from firstcontact.twin import *; DeviceFilter().update(TwinStream(seed=0).read(9000))" && wait
 	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses $(TESTERS) --dist worksteal
+
+# Numba goes to a folder beside .venv, which has none where a C compiler built the kernels.
+test-numba: $(VENV)/.dev ## the simulated hand with Numba, against the kernels
+	folder=$$(mktemp -d) && trap "rm -rf $$folder" EXIT && export PYTHONPATH=$$folder && \
+	$(call fetch,twin) --target $$folder && $(BIN)/python -c "import numba" && \
+	$(BIN)/python -m pytest tests/twin/test_twin_numba.py tests/twin/test_twin_kernels.py
 
 test-slow: $(VENV)/.dev ## the long tests: paper size, soak, installed wheel, slow commands in the docs, all variants
 	$(BIN)/python -m pytest -m slow --timeout 3600

@@ -16,10 +16,10 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from firstcontact.contact import SvmDetector
+from firstcontact.contact import SvmDetector, _logistic_training, _training
 from firstcontact.contact._logistic import LogisticDetector
 from firstcontact.contact._trained import TrainedDetector
-from firstcontact.core import Dataset, temporary_path
+from firstcontact.core import Dataset, kernels, temporary_path
 
 #: Variable with the folder of the fits. Processes that a test starts inherit it.
 FOLDER = "FIRSTCONTACT_TEST_FITS"
@@ -31,10 +31,10 @@ def stored(fit: Callable[..., Any]) -> Callable[..., Any]:
     Parameters
     ----------
     fit
-        Method of the detector's class. Its results depend on its arguments and on two constants of
-        its module.
+        Method of the detector's class. Its results depend on its arguments, on the constants of
+        its module and of the modules that prepare its training data, and on the kernels' bits.
     """
-    module = sys.modules[fit.__module__]
+    modules = (sys.modules[fit.__module__], _logistic_training, _training)
 
     @wraps(fit)
     def fitted(
@@ -43,7 +43,14 @@ def stored(fit: Callable[..., Any]) -> Callable[..., Any]:
         # A detector that is fitted again, and further groups of channels, have long arrays.
         if FOLDER not in os.environ or detector.trained or any(p.groups for p in dataset.pinches):
             return fit(detector, dataset, *words, **options)
-        arguments = (type(detector), vars(detector), words, options, module.PINCHES, module.FOLDS)
+        constants = [
+            (name, value)
+            for module in modules
+            for name, value in sorted(vars(module).items())
+            if name.isupper()
+        ]
+        compiled = kernels() is not None
+        arguments = (type(detector), vars(detector), words, options, constants, compiled)
         path = Path(os.environ[FOLDER], _digest(dataset, arguments))
         if path.is_file():
             vars(detector).update(pickle.loads(path.read_bytes()))

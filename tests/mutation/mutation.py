@@ -1,9 +1,9 @@
 """Mutation check: introduce the faults of ``faults.toml`` one at a time and run the fast tests.
 
 Each fault goes into a scratch copy of the tree. The tests of the same room then run until the first
-failure: ``tests/ROOM`` tests ``src/firstcontact/ROOM``. A fault in a compiled kernel names the room
-that uses the kernel; its tests compile the sources. The command ends with 1 if the tests missed
-a fault, or if a fault's old text does not occur exactly once.
+failure: ``tests/ROOM`` tests ``src/firstcontact/ROOM``. They must pass once without a fault first.
+A fault in a compiled kernel names the room that uses the kernel. The command ends with 1 if the
+tests missed a fault, or if a fault's old text does not occur exactly once.
 """
 
 from __future__ import annotations
@@ -64,37 +64,54 @@ def outcome(fault: Fault, copy: Path, words: list[str]) -> tuple[str, str]:
     text = path.read_text(encoding="utf-8")
     if text.count(fault.old) != 1:
         return "stale", ""
-    path.write_text(text.replace(fault.old, fault.new), encoding="utf-8")
-    # Compiled functions are stored beside their file, and those that call it know nothing of it.
-    shutil.rmtree(path.parent / "__pycache__", ignore_errors=True)
-    command = [sys.executable, "-m", "pytest", "-x", "-p", "no:cacheprovider", fault.tests, *words]
+    try:
+        path.write_text(text.replace(fault.old, fault.new), encoding="utf-8")
+        # Numba's stored functions do not see a change in the functions that they call.
+        shutil.rmtree(path.parent / "__pycache__", ignore_errors=True)
+        if path.suffix == ".c":
+            build(copy)
+        test = failed_test(fault.tests, copy, words)
+    finally:
+        path.write_text(text, encoding="utf-8")
+    if path.suffix == ".c":
+        build(copy)
+    return ("found" if test else "survived"), test
+
+
+def failed_test(tests: str, copy: Path, words: list[str]) -> str:
+    """Run the tests of a folder. Return the name of the first that failed, or an empty text."""
+    command = [sys.executable, "-m", "pytest", "-x", "-p", "no:cacheprovider", tests, *words]
     environment = {**os.environ, "PYTHONPATH": str(copy / "src")}
     try:
         process = subprocess.run(
             command, cwd=copy, env=environment, capture_output=True, text=True, timeout=LONG
         )
     except subprocess.TimeoutExpired:
-        return "found", "the tests hang"
-    finally:
-        path.write_text(text, encoding="utf-8")
+        return "the tests hang"
     if process.returncode == 0:
-        return "survived", ""
-    computed = [
-        line for line in process.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))
-    ]
-    if not computed:
+        return ""
+    failed = [line for line in process.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
+    if not failed:
         raise RuntimeError(process.stdout + process.stderr)
-    return "found", computed[0].split()[1]
+    return failed[0].split()[1]
 
 
 def scratch(folder: Path) -> Path:
-    """Copy the tracked files into a folder."""
+    """Copy the tracked files into a folder, and compile the kernels there."""
     listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, check=True)
     for name in filter(None, listed.stdout.decode().split("\0")):
         if (ROOT / name).is_file():
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy2(ROOT / name, folder / name)
+    build(folder)
     return folder
+
+
+def build(copy: Path) -> None:
+    """Compile the kernels of a copy, where there is a C compiler. Git does not track them."""
+    (copy / "src/firstcontact/core/_compiled.abi3.so").unlink(missing_ok=True)
+    command = [sys.executable, "-c", "import setuptools; setuptools.setup()"]
+    subprocess.run([*command, "build_ext", "--inplace"], cwd=copy, capture_output=True, check=True)
 
 
 def main() -> int:
@@ -104,11 +121,16 @@ def main() -> int:
     parser.add_argument("--out", type=Path, help="results as JSON")
     options, words = parser.parse_known_args()
     results = []
+    sound: set[str] = set()
     with tempfile.TemporaryDirectory() as folder:
         copy = scratch(Path(folder))
         for fault in faults():
             if options.only not in fault.file + fault.meaning:
                 continue
+            if fault.tests not in sound:
+                if test := failed_test(fault.tests, copy, words):
+                    sys.exit(f"{fault.tests} fails without a fault: {test}")
+                sound.add(fault.tests)
             began = time.monotonic()
             word, test = outcome(fault, copy, words)
             seconds = time.monotonic() - began

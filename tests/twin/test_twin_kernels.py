@@ -237,6 +237,21 @@ def test_a_wrong_piece_leaves_the_others_alone() -> None:
     assert arrays(good) == before
 
 
+def test_a_list_of_pieces_that_shrinks_is_read_whole() -> None:
+    listed = [copied(a) for a in list(pieces().values())[:2]]
+    taken = [built_kernels().integrate(*copied(a)) for a in listed]
+
+    class Emptying:
+        def __float__(self) -> float:
+            listed.clear()
+            return float(dt)
+
+    dt = listed[0][7]
+    listed[0] = (*listed[0][:7], Emptying(), *listed[0][8:])
+    assert built_kernels().integrate_all(listed) == taken
+    assert listed == []
+
+
 def test_patches_with_broken_positions_stay_in_bounds() -> None:
     for position in (math.nan, math.inf, -5.0, 1e300):
         function, arguments = calls()["slip"]

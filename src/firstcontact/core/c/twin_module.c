@@ -175,13 +175,17 @@ PyObject *twin_integrate_all(PyObject *self, PyObject *const *args, Py_ssize_t n
         PyErr_SetString(PyExc_TypeError, "a list of pieces is needed");
         return NULL;
     }
-    const Py_ssize_t count = PyList_Size(args[0]);
+    /* Reading an argument can run code that changes the list. */
+    PyObject *const pieces = PyList_AsTuple(args[0]);
+    if (pieces == NULL)
+        return NULL;
+    const Py_ssize_t count = PyTuple_Size(pieces);
     argument(*const a)[PIECE_ARGUMENTS] = PyMem_Calloc((size_t)count + 1, sizeof *a);
     fc_pinch *const pinches = PyMem_Calloc((size_t)count + 1, sizeof *pinches);
     PyObject *out = a == NULL || pinches == NULL || count > INT32_MAX ? PyErr_NoMemory() : PyList_New(count);
     Py_ssize_t done = 0;
     for (bool ok = out != NULL; ok && done < count; done += ok) {
-        PyObject *const piece = PyList_GetItem(args[0], done);
+        PyObject *const piece = PyTuple_GetItem(pieces, done);
         PyObject *each[PIECE_ARGUMENTS];
         ok = PyTuple_Check(piece) && PyTuple_Size(piece) == PIECE_ARGUMENTS;
         for (Py_ssize_t k = 0; ok && k < PIECE_ARGUMENTS; k++)
@@ -200,6 +204,7 @@ PyObject *twin_integrate_all(PyObject *self, PyObject *const *args, Py_ssize_t n
         Py_CLEAR(out);
     for (Py_ssize_t i = 0; i < done; i++)
         release(a[i], PIECE_ARGUMENTS);
+    Py_DECREF(pieces);
     PyMem_Free(a);
     PyMem_Free(pinches);
     return out;
@@ -248,8 +253,11 @@ PyObject *twin_piezo_counts(PyObject *self, PyObject *const *args, Py_ssize_t n)
     if (!gather(args, n, "dU", a))
         return NULL;
     const bool ok = a[0].count == a[1].count;
-    if (ok)
+    if (ok) {
+        Py_BEGIN_ALLOW_THREADS
         fc_piezo_readings(a[0].data, a[1].data, a[0].count);
+        Py_END_ALLOW_THREADS
+    }
     return finish(a, SIZE(a), ok);
 }
 
@@ -285,8 +293,11 @@ PyObject *twin_filter_scans(PyObject *self, PyObject *const *args, Py_ssize_t n)
                     && a[3].count == 2 * TAXELS * READINGS && a[4].count == 2 * TAXELS
                     && a[5].count == samples * COLUMNS && *place >= -1
                     && *place < TAXELS * READINGS;
-    if (ok)
+    if (ok) {
+        Py_BEGIN_ALLOW_THREADS
         fc_filter(a[0].data, samples, a[1].data, a[2].data, a[3].data, a[4].data, a[5].data);
+        Py_END_ALLOW_THREADS
+    }
     return finish(a, SIZE(a), ok);
 }
 
@@ -298,8 +309,11 @@ PyObject *twin_smooth(PyObject *self, PyObject *const *args, Py_ssize_t n)
     if (!gather(args, n, "uS", a))
         return NULL;
     const bool ok = a[0].count == a[1].count;
-    if (ok)
+    if (ok) {
+        Py_BEGIN_ALLOW_THREADS
         fc_smoothed(a[0].data, a[1].data, a[0].count);
+        Py_END_ALLOW_THREADS
+    }
     return finish(a, SIZE(a), ok);
 }
 
@@ -312,9 +326,12 @@ PyObject *twin_slide(PyObject *self, PyObject *const *args, Py_ssize_t n)
         return NULL;
     const Py_ssize_t samples = a[1].count;
     const bool ok = a[0].count == 2 * samples && a[5].count == 2 && a[6].count == 2 * samples;
-    if (ok)
+    if (ok) {
+        Py_BEGIN_ALLOW_THREADS
         fc_slide(a[0].data, a[1].data, a[2].number, a[3].number, a[4].number, a[5].data, a[6].data,
                  samples);
+        Py_END_ALLOW_THREADS
+    }
     return finish(a, SIZE(a), ok);
 }
 

@@ -39,7 +39,6 @@ ELSEWHERE = {
     "firstcontact simulate --out recordings --pinches-per-block 12 --pinches-per-object 0": (
         "tests/docs/test_docstrings.py, which also runs the examples"
     ),
-    "python examples/own_regressor.py": "tests/docs/test_examples.py",
     "python examples/biotac_tables.py biotac_hold/data labels.csv channels.csv": (
         "tests/recording/test_recording_mat.py, where the recordings are"
     ),
@@ -65,9 +64,6 @@ ELSEWHERE = {
     ),
     "firstcontact flash-model hand --device /dev/ttyACM0": "tests/firmware/test_flash_model.py",
     "firstcontact live --device /dev/ttyACM0 --model hand": "tests/firmware/test_hand_answers.py",
-    "firstcontact study --out study": "as make study",
-    "python docs/write_tables.py --study study/results.json": "as make readme-numbers",
-    "python docs/draw_beyond_blocks.py": "as make readme-numbers",
     "make study": "by hand before a release: it makes docs/results/study.json",
     "firstcontact grasp-study": "by hand before a release: it makes docs/results/grasp.json",
     "make real": "by hand before a release: it makes docs/results/real.json",

@@ -83,7 +83,7 @@ def test_contacts_are_those_of_numpy(fitted):
             assert contacts == detect(fitted["logistic"], closing(seed))
 
 
-def test_a_subclass_judges_in_its_own_way(fitted):
+def test_a_subclass_judges_by_its_own_rule(fitted):
     class Deaf(LogisticDetector):
         name = "deaf"
 

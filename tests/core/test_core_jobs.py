@@ -60,7 +60,7 @@ def _threads(_: int) -> set[int]:
     return {library["num_threads"] for library in threadpoolctl.threadpool_info()}
 
 
-def test_job_may_run_jobs_of_its_own() -> None:
+def test_job_may_run_further_jobs() -> None:
     with parallel(2) as runner:
         assert runner.map(_inner_sum, range(3)) == [0, 2, 4]
 

@@ -125,7 +125,7 @@ def test_each_kind_of_number_gives_the_same_prediction(
         assert followed.predict(np.repeat(wave, 2).astype(kind)[::2], 20) == expected
 
 
-def test_a_subclass_refines_in_its_own_way(models: dict[str, InContextModel]) -> None:
+def test_a_subclass_refines_by_its_own_rule(models: dict[str, InContextModel]) -> None:
     touches = contact(2, 0, 1.0)
     model = copy.copy(models["combined"])
     model.__class__ = SoftModel

@@ -83,7 +83,7 @@ def test_named_detector_that_cannot_learn_is_an_error(plain: Dataset) -> None:
         choose_detector(unknown, "svm", False, 0, Serial())
 
 
-def test_package_detector_is_taken_if_too_few_contacts_are_known(plain: Dataset) -> None:
+def test_few_known_contacts_give_the_package_detector(plain: Dataset) -> None:
     """One session has all known contacts, so none is left to learn from without that session."""
     pinches = tuple(
         replace(p, truth=p.truth if i < 4 else (), label=replace(p.label, session="ab"[i >= 4]))

@@ -15,6 +15,8 @@ from typing import IO
 
 #: Time to wait for a killed child, s. Only a child that is stuck in the kernel needs more.
 KILLED = 5.0
+#: Longest wait in one call of ``select``, s. It does not notice a signal that came just before it.
+LOOK = 0.5
 
 
 class Child:
@@ -98,7 +100,9 @@ class Child:
         deadline = time.monotonic() + timeout
         while b"\n" not in self._unread:
             remaining = max(deadline - time.monotonic(), 0.0)
-            if not select.select([number], [], [], remaining)[0]:
+            if not select.select([number], [], [], min(remaining, LOOK))[0]:
+                if remaining > LOOK:
+                    continue
                 raise TimeoutError(f"process {self.pid} does not answer within {timeout:g} s")
             data = os.read(number, 4096)
             if not data:

@@ -5,48 +5,13 @@
 
 #include <string.h>
 
+#include "arrays.h"
 #include "kernels.h"
 #include "twin_module.h"
 
 static const char DETECTOR[] = "firstcontact.detector";
 static const char NETWORK[] = "firstcontact.network", RIG[] = "firstcontact.rig";
 static const char EAR[] = "firstcontact.ear";
-
-/* Kinds of numbers, as buffers name them. */
-enum { F32 = 'f', F64 = 'd', I32 = 'i', FLAG = '?' };
-
-static Py_ssize_t size_of(char kind)
-{
-    return kind == F64 ? 8 : kind == FLAG ? 1 : 4;
-}
-
-/* Get a contiguous buffer of numbers of this kind, in the byte order of this machine. */
-static int get(PyObject *object, Py_buffer *view, char kind, int flags)
-{
-    if (PyObject_GetBuffer(object, view, PyBUF_C_CONTIGUOUS | PyBUF_FORMAT | flags) < 0)
-        return -1;
-    const char *const format = view->format;
-    if (view->itemsize == size_of(kind) && format != NULL && format[0] != 0 && format[1] == 0
-        && (format[0] == kind || (kind == I32 && format[0] == 'l')))
-        return 0;
-    PyErr_Format(PyExc_ValueError, "an array holds numbers of kind %s, not %c",
-                 format == NULL ? "?" : format, kind);
-    PyBuffer_Release(view);
-    return -1;
-}
-
-/* Get a contiguous buffer of exactly so many numbers of this kind. */
-static int take(PyObject *object, Py_buffer *view, Py_ssize_t count, char kind, int flags)
-{
-    if (get(object, view, kind, flags) < 0)
-        return -1;
-    if (view->len == count * size_of(kind))
-        return 0;
-    PyErr_Format(PyExc_ValueError, "an array has %zd bytes, not %zd", view->len,
-                 count * size_of(kind));
-    PyBuffer_Release(view);
-    return -1;
-}
 
 static void release(Py_buffer *views, int n)
 {
@@ -105,11 +70,11 @@ static PyObject *detector(PyObject *self, PyObject *const *args, Py_ssize_t n)
     d.search = number(args[3]);
     d.awake = PyFloat_AsDouble(args[4]);
     d.floor = PyFloat_AsDouble(args[5]);
-    if (PyErr_Occurred() || take(args[6], views, PARTS + 1, I32, 0) < 0)
+    if (PyErr_Occurred() || !array_take(args[6], views, PARTS + 1, I32, false))
         return NULL;
     memcpy(d.lengths, views[0].buf, sizeof d.lengths);
     PyBuffer_Release(views);
-    if (take(args[7], views, 2 * EACH + 1, F64, 0) < 0)
+    if (!array_take(args[7], views, 2 * EACH + 1, F64, false))
         return NULL;
     memcpy(d.line, views[0].buf, sizeof d.line);
     PyBuffer_Release(views);
@@ -141,25 +106,25 @@ static PyObject *judge(PyObject *self, PyObject *const *args, Py_ssize_t n)
     const int32_t end = number(args[3]), count = number(args[4]);
     if (d == NULL || PyErr_Occurred())
         return NULL;
-    if (get(args[8], views + held, FLAG, 0) < 0)
+    if (!array_get(args[8], views + held, FLAG, false))
         return NULL;
     const Py_ssize_t fingers = views[held++].len;
-    if (take(args[5], views + held, fingers, F64, 0) < 0)
+    if (!array_take(args[5], views + held, fingers, F64, false))
         goto failed;
     held++;
-    if (take(args[6], views + held, fingers, F64, 0) < 0)
+    if (!array_take(args[6], views + held, fingers, F64, false))
         goto failed;
     held++;
-    if (take(args[7], views + held, fingers * (ORDER + 1), F64, 0) < 0)
+    if (!array_take(args[7], views + held, fingers * (ORDER + 1), F64, false))
         goto failed;
     held++;
-    if (take(args[9], views + held, fingers * LOOKS_MOST * 2, F64, PyBUF_WRITABLE) < 0)
+    if (!array_take(args[9], views + held, fingers * LOOKS_MOST * 2, F64, true))
         goto failed;
     held++;
-    if (take(args[10], views + held, count * fingers, I32, PyBUF_WRITABLE) < 0)
+    if (!array_take(args[10], views + held, count * fingers, I32, true))
         goto failed;
     held++;
-    if (get(args[1], views + held, F64, 0) < 0)
+    if (!array_get(args[1], views + held, F64, false))
         goto failed;
     held++;
     const Py_ssize_t samples = fingers ? views[6].len / (fingers * (Py_ssize_t)sizeof(double)) : 0;
@@ -191,7 +156,7 @@ static PyObject *quiet_steps(PyObject *self, PyObject *const *args, Py_ssize_t n
     if (fingers < 1 || width < fingers || width > WIDTH_MOST || step < 1 || step > STEP_MOST
         || PyErr_Occurred())
         return wrong("the sizes of the steps do not fit");
-    if (get(args[7], views, FLAG, PyBUF_WRITABLE) < 0)
+    if (!array_get(args[7], views, FLAG, true))
         return NULL;
     held++;
     const Py_ssize_t steps = views[0].len;
@@ -199,13 +164,13 @@ static PyObject *quiet_steps(PyObject *self, PyObject *const *args, Py_ssize_t n
         wrong("there are too many steps");
         goto failed;
     }
-    if (take(args[0], views + held, steps * step * width, F64, 0) < 0)
+    if (!array_take(args[0], views + held, steps * step * width, F64, false))
         goto failed;
     held++;
-    if (take(args[4], views + held, STEPS * 2 * fingers, F64, PyBUF_WRITABLE) < 0)
+    if (!array_take(args[4], views + held, STEPS * 2 * fingers, F64, true))
         goto failed;
     held++;
-    if (take(args[6], views + held, fingers, F64, 0) < 0)
+    if (!array_take(args[6], views + held, fingers, F64, false))
         goto failed;
     held++;
     fc_quiet_steps(views[1].buf, width, fingers, step, (int32_t)steps, views[2].buf, known,
@@ -232,15 +197,15 @@ static char *packed(PyObject *from, const array *arrays, Py_ssize_t n, size_t he
     head = (head + 63) / 64 * 64;
     size_t bytes = head;
     for (Py_ssize_t k = 0; k < n; k++)
-        bytes += (size_t)(arrays[k].count * size_of(arrays[k].kind) + 63) / 64 * 64;
+        bytes += (size_t)(arrays[k].count * array_size(arrays[k].kind) + 63) / 64 * 64;
     char *const block = PyMem_Malloc(bytes);
     if (block == NULL)
         return (char *)PyErr_NoMemory();
     char *at = block + head;
     for (Py_ssize_t k = 0; k < n; k++) {
-        const Py_ssize_t length = arrays[k].count * size_of(arrays[k].kind);
+        const Py_ssize_t length = arrays[k].count * array_size(arrays[k].kind);
         Py_buffer view;
-        if (take(PyTuple_GetItem(from, k), &view, arrays[k].count, arrays[k].kind, 0) < 0) {
+        if (!array_take(PyTuple_GetItem(from, k), &view, arrays[k].count, arrays[k].kind, false)) {
             PyMem_Free(block);
             return NULL;
         }
@@ -386,9 +351,9 @@ static PyObject *predict(PyObject *self, PyObject *const *args, Py_ssize_t n)
         return wrong("the number of samples is out of range");
     if (r->network != net)
         return wrong("the rig was made for another network");
-    if (take(args[2], &signal, POINTS, F32, 0) < 0)
+    if (!array_take(args[2], &signal, POINTS, F32, false))
         return NULL;
-    if (take(args[5], &beside, BESIDE, F64, 0) < 0) {
+    if (!array_take(args[5], &beside, BESIDE, F64, false)) {
         PyBuffer_Release(&signal);
         return NULL;
     }
@@ -411,7 +376,7 @@ static PyObject *ear(PyObject *self, PyObject *const *args, Py_ssize_t n)
     fc_ear *const e = PyMem_Calloc(1, sizeof *e);
     if (e == NULL)
         return PyErr_NoMemory();
-    if (get(args[0], &view, F64, 0) < 0)
+    if (!array_get(args[0], &view, F64, false))
         goto failed;
     e->heard = (int32_t)(view.len / (Py_ssize_t)sizeof(double));
     if (e->heard < 1 || view.len > (Py_ssize_t)sizeof e->fade) {
@@ -425,7 +390,7 @@ static PyObject *ear(PyObject *self, PyObject *const *args, Py_ssize_t n)
     const Py_ssize_t counts[] = {LINES, LINES, 2 * HALF + HALF / 2};
     const char kinds[] = {I32, F64, F64};
     for (int k = 0; k < 3; k++) {
-        if (take(args[k + 1], &view, counts[k], kinds[k], 0) < 0)
+        if (!array_take(args[k + 1], &view, counts[k], kinds[k], false))
             goto failed;
         memcpy(to[k], view.buf, (size_t)view.len);
         PyBuffer_Release(&view);
@@ -452,9 +417,9 @@ static PyObject *listen(PyObject *self, PyObject *const *args, Py_ssize_t n)
     if (!has(n, 3))
         return NULL;
     const fc_ear *const e = PyCapsule_GetPointer(args[0], EAR);
-    if (e == NULL || take(args[1], &reference, LINES, F64, 0) < 0)
+    if (e == NULL || !array_take(args[1], &reference, LINES, F64, false))
         return NULL;
-    if (take(args[2], &signal, e->heard, F32, 0) < 0) {
+    if (!array_take(args[2], &signal, e->heard, F32, false)) {
         PyBuffer_Release(&reference);
         return NULL;
     }

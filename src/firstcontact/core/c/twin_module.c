@@ -5,50 +5,18 @@
 
 #include <string.h>
 
+#include "arrays.h"
 #include "twin.h"
 
 /* Argument of a call: a number, an array, or a tuple. */
 typedef struct {
     Py_buffer view; /* view.obj is NULL unless this is an array */
-    Py_ssize_t count;
+    Py_ssize_t count; /* of numbers */
     void *data;
     double number;
     int64_t whole;
     PyObject *object;
 } argument;
-
-/* Kinds of arrays: letter, format and size of a number. */
-static const struct {
-    char letter;
-    const char *formats[2];
-    Py_ssize_t size;
-} KINDS[] = {
-    {'d', {"d", "d"}, 8}, {'z', {"Zd", "Zd"}, 16}, {'l', {"l", "q"}, 8},
-    {'s', {"h", "h"}, 2}, {'u', {"H", "H"}, 2},
-};
-
-static bool get_array(PyObject *object, char letter, argument *a)
-{
-    const bool writable = letter >= 'A' && letter <= 'Z';
-    const int flags = PyBUF_C_CONTIGUOUS | PyBUF_FORMAT | (writable ? PyBUF_WRITABLE : 0);
-    int k = 0;
-    while (KINDS[k].letter != (writable ? letter - 'A' + 'a' : letter))
-        k++;
-    if (PyObject_GetBuffer(object, &a->view, flags) < 0) {
-        a->view.obj = NULL;
-        return false;
-    }
-    const char *const format = a->view.format == NULL ? "?" : a->view.format;
-    if (a->view.itemsize != KINDS[k].size
-        || (strcmp(format, KINDS[k].formats[0]) && strcmp(format, KINDS[k].formats[1]))) {
-        PyErr_Format(PyExc_ValueError, "an array holds numbers of kind %s, not %s", format,
-                     KINDS[k].formats[0]);
-        return false;
-    }
-    a->data = a->view.buf;
-    a->count = a->view.len / a->view.itemsize;
-    return true;
-}
 
 static void release(argument *a, Py_ssize_t n)
 {
@@ -57,8 +25,22 @@ static void release(argument *a, Py_ssize_t n)
             PyBuffer_Release(&a[i].view);
 }
 
+/* Get an array whose kind a letter names, in upper case if the array is written to. */
+static bool get_array(PyObject *object, char letter, argument *a)
+{
+    static const char LETTERS[] = "dzlsu", WRITTEN[] = "DZLSU";
+    static const char KINDS[] = {F64, PAIR, I64, I16, U16};
+    const char *const read = strchr(LETTERS, letter);
+    const char kind = KINDS[read ? read - LETTERS : strchr(WRITTEN, letter) - WRITTEN];
+    if (!array_get(object, &a->view, kind, read == NULL))
+        return false;
+    a->data = a->view.buf;
+    a->count = a->view.len / a->view.itemsize;
+    return true;
+}
+
 /* Get all arguments. A letter of `kinds` stands for each: '.' for a float, '#' for an integer, 't' for a
-   tuple, else the letter of an array's kind, in upper case if it is written to. */
+   tuple, else that of an array. */
 static bool gather(PyObject *const *args, Py_ssize_t n, const char *kinds, argument *a)
 {
     const Py_ssize_t wanted = (Py_ssize_t)strlen(kinds);
@@ -112,7 +94,16 @@ static PyObject *finish(argument *a, Py_ssize_t n, bool ok)
     Py_RETURN_NONE;
 }
 
-#define SIZE(a) ((Py_ssize_t)(sizeof(a) / sizeof(*(a))))
+/* Call a kernel without the interpreter's lock if the arguments fit. Release them and return. */
+#define RETURN_CALL(a, ok, ...) \
+    do { \
+        if (ok) { \
+            Py_BEGIN_ALLOW_THREADS \
+            __VA_ARGS__; \
+            Py_END_ALLOW_THREADS \
+        } \
+        return finish(a, (Py_ssize_t)(sizeof(a) / sizeof *(a)), ok); \
+    } while (0)
 
 static const char PIECE[] = "tttdddd.#d.....#DDDD";
 enum { PIECE_ARGUMENTS = sizeof PIECE - 1 };
@@ -220,12 +211,8 @@ PyObject *twin_tones(PyObject *self, PyObject *const *args, Py_ssize_t n)
     const Py_ssize_t count = a[2].count;
     const bool ok = count < TONES_MOST && a[0].count == count + 1 && a[1].count == count + 1
                     && a[3].count == count;
-    if (ok) {
-        Py_BEGIN_ALLOW_THREADS
-        fc_tones(a[0].data, a[1].data, a[2].data, a[3].data, (int32_t)count, a[4].data, a[4].count);
-        Py_END_ALLOW_THREADS
-    }
-    return finish(a, SIZE(a), ok);
+    RETURN_CALL(a, ok, fc_tones(a[0].data, a[1].data, a[2].data, a[3].data, (int32_t)count, a[4].data,
+                a[4].count));
 }
 
 /* filtered(sections, x, out) */
@@ -237,12 +224,7 @@ PyObject *twin_filtered(PyObject *self, PyObject *const *args, Py_ssize_t n)
         return NULL;
     const Py_ssize_t count = a[0].count / 6;
     const bool ok = a[0].count == 6 * count && count <= SECTIONS_MOST && a[1].count == a[2].count;
-    if (ok) {
-        Py_BEGIN_ALLOW_THREADS
-        fc_filtered(a[0].data, (int32_t)count, a[1].data, a[2].data, a[1].count);
-        Py_END_ALLOW_THREADS
-    }
-    return finish(a, SIZE(a), ok);
+    RETURN_CALL(a, ok, fc_filtered(a[0].data, (int32_t)count, a[1].data, a[2].data, a[1].count));
 }
 
 /* piezo_counts(volts, out) */
@@ -253,12 +235,7 @@ PyObject *twin_piezo_counts(PyObject *self, PyObject *const *args, Py_ssize_t n)
     if (!gather(args, n, "dU", a))
         return NULL;
     const bool ok = a[0].count == a[1].count;
-    if (ok) {
-        Py_BEGIN_ALLOW_THREADS
-        fc_piezo_readings(a[0].data, a[1].data, a[0].count);
-        Py_END_ALLOW_THREADS
-    }
-    return finish(a, SIZE(a), ok);
+    RETURN_CALL(a, ok, fc_piezo_readings(a[0].data, a[1].data, a[0].count));
 }
 
 /* force_counts(force, shares, p, noise, dt, state, first, out) */
@@ -271,13 +248,8 @@ PyObject *twin_force_counts(PyObject *self, PyObject *const *args, Py_ssize_t n)
         return NULL;
     const bool ok = a[1].count == TAXELS && a[3].count == a[0].count && a[5].count == 2 * TAXELS
                     && a[7].count == a[0].count && a[6].whole >= 0 && numbers(a + 2, p, SHEET);
-    if (ok) {
-        Py_BEGIN_ALLOW_THREADS
-        fc_force_readings(a[0].data, a[1].data, p, a[3].data, a[4].number, a[5].data,
-                          a[6].whole % TAXELS, a[7].data, a[0].count);
-        Py_END_ALLOW_THREADS
-    }
-    return finish(a, SIZE(a), ok);
+    RETURN_CALL(a, ok, fc_force_readings(a[0].data, a[1].data, p, a[3].data, a[4].number, a[5].data,
+                a[6].whole % TAXELS, a[7].data, a[0].count));
 }
 
 /* filter_scans(scans, place, smoothed, readings, sums, out) */
@@ -293,12 +265,8 @@ PyObject *twin_filter_scans(PyObject *self, PyObject *const *args, Py_ssize_t n)
                     && a[3].count == 2 * TAXELS * READINGS && a[4].count == 2 * TAXELS
                     && a[5].count == samples * COLUMNS && *place >= -1
                     && *place < TAXELS * READINGS;
-    if (ok) {
-        Py_BEGIN_ALLOW_THREADS
-        fc_filter(a[0].data, samples, a[1].data, a[2].data, a[3].data, a[4].data, a[5].data);
-        Py_END_ALLOW_THREADS
-    }
-    return finish(a, SIZE(a), ok);
+    RETURN_CALL(a, ok, fc_filter(a[0].data, samples, a[1].data, a[2].data, a[3].data, a[4].data,
+                a[5].data));
 }
 
 /* smooth(counts, out) */
@@ -309,12 +277,7 @@ PyObject *twin_smooth(PyObject *self, PyObject *const *args, Py_ssize_t n)
     if (!gather(args, n, "uS", a))
         return NULL;
     const bool ok = a[0].count == a[1].count;
-    if (ok) {
-        Py_BEGIN_ALLOW_THREADS
-        fc_smoothed(a[0].data, a[1].data, a[0].count);
-        Py_END_ALLOW_THREADS
-    }
-    return finish(a, SIZE(a), ok);
+    RETURN_CALL(a, ok, fc_smoothed(a[0].data, a[1].data, a[0].count));
 }
 
 /* slide(forces, hanging, mass, friction, dt, slid, out) */
@@ -326,13 +289,8 @@ PyObject *twin_slide(PyObject *self, PyObject *const *args, Py_ssize_t n)
         return NULL;
     const Py_ssize_t samples = a[1].count;
     const bool ok = a[0].count == 2 * samples && a[5].count == 2 && a[6].count == 2 * samples;
-    if (ok) {
-        Py_BEGIN_ALLOW_THREADS
-        fc_slide(a[0].data, a[1].data, a[2].number, a[3].number, a[4].number, a[5].data, a[6].data,
-                 samples);
-        Py_END_ALLOW_THREADS
-    }
-    return finish(a, SIZE(a), ok);
+    RETURN_CALL(a, ok, fc_slide(a[0].data, a[1].data, a[2].number, a[3].number, a[4].number, a[5].data,
+                a[6].data, samples));
 }
 
 /* slide_patches(normal, speed, pull, mass, friction, p, finger, factors, patches, state, out) */
@@ -348,11 +306,6 @@ PyObject *twin_slide_patches(PyObject *self, PyObject *const *args, Py_ssize_t n
                     && a[9].count == 7 && a[8].count == 4 * count && count > 0 && count < 1 << 16
                     && a[7].count == count * PLACES && numbers(a + 5, p, SLIP)
                     && numbers(a + 6, finger, FINGER) && p[0] == (double)count;
-    if (ok) {
-        Py_BEGIN_ALLOW_THREADS
-        fc_slide_patches(a[0].data, a[1].data, a[2].data, a[3].number, a[4].number, p, finger,
-                         a[7].data, a[8].data, (int32_t)count, a[9].data, a[10].data, samples);
-        Py_END_ALLOW_THREADS
-    }
-    return finish(a, SIZE(a), ok);
+    RETURN_CALL(a, ok, fc_slide_patches(a[0].data, a[1].data, a[2].data, a[3].number, a[4].number, p,
+                finger, a[7].data, a[8].data, (int32_t)count, a[9].data, a[10].data, samples));
 }

@@ -1,8 +1,9 @@
-"""Fitted detectors, shared by the tests of this folder."""
+"""Fitted detectors and a pinch with a click, shared by the tests of this folder."""
 
 from __future__ import annotations
 
 import pytest
+from clicks import make_pinch
 
 from firstcontact.contact import DETECTORS, make_detector
 from firstcontact.testing import closings
@@ -21,3 +22,8 @@ def fitted(training):
 @pytest.fixture(params=sorted(DETECTORS))
 def detector(request, fitted):
     return fitted[request.param]
+
+
+@pytest.fixture(scope="session")
+def clicked():
+    return make_pinch(3, click=True)

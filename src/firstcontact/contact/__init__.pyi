@@ -10,12 +10,7 @@ from ._closing_start import count_starts as count_starts
 from ._closing_start import cut_closings as cut_closings
 from ._closing_start import describe_starts as describe_starts
 from ._confirmation import ConfirmingLatch as ConfirmingLatch
-from ._confirmation import ContactListener as ContactListener
-from ._confirmation import PinchDecisions as PinchDecisions
 from ._confirmation import Withdrawal as Withdrawal
-from ._confirmation import detect as detect
-from ._confirmation import first_contact as first_contact
-from ._confirmation import judge_pinch as judge_pinch
 from ._detector import Detector as Detector
 from ._detector import WindowDecisions as WindowDecisions
 from ._detector import latch as latch
@@ -32,6 +27,11 @@ from ._features import window_features as window_features
 from ._finder import find_onsets as find_onsets
 from ._gate import STEP as STEP
 from ._gate import STEPS as STEPS
+from ._listener import ContactListener as ContactListener
+from ._listener import PinchDecisions as PinchDecisions
+from ._listener import detect as detect
+from ._listener import first_contact as first_contact
+from ._listener import judge_pinch as judge_pinch
 from ._registry import DETECTORS as DETECTORS
 from ._registry import make_detector as make_detector
 from ._registry import untrained_detector as untrained_detector

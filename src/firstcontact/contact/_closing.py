@@ -6,9 +6,10 @@ import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from firstcontact.contact._confirmation import ContactListener, Withdrawal
+from firstcontact.contact._confirmation import Withdrawal
 from firstcontact.contact._detector import Detector
 from firstcontact.contact._gate import REARM, ClosingGate, Turn
+from firstcontact.contact._listener import ContactListener
 from firstcontact.core import Block, Calibration, Contact, Layout
 from firstcontact.signal import samples_in
 

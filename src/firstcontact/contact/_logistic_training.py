@@ -10,7 +10,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from firstcontact.contact._confirmation import RESETTLED, SETTLED
+from firstcontact.contact._listener import RESETTLED, SETTLED
 from firstcontact.contact._loudness import EACH, ORDER, loudness_features, prediction
 from firstcontact.contact._stream import SteadyState, WindowSizes
 from firstcontact.core import Pinch
@@ -178,7 +178,7 @@ def _settled(
     The weights predict each sample from those before it. Both results use the steady state that is
     valid at the end of the window. Up to the sample ``last``, the steady state is measured again
     if the motor becomes quieter, as in
-    :class:`firstcontact.contact._confirmation.ContactListener`.
+    :class:`firstcontact.contact._listener.ContactListener`.
     """
     every, age = samples_in(RESETTLED, rate), samples_in(SETTLED, rate)
     state = SteadyState.measure(x[:steady, None])

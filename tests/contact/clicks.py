@@ -1,0 +1,36 @@
+"""Pinches of the twin in which a gear clicks before the contact."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from firstcontact.contact import ContactListener, ThresholdDetector, Withdrawal
+from firstcontact.core import Block, Contact, Finger, Pinch, fingertip_layout
+from firstcontact.twin import BLOCKS, PAPER_RIG, draw_pinch, draw_specimen, simulate_pinch
+
+LAYOUT = fingertip_layout()
+#: Where the click begins, and its counts.
+CLICK, PEAK = 320, (30, -22, 12, -6, 3)
+
+
+def make_pinch(seed: int, *, click: bool, finger: Finger = Finger.INDEX) -> Pinch:
+    """Return a pinch of the twin, in which a gear clicks before the contact."""
+    draw = draw_pinch(seed, PAPER_RIG, "s", draw_specimen(seed, PAPER_RIG, BLOCKS[4], 0), 0)
+    pinch = simulate_pinch(draw, replace(Pinch(np.zeros((1, 16)), LAYOUT).label), 5_000)
+    data = pinch.data.copy()
+    if click:
+        column = LAYOUT.vibration_fingers.index(finger)
+        data[CLICK : CLICK + len(PEAK), column] += 32 * np.array(PEAK, np.int16)
+    return replace(pinch, data=data)
+
+
+def listen(pinch: Pinch, edges: list[int]) -> list[Contact | Withdrawal]:
+    listener = ContactListener(ThresholdDetector(8.0), pinch.layout)
+    return [
+        event
+        for a, b in pairwise([0, *sorted(edges), len(pinch.data)])
+        for event in listener.update(Block(pinch.data[a:b], pinch.first_sample + a))
+    ]

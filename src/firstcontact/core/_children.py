@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Sequence
 from concurrent.futures import Future
 from contextlib import suppress
 from typing import IO
@@ -82,8 +83,7 @@ class Child:
         data = line.encode() + b"\n"
         deadline = time.monotonic() + timeout
         while data:
-            remaining = max(deadline - time.monotonic(), 0.0)
-            if not select.select([], [number], [], remaining)[1]:
+            if not _ready(deadline, writes=[number]):
                 raise TimeoutError(f"process {self.pid} does not read its input")
             # A pipe that accepts data takes a short line whole.
             data = data[os.write(number, data[: select.PIPE_BUF]) :]
@@ -99,10 +99,7 @@ class Child:
         number = _open(self._process.stdout).fileno()
         deadline = time.monotonic() + timeout
         while b"\n" not in self._unread:
-            remaining = max(deadline - time.monotonic(), 0.0)
-            if not select.select([number], [], [], min(remaining, LOOK))[0]:
-                if remaining > LOOK:
-                    continue
+            if not _ready(deadline, reads=[number]):
                 raise TimeoutError(f"process {self.pid} does not answer within {timeout:g} s")
             data = os.read(number, 4096)
             if not data:
@@ -148,6 +145,16 @@ def _keep(arguments: list[str], started: Future[subprocess.Popen[bytes]]) -> Non
         return
     started.set_result(process)
     process.wait()
+
+
+def _ready(deadline: float, *, reads: Sequence[int] = (), writes: Sequence[int] = ()) -> bool:
+    """Wait until a pipe can be read or written. Return False if none can at ``deadline``."""
+    while True:
+        remaining = max(deadline - time.monotonic(), 0.0)
+        if any(select.select(reads, writes, [], min(remaining, LOOK))):
+            return True
+        if remaining <= LOOK:
+            return False
 
 
 def _open(stream: IO[bytes] | None) -> IO[bytes]:

@@ -252,6 +252,11 @@ class PinchRun:
             pieces.append(self._keep(begin, piece, integrate(*piece)))
         return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
 
+    @property
+    def _strength(self) -> float:
+        """Contact force at which the object still breaks, N."""
+        return self.limit if self.broken_at is None else math.inf
+
     def _piece(self, begin: int, stop: int) -> Piece:
         reference = self._reference.speeds(begin, max(stop - begin - 1, 1))[:, np.newaxis]
         if self._placed:
@@ -260,16 +265,14 @@ class PinchRun:
             speeds = reference / self.nominal_speed * self._speeds
             self._noise.shape(self.times[stop - 1])
         return self._arguments(
-            begin, stop, speeds, self._state, self._touched,
-            self.limit if self.broken_at is None else math.inf,
+            begin, stop, speeds, self._state, self._touched, self._strength,
             self._drive.back_damping if self._placed or self._damped else 0.0,
         )  # fmt: skip
 
     def _keep(self, begin: int, piece: Piece, taken: int) -> NDArray[np.float64]:
         """Go on to the end of an integrated piece, and return its motion that is new."""
         out: NDArray[np.float64] = piece[-1][:taken]
-        limit = self.limit if self.broken_at is None else math.inf
-        if max(out[-1, 0, CONTACT_FORCE], out[-1, 1, CONTACT_FORCE]) > limit:
+        if max(out[-1, 0, CONTACT_FORCE], out[-1, 1, CONTACT_FORCE]) > self._strength:
             self.broken_at = begin + taken - 1
             self._set_object(stiffened(self._held, CRUSHED))
         fresh = out[self.done - begin :]

@@ -163,6 +163,8 @@ def test_twin_dies_with_a_killed_parent() -> None:
         assert parent.stdout is not None
         pid, port = parent.stdout.readline().split()
         assert Path(port.decode()).exists()
+        # Suspended, so that it cannot end by itself when its input closes, just before the signal.
+        os.kill(int(pid), signal.SIGSTOP)
         parent.kill()
     assert gone(int(pid))
     # The folder of its port stays until the next one starts, once it is old enough to be nobody's.

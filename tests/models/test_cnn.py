@@ -145,8 +145,9 @@ def test_several_trainings_at_once_are_those_of_each_alone(task: Task) -> None:
     for model, each in zip(estimator.fit_several(sets), sets, strict=True):
         alone = estimator.fit(*each)
         assert model.notes == alone.notes
-        expected = alone.outputs(X)
-        np.testing.assert_allclose(model.outputs(X), expected, atol=0.01 * np.abs(expected).max())
+        # Rounding moves standardised outputs by up to 0.0008 on some processors; the same windows
+        # in another order move them by 0.005 to 0.07.
+        np.testing.assert_allclose(model.outputs(X), alone.outputs(X), atol=0.003)
 
 
 def test_training_leaves_the_random_state_of_others_alone() -> None:

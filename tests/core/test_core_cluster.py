@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import signal
+import threading
+import time
 from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -92,6 +94,25 @@ def test_error_ends_the_map_and_the_next_map_works(two_workers: Cluster) -> None
         with pytest.raises(InputError, match="job 1"):
             runner.map(refused, range(3))
         assert runner.map(abs, [-1]) == [1]
+
+
+def test_task_of_an_aborted_call_is_not_reported(two_workers: Cluster) -> None:
+    """Joblib would end its next call with the error of this task, and without results."""
+    from distributed import Client
+    from joblib.parallel import BatchedCalls
+
+    from firstcontact.core._cluster import ClusterBackend
+
+    with Client(two_workers.address) as client:
+        backend = ClusterBackend(client)
+        calls = BatchedCalls([(time.sleep, (1.0,), {})], (backend, None))
+        reported: list[object] = []
+        is_cancelled = threading.Event()
+        task = backend.submit(calls, reported.append)
+        task.add_done_callback(lambda _: is_cancelled.set())  # called after the other
+        backend.abort_everything()
+        assert is_cancelled.wait(10)
+    assert reported == []
 
 
 @pytest.mark.slow  # two workers, above, run the jobs of a cluster

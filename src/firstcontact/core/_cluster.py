@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import platform
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import partial
@@ -53,6 +54,7 @@ class ClusterBackend(ParallelBackendBase):  # type: ignore[misc]  # joblib state
         self._client = client
         self._shared: dict[int, tuple[Any, Future[Any]]] = {}
         self._tasks: set[Future[Any]] = set()
+        self._delivering = threading.RLock()
 
     def effective_n_jobs(self, n_jobs: int) -> int:
         """Return the number of the cluster's cores, or 2 for one core.
@@ -79,8 +81,18 @@ class ClusterBackend(ParallelBackendBase):  # type: ignore[misc]  # joblib state
         ]
         task = self._client.submit(_run_batch, version("firstcontact"), calls, pure=False)
         self._tasks.add(task)
-        task.add_done_callback(callback)
+        task.add_done_callback(partial(self._deliver, callback))
         return task
+
+    def _deliver(self, callback: Callable[[Future[Any]], object], task: Future[Any]) -> None:
+        """Pass a finished task to joblib, unless its call was aborted.
+
+        Joblib would take the error of a cancelled task for one of its next call, and would end that
+        call without results.
+        """
+        with self._delivering:
+            if task in self._tasks:
+                callback(task)
 
     def _reference(self, array: Any) -> Any:
         if not isinstance(array, np.ndarray) or array.nbytes < LARGE:
@@ -113,10 +125,12 @@ class ClusterBackend(ParallelBackendBase):  # type: ignore[misc]  # joblib state
         self._shared.clear()
 
     def abort_everything(self, ensure_ready: bool = True) -> None:
-        """Cancel all tasks that have not started."""
+        """Cancel all tasks that have not started. Joblib gets no task of this call any more."""
+        with self._delivering:
+            tasks = list(self._tasks)
+            self._tasks.clear()
         if self._client.status == "running":
-            self._client.cancel(list(self._tasks))
-        self._tasks.clear()
+            self._client.cancel(tasks)
         self._shared.clear()
 
 
@@ -172,7 +186,7 @@ def use_cluster(address: str) -> Iterator[None]:
         "distributed.comm.timeouts.connect": f"{PATIENCE} s",
     }
     try:
-        with dask.config.set(settings), _client(address) as client:
+        with dask.config.set(settings), _connected(address) as client:
             _check(client, address)
             _log.info("cluster %s: %s", address, client.nthreads())
             with parallel_config(ClusterBackend(client)):
@@ -180,6 +194,18 @@ def use_cluster(address: str) -> Iterator[None]:
     finally:
         for logger, level in zip(loggers, levels, strict=True):
             logger.setLevel(level)
+
+
+@contextmanager
+def _connected(address: str) -> Iterator[Client]:
+    client = _client(address)
+    try:
+        yield client
+    finally:
+        # Closing can fail halfway if the scheduler has just ended. Then the rest is closed.
+        with suppress(RuntimeError):
+            client.close()
+        client.close()
 
 
 def _client(address: str) -> Client:

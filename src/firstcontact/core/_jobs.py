@@ -116,7 +116,7 @@ class Pool(Runner):
             calls = [(_run_job, (function, job, payload), {}) for job in jobs]
         results = self._parallel(calls)
         try:
-            for finished, result in enumerate(results, start=1):
+            for finished, (_, result) in enumerate(zip(jobs, results, strict=True), start=1):
                 self._tick(finished, len(jobs))
                 yield result
         finally:

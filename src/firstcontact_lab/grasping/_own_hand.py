@@ -13,9 +13,8 @@ from firstcontact.grasp import Grip
 from firstcontact.models import (
     InContextModel,
     adapt_combined,
+    choose_detector,
     cut_touches,
-    fit_detector,
-    found_as_live,
     pretrained,
 )
 from firstcontact.twin import BLOCKS, Drive, GraspPlant, condition, draw_pinch, draw_specimen
@@ -29,12 +28,12 @@ AFTER = 0.060
 
 @dataclass(frozen=True, slots=True, eq=False)
 class OwnHand:
-    """Detector and model that were fitted to the block pinches of one hand.
+    """Detector and model of one hand, from its block pinches.
 
     Parameters
     ----------
     detector
-        Detector that is fitted to these pinches.
+        Detector that ``adapt`` would take for these pinches.
     model
         Network, conditioned on the hand and averaged with a regression on its pinches.
     pinches
@@ -58,15 +57,14 @@ class HandSeed:
 
 
 def own_hand(hand: HandSeed, pinches: int) -> OwnHand:
-    """Close a hand ``pinches`` times on each of the five blocks, and fit its detector and model.
+    """Close a hand ``pinches`` times on each of the five blocks, and adapt to it.
 
-    The hand approaches at the speed of its later picks. The model learns from the contacts that the
-    detector finds.
+    The hand approaches at the speed of its later picks. As in ``adapt``, the model learns from the
+    contacts that the detector finds.
     """
     made = [_block(hand, place, n) for place in range(len(BLOCKS)) for n in range(pinches)]
     dataset = Dataset(tuple(made), "twin")
-    detector = fit_detector(dataset)
-    contacts = found_as_live(dataset, detector, hand.seed, Serial())
+    detector, contacts, _ = choose_detector(dataset, None, False, hand.seed, Serial())
     touches, indices = cut_touches(dataset, contacts.contacts)
     adapted = adapt_combined(
         pretrained(), touches, dataset.shore_a[indices], dataset.sessions[indices], hand.seed

@@ -15,9 +15,8 @@ from firstcontact.models import (
     Predictions,
     Split,
     by_session,
+    choose_detector,
     detect_alignment,
-    fit_detector,
-    found_as_live,
     pretrained,
 )
 from firstcontact.recording import check_rate, load_dataset
@@ -173,12 +172,12 @@ def _load(path: Path, say: Callable[[str], object]) -> Dataset:
 def _contacts(dataset: Dataset, seed: int, runner: Runner) -> tuple[Sequence[Contact | None], str]:
     """Return the detected first contact of each pinch, and a text on how it was detected.
 
-    A detector learns only from pinches of role "train", never from the pinch itself.
+    As in ``train``, the detector is the package's or one that is fitted. A fitted one learns only
+    from pinches of role "train", never from the pinch itself.
     """
     contacts: list[Contact | None] = [None] * len(dataset)
     learn = dataset.take(~dataset.test)
-    detector = fit_detector(learn)
-    alignment = found_as_live(learn, detector, seed, runner)
+    detector, alignment, _ = choose_detector(learn, None, False, seed, runner)
     parts = [(~dataset.test, alignment.contacts)]
     if dataset.test.any():
         parts.append(

@@ -1,7 +1,7 @@
 """Inference time for single windows, p50 and p99, compared with scikit-learn and eager PyTorch.
 
-The script trains an SVM and a CNN on simulated block pinches of the published size. They predict
-one window at a time on one thread: ``OMP_NUM_THREADS=1 python benchmarks/inference.py``.
+The script trains an SVM and a CNN on simulated pinches of blocks, as many as the paper has. They
+predict one window at a time on one thread: ``OMP_NUM_THREADS=1 python benchmarks/inference.py``.
 """
 
 from __future__ import annotations

@@ -89,5 +89,8 @@ def local_sound(folder: Path, samples: NDArray[np.int16], **settings: int) -> It
 
 
 def ramp(samples: int) -> NDArray[np.int16]:
-    """Return samples that encode their number, modulo 65536, even after a slow low-pass."""
+    """Return a ramp: each sample is its index, modulo 65536.
+
+    A low-pass filter only delays a ramp, so the index can be read behind it, too.
+    """
     return (np.arange(samples) & 0xFFFF).astype(np.uint16).view(np.int16)

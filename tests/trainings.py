@@ -38,7 +38,10 @@ def recordings(
     has_contacts: bool = True,
     seed: int = 0,
 ) -> Path:
-    """Write five pinches of each of three blocks per session, and an unseen object in its own."""
+    """Write five pinches of each of three blocks per session.
+
+    Pinches of an unseen object are in a session of their own.
+    """
     rng = np.random.default_rng(seed)
     pinches = []
     for session in sessions:

@@ -122,8 +122,8 @@ def test_each_damaged_line_costs_one_sample(tmp_path: Path) -> None:
     trouble = Trouble()
 
     def line(number: int) -> bytes:
-        place, rest = divmod(trouble.lines_since(number), 400)
-        if rest == 0 and 0 <= place < 6:
+        place, lines_after = divmod(trouble.lines_since(number), 400)
+        if lines_after == 0 and 0 <= place < 6:
             return (b"\xff\xfe12,,x\n", b"%d,\n" % number, b"12\x0034\n")[place % 3]
         return numbered_line(number)
 
@@ -139,8 +139,8 @@ def test_damaged_counter_value_starts_no_epoch_or_gap(tmp_path: Path) -> None:
     trouble = Trouble()
 
     def line(number: int) -> bytes:
-        place, rest = divmod(trouble.lines_since(number), 400)
-        if rest == 0 and 0 <= place < 4:
+        place, lines_after = divmod(trouble.lines_since(number), 400)
+        if lines_after == 0 and 0 <= place < 4:
             return b"%s,512,0\n" % (b"1e300", b"99%d" % number, b"-3", b"7")[place]
         return numbered_line(number)
 

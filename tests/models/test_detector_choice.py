@@ -84,7 +84,7 @@ def test_named_detector_that_cannot_learn_is_an_error(plain: Dataset) -> None:
 
 
 def test_few_known_contacts_give_the_package_detector(plain: Dataset) -> None:
-    """One session has all known contacts, so none is left to learn from without that session."""
+    """All known contacts are of one session, so none is left to learn from without that session."""
     pinches = tuple(
         replace(p, truth=p.truth if i < 4 else (), label=replace(p.label, session="ab"[i >= 4]))
         for i, p in enumerate(plain.pinches[:6])
@@ -94,8 +94,8 @@ def test_few_known_contacts_give_the_package_detector(plain: Dataset) -> None:
     assert is_pretrained(detector)
     assert alignment.contacts == detect_alignment(few, detector).contacts
     assert reason
-    _, known, _ = choose_detector(few, None, True, 0, Serial())
-    assert known.contacts == [p.first for p in pinches]
+    _, known_alignment, _ = choose_detector(few, None, True, 0, Serial())
+    assert known_alignment.contacts == [p.first for p in pinches]
 
 
 def test_known_contacts_stay_whichever_detector_is_taken(swelling: Dataset) -> None:

@@ -7,7 +7,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from functools import cache
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -122,8 +122,7 @@ def calls() -> dict[str, tuple[Callable[..., Any], Arguments]]:
 
 
 def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
-    found: Callable[..., Any] = getattr(built_kernels(), function.__name__.lstrip("_"))
-    return found
+    return cast(Callable[..., Any], getattr(built_kernels(), function.__name__.lstrip("_")))
 
 
 @pytest.mark.parametrize("name", calls())
@@ -231,10 +230,10 @@ def test_pieces_that_are_not_arguments_are_refused(fault: object) -> None:
 
 def test_a_wrong_piece_leaves_the_others_alone() -> None:
     good, bad = (copied(a) for a in list(pieces().values())[:2])
-    before = arrays(good)
+    contents = arrays(good)
     with pytest.raises(ValueError, match=r"."):
         built_kernels().integrate_all([good, (*bad[:-1], np.zeros(3))])
-    assert arrays(good) == before
+    assert arrays(good) == contents
 
 
 def test_a_list_of_pieces_that_shrinks_is_read_whole() -> None:

@@ -150,10 +150,10 @@ class ConfirmingLatch:
         begin = end - age - count
         if begin < self._past_first or not self._past:
             return None
-        first, kept = self._end - len(self._past[-1]), self._past[-1]
+        first, samples = self._end - len(self._past[-1]), self._past[-1]
         if begin < first:
-            first, kept = self._past_first, np.concatenate(self._past)
-        out: NDArray[np.float64] = kept[begin - first : begin - first + count]
+            first, samples = self._past_first, np.concatenate(self._past)
+        out: NDArray[np.float64] = samples[begin - first : begin - first + count]
         return out
 
     def _due_sample(self, contact: Contact) -> int:

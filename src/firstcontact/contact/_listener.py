@@ -83,8 +83,8 @@ class _Judge:
         detector = self._following
         if detector is None:
             return len(block.data)
-        rest = Block(block.data[start:], block.first_sample + start, block.epoch)
-        if detector.restarts(rest):  # the steady state to compare with is not yet known
+        remainder = Block(block.data[start:], block.first_sample + start, block.epoch)
+        if detector.restarts(remainder):  # the steady state to compare with is not yet known
             return min(start + self._left, len(block.data))
         while start + self._left <= len(block.data):
             end = block.first_sample + start + self._left
@@ -225,10 +225,9 @@ def _standing(
 
 
 def _pieces(block: Block, until: int, rate: float) -> Iterator[Block]:
-    """Yield the samples before ``until`` as one block, then the later ones in short blocks.
+    """Yield a pinch in pieces of ``PIECE`` s. The last can be shorter.
 
-    Each block lasts ``PIECE`` seconds. The first is longer if ``until`` comes later, and the last
-    can be shorter.
+    The first piece ends at sample ``until`` if it is longer in this way.
     """
     size = samples_in(PIECE, rate)
     end = max(until - block.first_sample, size)

@@ -174,7 +174,10 @@ class SerialSource:
         self.close()
 
     def read(self, timeout: float, least: int = 1) -> list[Arrival]:
-        """Return all samples received since the last call. Wait up to ``timeout`` s for more."""
+        """Return all samples received since the last call.
+
+        Wait up to ``timeout`` s until there are at least ``least``.
+        """
         until = time.monotonic() + timeout
         remaining = timeout
         self._looked = until - timeout  # the source's own thread gives way

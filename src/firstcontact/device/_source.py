@@ -138,8 +138,8 @@ class Arrival:
     host
         Arrival time of the last byte by ``time.monotonic()``, s.
     markers
-        Markers of these samples. A marker whose sample was lost comes with the last samples, or
-        with an empty block after them.
+        Markers of these samples. A marker whose sample was lost comes with the newest unread
+        samples, or with an empty block if there are none.
     pinches
         Marks of the pinches that end in these samples. Only replayed recordings have them.
     predictions

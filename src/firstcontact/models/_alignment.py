@@ -143,8 +143,10 @@ def choose_detector(
         f"{by_shipped.sum()} within 3 ms, and one fitted to other pinches of the rig "
         f"{by_fitted.sum()}"
     )
-    chosen, found = (fitted, fitted_alignment) if takes_fitted else (shipped, shipped_alignment)
-    return chosen, label_alignment(dataset) if is_known else found, reason
+    detector, alignment = (
+        (fitted, fitted_alignment) if takes_fitted else (shipped, shipped_alignment)
+    )
+    return detector, label_alignment(dataset) if is_known else alignment, reason
 
 
 def _placed(dataset: Dataset, alignment: Alignment) -> NDArray[np.bool_]:

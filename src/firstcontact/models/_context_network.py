@@ -196,7 +196,7 @@ class Network:
         context
             Encoded rig.
         stages
-            Stage of each contact in the context, shape (n,).
+            Index of each contact's time in ``STAGES``, for which the rig is encoded, shape (n,).
 
         Returns
         -------

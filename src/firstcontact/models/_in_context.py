@@ -48,8 +48,8 @@ class InContextModel:
     network, familiar
         Pre-trained network, and statistics of its training contacts.
     factors
-        Half width of the interval at each stage, as a multiple of the model's own spread, shape
-        (stages,).
+        Half width of the interval at each time of ``STAGES``, as a multiple of the model's own
+        spread, shape (stages,).
     level
         Nominal share of truths inside the intervals.
     rigs
@@ -110,7 +110,7 @@ class InContextModel:
 
     @property
     def factors(self) -> NDArray[np.float64]:
-        """Half width of the interval at each stage, in multiples of the spread, shape (stages,)."""
+        """Half widths of the intervals at the times ``STAGES``, in spreads, shape (stages,)."""
         return self._factors
 
     def context(self, finger: int) -> Context:

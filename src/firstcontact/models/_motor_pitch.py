@@ -109,7 +109,10 @@ def ear_constants(rate: float) -> dict[str, float | NDArray[np.generic]]:
 
 @lru_cache(maxsize=8)
 def _compiled_ear(module: ModuleType, lead: int, rate: float) -> Any:
-    """Return the compiled kernel's constants for the motor's pitch; None for too long a signal."""
+    """Return the constants with which the compiled kernel finds the motor's pitch.
+
+    Return None if ``lead``, the number of samples before the contact, is too large for it.
+    """
     if quiet_samples(lead, rate) > _FFT:
         return None
     cell, part = _places(rate)

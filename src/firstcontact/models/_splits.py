@@ -19,7 +19,7 @@ FOLDS = 5
 
 
 class Group(StrEnum):
-    """Kind of group of pinches, such as a session, that a split may have on both sides."""
+    """Kind of group of pinches. A split may allow a kind to be in both training and test."""
 
     SESSION = "session"
     SPECIMEN = "specimen"
@@ -36,7 +36,8 @@ class Split:
     train, test
         Positions, each shape (n,).
     shares
-        Groups that may be on both sides. :meth:`check` refuses all others.
+        Kinds of groups of which one group may be in both training and test. :meth:`check`
+        refuses all others.
     """
 
     name: str

@@ -331,8 +331,7 @@ class HandCheck(msgspec.Struct, frozen=True, kw_only=True):
     Parameters
     ----------
     contacts
-        True if device and host have the same contacts, with the same fingers, samples, and samples
-        after which they were detected.
+        True if device and host have the same contacts, decided at the same samples.
     compared
         Number of compared estimates.
     largest

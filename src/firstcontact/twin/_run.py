@@ -254,7 +254,7 @@ class PinchRun:
 
     @property
     def _strength(self) -> float:
-        """Contact force at which the object still breaks, N."""
+        """Contact force at which the object breaks, N; infinite once it has broken."""
         return self.limit if self.broken_at is None else math.inf
 
     def _piece(self, begin: int, stop: int) -> Piece:

@@ -20,7 +20,7 @@ CONDITION = "paper-rig"
 
 
 def learn(settings: GraspStudySettings, out: Path) -> fc.Model:
-    """Simulate pinches, train a detector and a model for each window length, and save them.
+    """Simulate pinches, train a model (a detector, and a window model for each length) and save it.
 
     Parameters
     ----------

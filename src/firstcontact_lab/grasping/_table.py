@@ -44,7 +44,7 @@ class Table:
     Parameters
     ----------
     how
-        Simulated approach speeds, grip forces and boosts.
+        Simulated approach speeds, ways of lifting, grip forces and boosts.
     picks
         Picks in order, shape (picks,).
     needed

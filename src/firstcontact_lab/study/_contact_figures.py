@@ -80,7 +80,8 @@ def detectors_figure(
     """Draw the vibration of the first finger, its 3σ band, and where each detector fired.
 
     ``start`` is the sample at which the closing starts, and with it the steady state. ``early`` is
-    the longest time by which a contact may precede its label, s.
+    the longest time by which a contact may precede its label, s. The figure shows ``n_early`` s
+    before the first contact and ``suffix`` s after it.
     """
     assert pinch.first is not None
     rate, fingers = pinch.layout.rate, pinch.layout.vibration_fingers

@@ -21,7 +21,7 @@ class Sets:
     """Score the detectors on several real sets, and report them on one page.
 
     Besides its recordings a set may have noise/ (recordings without touches), results.json of a
-    study, and front_ends.csv (session,front_end).
+    study, and front_ends.csv (session,front_end: sensor and recording device).
     """
 
     folder: Annotated[Path, Option(positional=True)]

@@ -56,9 +56,9 @@ def cut(dataset: Dataset, first: int, last: int, rows: Sequence[int] | None = No
 
 
 def whole_study(dataset: Dataset, out: Path, *only: str) -> dict[str, Any]:
-    """Run all parts except the CNN's, which uses labels in the same way and takes longer.
+    """Run the parts with the titles ``only``, or all parts without it.
 
-    ``only`` are the titles of the parts that depend on the labels of a test.
+    The parts of the CNN never run: they use labels in the same way and take longer.
     """
     steps = protocol.plan([("recordings", lambda: dataset)], SMALL, Serial())
     assert {"inference time", *only} <= {step.title for step in steps}

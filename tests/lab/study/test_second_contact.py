@@ -1,4 +1,7 @@
-"""Scores by second contact: only windows that begin at the first contact are counted."""
+"""Scores of windows with and without the second contact.
+
+Only windows that begin at the first contact count.
+"""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ class Adapt:
     out: Path = Path("model")
     """Folder for the model; an existing model is replaced."""
     detector_type: Annotated[str | None, choice(DETECTORS, "model")] = None
-    """Contact detector to fit; default: the package's, or a better fitted one."""
+    """Detector to fit; default: the package's, unless a fitted one is better."""
     seed: int = 0
     """Random seed that divides the pinches into folds."""
 

@@ -26,7 +26,7 @@ class Label:
     port: int = 0
     """TCP port of the page on this machine; 0 takes a free one."""
     finish: bool = False
-    """Write the new recordings from the journal, without the page."""
+    """Write recordings from the labels confirmed so far, without the page."""
     no_browser: bool = False
     """Print the address of the page, and open no browser."""
 

@@ -53,7 +53,7 @@ class Live:
     hand: Annotated[str | None, choice(HANDS, "hand")] = None
     """Hand that the command drives."""
     hand_port: Annotated[str | None, Option(group="hand", advanced=True)] = None
-    """Serial port of the hand, or the name of its simulation."""
+    """Serial port of the hand, or the port name of its simulation if it has one."""
     policy: Annotated[str, choice(live_policies(), "hand")] = POLICIES.default
     """Grasp policy."""
     shape: Annotated[str, Option(group="model", advanced=True)] = ""

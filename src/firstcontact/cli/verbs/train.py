@@ -30,7 +30,7 @@ class Train:
     estimator: Annotated[str, choice(ESTIMATORS, "model")] = ESTIMATORS.default
     """Estimator to train."""
     detector_type: Annotated[str | None, choice(DETECTORS, "model")] = None
-    """Contact detector to fit; default: the package's, or a better fitted one."""
+    """Detector to fit; default: the package's, unless a fitted one is better."""
     detector_only: Annotated[bool, Option(advanced=True, group="model")] = False
     """Train the detector only. It needs known contacts, but no hardness."""
     task: Annotated[Literal["regression", "classification"], Option(group="model")] = "regression"

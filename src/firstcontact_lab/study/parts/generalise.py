@@ -63,7 +63,10 @@ def _entrants(settings: StudySettings, place: int) -> list[Entrant]:
 
 
 def _late(subject: Subject, early: float) -> list[int]:
-    """Return the delays of this subject's correctly placed contacts, samples."""
+    """Return by how many samples each correctly placed contact is later than the true one.
+
+    A contact may be up to ``early`` s early. The list is [0] if no contact is placed correctly.
+    """
     pairs = zip(subject.dataset.pinches, subject.starts, strict=True)
     late = [
         contact.sample - pinch.first.sample

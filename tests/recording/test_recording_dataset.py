@@ -1,5 +1,8 @@
+import mmap
 import re
+import resource
 import shutil
+import signal
 from contextlib import suppress
 from dataclasses import is_dataclass, replace
 from importlib import import_module
@@ -153,3 +156,37 @@ def test_dataset_repr_has_counts_without_samples(pinches):
     for part in ("6 pinches", "1 object,", "2 sessions", "Hz", "synthetic"):
         assert part in text
     assert "0 pinches" in repr(Dataset(()))
+
+
+@pytest.mark.parametrize("is_full", [False, True], ids=["mapped", "disk full"])
+def test_samples_beyond_the_limit_are_in_a_mapped_file(
+    tmp_path, layout, pinches, monkeypatch, is_full
+):
+    write_dataset(Dataset(pinches), tmp_path, Header(layout))
+    expected = load_dataset(tmp_path)
+    size = pinches[0].data.nbytes
+    monkeypatch.setattr("firstcontact.recording._dataset._IN_MEMORY", 2 * size)
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    try:
+        if is_full:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (size + size // 2, limits[1]))
+        loaded = load_dataset(tmp_path)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+        signal.signal(signal.SIGXFSZ, ignored)
+    for one, other in zip(loaded, expected, strict=True):
+        assert np.array_equal(one.data, other.data)
+        assert (one.data.dtype, one.label, one.truth) == (
+            other.data.dtype,
+            other.label,
+            other.truth,
+        )
+    is_mapped = [isinstance(base(pinch.data), mmap.mmap) for pinch in loaded]
+    assert is_mapped == [False, False, True, *[not is_full] * 3]
+
+
+def base(data):
+    while getattr(data, "base", None) is not None:
+        data = data.base
+    return data

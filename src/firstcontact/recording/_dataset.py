@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 import os
 import re
+import tempfile
 from bisect import bisect_right
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import AnyPath, Block, Dataset, InputError, Pinch, files_below
@@ -21,6 +24,8 @@ from firstcontact.recording._writer import RecordingWriter
 #: Largest sum of the lengths of all marked pinches, as a multiple of the recording's length. A
 #: hand's closings do not overlap so much.
 _OVERLAP = 8
+#: Size of the samples that a dataset holds in memory at most, bytes.
+_IN_MEMORY = 1 << 30
 
 
 def load_dataset(path: AnyPath | Sequence[AnyPath]) -> Dataset:
@@ -29,6 +34,10 @@ def load_dataset(path: AnyPath | Sequence[AnyPath]) -> Dataset:
     The samples keep their type and are read without a copy. The dataset's notes include those of
     the headers, and list damage and omissions. If there are several files, unreadable files are
     skipped and named in the notes.
+
+    Samples beyond the first GiB go into a temporary file that is mapped into memory, so the system
+    can take this memory back. The file vanishes with the dataset. If the disk is full, these
+    samples stay in memory.
 
     Raises
     ------
@@ -43,35 +52,39 @@ def load_dataset(path: AnyPath | Sequence[AnyPath]) -> Dataset:
     losses: list[str] = []
     assumed = False
     first: Recording | None = None
-    for file in files:
-        try:
-            recording = read_recording(file)
-        except InputError as error:
-            if len(files) == 1:
-                raise
-            losses.append(f"left out, since it cannot be read: {error}")
-            continue
-        if first is None:
-            first = recording
-        _same_kind(first, recording)
-        assumed |= recording.header.session_assumed
-        lines = recording.header.notes.splitlines()
-        notes += [line for line in lines if line not in notes]
-        losses += [f"{file.name}: {sentence}" for sentence in recording.skipped]
-        lengths = (mark.end - mark.first_sample for mark in recording.pinches)
-        # A pinch that is longer than the recording spans missing samples. It overlaps no others.
-        marked = sum(length for length in lengths if length <= recording.samples)
-        if marked > _OVERLAP * recording.samples:
-            losses.append(f"{file.name}: its pinches overlap too much and are left out")
-            continue
-        for mark in recording.pinches:
-            pinch = cut(recording, mark)
-            if pinch is None:
-                losses.append(
-                    f"{file.name}: pinch {mark.number} has missing samples and is left out"
-                )
-            else:
-                pinches.append(pinch)
+    with ExitStack() as stack:
+        store = _Store(stack)
+        for file in files:
+            try:
+                recording = read_recording(file)
+            except InputError as error:
+                if len(files) == 1:
+                    raise
+                losses.append(f"left out, since it cannot be read: {error}")
+                continue
+            if first is None:
+                first = recording
+            _same_kind(first, recording)
+            assumed |= recording.header.session_assumed
+            lines = recording.header.notes.splitlines()
+            notes += [line for line in lines if line not in notes]
+            losses += [f"{file.name}: {sentence}" for sentence in recording.skipped]
+            lengths = (mark.end - mark.first_sample for mark in recording.pinches)
+            # A pinch that is longer than the recording spans missing samples, and overlaps no
+            # others.
+            marked = sum(length for length in lengths if length <= recording.samples)
+            if marked > _OVERLAP * recording.samples:
+                losses.append(f"{file.name}: its pinches overlap too much and are left out")
+                continue
+            for mark in recording.pinches:
+                pinch = cut(recording, mark)
+                if pinch is None:
+                    losses.append(
+                        f"{file.name}: pinch {mark.number} has missing samples and is left out"
+                    )
+                else:
+                    pinches.append(store.put(pinch))
+        pinches = store.restored(pinches)
     if first is None or not pinches:
         raise InputError(
             f"{_name(paths)} holds no whole pinch{_first_loss(losses)}: record some with their "
@@ -85,6 +98,45 @@ def load_dataset(path: AnyPath | Sequence[AnyPath]) -> Dataset:
         losses=tuple(losses),
         sessions_assumed=assumed,
     )
+
+
+class _Store:
+    """Temporary file for the samples of pinches that exceed ``_IN_MEMORY``."""
+
+    def __init__(self, stack: ExitStack) -> None:
+        self._stack = stack
+        self._file: IO[bytes] | None = None
+        self._lengths: list[int] = []  # of the pinches in the file
+        self._size = 0
+        self._is_full = False
+
+    def put(self, pinch: Pinch) -> Pinch:
+        """Return the pinch, without its samples if they are now in the file."""
+        self._size += pinch.data.nbytes
+        if self._size <= _IN_MEMORY or self._is_full:
+            return pinch
+        try:
+            if self._file is None:
+                file = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115
+                self._file = self._stack.enter_context(file)
+            left = np.ascontiguousarray(pinch.data).data.cast("B")
+            while left:
+                left = left[self._file.write(left) :]
+        except OSError:
+            self._is_full = True
+            return pinch
+        self._lengths.append(len(pinch.data))
+        return replace(pinch, data=pinch.data[:0].copy())
+
+    def restored(self, pinches: list[Pinch]) -> list[Pinch]:
+        """Return the pinches with all their samples."""
+        if self._file is None or not self._lengths:
+            return pinches
+        last = pinches[-1].data
+        shape = (sum(self._lengths), last.shape[1])
+        samples = np.asarray(np.memmap(self._file, last.dtype, "c", shape=shape))
+        parts = iter(np.split(samples, np.cumsum(self._lengths)[:-1]))
+        return [p if len(p.data) else replace(p, data=next(parts)) for p in pinches]
 
 
 def cut(recording: Recording, mark: PinchMark) -> Pinch | None:

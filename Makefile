@@ -6,6 +6,8 @@ VENV   ?= .venv
 OUT    ?= firstcontact-study
 # What models cost on the hand, for the report: make embedded writes another.
 BOARD  ?= docs/results/embedded.json
+# Delays of live estimates: benchmarks/live.py --out writes another.
+DELAYS ?= docs/results/live.json
 BIN    := $(VENV)/bin
 PIP    := $(BIN)/python -m pip --disable-pip-version-check
 
@@ -78,15 +80,15 @@ constraints: $(VENV)/.dev ## add what constraints.txt lacks, and write requireme
 all: study generalise grasp real ## all studies, one after the other
 
 study: $(VENV)/.study ## the full study at paper size: firstcontact-study/report.html
-	$(BIN)/firstcontact study --board $(BOARD) --out $(OUT)
+	$(BIN)/firstcontact study --board $(BOARD) --delays $(DELAYS) --out $(OUT)
 
 quick: $(VENV)/.study ## the same study, small (a minute or two): firstcontact-study/quick/report.html
-	$(BIN)/firstcontact study --quick --board $(BOARD) --out $(OUT)/quick
+	$(BIN)/firstcontact study --quick --board $(BOARD) --delays $(DELAYS) --out $(OUT)/quick
 
 generalise: $(VENV)/.study ## estimators on six rigs off the training blocks, and on rigs of another structure: firstcontact-study/generalise/report.html
 	$(BIN)/firstcontact study --parts generalise structure --out $(OUT)/generalise
 
-grasp: $(VENV)/.study ## what stiffness is worth to a hand, on the twin (10 minutes): firstcontact-study/grasp/report.html
+grasp: $(VENV)/.study ## what stiffness is worth to a hand, on the twin (4 minutes): firstcontact-study/grasp/report.html
 	@# Other seeds were looked at while rules were set: the numbers in the docs are of this one.
 	$(BIN)/firstcontact grasp-study --seed 1 --out $(OUT)/grasp
 

@@ -157,6 +157,9 @@ class RealTime:
     first_pinch_ms, compute_ms
         Time from the last needed sample to the estimate, ms: for the first pinch of the session,
         and median, 99th percentile and maximum over all pinches.
+    delays_ms
+        101 quantiles of the time from the last needed sample to each estimate, with waiting and
+        transport, ms.
     core_share
         Processor time of the command, without the twin's process, as a share of one core.
     """
@@ -172,6 +175,7 @@ class RealTime:
     missed_offsets_ms: list[float]
     first_pinch_ms: float
     compute_ms: tuple[float, float, float]
+    delays_ms: list[float]
     core_share: float
 
     @property
@@ -221,6 +225,7 @@ def real_time(seconds: float, seed: int, looked_at: bool) -> RealTime:
     missed = [p for p in pinches if p["verdict"] != "in_time"]
     estimates = [e for e in events if e["type"] == "estimate" and not e["final"]]
     compute = 1e3 * np.array([e["compute"] for e in estimates])
+    delays = [1e3 * (e["waited"] + e["transport"] + e["compute"]) for e in estimates]
     p50, p99, longest = np.percentile(compute, [50, 99, 100]).round(3).tolist()
     return RealTime(
         machine=machine_name(),
@@ -234,6 +239,7 @@ def real_time(seconds: float, seed: int, looked_at: bool) -> RealTime:
         missed_offsets_ms=[round(1e3 * p["offset"], 2) for p in missed],
         first_pinch_ms=round(float(compute[0]), 3),
         compute_ms=(p50, p99, longest),
+        delays_ms=np.percentile(delays, np.arange(101)).round(3).tolist(),
         core_share=float(share[1]) / 100,
     )
 
@@ -294,7 +300,14 @@ def main() -> None:
         for run in runs:
             print(f"{'page and a viewer' if run.viewer else 'no page'}: {run.words}")
         if settings.out is not None:
-            settings.out.write_text(json.dumps([asdict(run) for run in runs], indent=1) + "\n")
+            # Each run has the same weight.
+            delays = np.percentile([run.delays_ms for run in runs], np.arange(101)).round(3)
+            tree = {
+                "machine": machine_name(),
+                "delays_ms": delays.tolist(),
+                "runs": [asdict(run) for run in runs],
+            }
+            settings.out.write_text(json.dumps(tree, indent=1) + "\n")
 
 
 if __name__ == "__main__":

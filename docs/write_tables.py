@@ -92,9 +92,10 @@ def tables(results: Path) -> dict[str, str]:
     made = dict.fromkeys((*names, *GRASP, *PARTS), "*Not run yet.*\n")
     if (results / "study.json").is_file():
         made |= study_tables(results / "study.json")
-    for name in ("generalise", "structure", "random_rigs", "closing_speed"):
-        if (results / f"{name}.json").is_file():
-            made[name] = part_tables(name, read_subjects(results / f"{name}.json"))
+    files = ("generalise", "random_rigs", "closing_speed")
+    for name, file in [*zip(files, files, strict=True), ("structure", "generalise")]:
+        if (results / f"{file}.json").is_file():
+            made[name] = part_tables(name, read_subjects(results / f"{file}.json"))
     if (results / "real.json").is_file():
         subjects = {"here": read_study(results / "real.json").about}
         chosen = [row for name in PARTS if name != TIMED for row in rows(subjects, [name])]
@@ -150,7 +151,6 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--study", type=Path, help="results.json of `make study`")
     parser.add_argument("--generalise", type=Path, help="results.json of `make generalise`")
-    parser.add_argument("--structure", type=Path, help="results.json of that study part")
     parser.add_argument("--random-rigs", type=Path, help="results.json of that study part")
     parser.add_argument("--closing-speed", type=Path, help="results.json of that study part")
     parser.add_argument("--real", type=Path, help="results.json of the impacts of `make real`")
@@ -162,7 +162,6 @@ def main() -> None:
     for name, source in (
         ("study", options.study),
         ("generalise", options.generalise),
-        ("structure", options.structure),
         ("random_rigs", options.random_rigs),
         ("closing_speed", options.closing_speed),
         ("real", options.real),

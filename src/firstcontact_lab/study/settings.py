@@ -37,6 +37,9 @@ class StudySettings:
     board
         Path of an ``embedded.json`` with the cost of models on the microcontroller. The report
         compares it with the time on this machine. If empty, this table is left out.
+    delays
+        Path of a ``live.json`` with measured delays of live estimates. If empty, the estimate in
+        force is not scored.
     parts
         Names of the parts to run; parts that they need run, too. If empty, the default parts.
     seed
@@ -55,6 +58,7 @@ class StudySettings:
     early: float = 0.0
     rig_seeds: tuple[int, ...] = (601, 602, 603, 604, 605, 606)
     board: str = ""
+    delays: str = ""
     parts: tuple[str, ...] = ()
     seed: int = 0
     workers: int = 2

@@ -34,6 +34,8 @@ class Study:
     """Longest time by which a contact may precede its label, ms."""
     board: Annotated[Path | None, Option(advanced=True)] = None
     """File `embedded.json` with the costs of models on the hand, for the report."""
+    delays: Annotated[Path | None, Option(advanced=True)] = None
+    """File `live.json` with measured delays, for estimates in force."""
     seed: int = 0
     """Random seed of the twin, splits, training and intervals."""
     workers: Annotated[int, Option(advanced=True, group="machine")] = 0
@@ -45,6 +47,7 @@ class Study:
         """Run the study with its progress on stderr."""
         from firstcontact.core import worker_count
         from firstcontact.models import ESTIMATORS
+        from firstcontact_lab.study.parts.in_force import read_delays
         from firstcontact_lab.study.parts.inference import read_board
         from firstcontact_lab.study.settings import StudySettings
 
@@ -62,11 +65,14 @@ class Study:
             detector=DETECTORS.find(self.detector_type).name,
             early=1e-3 * self.early_ms,
             board="" if self.board is None else str(self.board),
+            delays="" if self.delays is None else str(self.delays),
         )
         for name in self.estimator:
             ESTIMATORS.include(name)
         if self.board is not None:
             read_board(self.board)
+        if self.delays is not None:
+            read_delays(self.delays)
         if self.quick:
             settings = settings.quick()
         from firstcontact_lab.study.run import run_study

@@ -4,42 +4,26 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from excerpts import subject, twin_pinches
 
-from firstcontact.core import Contact, Dataset, Label, Pinch, Role, Serial
+from firstcontact.core import Contact, Dataset, Pinch, Role, Serial
 from firstcontact.core._pinch import Finger
 from firstcontact.models import lengths
-from firstcontact.twin import (
-    BLOCKS,
-    EVERYDAY_OBJECTS,
-    PAPER_RIG,
-    draw_pinch,
-    excerpt,
-    simulate_pinch,
-)
+from firstcontact.twin import BLOCKS, EVERYDAY_OBJECTS
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.study._subject import Subject
+from firstcontact_lab.study.parts.answer_time import before_second
 from firstcontact_lab.study.parts.anytime import (
     ANYTIME,
     AnytimeResults,
-    _before_second,
     anytime,
     anytime_table,
+    first_answers,
 )
 from firstcontact_lab.study.settings import StudySettings
 
 BRIEF = StudySettings().quick()
 RATE = 4936.0
-
-
-def twin_pinches(kinds, each: int, sessions: int) -> list[Pinch]:
-    out = []
-    for kind in kinds:
-        for number in range(each):
-            session = f"{kind.role} {number % sessions}"
-            label = Label(kind.name, kind.shore_a, None, kind.name, session, kind.role)
-            draw = draw_pinch(7, PAPER_RIG, session, kind, f"{kind.name} {number}")
-            out.append(simulate_pinch(excerpt(draw, 0.045), label, duration=0.07))
-    return out
 
 
 @pytest.fixture(scope="module")
@@ -50,14 +34,6 @@ def blocks() -> list[Pinch]:
 @pytest.fixture(scope="module")
 def objects() -> list[Pinch]:
     return twin_pinches(EVERYDAY_OBJECTS[:3], 4, 2)
-
-
-def subject(pinches: list[Pinch], late: int = 2, decided: int = 8) -> Subject:
-    contacts = tuple(
-        p.first and Contact(p.first.finger, p.first.sample + late, p.first.sample + decided)
-        for p in pinches
-    )
-    return Subject("any", Dataset(tuple(pinches)), contacts)
 
 
 def score(pinches: list[Pinch]) -> AnytimeResults | None:
@@ -86,7 +62,7 @@ def test_unseen_objects_are_asked_about_and_blocks_of_other_sessions(
         assert all(
             low <= entry.rmse[ms] <= high for ms, (low, high) in entry.intervals["rmse"].items()
         )
-    share = _before_second(subject(blocks + objects), BRIEF.early)
+    share = before_second(first_answers(subject(blocks + objects), BRIEF.early))
     assert (scores.before_second, scores.with_second) == share
 
 
@@ -105,7 +81,7 @@ def test_an_answer_waits_for_the_decision_and_for_its_samples(blocks, objects) -
     offsets = np.array([p.offset for p in pinches if p.offset is not None])
     shortest = lengths(RATE)[0]
     for decided, wait in ((0, (shortest - 1) / RATE), (40, 40 / RATE)):
-        share, of = _before_second(subject(pinches, 0, decided), BRIEF.early)
+        share, of = before_second(first_answers(subject(pinches, 0, decided), BRIEF.early))
         assert (share, of) == (np.mean(offsets > wait), len(offsets))
 
 
@@ -115,12 +91,15 @@ def test_another_finger_is_no_answer(blocks, objects) -> None:
     contacts = tuple(
         Contact(other[p.first.finger], p.first.sample, p.first.sample) for p in pinches
     )
-    share, _ = _before_second(Subject("any", Dataset(tuple(pinches)), contacts), BRIEF.early)
+    whole = Subject("any", Dataset(tuple(pinches)), contacts)
+    share, _ = before_second(first_answers(whole, BRIEF.early))
     assert share == 0.0
 
 
 def test_known_contacts_were_not_found_before_the_second(blocks) -> None:
-    assert _before_second(Subject("any", Dataset(tuple(blocks))), BRIEF.early) == (None, None)
+    outcome = anytime(Subject("any", Dataset(tuple(blocks))), BRIEF, Serial())
+    scores = outcome.results[ANYTIME]
+    assert (scores.before_second, scores.with_second) == (None, None)
 
 
 def test_no_sample_after_the_second_contact_is_used(outcome, blocks, objects) -> None:

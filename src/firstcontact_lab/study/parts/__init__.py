@@ -27,6 +27,7 @@ PARTS: Registry[Part] = Registry(
         "short_windows": f"{_HERE}.short_windows:PART",
         "answer_time": f"{_HERE}.answer_time:PART",
         "anytime": f"{_HERE}.anytime:PART",
+        "in_force": f"{_HERE}.in_force:PART",
         "generalise": f"{_HERE}.generalise:PART",
         "structure": f"{_HERE}.structure:PART",
         "random_rigs": f"{_HERE}.random_rigs:PART",

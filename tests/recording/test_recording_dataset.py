@@ -12,7 +12,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from firstcontact.core import Contact, Dataset, Finger, InputError, Label, Pinch, Role
+from firstcontact.core import (
+    Contact,
+    Dataset,
+    Finger,
+    InputError,
+    Label,
+    Pinch,
+    Role,
+    parallel,
+)
 from firstcontact.recording import (
     EXPORTERS,
     Header,
@@ -182,11 +191,17 @@ def test_samples_beyond_the_limit_are_in_a_mapped_file(
             other.label,
             other.truth,
         )
+    with parallel(2) as runner:
+        assert runner.map(total, loaded.pinches) == [int(p.data.sum()) for p in expected]
     is_mapped = [isinstance(base(pinch.data), mmap.mmap) for pinch in loaded]
     assert is_mapped == [False, False, True, *[not is_full] * 3]
+
+
+def total(pinch):
+    return int(pinch.data.sum())
 
 
 def base(data):
     while getattr(data, "base", None) is not None:
         data = data.base
-    return data
+    return data.obj if isinstance(data, memoryview) else data

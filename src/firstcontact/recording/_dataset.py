@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import mmap
 import os
 import re
 import tempfile
@@ -134,7 +135,10 @@ class _Store:
             return pinches
         last = pinches[-1].data
         shape = (sum(self._lengths), last.shape[1])
-        samples = np.asarray(np.memmap(self._file, last.dtype, "c", shape=shape))
+        # Not numpy.memmap: joblib would tell its workers the name of the file, which has none.
+        size = math.prod(shape) * last.itemsize
+        view = mmap.mmap(self._file.fileno(), size, access=mmap.ACCESS_COPY)
+        samples = np.frombuffer(view, last.dtype).reshape(shape)
         parts = iter(np.split(samples, np.cumsum(self._lengths)[:-1]))
         return [p if len(p.data) else replace(p, data=next(parts)) for p in pinches]
 

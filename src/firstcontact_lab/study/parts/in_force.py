@@ -18,11 +18,12 @@ from firstcontact.models import (
     regression_scores,
     resampler_lookahead,
 )
+from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
-from firstcontact_lab.report.tables import Row, optional
+from firstcontact_lab.report.tables import Cell, Row, Table, matrix, optional
 from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.part import Part, Step, Subjects, per_subject
+from firstcontact_lab.study.part import Part, Step, Subjects
 from firstcontact_lab.study.parts.answer_time import before_second
 from firstcontact_lab.study.parts.anytime import first_answers
 from firstcontact_lab.study.scores import predictions_by_time
@@ -173,23 +174,35 @@ def _times(subject: Subject, objects: LabelledTouches) -> tuple[Values, Values]:
 IN_FORCE = Field.optional("in_force", InForce)
 
 
-def _sentence(results: SubjectResults) -> str | None:
+def _text(subjects: Subjects) -> str:
+    text = "The last estimate that is available when the second finger touches."
+    for results in subjects.values():
+        if scores := results[IN_FORCE]:
+            return (
+                f"{text} Detection counts, and so do waiting, transport and computing: "
+                f"{scores.delay_p50_ms:.1f} ms (median) and {scores.delay_p99_ms:.1f} ms (99 %), "
+                f"measured in live sessions on {scores.machine}."
+            )
+    return text
+
+
+_COLUMNS: tuple[Row[InForce], ...] = (
+    Row("Pinches with an estimate", lambda scores: scores.share, "share"),
+    Row("RMSE, unseen objects", lambda scores: bounded(scores, "rmse"), "shore"),
+    Row("Scored pinches", lambda scores: scores.n),
+    Row("Signal, median", lambda scores: scores.signal_ms, "ms"),
+    Row("Delay, median", lambda scores: scores.delay_p50_ms, "ms"),
+    Row("Delay, 99 %", lambda scores: scores.delay_p99_ms, "ms"),
+)
+
+
+def in_force_table(results: SubjectResults) -> Table | None:
+    """Return a table of the share of pinches with an estimate in force, its error and delays."""
     scores = results[IN_FORCE]
     if scores is None:
         return None
-    return (
-        f"delays of {scores.delay_p50_ms:.1f} ms (median) and {scores.delay_p99_ms:.1f} ms (99 %), "
-        f"measured with `live` on {scores.machine}; {scores.n:,} scored pinches, whose estimates "
-        f"use {scores.signal_ms:.0f} ms of signal (median)."
-    )
-
-
-def _text(subjects: Subjects) -> str:
-    start = (
-        "The last estimate that is available when the second finger touches, with detection, "
-        "waiting, transport and computing."
-    )
-    return " ".join([start, *per_subject(subjects, _sentence)])
+    title = names.estimator(scores.estimator).title
+    return matrix("Estimates in force.", _COLUMNS, [(Cell(title), scores, False)])
 
 
 def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
@@ -215,6 +228,13 @@ PART = Part(
     _TITLE,
     [Step("estimate in force", lambda subject, settings, runner: in_force(subject, settings))],
     _text,
-    rows=_rows,
+    [in_force_table],
+    _rows,
+    columns=(
+        "Pinches with an estimate",
+        "RMSE, unseen objects",
+        "Scored pinches",
+        "Signal, median",
+    ),
     needs=("anytime",),
 )

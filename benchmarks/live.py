@@ -157,9 +157,9 @@ class RealTime:
     first_pinch_ms, compute_ms
         Time from the last needed sample to the estimate, ms: for the first pinch of the session,
         and median, 99th percentile and maximum over all pinches.
-    delays_ms
-        101 quantiles of the time from the last needed sample to each estimate, with waiting and
-        transport, ms.
+    first_ms, later_ms
+        Times from the last needed sample to each closing's first estimate, and to all later
+        estimates, with waiting and transport, ms, ascending.
     core_share
         Processor time of the command, without the twin's process, as a share of one core.
     """
@@ -175,7 +175,8 @@ class RealTime:
     missed_offsets_ms: list[float]
     first_pinch_ms: float
     compute_ms: tuple[float, float, float]
-    delays_ms: list[float]
+    first_ms: list[float]
+    later_ms: list[float]
     core_share: float
 
     @property
@@ -189,6 +190,10 @@ class RealTime:
             f"{self.first_pinch_ms:.2f} ms; {100 * self.core_share:.1f} % of a core; load "
             f"{self.load:.1f}"
         )
+
+
+#: Fields that the file has for all runs together.
+OF_ALL = ("first_ms", "later_ms")
 
 
 def machine_name() -> str:
@@ -225,7 +230,11 @@ def real_time(seconds: float, seed: int, looked_at: bool) -> RealTime:
     missed = [p for p in pinches if p["verdict"] != "in_time"]
     estimates = [e for e in events if e["type"] == "estimate" and not e["final"]]
     compute = 1e3 * np.array([e["compute"] for e in estimates])
-    delays = [1e3 * (e["waited"] + e["transport"] + e["compute"]) for e in estimates]
+    delays: dict[str, list[float]] = {"first": [], "later": []}
+    for before, e in zip([None, *estimates], estimates, strict=False):
+        is_first = before is None or before["contact"] != e["contact"]
+        delay = 1e3 * (e["waited"] + e["transport"] + e["compute"])
+        delays["first" if is_first else "later"].append(round(delay, 3))
     p50, p99, longest = np.percentile(compute, [50, 99, 100]).round(3).tolist()
     return RealTime(
         machine=machine_name(),
@@ -239,7 +248,8 @@ def real_time(seconds: float, seed: int, looked_at: bool) -> RealTime:
         missed_offsets_ms=[round(1e3 * p["offset"], 2) for p in missed],
         first_pinch_ms=round(float(compute[0]), 3),
         compute_ms=(p50, p99, longest),
-        delays_ms=np.percentile(delays, np.arange(101)).round(3).tolist(),
+        first_ms=sorted(delays["first"]),
+        later_ms=sorted(delays["later"]),
         core_share=float(share[1]) / 100,
     )
 
@@ -300,12 +310,14 @@ def main() -> None:
         for run in runs:
             print(f"{'page and a viewer' if run.viewer else 'no page'}: {run.words}")
         if settings.out is not None:
-            # Each run has the same weight.
-            delays = np.percentile([run.delays_ms for run in runs], np.arange(101)).round(3)
             tree = {
                 "machine": machine_name(),
-                "delays_ms": delays.tolist(),
-                "runs": [asdict(run) for run in runs],
+                "first_ms": sorted(delay for run in runs for delay in run.first_ms),
+                "later_ms": sorted(delay for run in runs for delay in run.later_ms),
+                "runs": [
+                    {key: value for key, value in asdict(run).items() if key not in OF_ALL}
+                    for run in runs
+                ],
             }
             settings.out.write_text(json.dumps(tree, indent=1) + "\n")
 

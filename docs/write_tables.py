@@ -92,8 +92,8 @@ def tables(results: Path) -> dict[str, str]:
     made = dict.fromkeys((*names, *GRASP, *PARTS), "*Not run yet.*\n")
     if (results / "study.json").is_file():
         made |= study_tables(results / "study.json")
-    files = ("generalise", "random_rigs", "closing_speed")
-    for name, file in [*zip(files, files, strict=True), ("structure", "generalise")]:
+    files = {name: name for name in ("generalise", "random_rigs", "closing_speed")}
+    for name, file in (files | {"structure": "generalise"}).items():
         if (results / f"{file}.json").is_file():
             made[name] = part_tables(name, read_subjects(results / f"{file}.json"))
     if (results / "real.json").is_file():

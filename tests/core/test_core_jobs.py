@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 import warnings
+from collections.abc import Iterator
 from pathlib import Path
 
 import joblib
@@ -17,6 +18,7 @@ import threadpoolctl
 from numpy.typing import NDArray
 
 from firstcontact.core import Serial, parallel
+from firstcontact.core._jobs import Pool
 from processes import children, command_line, gone, stop
 
 
@@ -182,3 +184,13 @@ def test_workers_end_with_their_parent_during_a_job(
 def tracks(pid: int) -> bool:
     """Return True if a process is the resource tracker of loky, which ends after the workers."""
     return b"resource_tracker" in command_line(pid)
+
+
+def test_results_that_joblib_loses_are_an_error() -> None:
+    pool = Pool(lambda calls: iter_then_stop(len(calls) - 1), lambda finished, total: None, True)
+    with pytest.raises(RuntimeError):
+        pool.map(abs, [1, 2, 3])
+
+
+def iter_then_stop(count: int) -> Iterator[int]:
+    yield from range(count)

@@ -227,7 +227,7 @@ def _standing(
 def _pieces(block: Block, until: int, rate: float) -> Iterator[Block]:
     """Yield a pinch in pieces of ``PIECE`` s. The last can be shorter.
 
-    The first piece ends at sample ``until`` if it is longer in this way.
+    The first piece ends at sample ``until`` if that is later.
     """
     size = samples_in(PIECE, rate)
     end = max(until - block.first_sample, size)

@@ -54,7 +54,7 @@ class ClusterBackend(ParallelBackendBase):  # type: ignore[misc]  # joblib state
         self._client = client
         self._shared: dict[int, tuple[Any, Future[Any]]] = {}
         self._tasks: set[Future[Any]] = set()
-        self._delivering = threading.RLock()
+        self._delivered = threading.Condition()
 
     def effective_n_jobs(self, n_jobs: int) -> int:
         """Return the number of the cluster's cores, or 2 for one core.
@@ -80,19 +80,18 @@ class ClusterBackend(ParallelBackendBase):  # type: ignore[misc]  # joblib state
             for call, arguments, more in func.items
         ]
         task = self._client.submit(_run_batch, version("firstcontact"), calls, pure=False)
-        self._tasks.add(task)
+        with self._delivered:
+            self._tasks.add(task)
         task.add_done_callback(partial(self._deliver, callback))
         return task
 
     def _deliver(self, callback: Callable[[Future[Any]], object], task: Future[Any]) -> None:
-        """Pass a finished task to joblib, unless its call was aborted.
-
-        Joblib would take the error of a cancelled task for one of its next call, and would end that
-        call without results.
-        """
-        with self._delivering:
-            if task in self._tasks:
-                callback(task)
+        try:
+            callback(task)
+        finally:
+            with self._delivered:
+                self._tasks.discard(task)
+                self._delivered.notify_all()
 
     def _reference(self, array: Any) -> Any:
         if not isinstance(array, np.ndarray) or array.nbytes < LARGE:
@@ -109,7 +108,6 @@ class ClusterBackend(ParallelBackendBase):  # type: ignore[misc]  # joblib state
         InputError
             The cluster lost the task.
         """
-        self._tasks.discard(task)
         try:
             return task.result()
         except KilledWorker as error:
@@ -125,12 +123,17 @@ class ClusterBackend(ParallelBackendBase):  # type: ignore[misc]  # joblib state
         self._shared.clear()
 
     def abort_everything(self, ensure_ready: bool = True) -> None:
-        """Cancel all tasks that have not started. Joblib gets no task of this call any more."""
-        with self._delivering:
-            tasks = list(self._tasks)
-            self._tasks.clear()
+        """Cancel all tasks that have not started, and wait until joblib knows of it.
+
+        Later, joblib would take the error of a cancelled task for one of its next call, and would
+        end that call without results.
+        """
+        with self._delivered:
+            tasks = set(self._tasks)
         if self._client.status == "running":
-            self._client.cancel(tasks)
+            self._client.cancel(list(tasks))
+            with self._delivered:
+                self._delivered.wait_for(lambda: tasks.isdisjoint(self._tasks), PATIENCE)
         self._shared.clear()
 
 
@@ -202,10 +205,10 @@ def _connected(address: str) -> Iterator[Client]:
     try:
         yield client
     finally:
-        # Closing can fail halfway if the scheduler has just ended. Then the rest is closed.
-        with suppress(RuntimeError):
+        try:
             client.close()
-        client.close()
+        except RuntimeError:  # Dask fails halfway if the scheduler has just ended
+            client.close()
 
 
 def _client(address: str) -> Client:

@@ -116,9 +116,13 @@ class Pool(Runner):
             calls = [(_run_job, (function, job, payload), {}) for job in jobs]
         results = self._parallel(calls)
         try:
-            for finished, (_, result) in enumerate(zip(jobs, results, strict=True), start=1):
+            finished = 0
+            for result in results:
+                finished += 1
                 self._tick(finished, len(jobs))
                 yield result
+            if finished != len(jobs):
+                raise RuntimeError(f"joblib returned {finished} results of {len(jobs)} jobs")
         finally:
             with warnings.catch_warnings():  # joblib warns about results that were not used
                 warnings.simplefilter("ignore")

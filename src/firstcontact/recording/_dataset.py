@@ -25,20 +25,20 @@ from firstcontact.recording._writer import RecordingWriter
 #: Largest sum of the lengths of all marked pinches, as a multiple of the recording's length. A
 #: hand's closings do not overlap so much.
 _OVERLAP = 8
-#: Size of the samples that a dataset holds in memory at most, bytes.
+#: Size of the recordings up to which a dataset has all samples in memory, bytes.
 _IN_MEMORY = 1 << 30
 
 
 def load_dataset(path: AnyPath | Sequence[AnyPath]) -> Dataset:
     """Load all pinches of one recording, of several recordings, or of a folder and its subfolders.
 
-    The samples keep their type and are read without a copy. The dataset's notes include those of
+    The samples keep their type, and can be read-only. The dataset's notes include those of
     the headers, and list damage and omissions. If there are several files, unreadable files are
     skipped and named in the notes.
 
-    Samples beyond the first GiB go into a temporary file that is mapped into memory, so the system
-    can take this memory back. The file vanishes with the dataset. If the disk is full, these
-    samples stay in memory.
+    Recordings beyond the first GiB of samples go into a temporary file (in ``TMPDIR``) that is
+    mapped into memory, so the system can take this memory back. The file vanishes with the dataset.
+    If the disk is full, these samples stay in memory. Work in several processes copies all samples.
 
     Raises
     ------
@@ -77,6 +77,7 @@ def load_dataset(path: AnyPath | Sequence[AnyPath]) -> Dataset:
             if marked > _OVERLAP * recording.samples:
                 losses.append(f"{file.name}: its pinches overlap too much and are left out")
                 continue
+            store.begin(recording)
             for mark in recording.pinches:
                 pinch = cut(recording, mark)
                 if pinch is None:
@@ -102,7 +103,7 @@ def load_dataset(path: AnyPath | Sequence[AnyPath]) -> Dataset:
 
 
 class _Store:
-    """Temporary file for the samples of pinches that exceed ``_IN_MEMORY``."""
+    """Temporary file for the samples of recordings beyond ``_IN_MEMORY``."""
 
     def __init__(self, stack: ExitStack) -> None:
         self._stack = stack
@@ -111,9 +112,12 @@ class _Store:
         self._size = 0
         self._is_full = False
 
+    def begin(self, recording: Recording) -> None:
+        """Count the samples of a recording, which its pinches keep in memory."""
+        self._size += sum(stretch.data.nbytes for stretch in recording.stretches)
+
     def put(self, pinch: Pinch) -> Pinch:
-        """Return the pinch, without its samples if they are now in the file."""
-        self._size += pinch.data.nbytes
+        """Return a pinch of the newest recording, without its samples if they are in the file."""
         if self._size <= _IN_MEMORY or self._is_full:
             return pinch
         try:
@@ -136,8 +140,9 @@ class _Store:
         last = pinches[-1].data
         shape = (sum(self._lengths), last.shape[1])
         # Not numpy.memmap: joblib would tell its workers the name of the file, which has none.
+        # Read-only: the system reserves memory for all of a mapping that can be written.
         size = math.prod(shape) * last.itemsize
-        view = mmap.mmap(self._file.fileno(), size, access=mmap.ACCESS_COPY)
+        view = mmap.mmap(self._file.fileno(), size, access=mmap.ACCESS_READ)
         samples = np.frombuffer(view, last.dtype).reshape(shape)
         parts = iter(np.split(samples, np.cumsum(self._lengths)[:-1]))
         return [p if len(p.data) else replace(p, data=next(parts)) for p in pinches]

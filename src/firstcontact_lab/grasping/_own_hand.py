@@ -64,7 +64,9 @@ def own_hand(hand: HandSeed, pinches: int) -> OwnHand:
     """
     made = [_block(hand, place, n) for place in range(len(BLOCKS)) for n in range(pinches)]
     dataset = Dataset(tuple(made), "twin")
-    detector, contacts, _ = choose_detector(dataset, None, False, hand.seed, Serial())
+    detector, contacts, _ = choose_detector(
+        dataset, name=None, is_known=False, seed=hand.seed, runner=Serial()
+    )
     touches, indices = cut_touches(dataset, contacts.contacts)
     adapted = adapt_combined(
         pretrained(), touches, dataset.shore_a[indices], dataset.sessions[indices], hand.seed

@@ -177,7 +177,9 @@ def _contacts(dataset: Dataset, seed: int, runner: Runner) -> tuple[Sequence[Con
     """
     contacts: list[Contact | None] = [None] * len(dataset)
     learn = dataset.take(~dataset.test)
-    detector, alignment, _ = choose_detector(learn, None, False, seed, runner)
+    detector, alignment, _ = choose_detector(
+        learn, name=None, is_known=False, seed=seed, runner=runner
+    )
     parts = [(~dataset.test, alignment.contacts)]
     if dataset.test.any():
         parts.append(

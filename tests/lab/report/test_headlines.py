@@ -51,7 +51,9 @@ def test_subjects_that_differ_are_named() -> None:
 
 def test_headlines_beyond_the_paper_follow_the_claims() -> None:
     result = results(
-        objects={"svm": {"rmse": 9.0}}, in_force={"share": 0.9}, anytime={"rmse": {"5": 6.0}}
+        objects={"svm": {"rmse": 9.0}},
+        in_force={"share": 0.9, "rmse": 7.0},
+        anytime={"rmse": {"5": 6.0}},
     )
     assert list(verdicts(A=result).values()) == ["worse", *["not in the paper"] * 3]
 

@@ -12,13 +12,12 @@ from firstcontact.models import lengths
 from firstcontact.twin import BLOCKS, EVERYDAY_OBJECTS
 from firstcontact_lab.report.findings import PartResult
 from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.parts.answer_time import before_second
 from firstcontact_lab.study.parts.anytime import (
     ANYTIME,
     AnytimeResults,
+    _before_second,
     anytime,
     anytime_table,
-    first_answers,
 )
 from firstcontact_lab.study.settings import StudySettings
 
@@ -62,7 +61,7 @@ def test_unseen_objects_are_asked_about_and_blocks_of_other_sessions(
         assert all(
             low <= entry.rmse[ms] <= high for ms, (low, high) in entry.intervals["rmse"].items()
         )
-    share = before_second(first_answers(subject(blocks + objects), BRIEF.early))
+    share = _before_second(subject(blocks + objects), BRIEF.early)
     assert (scores.before_second, scores.with_second) == share
 
 
@@ -81,7 +80,7 @@ def test_an_answer_waits_for_the_decision_and_for_its_samples(blocks, objects) -
     offsets = np.array([p.offset for p in pinches if p.offset is not None])
     shortest = lengths(RATE)[0]
     for decided, wait in ((0, (shortest - 1) / RATE), (40, 40 / RATE)):
-        share, of = before_second(first_answers(subject(pinches, 0, decided), BRIEF.early))
+        share, of = _before_second(subject(pinches, 0, decided), BRIEF.early)
         assert (share, of) == (np.mean(offsets > wait), len(offsets))
 
 
@@ -91,15 +90,12 @@ def test_another_finger_is_no_answer(blocks, objects) -> None:
     contacts = tuple(
         Contact(other[p.first.finger], p.first.sample, p.first.sample) for p in pinches
     )
-    whole = Subject("any", Dataset(tuple(pinches)), contacts)
-    share, _ = before_second(first_answers(whole, BRIEF.early))
+    share, _ = _before_second(Subject("any", Dataset(tuple(pinches)), contacts), BRIEF.early)
     assert share == 0.0
 
 
 def test_known_contacts_were_not_found_before_the_second(blocks) -> None:
-    outcome = anytime(Subject("any", Dataset(tuple(blocks))), BRIEF, Serial())
-    scores = outcome.results[ANYTIME]
-    assert (scores.before_second, scores.with_second) == (None, None)
+    assert _before_second(Subject("any", Dataset(tuple(blocks))), BRIEF.early) == (None, None)
 
 
 def test_no_sample_after_the_second_contact_is_used(outcome, blocks, objects) -> None:

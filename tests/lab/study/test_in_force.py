@@ -10,82 +10,115 @@ import numpy as np
 import pytest
 from excerpts import subject, twin_pinches
 
-from firstcontact.core import InputError, Serial
+from firstcontact.core import Dataset, InputError, Role, Serial
+from firstcontact.models import cut_touches, moments
 from firstcontact.twin import BLOCKS, EVERYDAY_OBJECTS
 from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.parts.anytime import ANYTIME, AnytimeResults, anytime
-from firstcontact_lab.study.parts.in_force import IN_FORCE, Delays, InForce, in_force, read_delays
+from firstcontact_lab.study.parts.anytime import anytime
+from firstcontact_lab.study.parts.in_force import (
+    IN_FORCE,
+    InForce,
+    LiveDelays,
+    in_force,
+    last_samples,
+    read_delays,
+)
 from firstcontact_lab.study.settings import StudySettings
 
 BRIEF = StudySettings().quick()
+RATE = 4936.0
 
 
 @pytest.fixture(scope="module")
-def conditioned() -> tuple[Subject, AnytimeResults]:
+def conditioned() -> Subject:
     pinches = twin_pinches(BLOCKS, 6, 3) + twin_pinches(EVERYDAY_OBJECTS[:3], 4, 2)
     made = subject(pinches)
-    results = anytime(made, BRIEF, Serial()).results[ANYTIME]
-    assert results is not None
-    return made, results
+    assert anytime(made, BRIEF, Serial()).results
+    return made
 
 
-def scores(made: Subject, folder: Path, *delays_ms: float) -> InForce | None:
+def scores(made: Subject, folder: Path, delay_ms: float) -> InForce | None:
     path = folder / "live.json"
-    path.write_text(json.dumps({"machine": "a computer", "delays_ms": delays_ms}))
+    tree = {"machine": "a computer", "first_ms": [delay_ms], "later_ms": [delay_ms]}
+    path.write_text(json.dumps(tree))
     return in_force(made, replace(BRIEF, delays=str(path))).results[IN_FORCE]
 
 
-def test_without_delay_every_estimate_with_enough_signal_is_in_force(
-    conditioned: tuple[Subject, AnytimeResults], tmp_path: Path
+@pytest.mark.parametrize("delay_ms", [0.0, 1.0, 6.5])
+def test_scores_are_those_of_the_last_estimate_of_each_pinch(
+    conditioned: Subject, tmp_path: Path, delay_ms: float
 ) -> None:
-    made, by_time = conditioned
-    at_once = scores(made, tmp_path, 0.0, 0.0)
-    assert at_once is not None
-    assert (at_once.share, at_once.with_second) == (by_time.before_second, by_time.with_second)
-    assert 0 < at_once.rmse < 40
-    offsets = [1e3 * p.offset for p in made.dataset.take(made.dataset.test) if p.offset]
-    assert at_once.n == len(offsets)
-    assert at_once.signal_ms <= np.median(np.minimum(offsets, 15)) + 0.5
+    """Each pinch is predicted by itself, at each moment until the second contact."""
+    result = scores(conditioned, tmp_path, delay_ms)
+    assert result is not None
+    assert conditioned.adapted is not None
+    answered, errors, lengths = [], [], []
+    for pinch, contact in zip(conditioned.dataset, conditioned.detections, strict=True):
+        if pinch.second is None or contact is None:
+            continue
+        arrivals = [max(contact.sample + n - 1, contact.decided) for n in moments(RATE)]
+        latest = pinch.second.sample - 1e-3 * delay_ms * RATE
+        n = max(
+            (n for n, at in zip(moments(RATE), arrivals, strict=True) if at < latest), default=0
+        )
+        answered.append(n > 0)
+        if n and pinch.label.role is Role.TEST:
+            touches, _ = cut_touches(Dataset((pinch,)), [contact])
+            value = conditioned.adapted.model.predict(touches.until(n)).value[0]
+            errors.append(value - (pinch.label.shore_a or 0.0))
+            lengths.append(n / RATE)
+    assert (result.share, result.with_second) == (np.mean(answered), len(answered))
+    assert result.n == len(errors)
+    assert result.rmse == pytest.approx(np.sqrt(np.mean(np.square(errors))))
+    assert result.signal_ms == pytest.approx(1e3 * np.median(lengths))
 
 
-def test_longer_delays_leave_fewer_estimates_with_less_signal(
-    conditioned: tuple[Subject, AnytimeResults], tmp_path: Path
-) -> None:
-    made = conditioned[0]
-    quick, slow = (scores(made, tmp_path, ms, ms) for ms in (1.0, 8.0))
-    assert quick is not None
-    assert slow is not None
-    assert slow.share < quick.share
-    assert slow.n < quick.n
-    assert slow.signal_ms < quick.signal_ms
-    assert scores(made, tmp_path, 500.0, 500.0) is None
+def test_an_early_contact_counts_and_a_missed_one_has_no_estimate(conditioned: Subject) -> None:
+    delays = LiveDelays("a computer", (1.0,), (1.0,))
+    samples = last_samples(conditioned, delays, 0)
+    first = next(i for i, n in enumerate(samples) if 0 < n < moments(RATE)[-1])
+    contacts = list(conditioned.detections)
+    contact = contacts[first]
+    assert contact is not None
+    contacts[first] = replace(contact, sample=contact.sample - 200, decided=contact.decided - 200)
+    early = last_samples(replace(conditioned, detections=tuple(contacts)), delays, 0)
+    assert early[first] == moments(RATE)[-1]
+    contacts[first] = None
+    missed = last_samples(replace(conditioned, detections=tuple(contacts)), delays, 0)
+    assert missed[first] == 0
+    assert np.array_equal(np.delete(missed, first), np.delete(samples, first))
 
 
-def test_without_delays_or_a_model_nothing_is_scored(
-    conditioned: tuple[Subject, AnytimeResults], tmp_path: Path
-) -> None:
-    made = conditioned[0]
-    outcome = in_force(made, BRIEF)
+def test_a_slow_first_estimate_delays_only_itself(conditioned: Subject) -> None:
+    quick = last_samples(conditioned, LiveDelays("a computer", (1.0,), (1.0,)), 0)
+    slow = last_samples(conditioned, LiveDelays("a computer", (30.0,), (1.0,)), 0)
+    assert set(slow) < set(quick)
+    assert np.all((slow == quick) | (slow == 0))
+
+
+def test_without_delays_or_a_model_nothing_is_scored(conditioned: Subject, tmp_path: Path) -> None:
+    outcome = in_force(conditioned, BRIEF)
     assert outcome.results[IN_FORCE] is None
     assert not outcome.left_out
-    path = tmp_path / "live.json"
-    path.write_text('{"machine": "a computer", "delays_ms": [0, 1]}')
-    outcome = in_force(Subject("any", made.dataset), replace(BRIEF, delays=str(path)))
-    assert outcome.left_out
+    assert scores(Subject("any", conditioned.dataset), tmp_path, 1.0) is None
 
 
-def test_drawn_delays_follow_the_quantiles() -> None:
-    delays = Delays("a computer", (1.0, 2.0, 10.0))
-    drawn = delays.draw(20_000, np.random.default_rng(0))
-    assert drawn.min() >= 1e-3
-    assert drawn.max() <= 10e-3
-    assert np.mean(drawn < 2e-3) == pytest.approx(0.5, abs=0.02)
-    assert delays.quantile(0.5) == 2.0
+def test_without_an_estimate_in_time_there_is_only_the_share(
+    conditioned: Subject, tmp_path: Path
+) -> None:
+    result = scores(conditioned, tmp_path, 500.0)
+    assert result is not None
+    assert (result.share, result.n, result.rmse, result.intervals) == (0.0, 0, None, {})
 
 
 @pytest.mark.parametrize(
     "text",
-    ["", "[1, 2]", '{"machine": "m", "delays_ms": [1]}', '{"machine": "m", "delays_ms": [2, 1]}'],
+    [
+        "",
+        "[1, 2]",
+        '{"machine": "m", "first_ms": [1], "later_ms": []}',
+        '{"machine": "m", "first_ms": [2, 1], "later_ms": [1]}',
+    ],
 )
 def test_other_files_are_refused(tmp_path: Path, text: str) -> None:
     path = tmp_path / "live.json"

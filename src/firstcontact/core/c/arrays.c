@@ -7,7 +7,7 @@
 
 /* A long has 4 or 8 bytes, so its format stands for two kinds: the size decides. */
 static const struct {
-    char kind;
+    enum kind kind;
     const char *formats[2];
     Py_ssize_t size;
 } KINDS[] = {
@@ -15,7 +15,7 @@ static const struct {
     {U16, {"H", "H"}, 2}, {I32, {"i", "l"}, 4}, {I64, {"q", "l"}, 8},     {FLAG, {"?", "?"}, 1},
 };
 
-static int row(char kind)
+static int row(enum kind kind)
 {
     int k = 0;
     while (KINDS[k].kind != kind)
@@ -23,12 +23,12 @@ static int row(char kind)
     return k;
 }
 
-Py_ssize_t array_size(char kind)
+Py_ssize_t array_size(enum kind kind)
 {
     return KINDS[row(kind)].size;
 }
 
-bool array_get(PyObject *object, Py_buffer *view, char kind, bool is_written)
+bool array_get(PyObject *object, Py_buffer *view, enum kind kind, bool is_written)
 {
     const int k = row(kind);
     const int flags = PyBUF_C_CONTIGUOUS | PyBUF_FORMAT | (is_written ? PyBUF_WRITABLE : 0);
@@ -46,7 +46,7 @@ bool array_get(PyObject *object, Py_buffer *view, char kind, bool is_written)
     return false;
 }
 
-bool array_take(PyObject *object, Py_buffer *view, Py_ssize_t count, char kind, bool is_written)
+bool array_take(PyObject *object, Py_buffer *view, Py_ssize_t count, enum kind kind, bool is_written)
 {
     const Py_ssize_t bytes = count * array_size(kind);
     if (!array_get(object, view, kind, is_written))

@@ -10,12 +10,12 @@
 enum kind { F32 = 'f', F64 = 'd', PAIR = 'z', I16 = 'h', U16 = 'H', I32 = 'i', I64 = 'q', FLAG = '?' };
 
 /* Bytes of a number. */
-Py_ssize_t array_size(char kind);
+Py_ssize_t array_size(enum kind kind);
 
 /* Get the buffer of an array of any length. Set an error and return false if its kind differs. */
-bool array_get(PyObject *object, Py_buffer *view, char kind, bool is_written);
+bool array_get(PyObject *object, Py_buffer *view, enum kind kind, bool is_written);
 
 /* Get the buffer of an array of exactly this many numbers. */
-bool array_take(PyObject *object, Py_buffer *view, Py_ssize_t count, char kind, bool is_written);
+bool array_take(PyObject *object, Py_buffer *view, Py_ssize_t count, enum kind kind, bool is_written);
 
 #endif

@@ -186,7 +186,7 @@ failed:
 typedef struct {
     const void **to;
     Py_ssize_t count;
-    char kind;
+    enum kind kind;
 } array;
 
 /* Copy arrays into one block behind a head, because neighbours are read one after the other. */
@@ -388,7 +388,7 @@ static PyObject *ear(PyObject *self, PyObject *const *args, Py_ssize_t n)
     PyBuffer_Release(&view);
     void *const to[] = {e->cell, e->part, e->turn};
     const Py_ssize_t counts[] = {LINES, LINES, 2 * HALF + HALF / 2};
-    const char kinds[] = {I32, F64, F64};
+    const enum kind kinds[] = {I32, F64, F64};
     for (int k = 0; k < 3; k++) {
         if (!array_take(args[k + 1], &view, counts[k], kinds[k], false))
             goto failed;

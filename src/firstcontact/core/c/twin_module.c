@@ -29,9 +29,9 @@ static void release(argument *a, Py_ssize_t n)
 static bool get_array(PyObject *object, char letter, argument *a)
 {
     static const char LETTERS[] = "dzlsu", WRITTEN[] = "DZLSU";
-    static const char KINDS[] = {F64, PAIR, I64, I16, U16};
+    static const enum kind KINDS[] = {F64, PAIR, I64, I16, U16};
     const char *const read = strchr(LETTERS, letter);
-    const char kind = KINDS[read ? read - LETTERS : strchr(WRITTEN, letter) - WRITTEN];
+    const enum kind kind = KINDS[read ? read - LETTERS : strchr(WRITTEN, letter) - WRITTEN];
     if (!array_get(object, &a->view, kind, read == NULL))
         return false;
     a->data = a->view.buf;

@@ -9,7 +9,7 @@ import numpy as np
 from msgspec import field
 from msgspec.structs import asdict
 
-from firstcontact.core import Contact, Pinch, Record, Runner, counted, is_same_rate, percent
+from firstcontact.core import Record, Runner, counted, is_same_rate, percent
 from firstcontact.models import (
     ESTIMATORS,
     RIG_ESTIMATOR,
@@ -146,9 +146,7 @@ def anytime(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
             by_estimator[name] = OtherScores(unseen=blocks)
     scores = by_estimator.pop(RIG_ESTIMATOR.name)
     queries = ~learn if len(objects) else learn
-    share, of = None, None
-    if subject.detections:
-        share, of = before_second(first_answers(subject, settings.early))
+    share, of = _before_second(subject, settings.early)
     results = AnytimeResults(
         **asdict(scores.unseen),
         pinches="objects" if len(objects) else "blocks",
@@ -251,19 +249,28 @@ def _fixed(subject: Subject, queries: LabelledTouches, seed: int) -> FixedWindow
     )  # fmt: skip
 
 
-def first_answers(subject: Subject, early: float) -> list[tuple[Pinch, float | None]]:
-    """Return each pinch with a known first contact, and the time from there to an estimate, s.
+def _before_second(subject: Subject, early: float) -> tuple[float | None, int | None]:
+    """Return the share of pinches with an estimate before the second contact, and a number.
+
+    For the number see :func:`before_second`.
 
     The first estimate needs a detected contact, and as many samples after it as the network's
-    earliest prediction. The time is None as in :func:`waits`.
+    earliest prediction.
     """
     dataset = subject.dataset
+    if not subject.detections:
+        return None, None
     shortest = lengths(dataset.layout.rate)[0]
-
-    def answer_sample(pinch: Pinch, contact: Contact) -> int:
-        return max(contact.decided, contact.sample + shortest - 1)
-
-    return list(waits(dataset, subject.detections, answer_sample, early))
+    return before_second(
+        list(
+            waits(
+                dataset,
+                subject.detections,
+                lambda pinch, contact: max(contact.decided, contact.sample + shortest - 1),
+                early,
+            )
+        )
+    )
 
 
 #: Conditioning schemes of results, in words.

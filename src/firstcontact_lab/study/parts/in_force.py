@@ -7,6 +7,7 @@ from typing import Annotated
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
 from firstcontact.core import LONGEST, InputError, Name, Record, read_record, read_regular
 from firstcontact.models import (
@@ -15,6 +16,7 @@ from firstcontact.models import (
     LabelledTouches,
     Values,
     bounded,
+    moments,
     regression_scores,
     resampler_lookahead,
 )
@@ -24,44 +26,39 @@ from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.tables import Cell, Row, Table, matrix, optional
 from firstcontact_lab.study._subject import Subject
 from firstcontact_lab.study.part import Part, Step, Subjects
-from firstcontact_lab.study.parts.answer_time import before_second
-from firstcontact_lab.study.parts.anytime import first_answers
-from firstcontact_lab.study.scores import predictions_by_time
 from firstcontact_lab.study.settings import StudySettings
 
-#: Times after the contact at which `live` predicts, ms.
-_TIMES = range(2, 16)
+_Ascending = Annotated[
+    tuple[Annotated[float, msgspec.Meta(ge=0, le=1e4)], ...],
+    msgspec.Meta(min_length=1, max_length=100_000),
+]
 
 
-class Delays(msgspec.Struct, frozen=True):
+class LiveDelays(msgspec.Struct, frozen=True):
     """Measured delays of live estimates, and the machine that they were measured on.
+
+    A delay is the time from the last sample that an estimate needs until the estimate is available.
+    It includes the wait for the end of a frame, transport beyond the fastest frame, and computing.
 
     Parameters
     ----------
     machine
         Name of the processor.
-    delays_ms
-        Quantiles of the delay, ms, in ascending order: from the last sample that an estimate needs
-        until it is available. The first is the smallest delay, and the last the largest.
+    first_ms, later_ms
+        Delays of the first estimate of each closing, and of all later estimates, ms, ascending.
     """
 
     machine: Name
-    delays_ms: Annotated[
-        tuple[Annotated[float, msgspec.Meta(ge=0, le=1e4)], ...],
-        msgspec.Meta(min_length=2, max_length=10_000),
-    ]
+    first_ms: _Ascending
+    later_ms: _Ascending
 
-    def draw(self, n: int, rng: np.random.Generator) -> Values:
-        """Return random delays, s, shape (n,)."""
-        shares = np.linspace(0, 1, len(self.delays_ms))
-        return np.asarray(1e-3 * np.interp(rng.random(n), shares, self.delays_ms))
-
-    def quantile(self, share: float) -> float:
-        """Return a quantile of the delay, ms."""
-        return float(np.quantile(self.delays_ms, share))
+    def quantiles(self, shares: Values, *, is_first: bool) -> Values:
+        """Return quantiles of the delays, s, shape of ``shares``."""
+        delays = self.first_ms if is_first else self.later_ms
+        return np.asarray(1e-3 * np.quantile(delays, shares))
 
 
-def read_delays(path: Path) -> Delays:
+def read_delays(path: Path) -> LiveDelays:
     """Return the delays in a ``live.json``.
 
     Raises
@@ -70,30 +67,32 @@ def read_delays(path: Path) -> Delays:
         The file has another format, or its delays do not ascend.
     """
     remedy = "give the file of `benchmarks/live.py --out`"
-    delays = read_record(read_regular(path, LONGEST), Delays, str(path), remedy)
-    if np.any(np.diff(delays.delays_ms) < 0):
-        raise InputError(f"{path}: delays_ms do not ascend: {remedy}")
+    delays = read_record(read_regular(path, LONGEST), LiveDelays, str(path), remedy)
+    for name, values in (("first_ms", delays.first_ms), ("later_ms", delays.later_ms)):
+        if np.any(np.diff(values) < 0):
+            raise InputError(f"{path}: {name} does not ascend: {remedy}")
     return delays
 
 
 class InForce(Record, frozen=True, kw_only=True):
-    """Share of pinches with an estimate in force, and its error on ``n`` unseen objects' pinches.
+    """Share of pinches with an estimate in force, and the error of those on unseen objects.
 
-    ``share``: share of the ``with_second`` pinches that had an estimate in force. ``machine``:
-    machine of the measured delays, with median ``delay_p50_ms`` and ``delay_p99_ms``.
-    ``signal_ms``: median length of the signal in the estimates.
+    ``share``: share of the ``with_second`` pinches that had an estimate in force. ``n``: number of
+    those of unseen objects. ``signal_ms``: median length of the signal in their estimates.
+    ``machine``, ``first_ms``, ``later_ms``: machine on which the delays were measured, and the
+    median delays of the first estimate of a closing and of later estimates.
     """
 
     estimator: str
     share: float
     with_second: int
     n: int
-    rmse: float
-    intervals: dict[str, Ends]
-    signal_ms: float
+    rmse: float | None = None
+    intervals: dict[str, Ends] = msgspec.field(default_factory=dict)
+    signal_ms: float | None = None
     machine: str
-    delay_p50_ms: float
-    delay_p99_ms: float
+    first_ms: float
+    later_ms: float
 
 
 _TITLE = "Estimate in force"
@@ -103,50 +102,44 @@ def in_force(subject: Subject, settings: StudySettings) -> PartResult:
     """Score the last estimates that were available before the second contact.
 
     An estimate is available when its samples have arrived, the contact is detected, and a measured
-    delay has passed. Each estimate gets a random one of these delays.
+    delay has passed. All estimates of a pinch have the same random quantile of the delays, since a
+    stall delays them all. Contacts count wherever they were detected: a hand does not know which
+    are wrong.
     """
     if not settings.delays:
         return PartResult()
     if not subject.detections or subject.adapted is None:
         return _none("contacts are not detected, or no model is conditioned on the pinches")
     delays = read_delays(Path(settings.delays))
-    rng = np.random.default_rng(settings.seed)
-    answers = first_answers(subject, settings.early)
-    late = delays.draw(len(answers), rng)
-    share, with_second = before_second(
-        [
-            (pinch, None if seconds is None else seconds + delay)
-            for (pinch, seconds), delay in zip(answers, late.tolist(), strict=True)
-        ]
-    )
+    has_second = np.array([p.second is not None for p in subject.dataset.pinches])
+    if not has_second.any():
+        return _none("no pinch has a known second contact")
+    samples = last_samples(subject, delays, settings.seed)
     labelled = LabelledTouches.cut(subject.dataset, subject.detections)
-    objects = labelled.take(labelled.touches.answerable & subject.dataset.test[labelled.rows])
-    offsets, decided = _times(subject, objects)
+    objects = labelled.take(subject.dataset.test[labelled.rows] & (samples[labelled.rows] > 0))
+    last = samples[objects.rows]
     value, elapsed = np.full((2, len(objects)), np.nan)
-    model = subject.adapted.model
-    for ms, predicted in predictions_by_time(model, objects.touches, _TIMES).items():
-        available = np.maximum(1e-3 * ms, decided) + delays.draw(len(objects), rng)
-        is_in_time = available < offsets
-        value[is_in_time] = predicted.value[is_in_time]
-        elapsed[is_in_time] = predicted.elapsed[is_in_time]
-    has_value = np.isfinite(value)
-    if share is None or with_second is None or not has_value.any():
-        return _none("no unseen object's pinch has one and a known second contact")
-    scores = regression_scores(
-        objects.shore_a[has_value], value[has_value], objects.clusters[has_value], settings.seed
-    )
+    for n in np.unique(last):
+        predicted = subject.adapted.model.predict(objects.touches.take(last == n).until(n))
+        value[last == n], elapsed[last == n] = predicted.value, predicted.elapsed
+    middle = np.array(0.5)
     results = InForce(
         estimator=RIG_ESTIMATOR.name,
-        share=share,
-        with_second=with_second,
-        n=scores.n,
-        rmse=scores.rmse,
-        intervals={key: ends for key, ends in scores.intervals.items() if key == "rmse"},
-        signal_ms=1e3 * float(np.median(elapsed[has_value])),
+        share=float(np.mean(samples[has_second] > 0)),
+        with_second=int(has_second.sum()),
+        n=len(objects),
         machine=delays.machine,
-        delay_p50_ms=delays.quantile(0.5),
-        delay_p99_ms=delays.quantile(0.99),
+        first_ms=1e3 * float(delays.quantiles(middle, is_first=True)),
+        later_ms=1e3 * float(delays.quantiles(middle, is_first=False)),
     )
+    if len(objects):
+        scores = regression_scores(objects.shore_a, value, objects.clusters, settings.seed)
+        results = msgspec.structs.replace(
+            results,
+            rmse=scores.rmse,
+            intervals={key: ends for key, ends in scores.intervals.items() if key == "rmse"},
+            signal_ms=1e3 * float(np.median(elapsed)),
+        )
     return PartResult([IN_FORCE(results)])
 
 
@@ -154,21 +147,29 @@ def _none(why: str) -> PartResult:
     return PartResult(left_out=[f"{_TITLE}: {why}."])
 
 
-def _times(subject: Subject, objects: LabelledTouches) -> tuple[Values, Values]:
-    """Return the times from each detected contact to the second one and to the decision, s.
+def last_samples(subject: Subject, delays: LiveDelays, seed: int) -> NDArray[np.intp]:
+    """Return the number of samples in the estimate in force of each pinch, shape (pinches,).
 
-    The first is NaN if the second contact is unknown. Both allow for the resampler's delay.
+    It is 0 without an estimate in force, and if the second contact is unknown.
     """
-    offsets, decided = np.full((2, len(objects)), np.nan)
-    waited = resampler_lookahead(subject.dataset)
-    for place, row in enumerate(objects.rows):
-        pinch, contact = subject.dataset.pinches[row], subject.detections[row]
-        assert contact is not None
-        rate = pinch.layout.rate
-        decided[place] = (contact.decided - contact.sample) / rate
-        if pinch.second is not None:
-            offsets[place] = (pinch.second.sample - contact.sample) / rate - waited
-    return offsets, decided
+    dataset = subject.dataset
+    rate = dataset.layout.rate
+    waited = resampler_lookahead(dataset)
+    quantile = np.random.default_rng(seed).random(len(dataset))
+    first, later = (delays.quantiles(quantile, is_first=is_first) for is_first in (True, False))
+    out = np.zeros(len(dataset), np.intp)
+    for row, (pinch, contact) in enumerate(zip(dataset.pinches, subject.detections, strict=True)):
+        if contact is None or pinch.second is None:
+            continue
+        offset = (pinch.second.sample - contact.sample) / rate - waited
+        decided = (contact.decided - contact.sample) / rate
+        delay = first[row]
+        for n in moments(rate):
+            if max((n - 1) / rate, decided) + delay < offset:
+                out[row] = n
+            if (n - 1) / rate >= decided:  # the first estimate of the closing is out
+                delay = later[row]
+    return out
 
 
 IN_FORCE = Field.optional("in_force", InForce)
@@ -179,9 +180,10 @@ def _text(subjects: Subjects) -> str:
     for results in subjects.values():
         if scores := results[IN_FORCE]:
             return (
-                f"{text} Detection counts, and so do waiting, transport and computing: "
-                f"{scores.delay_p50_ms:.1f} ms (median) and {scores.delay_p99_ms:.1f} ms (99 %), "
-                f"measured in live sessions on {scores.machine}."
+                f"{text} Detection counts, and so do waiting, transport and computing. Together "
+                f"these three take {scores.first_ms:.1f} ms for a first estimate and "
+                f"{scores.later_ms:.1f} ms for later ones (medians), measured in live sessions on "
+                f"{scores.machine}."
             )
     return text
 
@@ -191,8 +193,6 @@ _COLUMNS: tuple[Row[InForce], ...] = (
     Row("RMSE, unseen objects", lambda scores: bounded(scores, "rmse"), "shore"),
     Row("Scored pinches", lambda scores: scores.n),
     Row("Signal, median", lambda scores: scores.signal_ms, "ms"),
-    Row("Delay, median", lambda scores: scores.delay_p50_ms, "ms"),
-    Row("Delay, 99 %", lambda scores: scores.delay_p99_ms, "ms"),
 )
 
 
@@ -208,14 +208,14 @@ def in_force_table(results: SubjectResults) -> Table | None:
 def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
     return [
         Row(
-            "Pinches with an estimate when the second finger touches",
+            "Pinches with an estimate in force at the second contact",
             optional(lambda results: results[IN_FORCE], lambda scores: scores.share),
             "share",
-            remark="First estimate at 2 ms. Measured delays of `live` are counted.",
+            remark="With detection and the measured delays of `live`.",
             headline=True,
         ),
         Row(
-            "Unseen objects, this estimate: RMSE",
+            "Unseen objects, estimate in force: RMSE",
             lambda results: bounded(results[IN_FORCE], "rmse"),
             "shore",
             headline=True,

@@ -155,7 +155,7 @@ class RealTime:
         Times from the first to the second contact, in closings whose second finger touched before
         an estimate was available.
     first_pinch_ms, compute_ms
-        Time from the last needed sample to the estimate, ms: for the first pinch of the session,
+        Time to compute an estimate, without waiting and transport, ms: for the first pinch of the session,
         and median, 99th percentile and maximum over all pinches.
     first_ms, later_ms
         Times from the last needed sample to each closing's first estimate, and to all later
@@ -185,7 +185,7 @@ class RealTime:
         p50, p99, longest = self.compute_ms
         return (
             f"estimate in time in {self.in_force} of {self.closings} closings "
-            f"({100 * self.in_force_share:.0f} %); sample to estimate p50 {p50:.2f} ms, "
+            f"({100 * self.in_force_share:.0f} %); computing p50 {p50:.2f} ms, "
             f"p99 {p99:.2f} ms, longest {longest:.2f} ms, first of the session "
             f"{self.first_pinch_ms:.2f} ms; {100 * self.core_share:.1f} % of a core; load "
             f"{self.load:.1f}"

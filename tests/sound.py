@@ -91,6 +91,6 @@ def local_sound(folder: Path, samples: NDArray[np.int16], **settings: int) -> It
 def ramp(samples: int) -> NDArray[np.int16]:
     """Return a ramp: each sample is its index, modulo 65536.
 
-    A low-pass filter only delays a ramp, so the index can be read behind it, too.
+    A low-pass filter only delays a ramp, so the index can be read after it, too.
     """
     return (np.arange(samples) & 0xFFFF).astype(np.uint16).view(np.int16)

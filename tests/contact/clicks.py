@@ -12,12 +12,12 @@ from firstcontact.core import Block, Contact, Finger, Pinch, fingertip_layout
 from firstcontact.twin import BLOCKS, PAPER_RIG, draw_pinch, draw_specimen, simulate_pinch
 
 LAYOUT = fingertip_layout()
-#: Where the click begins, and its counts.
+#: Sample at which the click begins, and its counts divided by 32.
 CLICK, PEAK = 320, (30, -22, 12, -6, 3)
 
 
 def make_pinch(seed: int, *, click: bool, finger: Finger = Finger.INDEX) -> Pinch:
-    """Return a pinch of the twin, in which a gear clicks before the contact."""
+    """Return a pinch of the twin; with ``click``, a gear clicks on ``finger`` before the contact."""
     draw = draw_pinch(seed, PAPER_RIG, "s", draw_specimen(seed, PAPER_RIG, BLOCKS[4], 0), 0)
     pinch = simulate_pinch(draw, replace(Pinch(np.zeros((1, 16)), LAYOUT).label), 5_000)
     data = pinch.data.copy()

@@ -96,7 +96,7 @@ def test_error_ends_the_map_and_the_next_map_works(two_workers: Cluster) -> None
 
 
 def test_cancelled_tasks_are_reported_before_the_next_call(two_workers: Cluster) -> None:
-    """Later, joblib would end its next call with their error, and without results."""
+    """If they came later, joblib would count their errors to its next call, and end that."""
     from distributed import Client
     from joblib.parallel import BatchedCalls
 

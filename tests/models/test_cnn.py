@@ -145,8 +145,8 @@ def test_several_trainings_at_once_are_those_of_each_alone(task: Task) -> None:
     for model, each in zip(estimator.fit_several(sets), sets, strict=True):
         alone = estimator.fit(*each)
         assert model.notes == alone.notes
-        # Rounding moves standardised outputs by up to 0.0008 on some processors; the same windows
-        # in another order move them by 0.005 to 0.07.
+        # Rounding moves standardised outputs by up to 0.0008 on some processors; training on
+        # the windows in another order moves them by 0.005 to 0.07.
         np.testing.assert_allclose(model.outputs(X), alone.outputs(X), atol=0.003)
 
 

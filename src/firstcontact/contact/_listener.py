@@ -15,7 +15,7 @@ from firstcontact.core import Block, Contact, Layout, Pinch
 from firstcontact.signal import samples_in
 
 #: Time between two steady states of a closing, and the age of the newest sample of each, s. A
-#: contact is detected before it is that old.
+#: contact is detected earlier than that, so no steady state contains its signal.
 RESETTLED, SETTLED = 0.01, 0.008
 #: Length of the pieces in which pinches are judged, s. Pieces after the last contact are not
 #: judged.
@@ -192,7 +192,8 @@ def judge_pinch(detector: Detector, pinch: Pinch, until: int) -> PinchDecisions:
     -------
     PinchDecisions
         Decisions for the judged windows, and the first contact in them that is not withdrawn.
-        ``fixed_windows`` end at ``until``, or later if the steady state never changes.
+        ``fixed_windows`` end at ``until`` or after ``PIECE`` s, whichever is later; if the steady
+        state never changes, they are ``windows``.
     """
     judge = _Judge(detector, pinch.layout)
     windows: list[WindowDecisions] = []

@@ -125,8 +125,8 @@ class ClusterBackend(ParallelBackendBase):  # type: ignore[misc]  # joblib state
     def abort_everything(self, ensure_ready: bool = True) -> None:
         """Cancel all tasks that have not started, and wait until joblib knows of it.
 
-        Later, joblib would take the error of a cancelled task for one of its next call, and would
-        end that call without results.
+        If the error of a cancelled task came later, joblib would count it to its next call, and
+        end that call without results. The wait is at most ``PATIENCE`` s.
         """
         with self._delivered:
             tasks = set(self._tasks)

@@ -196,7 +196,7 @@ class Network:
         context
             Encoded rig.
         stages
-            Index of each contact's time in ``STAGES``, for which the rig is encoded, shape (n,).
+            Index in ``STAGES`` of the time of each contact, shape (n,).
 
         Returns
         -------

@@ -36,8 +36,8 @@ class Split:
     train, test
         Positions, each shape (n,).
     shares
-        Kinds of groups of which one group may be in both training and test. :meth:`check`
-        refuses all others.
+        Kinds whose groups may be in both training and test. :meth:`check` refuses a shared group
+        of any other kind.
     """
 
     name: str

@@ -38,7 +38,7 @@ def load_dataset(path: AnyPath | Sequence[AnyPath]) -> Dataset:
 
     Recordings beyond the first GiB of samples go into a temporary file (in ``TMPDIR``) that is
     mapped into memory, so the system can take this memory back. The file vanishes with the dataset.
-    If the disk is full, these samples stay in memory. Work in several processes copies all samples.
+    If the disk is full, these samples stay in memory. Worker processes get copies.
 
     Raises
     ------
@@ -113,7 +113,7 @@ class _Store:
         self._is_full = False
 
     def begin(self, recording: Recording) -> None:
-        """Count the samples of a recording, which its pinches keep in memory."""
+        """Count all samples of a recording: its pinches are views that keep all of it in memory."""
         self._size += sum(stretch.data.nbytes for stretch in recording.stretches)
 
     def put(self, pinch: Pinch) -> Pinch:

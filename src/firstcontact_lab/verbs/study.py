@@ -35,7 +35,7 @@ class Study:
     board: Annotated[Path | None, Option(advanced=True)] = None
     """File `embedded.json` with the costs of models on the hand, for the report."""
     delays: Annotated[Path | None, Option(advanced=True)] = None
-    """File `live.json` with measured delays, for estimates in force."""
+    """File of `benchmarks/live.py --out`, to score estimates in force."""
     seed: int = 0
     """Random seed of the twin, splits, training and intervals."""
     workers: Annotated[int, Option(advanced=True, group="machine")] = 0

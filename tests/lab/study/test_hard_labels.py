@@ -56,9 +56,9 @@ def cut(dataset: Dataset, first: int, last: int, rows: Sequence[int] | None = No
 
 
 def whole_study(dataset: Dataset, out: Path, *only: str) -> dict[str, Any]:
-    """Run the parts with the titles ``only``, or all parts without it.
+    """Run the steps with the titles ``only``, or all steps if none is given.
 
-    The parts of the CNN never run: they use labels in the same way and take longer.
+    Steps of slow estimators (the CNN) and the inference times never run.
     """
     steps = protocol.plan([("recordings", lambda: dataset)], SMALL, Serial())
     assert {"inference time", *only} <= {step.title for step in steps}

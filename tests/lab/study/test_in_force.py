@@ -48,7 +48,7 @@ def scores(made: Subject, folder: Path, delay_ms: float) -> InForce | None:
 def test_scores_are_those_of_the_last_estimate_of_each_pinch(
     conditioned: Subject, tmp_path: Path, delay_ms: float
 ) -> None:
-    """Each pinch is predicted by itself, at each moment until the second contact."""
+    """Each pinch is predicted by itself, once, at the last moment that is in time."""
     result = scores(conditioned, tmp_path, delay_ms)
     assert result is not None
     assert conditioned.adapted is not None
@@ -100,6 +100,7 @@ def test_without_delays_or_a_model_nothing_is_scored(conditioned: Subject, tmp_p
     outcome = in_force(conditioned, BRIEF)
     assert outcome.results[IN_FORCE] is None
     assert not outcome.left_out
+    assert in_force(conditioned, replace(BRIEF, parts=("in_force",))).left_out
     assert scores(Subject("any", conditioned.dataset), tmp_path, 1.0) is None
 
 

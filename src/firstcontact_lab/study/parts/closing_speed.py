@@ -54,7 +54,7 @@ MEASUREMENTS: dict[str, tuple[float, bool] | None] = {
 MODELS = {"network": "Network", "combined": "Combined"}
 #: Kinds of rigs: closing speeds as in the training of the network, or drawn for each pinch.
 SPEEDS = {
-    "usual": "Closing speed that varies only as when one hand repeats a closing",
+    "usual": "Closing speed that varies only as much as when one hand repeats a closing",
     "free": "Closing speed of each pinch from 0.5 to 2 times the usual one",
 }
 #: Scores of a model with a measurement: RMSE by use and time, and coverage at ``MIDDLE``. For each

@@ -38,7 +38,7 @@ class LiveDelays(msgspec.Struct, frozen=True):
     """Measured delays of live estimates, and the machine that they were measured on.
 
     A delay is the time from the last sample that an estimate needs until the estimate is available.
-    It includes the wait for the end of a frame, transport beyond the fastest frame, and computing.
+    It includes the wait for the end of a frame, transport (as in live output) and computing.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def in_force(subject: Subject, settings: StudySettings) -> PartResult:
     are wrong.
     """
     if not settings.delays:
-        return PartResult()
+        return _none("give a file with --delays") if "in_force" in settings.parts else PartResult()
     if not subject.detections or subject.adapted is None:
         return _none("contacts are not detected, or no model is conditioned on the pinches")
     delays = read_delays(Path(settings.delays))
@@ -197,7 +197,7 @@ _COLUMNS: tuple[Row[InForce], ...] = (
 
 
 def in_force_table(results: SubjectResults) -> Table | None:
-    """Return a table of the share of pinches with an estimate in force, its error and delays."""
+    """Return a table of the share of pinches with an estimate in force, and of their errors."""
     scores = results[IN_FORCE]
     if scores is None:
         return None

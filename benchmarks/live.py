@@ -155,8 +155,8 @@ class RealTime:
         Times from the first to the second contact, in closings whose second finger touched before
         an estimate was available.
     first_pinch_ms, compute_ms
-        Time to compute an estimate, without waiting and transport, ms: for the first pinch of the session,
-        and median, 99th percentile and maximum over all pinches.
+        Time to compute an estimate, without waiting and transport, ms: for the first pinch of the
+        session, and median, 99th percentile and maximum over all pinches.
     first_ms, later_ms
         Times from the last needed sample to each closing's first estimate, and to all later
         estimates, with waiting and transport, ms, ascending.

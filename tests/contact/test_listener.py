@@ -1,4 +1,4 @@
-"""Contacts of a closing, live and in recorded pinches: results do not depend on the sizes of blocks."""
+"""Contacts of a closing, live and in recorded pinches, in blocks of any size."""
 
 from __future__ import annotations
 

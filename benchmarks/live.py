@@ -257,9 +257,9 @@ def real_time(seconds: float, seed: int, looked_at: bool) -> RealTime:
 def main() -> None:
     """Print the results."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seconds", type=float, default=60.0, help="length of each stream")
+    parser.add_argument("--seconds", type=float, default=20.0, help="length of each stream")
     parser.add_argument("--seed", type=int, default=5, help="random seed of the stream")
-    parser.add_argument("--runs", type=int, default=3, help="real-time runs of each kind")
+    parser.add_argument("--runs", type=int, default=1, help="real-time runs of each kind")
     parser.add_argument("--out", type=Path, help="JSON file for the figures of these runs")
     settings = parser.parse_args()
     with tempfile.TemporaryDirectory() as cache:

@@ -113,7 +113,7 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
-        "--pinches", type=int, nargs="+", default=[500, 2000], help="pinches of blocks"
+        "--pinches", type=int, nargs="+", default=[100, 400], help="pinches of blocks"
     )
     parser.add_argument("--folder", type=Path, help="folder for recordings and models")
     parser.add_argument("--out", type=Path, help="JSON file for the figures")

@@ -230,11 +230,5 @@ PART = Part(
     _text,
     [in_force_table],
     _rows,
-    columns=(
-        "Pinches with an estimate",
-        "RMSE, unseen objects",
-        "Scored pinches",
-        "Signal, median",
-    ),
     needs=("anytime",),
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 import shutil
 import subprocess
@@ -27,7 +28,9 @@ def _plugin() -> Path:
     """Return the ALSA device, built once per process. Skip the test if it cannot be built."""
     if not _SYSTEM.exists() or shutil.which("cc") is None:
         pytest.skip("no ALSA or no C compiler: apt install libasound2-data gcc")
-    built = Path(mkdtemp(prefix="firstcontact-tape-")) / "libtape.so"
+    folder = mkdtemp(prefix="firstcontact-tape-")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    built = Path(folder) / "libtape.so"
     source = Path(__file__).with_name("sound_tape.c")
     flags = ["-O1", "-Wall", "-Wextra", "-Werror", "-DPIC", "-fPIC", "-shared"]
     process = subprocess.run(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import types
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ import pytest
 
 import firstcontact as fc
 from firstcontact import plugins
+from firstcontact.core import write_calibration
 
 pytestmark = pytest.mark.usefixtures("small_searches")
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -77,6 +79,15 @@ def test_progress_counts_every_step(data: fc.Dataset, training: tuple[fc.Model, 
     assert sum(steps) == 2  # the network and the window model
 
 
+def test_training_warns_of_pinches_with_the_same_samples(
+    data: fc.Dataset, training: tuple[fc.Model, list[int]]
+) -> None:
+    copied = [replace(p, label=replace(p.label, session="copied")) for p in data[:3]]
+    noted = fc.adapt(replace(data, pinches=(*data.pinches, *copied))).notes
+    assert [note for note in noted if note.startswith("warning: 3 pinches ")] == [noted[-1]]
+    assert not any(note.startswith("warning") for note in training[0].notes)
+
+
 def test_a_model_predicts_the_same_after_saving(
     data: fc.Dataset, model: fc.Model, tmp_path: Path
 ) -> None:
@@ -127,6 +138,12 @@ def test_what_is_no_dataset_is_refused_by_name(data: fc.Dataset, model: fc.Model
         "train": lambda: fc.train("pinches"),  # type: ignore[arg-type]
         "predict": lambda: model.predict(data.pinches[0]),  # type: ignore[arg-type]
         "evaluate": lambda: fc.evaluate(model, "pinches"),  # type: ignore[arg-type]
+        "detect": lambda: fc.detect(data[0]),  # type: ignore[arg-type]
+        "detect in a list": lambda: fc.detect(list(data)),  # type: ignore[arg-type]
+        "train on none": lambda: fc.train(data[:0]),
+        "predict none": lambda: model.predict(data[:0]),
+        "evaluate on none": lambda: fc.evaluate(model, data[:0]),
+        "detect in none": lambda: fc.detect(data[:0]),
     }
     for call in calls.values():
         with pytest.raises(fc.InputError) as caught:
@@ -169,6 +186,25 @@ def test_evaluation_scores_each_predictor_apart(data: fc.Dataset, model: fc.Mode
     assert not network.rmse  # no score on training data
     assert not window.rmse
     assert window.scored + window.left_out == len(data)
+
+
+def test_a_model_is_evaluated_from_its_folder(
+    data: fc.Dataset, model: fc.Model, tmp_path: Path
+) -> None:
+    assert fc.evaluate(str(model.save(tmp_path / "rig")), data) == fc.evaluate(model, data)
+
+
+def test_a_detector_that_is_not_fitted_is_refused_by_name(
+    data: fc.Dataset, model: fc.Model, tmp_path: Path
+) -> None:
+    folder = model.save(tmp_path / "rig")
+    for call in (
+        lambda: fc.evaluate(model, data, detector="svm"),  # type: ignore[arg-type]
+        lambda: fc.load_model(folder, detector="svm"),  # type: ignore[arg-type]
+    ):
+        with pytest.raises(fc.InputError) as caught:
+            call()
+        assert caught.value.parameter == "detector"
 
 
 def test_a_model_of_the_package_knows_no_rig(data: fc.Dataset) -> None:
@@ -306,10 +342,24 @@ def test_live_refuses_before_it_touches_the_source(
     assert caught.value.parameter == parameter
 
 
+@pytest.mark.parametrize("shape", [30, np.float32(30), "30", "30 mm"])
+def test_live_takes_a_shape_as_a_number_in_mm(shape: str | float, tmp_path: Path) -> None:
+    with fc.open("twin", speed=8.0, seed=2) as source:
+        path = tmp_path / "calibration.json"
+        write_calibration(fc.calibrate(source, seconds=0.5), path)
+        events = list(fc.live(source, calibration=path, shape=shape, pinches=1))
+    assert {e.shape for e in events if isinstance(e, fc.Estimate)} == {"radius 30 mm"}
+
+
+def test_live_names_a_calibration_that_cannot_be_read(tmp_path: Path) -> None:
+    with pytest.raises(fc.InputError, match=r"none\.json"):
+        next(fc.live(fc.open("twin"), calibration=str(tmp_path / "none.json")))
+
+
 def test_a_recording_is_read_only_when_it_is_open(data: fc.Dataset, tmp_path: Path) -> None:
     recording = next(iter(sorted(_recordings(tmp_path))))
     with pytest.raises(fc.InputError, match="not open"):
-        list(fc.live(fc.open(str(recording), speed=float("inf"))))
+        list(fc.live(fc.open(recording, speed=float("inf"))))
     with pytest.raises(fc.InputError) as caught:
         next(fc.live(fc.open(str(recording)), hand="twin"))
     assert caught.value.parameter == "hand"

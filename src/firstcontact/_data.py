@@ -22,12 +22,13 @@ def load(path: AnyPath | Iterable[AnyPath]) -> Dataset:
     ----------
     path
         A recording; a folder, which is searched with all folders in it; or a list of recordings and
-        folders.
+        folders. A recording that is named twice is loaded once.
 
     Returns
     -------
     Dataset
-        Pinches with their labels, layout and provenance.
+        Pinches with their labels, layout and provenance. Copies of recordings are left out and
+        named in ``losses``.
 
     Raises
     ------
@@ -79,7 +80,8 @@ def import_recordings(
     Returns
     -------
     Dataset
-        The pinches that were written; its notes list every assumption.
+        The pinches that were written, in the order in which :func:`load` returns them: session by
+        session, in the order of the sessions' first pinches. Its notes list every assumption.
 
     Raises
     ------
@@ -178,7 +180,8 @@ def detect(data: Dataset, detector: Detector | Model | str | None = None) -> lis
     Parameters
     ----------
     data
-        Pinches. Their labelled contacts are used only to fit a detector given by name.
+        Pinches. They are resampled if the detector needs another rate. Their labelled contacts are
+        used only to fit a detector given by name.
     detector
         A fitted detector, a model that has one, or the name of a detector to fit to ``data``. By
         default the detector that is shipped with the package.
@@ -186,12 +189,13 @@ def detect(data: Dataset, detector: Detector | Model | str | None = None) -> lis
     Returns
     -------
     list
-        First contact of each pinch; None where none was detected.
+        First contact of each pinch, in the sample numbers of ``data``; None where none was
+        detected.
 
     Raises
     ------
     InputError
-        No detector has that name, or the detector cannot use these pinches.
+        There is no pinch, no detector has that name, or the detector cannot use these pinches.
 
     Examples
     --------
@@ -203,8 +207,9 @@ def detect(data: Dataset, detector: Detector | Model | str | None = None) -> lis
     True
     """
     from firstcontact.contact import pretrained_detector
-    from firstcontact.models import Model, detect_alignment, fit_detector
+    from firstcontact.models import Model, detect_alignment, fit_detector, require_dataset
 
+    require_dataset(data)
     if detector is None:
         detector = pretrained_detector()
     elif isinstance(detector, Model):

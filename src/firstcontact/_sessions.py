@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def open(
-    device: str = "twin",
+    device: str | os.PathLike[str] = "twin",
     *,
     speed: float = 1.0,
     condition: str = "paper-rig",
@@ -64,8 +64,8 @@ def live(
     source: Source,
     model: Model | str | os.PathLike[str] | None = None,
     *,
-    calibration: Calibration | None = None,
-    shape: str = "",
+    calibration: Calibration | str | os.PathLike[str] | None = None,
+    shape: str | float | None = None,
     estimator: str | None = None,
     hand: str | None = None,
     hand_port: str | None = None,
@@ -86,8 +86,8 @@ def live(
         Model or its folder. By default the model of the package: it is not adapted to your rig, so
         its intervals are wide.
     calibration
-        Calibration with the noise floors. By default they are measured first; keep the hand still
-        meanwhile.
+        Calibration with the noise floors, or its file. By default they are measured first; keep the
+        hand still meanwhile.
     shape
         Shape at the contact if it is the same for all objects: "flat", or a radius in mm.
     estimator
@@ -124,6 +124,7 @@ def live(
     >>> len(pinches)
     1
     """
+    from firstcontact.core import given_calibration
     from firstcontact.device import ResampledSource, measure_noise
     from firstcontact.grasp import HANDS, Begins
     from firstcontact.models import Model, load_model, shipped_model
@@ -151,6 +152,7 @@ def live(
             f"`firstcontact live --hand {hand}` instead",
             parameter="hand",
         )
+    floors = given_calibration(calibration)
     check_hand(hand, hand_port, policy, device=source.name, is_live=is_live)
     if model is None:
         model = shipped_model()
@@ -163,8 +165,8 @@ def live(
         source = ResampledSource(source, rate)
 
     def noise_floors() -> Calibration | None:
-        if calibration is not None:
-            return calibration
+        if floors is not None:
+            return floors
         return source.calibration if recorded else measure_noise(source)  # type: ignore[attr-defined]
 
     with live_session(
@@ -177,7 +179,7 @@ def live(
         hand_port=hand_port,
         policy=policy,
         recordings=Path() if record is None else Path(record),
-        shape=shape,
+        shape="" if shape is None else str(shape),
     ) as (session, _):
         if record is not None:
             session.start_recording()

@@ -138,7 +138,7 @@ def test_pinches_without_a_shore_a_do_not_count(tmp_path: Path, capsys: Any) -> 
 
     data = recordings(tmp_path / "whole")
     pinches = [
-        replace(p, label=replace(p.label, shore_a=None, hardness_rank=1))
+        replace(p, label=replace(p.label, shore_a=None, hardness_rank=int(p.label.shore_a // 20)))
         for p in load_dataset(data).pinches
     ]
     bare = tmp_path / "bare"

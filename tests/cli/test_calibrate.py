@@ -41,6 +41,7 @@ def test_what_the_fingertips_feel_is_their_tap(tmp_path, capsys):
     [
         (["--seconds", "0"], "--seconds: "),
         (["--weights", "none.csv"], "none.csv cannot be read"),
+        (["--weights", "none.csv", "--weigh", "0", "1", "2", "5"], "--weigh: "),
     ],
 )
 def test_what_cannot_be_calibrated_is_refused(tmp_path, capsys, arguments, text):

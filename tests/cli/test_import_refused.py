@@ -28,6 +28,7 @@ BAD_ARRAYS: list[tuple[dict[str, Any], tuple[str, ...]]] = [
     ({"piezo": np.zeros((4, 0, 2))}, ("piezo", "empty")),
     ({"piezo": np.zeros((4, LENGTH, 2), complex)}, ("piezo", "complex")),
     ({"piezo": np.full((4, LENGTH, 2), "x")}, ("piezo", "integers or floats")),
+    ({"piezo": np.zeros((LENGTH, 4, 2)), "force": None}, ("piezo", "60 pinches of 4", "transpose")),
     ({"force": np.zeros((4, LENGTH, 12))}, ("force", "(4, 60, 12)")),
     ({"force": np.zeros((3, LENGTH, 2, 6))}, ("force", "4 pinches")),
     ({"force": np.full((4, LENGTH, 2, 6), nan)}, ("force", "NaN")),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -81,6 +82,19 @@ def test_every_model_classifies_from_the_command_line(
     output = capsys.readouterr().out
     assert "accuracy" in output
     assert "left out 4 pinches of classes" in output
+
+
+def test_a_regressor_may_lie_in_the_working_folder(
+    data: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = "from sklearn.linear_model import Ridge\nridge = Ridge()\n"
+    (tmp_path / "regressor_of_this_folder.py").write_text(text, encoding="utf-8")
+    original = [place for place in sys.path if place]
+    monkeypatch.setattr(sys, "path", list(original))
+    monkeypatch.chdir(tmp_path)
+    assert run("train", data, "--estimator", "regressor_of_this_folder:ridge", "--out", "m") == 0
+    assert load_card(tmp_path / "m")["predictors"][0]["kind"] == "sklearn"
+    assert sys.path[: len(original)] == original  # the folder hides no installed package
 
 
 def test_unknown_contacts_are_detected(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

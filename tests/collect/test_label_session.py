@@ -18,8 +18,8 @@ from taps import RATE, taps, write_taps
 from firstcontact.cli.main import main
 from firstcontact.collect import Labeller, Session, open_recordings
 from firstcontact.collect._label_marks import Action, Mark, Marks, Status
-from firstcontact.core import InputError
-from firstcontact.recording import load_dataset, read_recording
+from firstcontact.core import ClosingSpeed, InputError, Label, Role
+from firstcontact.recording import import_path, load_dataset, read_recording
 
 BY = Labeller("Ada", "2026-01-02", "a test")
 
@@ -353,3 +353,46 @@ def test_two_onsets_at_one_sample_are_written(tmp_path: Path) -> None:
     labelling.close()
     dataset = load_dataset(tmp_path / "out" / "taps.mcap")
     assert [p.first.sample for p in dataset.pinches if p.first] == [at, at, at, at + 1]
+
+
+@pytest.mark.parametrize("seconds", [1.0, 6.0])
+@pytest.mark.parametrize("taps_of_pinch", [1, 2])
+def test_a_pinch_of_any_length_keeps_its_label(
+    tmp_path: Path, seconds: float, taps_of_pinch: int
+) -> None:
+    signal = np.random.default_rng(0).normal(0, 0.002, (2, round(seconds * RATE), 1))
+    ring = np.exp(-np.arange(100) / 20) * np.sin(np.arange(100))
+    for at in (4000, 6000)[:taps_of_pinch]:
+        signal[:, at : at + 100, 0] += ring
+    labels = [
+        Label("pear", 20.0, 3, "pear-1", "monday", Role.TEST),
+        Label("apple", 30.0, 1, "apple-7", "monday", Role.TRAIN),
+    ]
+    columns = {name: [v.to_json()[name] for v in labels] for name in Label().to_json()}
+    np.savez(
+        tmp_path / "x.npz",
+        piezo=signal.astype(np.float32),
+        sample_rate_hz=RATE,
+        piezo_unit="V",
+        closing_speed=[0.1, 0.2],
+        closing_speed_error=[0.01, 0.02],
+        **columns,
+    )
+    import_path(tmp_path / "x.npz", tmp_path / "original")
+    labelling = Session(open_recordings([tmp_path / "original"]), tmp_path / "out", BY)
+    assert len(labelling.marks) == 2 * taps_of_pinch
+    for mark in labelling.marks.ordered():
+        send(labelling, do="accept", number=mark.number)
+    send(labelling, do="label", number=taps_of_pinch, object="plum")
+    send(labelling, ask="finish")
+    labelling.close()
+    pinches = load_dataset(tmp_path / "out").pinches
+    renamed = Label("plum", None, None, "plum", "monday", Role.TRAIN)
+    assert [p.label for p in pinches] == [
+        label for label in (labels[0], renamed) for _ in range(taps_of_pinch)
+    ]
+    # With two contacts it is unknown before which of them the speed was measured.
+    speeds = (
+        [ClosingSpeed(0.1, 0.01), ClosingSpeed(0.2, 0.02)] if taps_of_pinch == 1 else [None] * 4
+    )
+    assert [p.closing_speed for p in pinches] == speeds

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from firstcontact.contact import ClosingBegan, Closings, ClosingSamples, ThresholdDetector
@@ -71,3 +71,24 @@ def expected() -> object:
 @given(sizes=st.lists(st.integers(1, 3000), min_size=1, max_size=8))
 def test_blocks_do_not_matter(expected: object, sizes: list[int]) -> None:
     assert run(TAPS, sizes) == expected
+
+
+@settings(max_examples=25)
+@given(
+    taps=st.lists(
+        st.tuples(st.floats(0.1, 1.5), st.floats(0.0003, 0.06), st.floats(0.004, 0.05)),
+        min_size=1,
+        max_size=6,
+    ),
+    size=st.integers(100, 10_000),
+)
+@example(taps=[(0.5, 0.0003, 0.02), (0.65, 0.0003, 0.02)], size=494)
+def test_blocks_do_not_matter_for_taps_that_ring(
+    taps: list[tuple[float, float, float]], size: int
+) -> None:
+    """A tap that rings for 42 ms sounds like a motor. Each tap begins, rises and falls, s."""
+    x = tap_signal([], 2.0)
+    for begin, rises, falls in taps:
+        t = np.clip(np.arange(len(x)) / RATE - begin, 0, None)[:, None]
+        x += 0.05 * (1 - np.exp(-t / rises)) * np.exp(-t / falls) * np.sin(2500 * t)
+    assert run(x, [size]) == run(x, [5])

@@ -37,6 +37,14 @@ def test_every_tap_is_found_at_its_sample(slots: list[int], shift: int, level: f
     assert [o.sample for o in onsets] == pytest.approx(places, abs=4)
 
 
+@pytest.mark.parametrize("rate", [40.0, 100.0, 200.0, 300.0, 400.0, 1000.0])
+def test_a_tap_is_found_at_a_low_rate(rate: float) -> None:
+    x = np.random.default_rng(0).normal(0, 1, 2000)
+    x[1000:] += 100.0 * np.exp(-np.arange(1000) / 8) * np.cos(0.9 * np.arange(1000))
+    places = [o.sample for o in find_onsets(x[:, None], rate)]
+    assert min(abs(place - 1000) for place in places) <= 2
+
+
 def test_level_offset_and_drift_change_nothing() -> None:
     x = with_taps([3000, 9000])
     places = [o.sample for o in find_onsets(x, RATE)]
@@ -50,6 +58,27 @@ def test_quiet_flat_and_short_signals_have_no_onsets() -> None:
     assert find_onsets(np.zeros((5000, 2)), RATE) == []
     for n in (0, 1, 100, 200):
         assert find_onsets(np.random.default_rng(0).normal(size=(n, 1)), RATE) == []
+
+
+@pytest.mark.parametrize("level", [0.0, 0.1])  # the deviation of many 0.1 is not exactly 0
+@pytest.mark.parametrize("share", [0.1, 0.25, 0.9])
+def test_digital_silence_hides_no_tap(share: float, level: float) -> None:
+    places = [3000, 9000, 14_000]
+    x = with_taps(places)
+    silence = np.full((round(share * len(x) / (1 - share)), 1), level)
+    for before, after in ((silence, silence[:0]), (silence[:0], silence)):
+        onsets = find_onsets(np.vstack([before, x, after]), RATE)
+        assert [o.sample - len(before) for o in onsets] == pytest.approx(places, abs=4)
+
+
+def test_taps_between_digital_silence_are_found() -> None:
+    places = [3000, 9000, 14_000]
+    x = with_taps(places)
+    gate = np.zeros_like(x)
+    for at in places:
+        gate[at - 100 : at + 500] = 1.0
+    onsets = find_onsets(x * gate, RATE)
+    assert [o.sample for o in onsets] == pytest.approx(places, abs=4)
 
 
 def test_ringing_is_one_contact_per_channel() -> None:

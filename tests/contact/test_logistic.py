@@ -141,3 +141,19 @@ def test_broken_arrays_are_refused(fitted, name):
 def test_training_on_too_few_contacts_is_refused():
     with pytest.raises(InputError):
         LogisticDetector().fit(Dataset((closing(1),)))
+
+
+def test_training_on_contacts_that_follow_the_start_too_soon_is_refused():
+    """Up to LOOKS - 1 looks at the motor alone have no agreed score."""
+    sizes = LogisticDetector.sizes(LAYOUT.rate)
+    for looks in range(LOOKS + 1):
+        pinches = []
+        for pinch in closings(8, seed=3).pinches:
+            start = pinch.first.sample - sizes.steady - looks * sizes.step
+            data = pinch.data[start - pinch.first_sample :]
+            pinches.append(replace(pinch, data=data, first_sample=start, motor_start=start))
+        if looks < LOOKS:
+            with pytest.raises(InputError):
+                LogisticDetector().fit(Dataset(tuple(pinches)))
+        else:
+            assert LogisticDetector().fit(Dataset(tuple(pinches))).trained

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -18,6 +19,7 @@ from firstcontact.core import (
     Dataset,
     Finger,
     Group,
+    InputError,
     Label,
     Layout,
     Pinch,
@@ -50,6 +52,28 @@ names = st.text(st.characters(exclude_categories=["Cs"]), max_size=200)
 def test_label_round_trips_through_json(label: Label) -> None:
     text = json.dumps(label.to_json(), ensure_ascii=False).encode()
     assert read_record(text, Label, "label", "mend it") == label
+
+
+@given(st.floats(allow_nan=False))
+def test_shore_a_outside_its_scale_is_refused(shore_a: float) -> None:
+    if 0 <= shore_a <= 100:
+        assert Label(shore_a=shore_a).shore_a == shore_a
+    else:
+        with pytest.raises(InputError) as caught:
+            Label(shore_a=shore_a)
+        assert caught.value.parameter == "shore_a"
+
+
+@pytest.mark.parametrize("shore_a", [None, math.nan])
+def test_shore_a_may_be_unknown(shore_a: float | None) -> None:
+    assert np.isnan(Dataset((pinch(Label(shore_a=shore_a)),)).shore_a).all()
+
+
+@pytest.mark.parametrize("shore_a", [-1, 428, 1e300])
+def test_stored_shore_a_outside_its_scale_is_refused_by_file_and_field(shore_a: float) -> None:
+    text = json.dumps({"object": "block", "shore_a": shore_a}).encode()
+    with pytest.raises(InputError, match=r"marks\.json.*shore_a"):
+        read_record(text, Label, "marks.json", "mend it")
 
 
 def test_offset_is_the_time_between_the_contacts() -> None:

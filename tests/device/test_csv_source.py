@@ -341,3 +341,43 @@ def test_missing_column_is_refused(word: str) -> None:
     with pytest.raises(InputError, match="n, a 2, a 3"):
         identify_columns(lines, ("n", "a", "a"), (word,), "port")
     assert identify_columns(lines, ("n", "a", "a"), ("3", "a 2"), "port").names == ("a 3", "a 2")
+
+
+@pytest.mark.parametrize(
+    ("header", "wanted", "counter", "signals"),
+    [
+        (("index", "thumb"), (), None, (0, 1)),
+        (("index", "thumb"), (), 0, (1,)),
+        (("Index", "n", "Thumb"), (), 1, (0, 2)),
+        (("index", "piezo"), ("index", "piezo"), None, (0, 1)),
+        (("index", "n", "piezo"), ("1",), 1, (0,)),
+        (("n", "index"), ("n", "index"), None, (1, 0)),
+        (("thumb", "index"), (), None, (1, 0)),
+        (("thumb", "ms", "n", "piezo"), (), 2, (3, 0)),
+        ((), ("1", "2"), None, (0, 1)),
+    ],
+)
+def test_fingers_and_named_columns_are_no_counters(
+    header: tuple[str, ...],
+    wanted: tuple[str, ...],
+    counter: int | None,
+    signals: tuple[int, ...],
+) -> None:
+    width = len(header) or 2
+    lines = [tuple(float(n if k == counter else n % 3) for k in range(width)) for n in range(30)]
+    columns = identify_columns(lines, header, wanted, "port")
+    assert (columns.counter, columns.signals) == (counter, signals)
+
+
+def test_a_named_signal_that_counts_is_no_counter() -> None:
+    lines = [(float(n), float(n % 3)) for n in range(30)]
+    assert identify_columns(lines, (), (), "port").counter == 0
+    assert identify_columns(lines, (), ("1", "2"), "port").counter is None
+
+
+def test_index_without_a_thumb_is_a_counter() -> None:
+    lines = [(float(n), float(n % 3)) for n in range(30)]
+    assert identify_columns(lines, ("index", "piezo"), (), "port").counter == 0
+    stuck = [(5.0, signal) for _, signal in lines]
+    with pytest.raises(InputError, match=r"'index'.*#index"):
+        identify_columns(stuck, ("index", "piezo"), (), "port")

@@ -22,6 +22,12 @@ def test_port_name_opens_a_serial_source() -> None:
     assert source.name == "/dev/ttyACM0"
 
 
+def test_path_opens_like_its_name() -> None:
+    source = open_source(Path("/dev/ttyACM0"))
+    assert isinstance(source, SerialSource)
+    assert source.name == "/dev/ttyACM0"
+
+
 def test_speed_of_a_real_device_is_refused() -> None:
     with pytest.raises(InputError, match=r"--speed .*/dev/ttyACM0"):
         open_source("/dev/ttyACM0", speed=2.0)

@@ -118,6 +118,8 @@ def test_second_recording_at_a_time_is_refused(tmp_path):
             recorder.start(tmp_path / "a.mcap", HEADER)
         recorder.start(tmp_path / "b.mcap", HEADER)
         recorder.put(arrivals(0, [20]))
+    with pytest.raises(InputError, match=r"c\.mcap"):
+        recorder.start(tmp_path / "c.mcap", HEADER)
     assert [read_recording(tmp_path / f"{n}.mcap").samples for n in "ab"] == [10, 20]
 
 

@@ -233,6 +233,7 @@ def test_closed_twin_has_ended() -> None:
         ({"objects": ["pear"]}, "object 'pear'"),
         ({"seed": -1}, "seed"),
         ({"speed": 0.0}, "speed"),
+        ({"speed": float("inf")}, "speed"),
         ({"latency": -1.0}, "latency"),
         ({"speed": float("nan")}, "speed"),
     ],

@@ -15,8 +15,8 @@ from pathlib import Path
 import pytest
 from hands import PATIENCE, RecordingHand
 
-from firstcontact.core import Command
-from firstcontact.grasp import HandError, HandLimits, SafeHand
+from firstcontact.core import Command, InputError
+from firstcontact.grasp import HandError, HandLimits, SafeHand, open_hand
 from firstcontact.grasp._leaving import ENDING
 
 PROGRAM = Path(__file__).with_name("hand_program.py")
@@ -118,6 +118,47 @@ def test_failure_in_the_watchdog_thread_is_raised_at_the_next_command() -> None:
             hand.send(SLOW)
 
 
+class StuckHand(RecordingHand):
+    """Hand whose first releases fail."""
+
+    def __init__(self, failures: int) -> None:
+        super().__init__()
+        self._failures = failures
+
+    def release(self) -> None:
+        if self._failures:
+            self._failures -= 1
+            self._record("stuck")
+            raise OSError("the hand is stuck")
+        super().release()
+
+
+@pytest.mark.parametrize("failures", [1, 3])
+def test_failed_release_of_a_silent_program_is_tried_again(failures: int) -> None:
+    recorder = StuckHand(failures)
+    with SafeHand(recorder, silence=0.05) as hand:
+        hand.send(SLOW)
+        recorder.wait(lambda orders: "release" in orders)
+        assert recorder.orders == [SLOW, *["stuck"] * failures, "release"]
+        with pytest.raises(HandError, match="stuck"):
+            hand.send(SLOW)
+    assert recorder.orders[-2:] == ["release", "close"]
+
+
+def test_failed_release_by_the_program_is_tried_again() -> None:
+    recorder = StuckHand(1)
+    with SafeHand(recorder, silence=0.05) as hand:
+        hand.release()
+        recorder.wait(lambda orders: orders == ["stuck", "release"])
+
+
+@pytest.mark.parametrize("silence", [nan, 0.0, -1.0])
+def test_silence_that_is_no_time_is_refused(silence: float) -> None:
+    with pytest.raises(InputError) as caught:
+        open_hand("print", silence=silence)
+    assert caught.value.parameter == "silence"
+
+
 def test_closing_twice_is_allowed_and_commands_outside_the_block_are_refused() -> None:
     hand = SafeHand(RecordingHand())
     with pytest.raises(HandError, match="recording"):
@@ -137,6 +178,42 @@ def test_signal_handlers_are_restored() -> None:
     with SafeHand(RecordingHand()):
         assert all(signal.getsignal(number) is not signal.SIG_DFL for number in ENDING)
     assert [signal.getsignal(number) for number in (signal.SIGINT, *ENDING)] == handlers
+
+
+@pytest.mark.parametrize("closed", [0, 1])
+def test_hand_that_stays_open_keeps_its_signal_handlers(closed: int) -> None:
+    numbers = (signal.SIGINT, *ENDING)
+    handlers = [signal.getsignal(number) for number in numbers]
+    recorders = [RecordingHand(), RecordingHand()]
+    hands = [SafeHand(recorder, silence=PATIENCE) for recorder in recorders]
+    for hand in hands:
+        hand.__enter__()
+        hand.send(SLOW)
+    hands[closed].close()
+    for number, error in zip(numbers, [KeyboardInterrupt, *[SystemExit] * 3], strict=True):
+        hands[1 - closed].send(SLOW)
+        with pytest.raises(error):
+            signal.raise_signal(number)
+        recorders[1 - closed].wait(lambda orders: orders[-1] == "release")
+    hands[1 - closed].close()
+    assert [signal.getsignal(number) for number in numbers] == handlers
+    for number in ENDING:
+        assert signal.getsignal(number) is signal.SIG_DFL
+
+
+def test_signal_releases_all_open_hands(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("firstcontact.grasp._leaving.INSISTED", inf)
+    recorders = [RecordingHand(), RecordingHand()]
+    outer, inner = (SafeHand(recorder, silence=PATIENCE) for recorder in recorders)
+    with outer, inner:
+        outer.send(SLOW)
+        inner.send(SLOW)
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        for recorder in recorders:
+            recorder.wait(lambda orders: orders == [SLOW, "release"])
+        inner.close()
+        signal.raise_signal(signal.SIGINT)  # a second signal is ignored until the program goes on
 
 
 class DisturbedHand(RecordingHand):

@@ -60,6 +60,15 @@ def test_whole_sessions_are_held_out() -> None:
     assert mixed.scores != model.scores
 
 
+def test_random_pinches_are_held_out_if_each_session_has_one_level() -> None:
+    touches, shore_a, _ = ringing(120, levels=(30.0, 70.0))
+    made = adapt_network(BASE, touches, shore_a, shore_a.astype(str))
+    assert made.scores == adapt_network(BASE, touches, shore_a).scores
+    assert made.split
+    shuffled = np.random.default_rng(0).permutation(shore_a)
+    assert adapt_network(BASE, touches, shuffled, shuffled.astype(str)).refusal
+
+
 def test_the_same_seed_gives_the_same_scores() -> None:
     one, again = (adapt_network(BASE, *two_fingers(2.0), seed=3).scores for _ in range(2))
     assert one == again

@@ -47,6 +47,21 @@ def test_what_is_no_baseline_learns_much_more_than_the_mean(name: str, task: Tas
         assert error(name) < 0.7 * error("train_mean")
 
 
+@pytest.mark.parametrize("name", ["peak", "svm", "log_spectrum"])
+def test_classes_may_have_fractional_values(name: str) -> None:
+    X, y, groups = toy_windows(90)
+    integer, fractional = (
+        make_estimator(name, Task.CLASSIFICATION, RATE).fit(X, labels, groups)
+        for labels in (y, y - 0.5)
+    )
+    assert fractional.spec.classes == tuple(np.unique(y) - 0.5)
+    np.testing.assert_array_equal(fractional.predict(X), integer.predict(X) - 0.5)
+    reference = ESTIMATORS[name](Task.CLASSIFICATION, RATE).reference(fractional, X, y - 0.5)
+    if reference is not None:
+        chosen = [int(np.ravel(reference.call(x))[0]) for x in reference.inputs]
+        np.testing.assert_array_equal(np.unique(y)[chosen] - 0.5, fractional.predict(X))
+
+
 def test_a_task_that_it_does_not_learn_is_refused() -> None:
     for name, kind in window_estimators().items():
         for task in set(Task) - set(kind.tasks):

@@ -1,4 +1,4 @@
-"""Final model: its interval uses the model's own spread if there is one."""
+"""Final model: its folds, and its interval, which uses the model's own spread if it has one."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
-from firstcontact.core import Serial
+from firstcontact.core import InputError, Serial
 from firstcontact.models import (
     LabelledWindows,
     Task,
@@ -20,11 +21,47 @@ from saved import save_window
 pytestmark = pytest.mark.usefixtures("stored_detectors")
 
 
-def test_a_gaussian_process_is_kept_with_its_own_spread(tmp_path: Path) -> None:
-    X, y, groups = toy_windows(300)
+def labelled(
+    X: NDArray[np.float32], y: NDArray[np.float64], sessions: NDArray[np.str_]
+) -> LabelledWindows:
     rows = np.arange(len(X))
     none = np.full(len(X), "")
-    data = LabelledWindows(X, y, groups, none, none, np.zeros(len(X), bool), rows, RATE)
+    return LabelledWindows(X, y, sessions, none, none, np.zeros(len(X), bool), rows, RATE)
+
+
+@pytest.mark.parametrize("task", Task)
+def test_one_level_to_learn_from_is_refused(task: Task) -> None:
+    X, y, sessions = toy_windows(60)
+    two = np.where(y > 10, 60.0, 10.0)
+    for levels, groups in ((np.full(60, 10.0), sessions), (two, two.astype(str))):
+        with pytest.raises(InputError) as refused:
+            train_final_model(labelled(X, levels, groups), "peak", task, 0, 0.9, Serial())
+        assert refused.value.parameter == "data"
+
+
+@pytest.mark.parametrize("task", Task)
+def test_folds_that_leave_one_level_are_not_scored(task: Task) -> None:
+    X, y, sessions = toy_windows(60)
+    levels = np.where(y > 10, 60.0, 10.0)
+    groups = np.where(levels > 10, "hard", sessions)
+    final = train_final_model(labelled(X, levels, groups), "peak", task, 0, 0.9, Serial())
+    assert 0 < final.scores.n <= np.sum(levels == 10)
+    assert "1 fold not scored" in final.split
+
+
+@pytest.mark.parametrize("task", Task)
+def test_levels_that_were_not_learned_are_stated(task: Task) -> None:
+    X, y, sessions = toy_windows(60)
+    splits = [
+        train_final_model(labelled(X, y, groups), "peak", task, 0, 0.9, Serial()).split
+        for groups in (sessions, y.astype(str))
+    ]
+    assert ["learned" in split for split in splits] == [False, True]
+
+
+def test_a_gaussian_process_is_kept_with_its_own_spread(tmp_path: Path) -> None:
+    data = labelled(*toy_windows(300))
+    X = data.X
     selected = train_final_model(data, "gaussian_process", Task.REGRESSION, 0, 0.9, Serial())
     assert selected.interval is not None
     assert selected.interval.scaled

@@ -8,6 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firstcontact.models import (
+    CLUSTERS,
+    bootstrap_interval,
     classification_scores,
     cluster_intervals,
     per_object,
@@ -31,7 +33,7 @@ def test_errors_of_known_residuals() -> None:
 def test_rmse_and_mae_and_bias_keep_their_order(errors: list[float], seed: int) -> None:
     error = np.array(errors)
     truth = np.linspace(0, 60, len(error))
-    clusters = np.arange(len(error)) % 3
+    clusters = np.arange(len(error)) % 6
     scores = regression_scores(truth, truth + error, clusters, seed)
     assert scores.rmse**2 == pytest.approx(scores.mse)
     assert scores.rmse >= scores.mae - 1e-9
@@ -41,14 +43,14 @@ def test_rmse_and_mae_and_bias_keep_their_order(errors: list[float], seed: int) 
 
 
 def test_clusters_are_drawn_completely() -> None:
-    """Two clusters have errors 0 and 2, so resampled means are 0, 1 or 2."""
-    errors = np.repeat([0.0, 2.0], 500)
-    clusters = np.repeat(["a", "b"], 500)
+    """Five clusters have errors 0 or 10, so resampled means are 0, 2, ..., 10."""
+    errors = np.repeat([0.0, 10.0, 0.0, 10.0, 0.0], 200) / 5
+    clusters = np.repeat([*"abcde"], 200)
     scores = regression_scores(np.zeros(1000), errors, clusters, 0)
-    assert scores.intervals["mae"] == (0.0, 2.0)
+    assert scores.intervals["mae"] == pytest.approx((0.0, 2.0))
     single = regression_scores(np.zeros(1000), errors, np.arange(1000), 0)
     low, high = single.intervals["mae"]
-    assert 0.9 < low < 1.0 < high < 1.1
+    assert 0.7 < low < 0.8 < high < 0.9
 
 
 def test_interval_of_a_mean_agrees_with_theory() -> None:
@@ -63,10 +65,36 @@ def test_interval_of_a_mean_agrees_with_theory() -> None:
     assert high == pytest.approx(values.mean() + half, abs=0.15 * half)
 
 
-def test_one_cluster_has_no_interval_and_seeds_repeat() -> None:
-    truth, answers = np.array([1.0, 2.0, 3.0]), np.array([1.0, 2.5, 2.0])
-    assert regression_scores(truth, answers, np.array(["a"] * 3), 0).intervals == {}
-    one, other = (regression_scores(truth, answers, np.arange(3), 5) for _ in range(2))
+@pytest.mark.parametrize("clusters", [5, 8, 40])
+def test_interval_of_few_clusters_is_as_wide_as_that_of_student(clusters: int) -> None:
+    """Resampled means of a normal sample: their spread lacks the root of n / (n - 1)."""
+    from scipy.stats import norm, t
+
+    spread = np.sqrt((clusters - 1) / clusters)
+    means = spread * norm.ppf((np.arange(200_000) + 0.5) / 200_000)
+    low, high = bootstrap_interval(means, clusters)
+    assert high == pytest.approx(-low)
+    assert high == pytest.approx(t.ppf(0.975, clusters - 1), rel=0.04)
+
+
+def test_intervals_of_few_clusters_hold_the_truth_more_often_than_percentiles() -> None:
+    rng = np.random.default_rng(2)
+    held = np.zeros(2)
+    for _ in range(200):
+        values = rng.standard_normal(8)
+        drawn = values[rng.integers(8, size=(2000, 8))].mean(axis=1)
+        ends = bootstrap_interval(drawn, 8), np.quantile(drawn, (0.025, 0.975))
+        held += [low <= 0.0 <= high for low, high in ends]
+    assert held[0] > held[1] + 5
+    assert held[0] > 0.9 * 200
+
+
+def test_few_clusters_have_no_interval_and_seeds_repeat() -> None:
+    truth, answers = np.arange(5.0), np.array([1.0, 2.5, 2.0, 3.0, 3.5])
+    for clusters in (1, 2, CLUSTERS - 1):
+        assert regression_scores(truth, answers, np.arange(5) % clusters, 0).intervals == {}
+    one, other = (regression_scores(truth, answers, np.arange(5), 5) for _ in range(2))
+    assert one.intervals
     assert one == other
 
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 import firstcontact as fc
-from firstcontact.core import Dataset, InputError
+from firstcontact.core import Contact, Dataset, Finger, InputError
 from firstcontact.models import (
     ESTIMATORS,
     RIG_ESTIMATOR,
@@ -17,9 +18,10 @@ from firstcontact.models import (
     make_estimator,
     window_estimators,
 )
+from firstcontact.models._network_estimator import MOST_OF_LEVEL
 from firstcontact.recording import load_dataset
 from firstcontact.testing._windows import RATE, toy_windows
-from trainings import recordings
+from trainings import CONTACT, recordings
 
 pytestmark = pytest.mark.usefixtures("stored_detectors")
 
@@ -40,6 +42,35 @@ def test_training_the_default_rig_estimator_is_adapting_it(data: Dataset, tmp_pa
     for name in files:
         both = [(tmp_path / folder / name).read_bytes() for folder in ("trained", "adapted")]
         assert both[0] == both[1], name
+
+
+def test_pinches_that_end_too_early_do_not_count(data: Dataset) -> None:
+    """In every other pinch the second contact follows after two samples."""
+    second = Contact(Finger.THUMB, CONTACT + 2, CONTACT + 2)
+    pinches = [
+        replace(p, truth=(*p.truth, second)) if i % 2 else p
+        for i, p in enumerate(data.pinches[:60])
+    ]
+    dataset = replace(data, pinches=tuple(pinches))
+    model = fc.train(dataset, "network", contacts="known")
+    assert model.network is not None
+    assert model.network.record.pinches == 30
+    assert "30 pinches" in model.notes[0]
+
+
+@pytest.mark.parametrize(
+    ("levels", "is_limited"), [((10.0, 29.0, 60.0), False), ((10.0, 60.0), True)]
+)
+def test_a_limit_on_the_pinches_of_a_level_is_stated(
+    data: Dataset, levels: tuple[float, ...], is_limited: bool
+) -> None:
+    """The data have 20 pinches of each level. The middle level joins the lowest one."""
+    pinches = tuple(
+        replace(p, label=replace(p.label, shore_a=max(s for s in levels if s <= p.label.shore_a)))
+        for p in data.pinches[:60]
+    )
+    model = fc.adapt(replace(data, pinches=pinches))
+    assert (str(MOST_OF_LEVEL) in model.notes[0].partition(";")[2]) == is_limited
 
 
 def test_known_contacts_are_used_on_request(data: Dataset) -> None:

@@ -9,10 +9,12 @@ from zipfile import ZIP_DEFLATED, ZipFile
 
 import numpy as np
 import pytest
+from sklearn.decomposition import PCA
 from sklearn.ensemble import HistGradientBoostingRegressor, RandomForestRegressor
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF, WhiteKernel
 from sklearn.linear_model import LogisticRegression, Ridge
+from sklearn.model_selection import GridSearchCV
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import FunctionTransformer, StandardScaler
 from sklearn.svm import SVR
@@ -64,6 +66,14 @@ def test_a_classifier_keeps_the_promises_of_estimators() -> None:
     check_estimator(find_estimator(classifier))
 
 
+def test_a_classifier_names_a_fractional_label() -> None:
+    X, y, groups = toy_windows(90)
+    classifier = find_estimator(LogisticRegression)(Task.CLASSIFICATION, RATE)
+    with pytest.raises(InputError, match=r"28\.5") as refused:
+        classifier.fit(X, np.where(y == 29, 28.5, y), groups)
+    assert refused.value.parameter == "estimator"
+
+
 @pytest.mark.parametrize(
     "regressor",
     [
@@ -101,6 +111,18 @@ def test_train_takes_an_instance_and_a_name(data: Dataset, tmp_path: Path) -> No
     np.testing.assert_array_equal(predicted[0], predicted[2])
 
 
+def test_a_number_is_one_window(data: Dataset) -> None:
+    [window] = fc.train(data, "peak", windows=0.005).windows
+    assert window.duration == 0.005
+
+
+@pytest.mark.parametrize("windows", [(0.015, 0.01501), (0.015, 0.015), ()])
+def test_windows_with_the_same_samples_are_refused(data: Dataset, windows: Any) -> None:
+    with pytest.raises(InputError) as refused:
+        fc.train(data, "peak", windows=windows)
+    assert refused.value.parameter == "windows"
+
+
 def test_a_model_is_followed_live(data: Dataset, tmp_path: Path) -> None:
     model = fc.train(data, estimator=PIPELINE)
     recording = sorted((recordings(tmp_path / "live", ("e",))).glob("*.mcap"))[0]
@@ -111,13 +133,19 @@ def test_a_model_is_followed_live(data: Dataset, tmp_path: Path) -> None:
 
 def test_what_cannot_be_saved_is_refused_before_it_is_trained(data: Dataset) -> None:
     unnamed = make_pipeline(FunctionTransformer(lambda X: X), Ridge())
-    for estimator in (Mean, Mean(), unnamed):
+    # skops trusts the types of a search, but not those that the search adds in fit.
+    search = GridSearchCV(Ridge(), {"alpha": [1.0, 10.0]})
+    for estimator in (Mean, Mean(), unnamed, search):
         with pytest.raises(InputError) as refused:
             fc.train(data, estimator=estimator)
         assert refused.value.parameter == "estimator"
     with pytest.raises(InputError) as refused:
         to_skops(Mean(), "Mean")
     assert f"{__name__}.Mean" in str(refused.value)
+
+
+def test_a_regressor_that_needs_many_rows_is_trained(data: Dataset) -> None:
+    assert fc.train(data, estimator=make_pipeline(PCA(40), Ridge())).windows
 
 
 @pytest.mark.parametrize("estimator", [5, "no_such_module:Ridge", "sklearn.linear_model:Lasagne"])

@@ -38,6 +38,14 @@ def test_by_session_holds_whole_sessions_out_and_asks_about_everyone_once(made, 
         assert not set(sessions[split.train]) & set(sessions[split.test])
 
 
+@given(pinches(), st.integers(0, 5))
+def test_folds_do_not_depend_on_whether_levels_are_whole_numbers(made, seed: int) -> None:
+    sessions, _, levels = made
+    assume(len(set(sessions)) >= 2)
+    integer, fractional = (by_session(sessions, y, seed) for y in (levels, levels - 0.5))
+    assert [s.test.tolist() for s in integer] == [s.test.tolist() for s in fractional]
+
+
 @given(pinches())
 def test_a_level_left_out_is_on_one_side_only(made) -> None:
     sessions, specimens, levels = made

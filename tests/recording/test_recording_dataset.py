@@ -3,14 +3,18 @@ import re
 import resource
 import shutil
 import signal
+import tempfile
 from contextlib import suppress
 from dataclasses import is_dataclass, replace
 from importlib import import_module
 from inspect import signature
+from itertools import permutations
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from firstcontact.core import (
     Contact,
@@ -28,6 +32,7 @@ from firstcontact.recording import (
     PinchMark,
     RecordingWriter,
     export,
+    import_path,
     load_dataset,
     read_recording,
     write_dataset,
@@ -167,6 +172,25 @@ def test_dataset_repr_has_counts_without_samples(pinches):
     assert "0 pinches" in repr(Dataset(()))
 
 
+@pytest.mark.parametrize("limit", [0, 1 << 30], ids=["mapped", "in memory"])
+@pytest.mark.parametrize("dtypes", [*permutations(("int16", "int32", "float32"), 2)])
+def test_recordings_of_one_layout_load_together_whatever_their_sample_types(
+    tmp_path, layout, pinches, monkeypatch, dtypes, limit
+):
+    monkeypatch.setattr("firstcontact.recording._dataset._IN_MEMORY", limit)
+    expected = []
+    for number, dtype in enumerate(dtypes):
+        of_type = [replace(p, data=p.data[: 99 + number].astype(dtype)) for p in pinches[::2]]
+        with RecordingWriter(tmp_path / f"{number}.mcap", Header(layout, dtype=dtype)) as writer:
+            for pinch in of_type:
+                writer.pinch(pinch)
+        expected += of_type
+    for one, other in zip(load_dataset(tmp_path), expected, strict=True):
+        assert one.data.dtype == other.data.dtype
+        assert one.data.flags.aligned
+        assert np.array_equal(one.data, other.data)
+
+
 @pytest.mark.parametrize("is_full", [False, True], ids=["mapped", "disk full"])
 def test_samples_beyond_the_limit_are_in_a_mapped_file(
     tmp_path, layout, pinches, monkeypatch, is_full
@@ -205,3 +229,58 @@ def base(data):
     while getattr(data, "base", None) is not None:
         data = data.base
     return data.obj if isinstance(data, memoryview) else data
+
+
+def test_a_recording_named_twice_is_read_once(tmp_path, layout, pinches, monkeypatch):
+    folder = tmp_path / "all"
+    folder.mkdir()
+    file, _ = write_dataset(Dataset(pinches), folder, Header(layout))
+    monkeypatch.chdir(tmp_path)
+    link = tmp_path / "link"
+    link.symlink_to(folder)
+    named = [folder, file, Path("all") / file.name, link, link / file.name]
+    for paths in (named, named[::-1], sorted(tmp_path.rglob("*"))):
+        data = load_dataset(paths)
+        assert sorted(data.specimens.tolist()) == [f"b{i}" for i in range(6)]
+
+
+def test_copies_of_recordings_are_left_out_and_named(tmp_path, layout, pinches):
+    first, second = write_dataset(Dataset(pinches), tmp_path, Header(layout))
+    expected = load_dataset(tmp_path)
+    (tmp_path / "backup").mkdir()
+    for file in (first, second):
+        shutil.copy(file, tmp_path / "backup" / f"other-{file.name}")
+    data = load_dataset(tmp_path)
+    assert sorted(data.specimens.tolist()) == sorted(expected.specimens.tolist())
+    assert len(data.losses) == 2
+    for file, loss in zip((first, second), data.losses, strict=True):
+        assert str(file) in loss
+        assert f"other-{file.name}" in loss
+
+
+def test_recordings_that_differ_in_one_sample_are_no_copies(tmp_path, layout, pinches):
+    changed = pinches[0].data.copy()
+    changed[-1, -1] += 1
+    for name, data in (("a", pinches[0].data), ("b", changed)):
+        with RecordingWriter(tmp_path / f"{name}.mcap", Header(layout)) as writer:
+            writer.pinch(replace(pinches[0], data=data))
+    assert len(load_dataset(tmp_path)) == 2
+
+
+@given(st.lists(st.sampled_from(["b", "a", "", "c/1"]), min_size=1, max_size=12))
+def test_imported_pinches_are_in_the_order_of_loading(sessions):
+    with tempfile.TemporaryDirectory() as folder:
+        volts = np.arange(len(sessions))[:, None, None] + np.zeros((1, 50, 1))
+        labels = {"specimen": np.arange(len(sessions)), "session": [f"s{s}" for s in sessions]}
+        np.savez(f"{folder}/x", piezo=volts, sample_rate_hz=8000, piezo_unit="V", **labels)
+        imported = import_path(f"{folder}/x.npz", f"{folder}/out")
+        loaded = load_dataset(f"{folder}/out")
+    for one, other in zip(imported, loaded, strict=True):
+        assert one.label == other.label
+        assert one.data[0, 0] == other.data[0, 0] == int(one.label.specimen)
+
+
+def test_names_of_a_thousand_sessions_sort_in_their_order(tmp_path, layout, pinches):
+    many = [replace(pinches[0], label=Label(session=f"s{i}")) for i in range(1001)]
+    files = write_dataset(Dataset(tuple(many)), tmp_path, Header(layout))
+    assert sorted(files) == list(files)

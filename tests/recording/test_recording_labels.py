@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from firstcontact.core import Contact, Finger
+from firstcontact.core import Contact, Finger, InputError
 from firstcontact.recording import make_layout
 from firstcontact.recording._checks import read_settings
-from firstcontact.recording._labels import make_contacts
+from firstcontact.recording._labels import make_contacts, make_labels
 
 RATE = 4936.0
 SETTINGS = read_settings("x", {"sample_rate_hz": RATE, "piezo_unit": "V"})
@@ -52,6 +52,28 @@ def test_one_channel_belongs_to_the_touching_finger():
     assert contacts == [(Contact(Finger.INDEX, 20, 20),)] * 2
     assert len(notes) == 1
     assert "one channel" in notes[0]
+
+
+@pytest.mark.parametrize("number", [int, float, np.int16, np.float32, np.float64])
+def test_whole_numbers_of_any_type_are_equal_labels(number):
+    columns = {
+        "specimen": [number(1), number(-20)],
+        "session": [number(0), number(10**4)],
+        "first_contact": [number(20), number(20)],
+        "first_finger": [number(1), number(-1)],
+    }
+    labels, _ = make_labels("x", columns, 2)
+    assert [(x.specimen, x.session) for x in labels] == [("1", "0"), ("-20", "10000")]
+    piezo = two_fingers(1, Finger.INDEX, 20, 40)
+    contacts, _ = make_contacts("x", columns, [piezo] * 2, TWO)
+    assert [c.finger for (c,) in contacts] == [Finger.THUMB, Finger.INDEX]
+
+
+def test_numbers_with_a_fraction_keep_it():
+    labels, _ = make_labels("x", {"specimen": [1.5, 0.1]}, 2)
+    assert [x.specimen for x in labels] == ["1.5", "0.1"]
+    with pytest.raises(InputError, match="first_finger"):
+        make_contacts("x", {"first_contact": [1], "first_finger": [0.5]}, [np.zeros((9, 2))], TWO)
 
 
 def test_no_contact_needs_no_finger():

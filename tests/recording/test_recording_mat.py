@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +15,8 @@ import pytest
 from scipy.io import savemat
 
 from firstcontact.cli.main import main
-from firstcontact.core import Finger, VibrationSensor
-from firstcontact.recording import load_dataset
+from firstcontact.core import Finger, InputError, VibrationSensor
+from firstcontact.recording import import_path, load_dataset
 
 CHANNELS = """variable,sensor,finger,rate_hz,unit,scale,offset
 pac,hydrophone,index,2200,,0.5,2000
@@ -79,14 +80,38 @@ def test_each_mat_file_is_one_pinch_with_slower_signals(folder: Path, tmp_path: 
     assert any("joint" in note for note in dataset.notes)
 
 
+def write_version_73(path: Path, content: dict[str, Any]) -> Path:
+    """Write a file as MATLAB does: reversed dimensions, character codes, and cells by reference."""
+
+    def codes(text: str) -> np.ndarray:
+        return np.frombuffer(text.encode("utf-16-le"), "<u2")[:, None]
+
+    with h5py.File(path, "w", userblock_size=512) as file:
+        cells = file.create_group("#refs#")
+        for name, values in content.items():
+            if isinstance(values, str):
+                file[name] = codes(values)
+            elif isinstance(values, list):
+                references = []
+                for value in values:
+                    text = isinstance(value, str)
+                    stored = codes(value) if text else np.array([[value]])
+                    cell = cells.create_dataset(str(len(cells)), data=stored if value else [0, 0])
+                    cell.attrs["MATLAB_class"] = np.bytes_("char" if text else stored.dtype.name)
+                    if value == "":
+                        cell.attrs["MATLAB_empty"] = 1
+                    references.append(cell.ref)
+                file.create_dataset(name, data=np.array([references], h5py.ref_dtype))
+            else:
+                file[name] = np.asarray(values).T
+    with path.open("r+b") as stream:
+        stream.write(b"MATLAB 7.3 MAT-file, made by a test".ljust(124) + b"\x00\x02IM")
+    return path
+
+
 def test_version_73_file_imports_equally(folder: Path, tmp_path: Path) -> None:
     assert run(folder / "steel.mat", tmp_path / "old") == 0
-    new = tmp_path / "new.mat"
-    with h5py.File(new, "w", userblock_size=512) as file:
-        for name, values in variables().items():
-            file[name] = values.T
-    with new.open("r+b") as stream:
-        stream.write(b"MATLAB 7.3 MAT-file, made by a test".ljust(124) + b"\x00\x02IM")
+    new = write_version_73(tmp_path / "new.mat", variables())
     assert run(new, tmp_path / "new") == 0
     (old_pinch,), (new_pinch,) = (load_dataset(tmp_path / name).pinches for name in ("old", "new"))
     assert np.array_equal(old_pinch.data, new_pinch.data)
@@ -114,6 +139,66 @@ def test_arrays_with_our_names_need_no_table(tmp_path: Path) -> None:
     assert dataset.shore_a.tolist() == [20, 40, 20, 40]
     assert dataset.pinches[1].first is None
     assert np.allclose([p.vibration()[:, 0] for p in dataset.pinches], volts)
+
+
+def ours(**changes: Any) -> dict[str, Any]:
+    piezo = np.random.default_rng(0).normal(size=(3, 300))
+    return {"piezo": piezo, "sample_rate_hz": np.array([[5000.0]]), "piezo_unit": "V", **changes}
+
+
+@pytest.mark.parametrize("columns", [1, 2])
+def test_signals_in_columns_are_not_pinches_of_a_sample(tmp_path: Path, columns: int) -> None:
+    signals = np.random.default_rng(0).normal(size=(5000, columns))
+    path = tmp_path / "column.mat"
+    savemat(path, ours(piezo=signals))
+    with pytest.raises(InputError, match=r"'piezo'.* transpose"):
+        import_path(path, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+    savemat(path, ours(piezo=signals.T))
+    dataset = import_path(path, tmp_path / "out")
+    assert np.allclose([p.vibration()[:, 0] for p in dataset], signals.T)
+
+
+CELLS = {
+    "object": ["Äpfel \U0001f34e", "", "b" * 200],
+    "specimen": [1.0, np.uint16(2), "three"],
+    "session": ["mon", "mon", "tue"],
+}
+
+
+@pytest.mark.parametrize("version", ["5", "7.3"])
+def test_cell_arrays_hold_texts_and_numbers(tmp_path: Path, version: str) -> None:
+    path = tmp_path / "cells.mat"
+    if version == "5":
+        cells = {name: np.array(cells, dtype=object) for name, cells in CELLS.items()}
+        savemat(path, ours(**cells))
+    else:
+        write_version_73(path, ours(**CELLS))
+    dataset = import_path(path, tmp_path / "out")
+    assert sorted(dataset.objects.tolist()) == sorted(CELLS["object"])
+    assert dataset.specimens.tolist() == ["1", "2", "three"]
+    assert dataset.sessions.tolist() == CELLS["session"]
+
+
+@pytest.mark.parametrize(
+    "target",
+    [
+        lambda file: file.create_dataset("text", data=np.full((10_000, 1), 120, "u2")).ref,
+        lambda file: file.create_dataset("numbers", data=np.zeros((5, 1))).ref,
+        lambda file: file["#refs#"].ref,
+        lambda file: h5py.Reference(),
+    ],
+    ids=["long text", "several numbers", "group", "nothing"],
+)
+def test_cells_of_other_content_are_refused(
+    tmp_path: Path, target: Callable[[h5py.File], h5py.Reference]
+) -> None:
+    path = write_version_73(tmp_path / "cells.mat", ours(session=["a", "b", "c"]))
+    with h5py.File(path, "r+") as file:
+        file["session"][0, 1] = target(file)
+    with pytest.raises(InputError, match=r"cells\.mat"):
+        import_path(path, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
 
 
 def changed_variables(**changes: Any) -> dict[str, Any]:

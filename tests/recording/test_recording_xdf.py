@@ -177,6 +177,19 @@ def test_markers_outside_the_kept_samples_are_skipped_with_a_note(
     assert "no samples" in capsys.readouterr().err
 
 
+def test_numbers_without_a_rate_are_left_out_with_a_note(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    codes = stream(4, "triggers", 0.0, "float32", [50.5, 51.0], [5.0, 6.0])
+    seldom = stream(5, "seldom", 0.5, "float32", times(2, 0.5), np.zeros(2))
+    path = xdf(tmp_path, vibration(), marks(), codes, seldom)
+    assert main(["import", str(path), "--out", str(tmp_path / "out")]) == 0
+    (note,) = [note for note in load_dataset(tmp_path / "out").notes if "triggers" in note]
+    assert "seldom" in note
+    assert "--events" in note
+    assert note in capsys.readouterr().out
+
+
 def test_without_markers_the_file_is_one_pinch_to_label(tmp_path: Path) -> None:
     out = tmp_path / "out"
     assert main(["import", str(xdf(tmp_path, vibration())), "--out", str(out)]) == 0

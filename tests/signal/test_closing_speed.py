@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.typing import ArrayLike
 
+from firstcontact.core import InputError
 from firstcontact.signal import closing_speed
 
 TIMES = np.arange(-0.2, 0.1, 0.005)
@@ -34,6 +36,15 @@ def test_what_comes_after_the_contact_or_long_before_it_does_not_count() -> None
 @pytest.mark.parametrize("times", [[], [-0.02, -0.01], [-0.02] * 5, [0.01, 0.02, 0.03]])
 def test_too_few_positions_give_no_speed(times: list[float]) -> None:
     assert closing_speed(times, np.linspace(0, 0.01, len(times)), 0.0) is None
+
+
+@pytest.mark.parametrize(("times", "positions"), [([1, 2], [3]), ([1], 3), ([[1], [2]], [3, 4])])
+def test_another_number_of_positions_than_times_is_refused(
+    times: ArrayLike, positions: ArrayLike
+) -> None:
+    with pytest.raises(InputError, match="times") as caught:
+        closing_speed(times, positions, 1.0)
+    assert caught.value.parameter == "positions"
 
 
 def test_a_finger_at_rest_gives_no_speed() -> None:

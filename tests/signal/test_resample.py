@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from firstcontact.core import (
     Channel,
@@ -16,7 +18,13 @@ from firstcontact.core import (
     Pinch,
     fingertip_layout,
 )
-from firstcontact.signal import lookahead, resample, resample_dataset
+from firstcontact.signal import (
+    lookahead,
+    resample,
+    resample_contacts,
+    resample_dataset,
+    restore_contacts,
+)
 
 
 @pytest.mark.parametrize(("old", "new"), [(16_000.0, 4936.0), (2000.0, 4936.0), (4936.0, 5000.0)])
@@ -112,3 +120,49 @@ def test_resampling_has_a_rate_limit() -> None:
     assert len(resample_dataset(dataset, 10 * layout.rate).pinches[0].data) == 1000
     with pytest.raises(InputError, match="Hz"):
         resample_dataset(dataset, 1e12)
+
+
+def one_contact(rate: float, start: int, contact: Contact) -> Dataset:
+    layout = Layout((Channel("piezo", ChannelKind.VIBRATION, Finger.INDEX, "V"),), rate)
+    pinch = Pinch(np.zeros((3000, 1)), layout, first_sample=start, truth=(contact,))
+    return Dataset((pinch, pinch))
+
+
+@given(
+    st.floats(1000, 50_000),
+    st.floats(1000, 10_000),
+    st.integers(0, 10**9),
+    st.integers(0, 2999),
+    st.integers(0, 100),
+)
+def test_contacts_return_to_their_samples(
+    old: float, new: float, start: int, sample: int, delay: int
+) -> None:
+    contact = Contact(Finger.INDEX, start + sample, start + min(sample + delay, 2999))
+    dataset = one_contact(old, start, contact)
+    resampled = resample_contacts([contact, None], dataset, new)
+    back, nothing = restore_contacts(resampled, dataset, new)
+    assert back is not None
+    assert nothing is resampled[1] is None
+    step = 0 if new >= old else 0.5 * old / new + 0.6  # half a sample of each rate
+    assert abs(back.sample - contact.sample) <= step
+    assert abs(back.decided - contact.decided) <= step
+
+
+@pytest.mark.parametrize(("old", "new"), [(2000.0, 4936.0), (5000.0, 4936.0), (10_000.0, 4936.0)])
+def test_a_contact_in_the_last_sample_stays_in_its_pinch(old: float, new: float) -> None:
+    dataset = one_contact(old, 0, Contact(Finger.INDEX, 70, 70))
+    resampled = resample_dataset(dataset, new).pinches[0]
+    last = resampled.first_sample + len(resampled.data) - 1
+    back = restore_contacts([Contact(Finger.INDEX, last, last), None], dataset, new)[0]
+    assert back is not None
+    assert 2997 <= back.sample == back.decided <= 2999
+
+
+@pytest.mark.parametrize("new", [2500.0, 4890.0, 4936.0, 10_000.0])
+def test_contacts_move_as_the_labels_of_the_pinches(new: float) -> None:
+    dataset = one_contact(4936.0, 123_457, Contact(Finger.INDEX, 124_000, 124_011))
+    truth = [p.first for p in dataset]
+    assert resample_contacts(truth, dataset, new) == [
+        p.first for p in resample_dataset(dataset, new)
+    ]

@@ -124,6 +124,42 @@ def test_who_is_patient_loses_nothing() -> None:
     assert fanout.dropped == {"slow": 0}
 
 
+def test_patience_ends_with_a_stop() -> None:
+    go_on, stopped = threading.Event(), threading.Event()
+    stuck = Keeper("stuck", go_on)
+    fanout = Fanout([stuck], DESCRIPTOR, patient=True, stopped=stopped.is_set)
+    sent = updates(3 * WAITING)
+    feeding = threading.Thread(target=lambda: [fanout.put(update) for update in sent])
+    feeding.start()
+    assert stuck.taking.wait(LONG)
+    feeding.join(0.1)
+    assert feeding.is_alive()
+    stopped.set()
+    feeding.join(LONG)
+    fanout.close(0.01)
+    assert stuck.order == ["open"]
+    assert fanout.dropped == {"stuck": len(sent) - 1}
+    go_on.set()
+    fanout.close(LONG)
+
+
+def test_patience_ends_with_a_stop_while_it_closes() -> None:
+    go_on, stopped = threading.Event(), threading.Event()
+    stuck = Keeper("stuck", go_on)
+    fanout = Fanout([stuck], DESCRIPTOR, patient=True, stopped=stopped.is_set)
+    fanout.put(Update())
+    assert stuck.taking.wait(LONG)
+    closing = threading.Thread(target=fanout.close, args=(0.01,))
+    closing.start()
+    closing.join(0.1)
+    assert closing.is_alive()
+    stopped.set()
+    closing.join(LONG)
+    assert not closing.is_alive()
+    go_on.set()
+    fanout.close(LONG)
+
+
 def test_patience_ends_with_a_sink_that_fails() -> None:
     raiser = Raiser("raiser")
     fanout = Fanout([raiser], DESCRIPTOR, patient=True)

@@ -12,9 +12,12 @@ from firstcontact.contact import Detector, ThresholdDetector
 from firstcontact.core import (
     Block,
     Calibration,
+    Channel,
+    ChannelKind,
     Dataset,
     Finger,
     InputError,
+    Layout,
     VibrationCalibration,
     fingertip_layout,
 )
@@ -120,6 +123,20 @@ def test_samples_wait_for_what_is_due_and_for_nothing_else(
                 labelled_contacts += 1
     assert labelled_contacts > 2 * len(fresh)
     assert pipeline.ledger.blocks < len(frames) / 2
+
+
+@pytest.mark.parametrize("finger", [None, Finger.INDEX])
+@pytest.mark.parametrize("rate", [1.0, 50.0, 100.0, 200.0, 270.0, 280.0, 300.0, 400.0])
+def test_a_rate_is_refused_at_once_or_has_contacts(rate: float, finger: Finger | None) -> None:
+    layout = Layout((Channel("disc", ChannelKind.VIBRATION, finger, "V"),), rate)
+    if rate < 275.0:
+        with pytest.raises(InputError, match="300 Hz"):
+            Pipeline(layout, ThresholdDetector())
+        return
+    x = np.random.default_rng(0).standard_normal((round(rate), 1))
+    x[len(x) // 2] += 100.0
+    (pinch,) = finished(run(Pipeline(layout, ThresholdDetector(10.0)), [Block(x)]))
+    assert abs(pinch.contacts[0].sample - len(x) // 2) <= 2
 
 
 def test_truth_is_read_off_the_strips(fresh: Dataset, detector: Detector) -> None:
@@ -295,3 +312,24 @@ def test_a_stream_without_noise_floors_is_warned_of_once(
         log = [r.getMessage() for r in caplog.records if r.levelname == "WARNING"]
         assert len(log) == warnings
         assert all("calibration" in text for text in log)
+
+
+def test_a_load_that_hides_all_closings_is_warned_of_once(
+    detector: Detector, caplog: pytest.LogCaptureFixture
+) -> None:
+    second = round(LAYOUT.rate)
+    volts = np.random.default_rng(0).normal(0, 0.01, (20 * second, LAYOUT.width))
+    volts[np.arange(len(volts)) % second > second // 2, :2] *= 3.0
+    volts[:, 2:] = 0.0
+    floors = Calibration(tuple(VibrationCalibration(f, 0.01) for f in Finger))
+    scale, offset = (
+        np.array([getattr(c, name) for c in LAYOUT.column_channels]) for name in ("scale", "offset")
+    )
+    for load, warnings in ((0.0, 0), (0.35, 1)):
+        caplog.clear()
+        volts[second:, LAYOUT.columns(ChannelKind.FORCE)] = load
+        blocks = cut(Block(volts / scale + offset), [*range(second, len(volts), second)])
+        run(Pipeline(LAYOUT, detector, calibration=floors), blocks)
+        log = [r.getMessage() for r in caplog.records if r.levelname == "WARNING"]
+        assert len(log) == warnings
+        assert all("force" in text for text in log)

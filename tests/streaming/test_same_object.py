@@ -73,6 +73,35 @@ def test_a_marker_of_the_next_pinch_does_not_name_this_one() -> None:
     assert (same.pinches, other.pinches) == (2, 1)
 
 
+@pytest.mark.parametrize("label_first", [True, False])
+@pytest.mark.parametrize("has_markers", [True, False])
+def test_labels_pool_before_and_after_their_pinch(label_first: bool, has_markers: bool) -> None:
+    """In a simulated recording a label comes before its pinch is over, in others after it."""
+    pinched = ObjectCombiner()
+    predictions = []
+    for n, name in enumerate(["apple", "apple", "apple", "pear", "pear", "apple"]):
+        mark = PinchMark(n, 1000 * n, 1000 * n + 900, 0, Label(name, 60.0))
+        if has_markers:
+            pinched.add_markers([Marker(1000 * n, f"twin: {name}")])
+        first = pinched.add_labels([mark]) if label_first else None
+        assert first is None
+        estimate = pinched.add_pinch(pinch(n))
+        last = (None if label_first else pinched.add_labels([mark])) or estimate
+        assert last is not None
+        predictions.append(last.pinches)
+    assert predictions == [1, 2, 3, 1, 2, 1]
+
+
+def test_the_label_of_a_pinch_that_is_left_out_begins_an_object() -> None:
+    pinched = ObjectCombiner()
+    for n, (name, is_out) in enumerate([("apple", False), ("pear", True), ("pear", False)]):
+        estimate = pinched.add_pinch(pinch(n, out_of_range=is_out))
+        label = Label(name, 60.0)
+        assert pinched.add_labels([PinchMark(n, 1000 * n, 1000 * n + 900, 0, label)]) is None
+    assert estimate is not None
+    assert (estimate.pinches, estimate.value) == (1, 32.0)
+
+
 def test_where_pinches_have_labels_one_without_stands_by_itself() -> None:
     pinched = ObjectCombiner()
     predictions = []

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Sequence
+from datetime import datetime
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -223,6 +225,63 @@ def test_a_second_start_disturbs_nothing_of_the_recording_that_runs(
     assert len(marks) >= 4
 
 
+def test_recordings_that_begin_in_one_second_have_names_of_their_own(
+    recorded: Path, detector: Detector, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    noon = datetime(2026, 1, 2, 12)
+    monkeypatch.setattr("firstcontact.streaming._session.datetime", Mock(now=lambda: noon))
+    paths = []
+    for _ in range(3):
+        with ReplaySource(recorded, float("inf")) as source:
+            session = LiveSession(source, Pipeline(LAYOUT, detector), (), tmp_path / "made")
+            paths.append(session.start_recording())
+            session.run(seconds=0.0)
+    assert sorted((tmp_path / "made").iterdir()) == sorted(set(paths))
+    assert [read_recording(path).header.session for path in paths] == [p.stem for p in paths]
+    assert len(paths) == len(set(paths))
+
+
+@pytest.mark.parametrize("when", ["ended", "close"])
+def test_a_recording_that_begins_while_the_session_ends_is_refused_or_closed(
+    when: str, recorded: Path, detector: Detector, tmp_path: Path
+) -> None:
+    class Viewer(Keeper):
+        refused = False
+
+        def on_event(self, event: Event) -> None:
+            """Ignore the call."""
+
+        def on_samples(self, block: Block, host: float) -> None:
+            """Ignore the call."""
+
+        def after_block(self, block: Block) -> Sequence[Event]:
+            return ()
+
+        def ended(self) -> None:
+            self.record("ended")
+
+        def close(self) -> None:
+            self.record("close")
+            super().close()
+
+        def record(self, now: str) -> None:
+            try:
+                if now == when:
+                    session.start_recording()
+            except InputError:
+                self.refused = True
+
+    viewer = Viewer()
+    with ReplaySource(recorded, float("inf")) as source:
+        session = LiveSession(source, Pipeline(LAYOUT, detector), [viewer], tmp_path)
+        session.run([viewer])
+    assert viewer.closed.is_set()
+    assert session.recording.path is None
+    paths = list(tmp_path.glob("live-*.mcap"))
+    assert viewer.refused == (when == "close") == (not paths)
+    assert all(read_recording(path).skipped == () for path in paths)
+
+
 def test_a_folder_that_cannot_be_made_is_reported(
     recorded: Path, detector: Detector, tmp_path: Path
 ) -> None:
@@ -262,6 +321,20 @@ def test_it_ends_after_a_number_of_pinches_or_on_request(
             session.run([], **bound)  # type: ignore[arg-type]
             assert source.health.samples < len(stream)
             assert session.pinches == bound.get("pinches", 0)
+
+
+def test_it_ends_on_request_although_a_reader_stalls(recorded: Path, detector: Detector) -> None:
+    taking, go_on = threading.Event(), threading.Event()
+
+    class Stalled(Keeper):
+        def take(self, update: Update) -> None:
+            taking.set()
+            go_on.wait()
+
+    with ReplaySource(recorded, float("inf")) as source:
+        session = LiveSession(source, Pipeline(LAYOUT, detector, None, source.calibration))
+        session.run([Stalled()], stopped=taking.is_set, patient=True)
+    go_on.set()
 
 
 def test_it_ends_when_nobody_is_left_to_tell(

@@ -1,11 +1,13 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import resource
 import signal
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ import pytest
 from firstcontact.core import InputError
 from firstcontact.recording import load_dataset, read_recording
 from firstcontact.twin import simulate
+from firstcontact.twin._simulate import check_set
 
 
 def digests(folder: Path) -> dict[str, str]:
@@ -94,6 +97,22 @@ def test_invalid_arguments_are_refused_and_write_nothing(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("value", [1.0, np.float64(2), "1", None, math.nan])
+@pytest.mark.parametrize("name", ["pinches_per_block", "pinches_per_object", "seed", "workers"])
+def test_numbers_that_are_not_whole_are_refused_by_name(
+    tmp_path: Path, name: str, value: Any
+) -> None:
+    if (name, value) == ("workers", None):
+        return
+    with pytest.raises(InputError) as caught:
+        check_set(tmp_path, **{name: value})
+    assert caught.value.parameter == name
+
+
+def test_whole_numbers_of_any_type_are_accepted(tmp_path: Path) -> None:
+    check_set(tmp_path, "paper-rig", np.int64(1), np.uint8(1), np.int32(0), np.int16(1))
+
+
 def test_folder_with_files_is_refused(tmp_path: Path) -> None:
     (tmp_path / "mine.txt").write_text("mine")
     with pytest.raises(InputError, match=tmp_path.name):
@@ -119,6 +138,7 @@ def test_error_leaves_no_partial_file(tmp_path: Path) -> None:
 KILLED = """
 import os, signal, sys
 from pathlib import Path
+from typing import Any
 from firstcontact.twin._simulate import simulate
 
 made = 0

@@ -64,6 +64,7 @@ def calibrate(
         columns finger, newtons and volts, or the rows of such a file.
     weigh
         Known weights, N. A person puts each weight on a taxel of each finger, one after the other.
+        Cannot be combined with ``weights``.
     say
         Function, such as ``print``, that is called with each line for the person at the device.
     confirmed
@@ -97,6 +98,12 @@ def calibrate(
     if not 0 <= patience <= longest:
         raise InputError(
             f"the additional wait must lie between 0 and {longest:g} s", parameter="patience"
+        )
+    if weigh and weights is not None:
+        raise InputError(
+            "voltages of known weights are given (`weights`), and others would be measured: leave "
+            "one of them out",
+            parameter="weigh",
         )
     if weigh and confirmed is None:
         raise InputError(

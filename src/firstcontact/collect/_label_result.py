@@ -21,7 +21,7 @@ from firstcontact.recording import (
 
 #: Longest time between two contacts of one pinch, s.
 ONE_PINCH = 0.060
-#: Longest closing, s. A longer pinch of the original recording holds more than one closing.
+#: Longest closing, s. A longer pinch of the original recording gives its label, but no bounds.
 ONE_CLOSING = 5.0
 
 
@@ -171,10 +171,10 @@ def _pinches(recording: Recording, accepted: Sequence[Mark]) -> Iterator[PinchMa
         contacts = tuple(
             Contact(fingers[m.column], first + m.sample, first + m.sample) for m in group
         )
-        begin, end, motor, label = first + start, first + stop, None, Label()
-        original = _closing(recording, block, contacts[0].sample, rate)
+        begin, end, motor, speed, label = first + start, first + stop, None, None, Label()
+        original = _original(recording, block, contacts[0].sample)
         if original is not None:
-            label, motor = original.label, original.motor_start
+            label = original.label
             alone = (
                 sum(
                     original.first_sample <= first + g[0].sample < original.end
@@ -184,26 +184,30 @@ def _pinches(recording: Recording, accepted: Sequence[Mark]) -> Iterator[PinchMa
                 == 1
             )
             if alone:
-                begin, end = original.first_sample, original.end
+                speed = original.closing_speed
+            if original.end - original.first_sample <= ONE_CLOSING * rate:
+                motor = original.motor_start
+                if alone:
+                    begin, end = original.first_sample, original.end
         end = max(end, contacts[-1].sample + 1)
         if motor is not None and not begin <= motor < contacts[0].sample:
             motor = None
+        named = group[0].object
         labelled = replace(
             label,
-            object=group[0].object,
+            object=named,
             shore_a=group[0].shore_a,
-            specimen=label.specimen if label.object == group[0].object else group[0].object,
+            hardness_rank=label.hardness_rank if label.object in ("", named) else None,
+            specimen=label.specimen if label.object == named else named,
         )
-        yield PinchMark(number, begin, end, block.epoch, labelled, contacts, motor)
+        yield PinchMark(
+            number, begin, end, block.epoch, labelled, contacts, motor, closing_speed=speed
+        )
 
 
-def _closing(recording: Recording, block: Block, sample: int, rate: float) -> PinchMark | None:
-    """Return the pinch of the original recording that contains ``sample``; None if there is none.
-
-    Pinches that are too long for one closing are skipped.
-    """
+def _original(recording: Recording, block: Block, sample: int) -> PinchMark | None:
+    """Return the original pinch that contains ``sample``; None if there is none."""
     for mark in recording.pinches:
-        inside = mark.epoch == block.epoch and mark.first_sample <= sample < mark.end
-        if inside and mark.end - mark.first_sample <= ONE_CLOSING * rate:
+        if mark.epoch == block.epoch and mark.first_sample <= sample < mark.end:
             return mark
     return None

@@ -22,8 +22,8 @@ from firstcontact.core import (
     Role,
     check_text,
     counted,
+    given_calibration,
     progress_steps,
-    read_calibration,
 )
 from firstcontact.device import REST, Source, measure_noise, source_kind
 
@@ -101,8 +101,7 @@ def record(
     """
     check_text(session)
     items = _items(source, object, pinches, shore_a, specimen, role, plan)
-    if isinstance(calibration, str | os.PathLike):
-        calibration = read_calibration(Path(calibration))
+    calibration = given_calibration(calibration)
     folder = Path(out)
     try:
         folder.mkdir(parents=True, exist_ok=True)

@@ -9,6 +9,7 @@ from ._closing_start import closing_starts as closing_starts
 from ._closing_start import count_starts as count_starts
 from ._closing_start import cut_closings as cut_closings
 from ._closing_start import describe_starts as describe_starts
+from ._confirmation import CONFIRMED as CONFIRMED
 from ._confirmation import ConfirmingLatch as ConfirmingLatch
 from ._confirmation import Withdrawal as Withdrawal
 from ._detector import Detector as Detector

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from firstcontact.contact._confirmation import Withdrawal
 from firstcontact.contact._detector import Detector
-from firstcontact.contact._gate import REARM, ClosingGate, Turn
+from firstcontact.contact._gate import ClosingGate, Turn
 from firstcontact.contact._listener import ContactListener
 from firstcontact.core import Block, Calibration, Contact, Layout
-from firstcontact.signal import samples_in
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,11 +91,10 @@ class Closings:
         self._resettles = resettles
         self._listener = self._listen()
         self._gate = ClosingGate(layout, calibration)
-        by_hand = None in layout.vibration_fingers
-        self._piece = samples_in(REARM / 2, layout.rate) if by_hand else sys.maxsize
+        self._by_hand = None in layout.vibration_fingers
         self._open = False
         self._end = 0
-        self._epoch = self._epoch_before = 0
+        self._epoch = 0
 
     def _listen(self) -> ContactListener:
         return ContactListener(self._detector, self._layout, resettles=self._resettles)
@@ -106,6 +103,11 @@ class Closings:
     def has_floors(self) -> bool:
         """True if the noise floors are known. Without them each epoch is one closing."""
         return self._gate.has_floors
+
+    @property
+    def refused(self) -> int:
+        """Number of motor starts since the last closing began that were taken for a held object."""
+        return self._gate.refused
 
     @property
     def open(self) -> bool:
@@ -127,15 +129,17 @@ class Closings:
 
         The caller must exhaust this iterator before the next block.
         """
-        # Without a motor, the gate must know of a contact before REARM has passed. So the block is
-        # processed in pieces shorter than that.
-        for start in range(0, max(1, len(block.data)), self._piece):
-            data = block.data[start : start + self._piece]
-            yield from self._process(Block(data, block.first_sample + start, block.epoch))
+        start = 0
+        while not start or start < len(block.data):
+            # A contact can change the gate's next decision, so the gate must know of it before.
+            stop = start + self._gate.undecided + 1 if self._by_hand else len(block.data)
+            piece = Block(block.data[start:stop], block.first_sample + start, block.epoch)
+            yield from self._process(piece)
+            start = max(stop, 1)
 
     def _process(self, block: Block) -> Iterator[Stage]:
         follows = block.first_sample == self._end and block.epoch == self._epoch
-        self._end, self._epoch_before, self._epoch = block.end, self._epoch, block.epoch
+        epoch, self._epoch, self._end = self._epoch, block.epoch, block.end
         position = block.first_sample
         # The gate cannot end the closing before its next decision, so contacts need not wait for
         # it.
@@ -147,9 +151,11 @@ class Closings:
                 if follows:
                     yield from self._extend(block, position, event.sample)
                     position = max(position, event.sample)
-                yield ClosingEnded(event.sample, self._epoch_before, follows)
+                yield ClosingEnded(event.sample, epoch, follows)
                 self._open = False
             else:
+                # Only the first event can belong to the samples before a gap.
+                follows, epoch = True, block.epoch
                 position = event.sample
                 self._listener = self._listen()
                 self._open = True

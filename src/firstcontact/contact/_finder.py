@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.contact._onset import pick_onset
+from firstcontact.contact._onset import LEAST_LOUD, pick_onset
 from firstcontact.signal import samples_in
 
 #: Lengths of the spans after and before an onset that are compared, s. The span before is one
@@ -23,7 +23,8 @@ ABOVE_QUIET, ABOVE_BEFORE = 8.0, 3.0
 CHANGE, ABRUPT = 0.001, 2.5
 #: The onset is searched from EARLIER before a leap in loudness to LATER after it, s.
 EARLIER, LATER = 0.012, 0.004
-#: The quiet level is this quantile of the signal's levels in pieces of this length, s.
+#: The quiet level is this quantile of the signal's levels in pieces of this length, s. Constant
+#: pieces are digital silence (a noise gate, lost samples) and do not count.
 QUIET_SHARE, PIECE = 0.2, 0.010
 
 
@@ -77,7 +78,8 @@ def _find_in_channel(signal: NDArray[np.float64], rate: float) -> list[tuple[int
     )
     if len(signal) < ahead + behind:
         return []
-    quiet = _quiet(signal, samples_in(PIECE, rate))
+    piece = max(2, samples_in(PIECE, rate))
+    quiet = _quiet(signal, piece)
     if not quiet > 0.0:
         return []
     places = np.arange(behind, len(signal) - ahead + 1)
@@ -85,7 +87,7 @@ def _find_in_channel(signal: NDArray[np.float64], rate: float) -> list[tuple[int
     leap = level_after / np.maximum(level_before, quiet)
     change = signal - np.concatenate([signal[:1].repeat(lag), signal[:-lag]])
     steady, sudden = _levels(change, places, ahead, behind)
-    steady = np.maximum(steady, _quiet(change, samples_in(PIECE, rate)))
+    steady = np.maximum(steady, _quiet(change, piece))
     is_candidate = (
         (level_after > ABOVE_QUIET * quiet) & (leap > ABOVE_BEFORE) & (sudden > ABRUPT * steady)
     )
@@ -119,9 +121,14 @@ def _levels(
 
 
 def _refined(x: NDArray[np.float64], place: int, rate: float) -> int:
-    """Return the sample near the leap at ``place`` that best separates quiet from loud samples."""
+    """Return the sample near the leap at ``place`` that best separates quiet from loud samples.
+
+    At a low rate there are too few samples to separate. Then the leap is the best position.
+    """
     earlier, later = samples_in(EARLIER, rate), samples_in(LATER, rate)
     start, stop = max(0, place - earlier), min(len(x), place + later)
+    if stop - start < 2 * LEAST_LOUD:
+        return place
     window = x[None, start:stop] - x[start:place].mean()
     scale = np.abs(window).max()
     return start + int(pick_onset(window / scale, stop - start)[0]) if scale > 0.0 else place
@@ -130,7 +137,8 @@ def _refined(x: NDArray[np.float64], place: int, rate: float) -> int:
 def _quiet(x: NDArray[np.float64], piece: int) -> float:
     """Return the quiet level of a signal: a low quantile of the deviations of its pieces.
 
-    ``piece`` is the length of a piece in samples.
+    A constant signal has the level 0. ``piece`` is the length of a piece in samples.
     """
     pieces = x[: len(x) // piece * piece].reshape(-1, piece)
-    return float(np.quantile(pieces.std(axis=1), QUIET_SHARE))
+    pieces = pieces[np.ptp(pieces, axis=1) > 0]
+    return float(np.quantile(pieces.std(axis=1), QUIET_SHARE)) if len(pieces) else 0.0

@@ -77,6 +77,11 @@ class ClosingGate:
         Columns of the blocks.
     calibration
         Calibration with the noise floor of every finger that has a piezo, or None.
+
+    Attributes
+    ----------
+    refused
+        Number of motor starts since the gate last opened that did not open it because of a load.
     """
 
     def __init__(self, layout: Layout, calibration: Calibration | None) -> None:
@@ -93,15 +98,11 @@ class ClosingGate:
         self._rearm = samples_in(REARM, layout.rate)
         self._due: int | None = None  # first sample at which it may open again
         self._grid = 0
+        self.refused = 0
         self._open = False
         self._started = False
         self._next = 0
         self._epoch = 0
-
-    @property
-    def opened(self) -> bool:
-        """True if the gate is open."""
-        return self._open
 
     @property
     def has_floors(self) -> bool:
@@ -160,6 +161,7 @@ class ClosingGate:
         self._skipped = (self._grid - first_sample) % self._step if goes_on else 0
         self._grid = first_sample + self._skipped  # number of the first waiting sample
         self._steps = 0  # steps since the restart
+        self.refused = 0
         # Sums of the last steps since the restart, and zeros before these.
         self._sums = np.zeros((STEPS, 2, len(self._vibration)))
         self._unloaded: NDArray[np.float64] | None = None
@@ -252,6 +254,7 @@ class ClosingGate:
                 k = self._go(_State.STARTING, change)
                 self._since -= HEARD_SINCE
             elif quiet[k]:
+                self.refused += self._held >= self._since and number - self._since >= STEPS
                 k = self._go(_State.REST, k) - 1
             else:
                 if self._loaded(force[k]):
@@ -276,7 +279,7 @@ class ClosingGate:
     def _reopen(self, k: int) -> list[GateEvent]:
         """Open the gate after step ``k``. Shut it first if it is open. Return the events."""
         events = self._shut(k)
-        self._open, self._due = True, None
+        self._open, self._due, self.refused = True, None, 0
         return [*events, GateEvent(Turn.OPENS, self._step_sample(k))]
 
     def _go(self, state: _State, k: int) -> int:

@@ -115,8 +115,11 @@ class LogisticDetector(TrainedDetector):
             )
             for place in np.flatnonzero(groups == fold):
                 levels[place] = looks[place].levels(line)
+        has_levels = np.isfinite(levels).all(axis=1)
+        if has_levels.sum() < 2:
+            raise self._too_few(has_levels.sum())
         self._line = fit_line(looks, self.seed)
-        self._line[-1] -= best_threshold(levels)
+        self._line[-1] -= best_threshold(levels[has_levels])
         self._rate = rate
         return self
 

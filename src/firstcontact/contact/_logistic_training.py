@@ -233,9 +233,9 @@ def best_threshold(levels: NDArray[np.float64]) -> float:
     Parameters
     ----------
     levels
-        Result of :meth:`Looks.levels`, shape (pinches, 2).
+        Finite results of :meth:`Looks.levels`, shape (pinches, 2).
     """
-    quiet, loud = levels[np.isfinite(levels).all(axis=1)].T
+    quiet, loud = levels.T
     candidates = np.linspace(quiet.min(), max(loud.max(), quiet.max()), 1001)
 
     def wrong(x: NDArray[np.float64]) -> NDArray[np.float64]:

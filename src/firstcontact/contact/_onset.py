@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-#: Fewest samples on the loud side, needed for a variance.
+#: Fewest samples on each side, needed for a variance.
 LEAST_LOUD = 3
 
 

@@ -13,7 +13,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from firstcontact.contact._detector import WindowDecisions, latch
-from firstcontact.contact._onset import pick_onset
+from firstcontact.contact._onset import LEAST_LOUD, pick_onset
 from firstcontact.core import (
     SKY,
     Block,
@@ -199,18 +199,23 @@ class WindowDetector(ABC):
         Raises
         ------
         InputError
-            The layout has no vibration channel.
+            The layout has no vibration channel, or its rate is too low.
         """
         if not layout.vibration_fingers:
             raise InputError(
                 "the recording or device has no vibration channel, so contacts cannot be "
                 "detected: use one with a vibration sensor"
             )
+        self._sizes = self.sizes(layout.rate)
+        if self._sizes.window < 2 * LEAST_LOUD:
+            raise InputError(
+                f"the detector {self.name!r} cannot locate contacts in samples at {layout.rate:g} "
+                f"Hz: use a sensor with {2 * LEAST_LOUD / self.duration:g} Hz or more"
+            )
         self._layout = layout
         self._columns = layout.columns(ChannelKind.VIBRATION)
         self._fingers = layout.vibration_fingers
         self._volts = Physical(layout, self._columns)
-        self._sizes = self.sizes(layout.rate)
         self._latched: set[Finger | None] = set()
         self._epoch = 0
         self._restart(0)

@@ -9,6 +9,7 @@ from ._calibration import Calibration as Calibration
 from ._calibration import ForceCurve as ForceCurve
 from ._calibration import VibrationCalibration as VibrationCalibration
 from ._calibration_file import check_writable as check_writable
+from ._calibration_file import given_calibration as given_calibration
 from ._calibration_file import read_calibration as read_calibration
 from ._calibration_file import write_calibration as write_calibration
 from ._children import Child as Child

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
 from firstcontact.core._calibration import Calibration
 from firstcontact.core._errors import InputError
-from firstcontact.core._files import read_regular, try_replacing, write_json
+from firstcontact.core._files import AnyPath, read_regular, try_replacing, write_json
 from firstcontact.core._layout import finger_name
 from firstcontact.core._records import LONGEST, read_record
 
@@ -75,6 +76,19 @@ def read_calibration(path: Path) -> Calibration:
     for piezo in calibration.piezo:
         if not piezo.noise > 0:
             raise _foreign(path, f"the {finger_name(piezo.finger)}'s noise is 0")
+    return calibration
+
+
+def given_calibration(calibration: Calibration | AnyPath | None) -> Calibration | None:
+    """Return a calibration that a caller gave, read from its file if a path was given.
+
+    Raises
+    ------
+    InputError
+        See :func:`read_calibration`.
+    """
+    if isinstance(calibration, str | os.PathLike):
+        return read_calibration(Path(calibration))
     return calibration
 
 

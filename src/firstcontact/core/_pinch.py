@@ -15,6 +15,7 @@ from firstcontact.core._block import Block
 from firstcontact.core._calibration import Calibration
 from firstcontact.core._closing_speed import ClosingSpeed
 from firstcontact.core._counted import counted
+from firstcontact.core._errors import InputError
 from firstcontact.core._layout import ChannelKind, Finger, Layout
 from firstcontact.core._records import Name
 
@@ -31,7 +32,13 @@ class Role(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Label:
-    """Label of a pinched object. In any field, ``None`` or "" means unknown."""
+    """Label of a pinched object. In any field, ``None`` or "" means unknown.
+
+    Raises
+    ------
+    InputError
+        ``shore_a`` is outside 0 to 100.
+    """
 
     object: Name = ""
     shore_a: Annotated[float, Meta(ge=0.0, le=100.0)] | None = None
@@ -39,6 +46,13 @@ class Label:
     specimen: Name = ""
     session: Name = ""
     role: Role = Role.TRAIN
+
+    def __post_init__(self) -> None:
+        if self.shore_a is not None and (self.shore_a < 0 or self.shore_a > 100):  # false of NaN
+            raise InputError(
+                f"the Shore A is {self.shore_a:g}: give a value from 0 to 100, or None if unknown",
+                parameter="shore_a",
+            )
 
     def to_json(self) -> dict[str, Any]:
         """Return the label as dicts and lists for JSON."""
@@ -182,7 +196,7 @@ class Dataset:
     recorded_rate
         Sampling rate before resampling, Hz; None if the pinches were not resampled.
     losses
-        Notes that name data in files that cannot be used.
+        Notes that name data in files that were left out.
     sessions_assumed
         True if an importer treated pinches without a session name as one session.
 

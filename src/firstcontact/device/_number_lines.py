@@ -13,6 +13,8 @@ from firstcontact.core import InputError, parse_float
 COUNTERS = ("counter", "count", "sample", "n", "i", "index", "nr", "#")
 #: Names of columns with the time, which are neither signal nor counter.
 TIMES = ("t", "time", "ms", "us", "millis", "micros", "timestamp")
+#: Order of columns with the name of a finger, before and after other columns.
+_FINGERS = {"index": -1, "thumb": 1}
 #: Longest line, bytes. Longer ones are discarded.
 LONGEST = 1000
 #: Number of lines that are needed to identify the columns.
@@ -32,7 +34,7 @@ class Columns:
     names
         Names of the signals: from the header, or else their positions.
     signals
-        Positions of the signal columns, at most two.
+        Positions of the signal columns, at most two: of the index finger, then of the thumb.
     counter
         Position of the column that counts samples; None if there is none.
     width
@@ -170,22 +172,23 @@ def identify_columns(
         )
     named = len(header) == width
     names = distinct_names(header) if named else tuple(str(k + 1) for k in range(width))
-    counter = _counter(full_lines, names if named else ())
+    places = []
+    for name in wanted:
+        place = find_column(name, names)
+        if place is None:
+            raise InputError(f"{port} has no column {name!r}: choose one of {', '.join(names)}")
+        places.append(place)
+    counter = _counter(full_lines, names if named else (), places)
     if counter is not None and not _counts(full_lines, counter):
         raise InputError(
             f"{port}: column {names[counter]!r} has the name of a counter but does not count up: "
-            "rename it, or let the board count its samples in it"
+            "rename it, let the board count its samples in it, or name it if it is a signal, as in "
+            f"csv:PORT#{names[counter]}"
         )
-    if wanted:
-        places = []
-        for name in wanted:
-            place = find_column(name, names)
-            if place is None:
-                raise InputError(f"{port} has no column {name!r}: choose one of {', '.join(names)}")
-            places.append(place)
-    else:
+    if not wanted:
         times = {k for k, n in enumerate(names) if n.lower() in TIMES}
         places = [k for k in range(width) if k != counter and k not in times]
+    places.sort(key=lambda k: _FINGERS.get(names[k].lower(), 0))
     if not 1 <= len(set(places)) == len(places) <= 2:
         raise InputError(
             f"{port} has {len(places)} columns of signals: name one or two of "
@@ -194,14 +197,22 @@ def identify_columns(
     return Columns(tuple(names[k] for k in places), tuple(places), counter, width)
 
 
-def _counter(lines: list[tuple[float, ...]], names: tuple[str, ...]) -> int | None:
-    """Return the counter column: the one with a counter's name, or one that rises by 1 per line."""
-    for k, name in enumerate(names):
-        if name.lower() in COUNTERS:
+def _counter(
+    lines: list[tuple[float, ...]], names: tuple[str, ...], signals: Sequence[int]
+) -> int | None:
+    """Return the counter column: the one with a counter's name, or one that rises by 1 per line.
+
+    The columns ``signals``, which the user named, are no counters. Beside a thumb, "index" is a
+    finger unless it counts.
+    """
+    lower = [name.lower() for name in names]
+    for k, name in enumerate(lower):
+        is_finger = name == "index" and "thumb" in lower and not _counts(lines, k)
+        if name in COUNTERS and k not in signals and not is_finger:
             return k
     for k in range(len(lines[0]) if not names and len(lines[0]) > 1 else 0):
         steps = [b[k] - a[k] for a, b in itertools.pairwise(lines)]
-        if steps and steps.count(1.0) > 0.8 * len(steps):
+        if k not in signals and steps and steps.count(1.0) > 0.8 * len(steps):
             return k
     return None
 

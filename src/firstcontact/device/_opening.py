@@ -6,13 +6,14 @@ To add a kind, write one file and add one entry here.
 from __future__ import annotations
 
 import logging
+import os
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from firstcontact.core import InputError, Registry
+from firstcontact.core import AnyPath, InputError, Registry
 
 if TYPE_CHECKING:
     from firstcontact.device._source import Source
@@ -207,7 +208,7 @@ def list_devices() -> list[tuple[str, str]]:
 
 
 def open_source(
-    device: str,
+    device: AnyPath,
     *,
     speed: float = 1.0,
     condition: str = "paper-rig",
@@ -230,6 +231,7 @@ def open_source(
         The recording cannot be replayed, a speed is given for a real device, or a required package
         is missing.
     """
+    device = os.fspath(device)
     _log.info("opening %s", device)
     kind = source_kind(device)
     with SOURCES.calling(kind.name):

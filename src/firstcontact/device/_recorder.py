@@ -50,7 +50,7 @@ class Recorder:
     written (a full disk), the recorder stops and states the reason in its status. All complete
     parts of the file stay readable.
 
-    All methods can be called from any thread. Leaving a ``with`` block stops the recorder.
+    All methods can be called from any thread. Leaving a ``with`` block closes the recorder.
     """
 
     def __init__(self) -> None:
@@ -59,6 +59,7 @@ class Recorder:
         self._queue: deque[Block | Marker | PinchMark] = deque()
         self._thread: threading.Thread | None = None
         self._closing = False
+        self._is_over = False
         self._path: Path | None = None
         self._samples = 0
         self._waiting = 0
@@ -76,9 +77,11 @@ class Recorder:
         Raises
         ------
         InputError
-            A recording is running, or the file exists or cannot be created.
+            A recording is running, the recorder is closed, or the file exists or cannot be created.
         """
         with self._starting:
+            if self._is_over:
+                raise InputError(f"the session has ended without {path}: start it again")
             running = self.status.path
             if running is not None:
                 raise InputError(
@@ -124,11 +127,17 @@ class Recorder:
         if thread is not None:
             thread.join()
 
+    def close(self) -> None:
+        """Stop the recording, and refuse to start another."""
+        with self._starting:
+            self._is_over = True
+            self.stop()
+
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *exception: object) -> None:
-        self.stop()
+        self.close()
 
     def _work(self, writer: RecordingWriter) -> None:
         failed = ""

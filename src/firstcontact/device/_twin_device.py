@@ -72,7 +72,10 @@ class TwinDevice:
         latency: float = LATENCY,
     ) -> None:
         if not 0 < speed < float("inf"):
-            raise InputError(f"speed is {speed}: use a number above 0")
+            raise InputError(
+                f"the speed of the simulated hand is {speed}: use a finite number above 0",
+                parameter="speed",
+            )
         options = [f"--condition={condition}", f"--seed={seed}", f"--speed={speed}"]
         options.append(f"--latency={latency}")
         options += [f"--object={name}" for name in objects or ()]

@@ -8,7 +8,8 @@ from firstcontact.core import AnyPath, Dataset, InputError, replacing_folder, re
 from firstcontact.export._budget import small_enough
 from firstcontact.export._exporters import MODEL_EXPORTERS
 from firstcontact.export._trained import exported_parts
-from firstcontact.models import CombinedModel, Model, load_model
+from firstcontact.models import CombinedModel, Model, load_model, training_pinches
+from firstcontact.signal import resample_dataset
 
 
 def export_model(
@@ -30,7 +31,8 @@ def export_model(
     to
         Name in ``firstcontact.plugins.MODEL_EXPORTERS``: "c", "onnx" or "hand".
     data
-        Training pinches, to which smaller models are fitted.
+        Training pinches, to which smaller models are fitted. They are resampled if their rate
+        differs from the model's. Pinches with role "test" are ignored.
     budget_us
         Time that a prediction may take on a Cortex-M7 of 600 MHz, us.
 
@@ -60,9 +62,11 @@ def export_model(
             "the time limit of a prediction must lie between 0 and 1000000 us",
             parameter="budget_us",
         )
-    learned = None if data is None else data.take(~data.test)
+    learned = None if data is None else training_pinches(data)
     loaded = model if isinstance(model, Model) else load_model(model)
     parts = exported_parts(loaded)
+    if learned is not None and parts.rate is not None:
+        learned = resample_dataset(learned, parts.rate)
     trained = small_enough(parts, learned, budget_us, exporter.parts)
     with replacing_folder(place) as making, MODEL_EXPORTERS.calling(to):
         lines = list(exporter.write(trained, making))

@@ -21,10 +21,10 @@ INSISTED = 2.0
 class Leaving:
     """Handler for signals that the program does not handle, while a hand is open.
 
-    It is active from :meth:`take` to :meth:`give_back`. The first signal raises KeyboardInterrupt
-    (SIGINT) or SystemExit in the main thread, which then leaves its ``with`` block. A second signal
-    could interrupt the release of the hand, so it is ignored for 2 s. Outside the main thread the
-    methods do nothing.
+    It is active from :meth:`take` to :meth:`give_back`. The first signal releases all open hands
+    and raises KeyboardInterrupt (SIGINT) or SystemExit in the main thread, which then leaves its
+    ``with`` block. A second signal could interrupt the release of the hand, so it is ignored for
+    2 s. Outside the main thread no handler is installed or restored.
 
     Parameters
     ----------
@@ -47,17 +47,24 @@ class Leaving:
         if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
             taken.append(signal.SIGINT)
         self._taken = taken
+        _ACTIVE.append(self)
         for number in taken:
             signal.signal(number, self._on_signal)
 
     def give_back(self) -> None:
-        """Restore the default handlers."""
+        """Restore the default handlers, or pass the signals to another active object."""
+        if self in _ACTIVE:
+            _ACTIVE.remove(self)
         if threading.current_thread() is not threading.main_thread():
             return
         taken, self._taken = self._taken, []
+        heir = _ACTIVE[-1] if _ACTIVE else None
+        if heir is not None and taken:
+            heir._at, heir._taken = self._at, heir._taken + taken
         for number in taken:
             is_interrupt = number == signal.SIGINT
-            signal.signal(number, signal.default_int_handler if is_interrupt else signal.SIG_DFL)
+            default = signal.default_int_handler if is_interrupt else signal.SIG_DFL
+            signal.signal(number, default if heir is None else heir._on_signal)
 
     def rearm(self) -> None:
         """Treat the next signal as the first, because the program has handled the earlier ones."""
@@ -91,7 +98,12 @@ class Leaving:
             self._waiting.append(number)
         elif self._at is None or now - self._at > INSISTED:
             self._at = now
-            self._let_go()
+            for leaving in tuple(_ACTIVE):
+                leaving._let_go()
             if number == signal.SIGINT:
                 raise mark_as_signal(KeyboardInterrupt())
             raise mark_as_signal(SystemExit(128 + number))
+
+
+#: Active objects, in the order in which they became active.
+_ACTIVE: list[Leaving] = []

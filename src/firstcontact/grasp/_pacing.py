@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import inf, isfinite
 
-from firstcontact.core import Command
+from firstcontact.core import Command, InputError
 from firstcontact.grasp._hand import HandLimits
 
 
@@ -49,10 +49,18 @@ class Pacer:
     limits
         Limits of the hand.
     silence
-        Time without a call from the program after which the hand is released, s.
+        Time without a call from the program after which the hand is released, s. A failed release
+        is tried again after this time.
+
+    Raises
+    ------
+    InputError
+        ``silence`` is not above 0.
     """
 
     def __init__(self, limits: HandLimits, silence: float) -> None:
+        if not silence > 0:  # true of NaN
+            raise InputError(f"the time is {silence:g} s: give one above 0", parameter="silence")
         self.limits = limits
         self.counts = HandCounts()
         self._silence = silence
@@ -63,6 +71,7 @@ class Pacer:
         self._last: Command | None = None
         self._sent_at = -inf
         self._called_at = -inf
+        self._release_at = inf  # time at which a failed release is tried again
 
     def offer(self, command: Command, now: float) -> None:
         """Take a command, which replaces a command that still waits.
@@ -96,6 +105,11 @@ class Pacer:
         self.counts.superseded += self._waiting is not None
         self.counts.released += 1
         self._waiting = self._last = None
+        self._release_at = inf
+
+    def retry_release(self, now: float) -> None:
+        """Schedule another release, because the hand failed to carry out the last one."""
+        self._release_at = now + self._silence
 
     def wait(self, now: float) -> float:
         """Return the time until a command that is offered now is due, s."""
@@ -104,7 +118,7 @@ class Pacer:
     def next_time(self) -> float:
         """Return the earliest time of the next action, s; infinite if there is none."""
         if self._waiting is None and self._last is None:
-            return inf
+            return self._release_at
         pause = self._interval if self._waiting is not None else self._repeat
         return min(self._sent_at + pause, self._called_at + self._silence)
 
@@ -112,7 +126,7 @@ class Pacer:
         """Return the action that is due at this time; None if there is none."""
         if now < self.next_time():
             return None
-        if now >= self._called_at + self._silence:
+        if now >= min(self._called_at + self._silence, self._release_at):
             self.release()
             return Due(None)
         if self._waiting is not None:

@@ -69,6 +69,7 @@ def open_hand(
     Raises
     ------
     InputError
-        No hand has that name, or its port, source or package is missing.
+        No hand has that name, its port, source or package is missing, or ``silence`` is not above
+        0.
     """
     return SafeHand(make_hand(HANDS.find(name), port, source), silence=silence)

@@ -28,7 +28,7 @@ class SafeHand(Hand):
     Commands are clipped to the hand's limits and sent no faster than the hand accepts them. A newer
     command replaces a waiting one, and the last command is always sent. A watchdog thread repeats
     the last command before the hand's own watchdog runs out. It releases the hand when the program
-    has been silent.
+    has been silent. It tries a failed release again, each time after ``silence``.
 
     The hand is also released
 
@@ -50,6 +50,11 @@ class SafeHand(Hand):
         Time without :meth:`send` or :meth:`alive` after which the hand is released, s.
     clock
         Monotonic clock, s.
+
+    Raises
+    ------
+    InputError
+        ``silence`` is not above 0.
     """
 
     def __init__(
@@ -201,7 +206,15 @@ class SafeHand(Hand):
     def _release(self) -> bool:
         """Release the hand. Return True on success."""
         self._pacer.release()
-        return self._attempt(self._hand.release)
+        return self._open_hand()
+
+    def _open_hand(self) -> bool:
+        """Open the hand. If this fails, the watchdog thread tries again. Return True on success."""
+        is_open = self._attempt(self._hand.release)
+        if not is_open:
+            self._pacer.retry_release(self._clock())
+            self._change.notify()
+        return is_open
 
     def _attempt(self, act: Callable[[], None]) -> bool:
         """Call a method of the hand. Store an error, so that the watchdog thread continues."""
@@ -225,7 +238,7 @@ class SafeHand(Hand):
         if due is None:
             return
         if due.command is None:
-            self._attempt(self._hand.release)
+            self._open_hand()
         elif not self._attempt(partial(self._hand.send, due.command)):
             self._release()
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +24,10 @@ from firstcontact.contact import (
 from firstcontact.core import Contact, Dataset, InputError, Runner, counted
 from firstcontact.models._detection import outcome
 from firstcontact.models._splits import inner_folds
+from firstcontact.signal import resample_dataset, restore_contacts
 
 Places = NDArray[np.intp]
+Contacts = Literal["detected", "known"]
 
 #: Number of folds. A detector is fitted without one fold, and then finds the contacts of that fold.
 FOLDS = 3
@@ -46,6 +49,27 @@ class Alignment:
     how: str
 
 
+def at_known_contacts(contacts: str, dataset: Dataset) -> bool:
+    """Return True if signals start at known contacts instead of detected contacts.
+
+    Raises
+    ------
+    InputError
+        ``contacts`` is not a known word, or no contact of these pinches is known.
+    """
+    if contacts not in get_args(Contacts):
+        raise InputError(
+            f"{contacts!r} must be one of {', '.join(get_args(Contacts))}", parameter="contacts"
+        )
+    if contacts == "known" and all(p.first is None for p in dataset.pinches):
+        raise InputError(
+            'no pinch has a known first contact: use "detected", or import recordings with a '
+            "column 'first_contact'",
+            parameter="contacts",
+        )
+    return contacts == "known"
+
+
 def label_alignment(dataset: Dataset) -> Alignment:
     """Return the contacts known from the strips or from labels."""
     return Alignment([p.first for p in dataset.pinches], "known (strips or labels)")
@@ -54,11 +78,16 @@ def label_alignment(dataset: Dataset) -> Alignment:
 def detect_alignment(dataset: Dataset, detector: Detector, how: str = "") -> Alignment:
     """Return the first contacts that a detector finds after the start of each closing.
 
-    ``how`` is added to the detector's name in the result's text.
+    The detector gets the pinches at its own rate; the contacts have the sample numbers of
+    ``dataset``. ``how`` is added to the detector's name in the result's text.
     """
-    starts = closing_starts(dataset)
-    heard = cut_closings(dataset, starts).pinches
+    rate = detector.rate
+    resampled = dataset if rate is None else resample_dataset(dataset, rate)
+    starts = closing_starts(resampled)
+    heard = cut_closings(resampled, starts).pinches
     contacts = [first_contact(detector, pinch) for pinch in heard]
+    if rate is not None:
+        contacts = restore_contacts(contacts, dataset, rate)
     return Alignment(
         contacts, f"detected ({detector.name}{how}; {describe_starts(count_starts(starts))})"
     )

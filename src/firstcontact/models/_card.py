@@ -29,7 +29,8 @@ class TrainingData:
     pinches
         Number of pinches.
     sessions, specimens
-        Names of the sessions and specimens, without repetitions.
+        Names of the sessions and specimens, without repetitions. A specimen's name that several
+        objects share is followed by object and level.
     target
         Label that the model predicts.
     levels

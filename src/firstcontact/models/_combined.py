@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import take_array
-from firstcontact.models._contact_features import Shape
 from firstcontact.models._in_context import InContextModel
 from firstcontact.models._model_file import pretrained
 from firstcontact.models._network_estimator import (
@@ -22,7 +21,7 @@ from firstcontact.models._network_estimator import (
     root_mean_square,
     score_held_out,
 )
-from firstcontact.models._network_inputs import beside, network_inputs
+from firstcontact.models._network_inputs import beside, rig_inputs
 from firstcontact.models._rig import STAGES, Rig, level_groups, stage_index
 from firstcontact.models._rig_regression import INPUTS, MOST, RigRegression
 from firstcontact.models._spec import Arrays, Values
@@ -152,7 +151,7 @@ class CombinedModel(InContextModel):
         for finger, rows in self.by_rig(touches):
             part, rig = touches.take(rows), self.rigs[finger]
             stages = stage_index(part.valid, part.rate).tolist()
-            inputs = _inputs(part, rig, beside_signal[rows])[:, INPUTS]
+            inputs = rig_inputs(part, rig, beside_signal[rows])[:, INPUTS]
             for row, x, stage in zip(rows, inputs, stages, strict=True):
                 values[row], spreads[row] = self._regressions[finger].predict(x, stage)
         return values, spreads
@@ -288,15 +287,8 @@ def _spread_scale(
     return out
 
 
-def _inputs(touches: Touches, rig: Rig, beside_signal: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the network's inputs for contacts of a rig, shape (n, inputs)."""
-    level, sign = np.full(len(touches), rig.level), np.full(len(touches), rig.sign)
-    shape = Shape.measure(touches.waves, touches.valid, level, sign)
-    return network_inputs(shape, beside_signal)
-
-
 def _stage_inputs(touches: Touches, rig: Rig) -> NDArray[np.float64]:
     """Return the regression's inputs at each stage, shape (stages, n, inputs)."""
     longest, beside_signal = lengths(touches.rate)[1], beside(touches, rig)
     cuts = [touches.until(round(stage * longest / STAGES[-1])) for stage in STAGES]
-    return np.stack([_inputs(cut, rig, beside_signal)[:, INPUTS] for cut in cuts])
+    return np.stack([rig_inputs(cut, rig, beside_signal)[:, INPUTS] for cut in cuts])

@@ -16,10 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import InputError, take_array
-from firstcontact.models._contact_features import Shape
 from firstcontact.models._context_network import Context, Matrix, Network
 from firstcontact.models._in_context import InContextModel
-from firstcontact.models._network_inputs import network_inputs
+from firstcontact.models._network_inputs import rig_inputs
 from firstcontact.models._rig import GENERAL, stage_index
 from firstcontact.models._touches import Touches, lengths
 
@@ -284,9 +283,7 @@ def _ask(network: Network, model: InContextModel, touches: Touches) -> None:
     usable = touches.take(touches.valid >= model.shortest)
     for finger, rows in model.by_rig(usable):
         rig, part = model.rigs[finger], usable.take(rows)
-        level, sign = np.full(len(part), rig.level), np.full(len(part), rig.sign)
-        shape = Shape.measure(part.waves, part.valid, level, sign)
-        x = network_inputs(shape, model.rig_features(part))
+        x = rig_inputs(part, rig, model.rig_features(part))
         stages = stage_index(part.valid, part.rate)
         network.outputs(x, network.context(rig.tokens, rig.general), stages)
 

@@ -144,6 +144,14 @@ def target_scale(task: Task, y: Values) -> NDArray[np.float64]:
     return np.array([y.mean(), y.std() or 1.0])
 
 
+def library_targets(task: Task, y: Values) -> NDArray[Any]:
+    """Return targets as scikit-learn accepts them: classes as numbers from 0.
+
+    scikit-learn refuses classes with fractional values.
+    """
+    return np.unique(y, return_inverse=True)[1] if task is Task.CLASSIFICATION else y
+
+
 def training_spec(
     task: Task, rate: float, X: Windows, y: Values, groups: NDArray[Any] | None
 ) -> Spec:

@@ -2,25 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.contact import Detector
-from firstcontact.core import Dataset, InputError, Progress, counted, is_same_rate, progress_steps
-from firstcontact.models._alignment import Alignment, detect_alignment, label_alignment
+from firstcontact.core import AnyPath, Dataset, InputError, Progress, counted, progress_steps
+from firstcontact.models._alignment import (
+    Alignment,
+    Contacts,
+    at_known_contacts,
+    detect_alignment,
+    label_alignment,
+)
 from firstcontact.models._final_model import Target
 from firstcontact.models._metrics import classification_scores, per_object, regression_scores
-from firstcontact.models._model import Model, require_dataset
+from firstcontact.models._model import Model, load_model, require_dataset
 from firstcontact.models._predictions import Predictions
 from firstcontact.models._predictors import NetworkPredictor, Predictor
 from firstcontact.models._scores import RegressionScores, SpecimenErrors, TaskScores
 from firstcontact.models._spec import Values
-from firstcontact.models._train import Contacts, at_known_contacts
-from firstcontact.models._train_overlap import SEEN, TrainOverlap, train_overlap
-from firstcontact.models._training import resampling_clusters
+from firstcontact.models._train_overlap import NAMESAKES, SEEN, TrainOverlap, train_overlap
+from firstcontact.models._training import distinct_specimens, resampling_clusters
 from firstcontact.signal import resample_dataset
 
 
@@ -74,6 +80,9 @@ class GroupScores:
 class Evaluation:
     """Scores of one predictor of a model.
 
+    :attr:`rmse`, :attr:`coverage` and :attr:`width` cover all scored pinches except those of the
+    training. Pinches that may be of the training by their names count only if there are no others.
+
     Parameters
     ----------
     predictor
@@ -110,26 +119,35 @@ class Evaluation:
     @property
     def rmse(self) -> Mapping[float, float]:
         """Root mean square error by elapsed time (s); empty if all pinches are training pinches."""
-        return self._unseen.rmse if self._unseen else {}
+        squares = self._unseen_mean(lambda group: {at: r * r for at, r in group.rmse.items()})
+        return {at: math.sqrt(square) for at, square in squares.items()}
 
     @property
     def coverage(self) -> Mapping[float, float]:
         """Share of truths inside the interval by elapsed time (s); empty if :attr:`rmse` is."""
-        return self._unseen.coverage if self._unseen else {}
+        return self._unseen_mean(lambda group: group.coverage)
 
     @property
     def width(self) -> Mapping[float, float]:
         """Mean width of the interval by elapsed time (s); empty if :attr:`rmse` is."""
-        return self._unseen.width if self._unseen else {}
+        return self._unseen_mean(lambda group: group.width)
 
-    @property
-    def _unseen(self) -> GroupScores | None:
-        """First group whose pinches are not training pinches."""
-        return next((group for group in self.groups if group.title != SEEN), None)
+    def _unseen_mean(
+        self, values: Callable[[GroupScores], Mapping[float, float]]
+    ) -> dict[float, float]:
+        """Return the mean of a group's values over the pinches of several groups."""
+        unseen = [group for group in self.groups if group.title != SEEN]
+        groups = [group for group in unseen if group.title != NAMESAKES] or unseen
+        n = sum(group.n for group in groups)
+        out: dict[float, float] = {}
+        for group in groups:
+            for at, value in values(group).items():
+                out[at] = out.get(at, 0.0) + group.n / n * value
+        return out
 
 
 def evaluate(
-    model: Model,
+    model: AnyPath | Model,
     data: Dataset,
     *,
     contacts: Contacts = "detected",
@@ -143,14 +161,14 @@ def evaluate(
     Parameters
     ----------
     model
-        Model to score.
+        Model to score, or its folder.
     data
         Pinches as they were loaded. They are resampled if their rate differs from the model's.
     contacts
         "detected": predictions start at contacts that the detector finds, as in live use. "known":
         they start at the contacts from strips or labels.
     detector
-        Contact detector to use instead of the model's own.
+        Fitted contact detector to use instead of the model's own.
     progress
         True to show a bar, or a function that is called with 1 for each scored predictor.
 
@@ -175,6 +193,10 @@ def evaluate(
     >>> isinstance(evaluation, fc.Evaluation), isinstance(evaluation.groups[0], fc.GroupScores)
     (True, True)
     """
+    if not isinstance(model, Model):
+        model = load_model(model)
+    if detector is not None:
+        model = replace(model, detector=detector)
     if not model.moments:
         raise InputError(
             "the folder holds a detector, but no model that predicts: train one with an estimator",
@@ -185,11 +207,11 @@ def evaluate(
 
     def aligned(rate: float) -> tuple[Dataset, Alignment]:
         if rate not in at_rate:
-            dataset = data if is_same_rate(data.layout.rate, rate) else resample_dataset(data, rate)
+            dataset = resample_dataset(data, rate)
             if at_known_contacts(contacts, dataset):
                 at_rate[rate] = dataset, label_alignment(dataset)
             else:
-                at_rate[rate] = dataset, detect_alignment(dataset, detector or model.own_detector)
+                at_rate[rate] = dataset, detect_alignment(dataset, model.own_detector)
         return at_rate[rate]
 
     networks = () if model.network is None else (model.network,)
@@ -260,7 +282,7 @@ def _group(
     rows: NDArray[np.bool_],
 ) -> GroupScores:
     """Score the predictions for the pinches where ``rows`` is true."""
-    truth, specimens = truth[rows], dataset.specimens[rows]
+    truth, specimens = truth[rows], distinct_specimens(dataset)[rows]
     clusters = resampling_clusters(dataset.sessions[rows], specimens)
     compare = classification_scores if predictor.classes else regression_scores
     scores: dict[float, TaskScores] = {}

@@ -88,12 +88,20 @@ def train_final_model(
     Raises
     ------
     InputError
-        There are too few examples.
+        There are too few examples, or all have the same target, possibly whatever sessions are
+        held out.
     """
     if len(data) < LEAST:
         raise InputError(
             f"{len(data)} labelled pinches are too few to train a model and to score it: record "
             f"{LEAST} or more"
+        )
+    levels = np.unique(data.y)
+    if len(levels) < 2:
+        raise InputError(
+            f"all {len(data)} usable pinches have the label {levels[0]:g}: record pinches of "
+            "another object",
+            parameter="data",
         )
     estimator = find_estimator(model)
     splits, words = _splits(data, estimator.folds, seed)
@@ -101,13 +109,16 @@ def train_final_model(
     answers, spreads = held_out_with_spread(runner, [question], seed)[0]
     [final] = runner.map(fit_model, [Fit(model, task, data, data.X[:0], seed)])
     has_prediction = np.isfinite(answers)
-    scores = _score(task, data.take(has_prediction), answers[has_prediction], seed)
+    data, answers = data.take(has_prediction), answers[has_prediction]
+    spreads = None if spreads is None else spreads[has_prediction]
+    scores = _score(task, data, answers, seed)
     interval, conformal = None, _none(data, task, level)
     if not conformal:
         limits = SHORE_A if shore else None
-        folds = np.zeros(len(data), dtype=np.intp)
+        folds = np.zeros(len(has_prediction), dtype=np.intp)
         for number, split in enumerate(splits):
             folds[split.test] = number
+        folds = folds[has_prediction]
         interval = conformal_interval(answers, data.y, level, limits, spreads)
         tested = held_out_bounds(answers, data.y, folds, level, limits, spreads)
         conformal = {
@@ -134,11 +145,25 @@ def _splits(data: LabelledWindows, folds: int, seed: int) -> tuple[list[Split], 
     """
     if data.has_sessions:
         splits = by_session(data.sessions, data.y, seed, folds)
-        return splits, f"{len(np.unique(data.sessions))} sessions in {len(splits)} folds"
-    learn, ask = next(inner_folds(data.y, None, seed, k=5))
-    shares = frozenset({Group.SESSION, Group.SPECIMEN})
-    words = "random pinches; without two known sessions the scores are too good"
-    return [Split("random fifth", learn, ask, shares)], words
+        words = f"{len(np.unique(data.sessions))} sessions in {len(splits)} folds"
+    else:
+        learn, ask = next(inner_folds(data.y, None, seed, k=5))
+        shares = frozenset({Group.SESSION, Group.SPECIMEN})
+        splits = [Split("random fifth", learn, ask, shares)]
+        words = "random pinches; without two known sessions the scores are too good"
+    usable = [split for split in splits if len(np.unique(data.y[split.train])) > 1]
+    if not usable:
+        raise InputError(
+            "if any pinches are held out, those left to learn from have a single level: record "
+            "each object in two sessions or more",
+            parameter="data",
+        )
+    if left := len(splits) - len(usable):
+        words += f"; {counted(left, 'fold')} not scored: a single level is left to learn from"
+    splits = usable
+    if any(np.setdiff1d(data.y[split.test], data.y[split.train]).size for split in splits):
+        words += "; a level of one fold alone is predicted without having been learned"
+    return splits, words
 
 
 def _score(task: str, data: LabelledWindows, answers: Values, seed: int) -> TaskScores:

@@ -15,7 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import SKY, InputError, Program
-from firstcontact.models._estimator import Estimator, target_scale, training_spec
+from firstcontact.models._estimator import (
+    Estimator,
+    library_targets,
+    target_scale,
+    training_spec,
+)
 from firstcontact.models._spec import Spec, Task, Values, Windows
 from firstcontact.models._spectral_features import KINDS, features
 from firstcontact.models._spectral_steps import spectral_program
@@ -255,7 +260,7 @@ def _fit(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConvergenceWarning)  # close enough for a candidate
         machine = LogisticRegression(C=c, max_iter=3000, tol=accuracy)
-        fitted = machine.fit(scaled, y, sample_weight=share)
+        fitted = machine.fit(scaled, library_targets(task, y), sample_weight=share)
     weights, bias = fitted.coef_.T, fitted.intercept_
     if len(fitted.classes_) == 2:  # a single output, for the second class
         weights, bias = np.hstack([np.zeros_like(weights), weights]), np.append(0.0, bias)

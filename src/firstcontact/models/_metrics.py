@@ -19,8 +19,10 @@ from firstcontact.models._scores import (
 Values = NDArray[np.float64]
 #: Number of resamples of a bootstrap interval.
 RESAMPLES = 2000
-#: Coverage of every interval.
+#: Nominal coverage of every interval.
 CONFIDENCE = 0.95
+#: Fewest clusters for an interval. An interval over 3 holds the truth in 55 % of cases.
+CLUSTERS = 5
 
 
 def _sums(clusters: NDArray[Any], columns: Values) -> Values:
@@ -31,13 +33,48 @@ def _sums(clusters: NDArray[Any], columns: Values) -> Values:
     return out
 
 
+def resampled_sums(sums: Values, seed: int) -> Values:
+    """Return the total of each bootstrap resample of clusters, shape (RESAMPLES, ...).
+
+    Parameters
+    ----------
+    sums
+        Sums over the pinches of each cluster, shape (clusters, ...).
+    seed
+        Random seed of the resampling.
+    """
+    rng, clusters = np.random.default_rng(seed), len(sums)
+    return np.array([sums[rng.integers(clusters, size=clusters)].sum(0) for _ in range(RESAMPLES)])
+
+
+def bootstrap_interval(values: Values, clusters: int) -> Values:
+    """Return the low and high end of a bootstrap interval, shape (2, ...).
+
+    With few clusters a percentile interval is too narrow, so its quantiles are moved outwards as
+    far as a t interval is wider than a normal one (Hesterberg 2015, The American Statistician 69,
+    371).
+
+    Parameters
+    ----------
+    values
+        Score of each resample, shape (resamples, ...).
+    clusters
+        Number of clusters that each resample draws.
+    """
+    from scipy.stats import norm, t
+
+    wider = t.isf((1 - CONFIDENCE) / 2, clusters - 1) * np.sqrt(clusters / (clusters - 1))
+    ends: Values = np.quantile(values, (norm.sf(wider), norm.cdf(wider)), axis=0)
+    return ends
+
+
 def cluster_intervals(
     columns: Values,
     statistics: Mapping[str, Callable[[Values], Values]],
     clusters: NDArray[Any],
     seed: int,
 ) -> dict[str, Ends]:
-    """Return percentile bootstrap intervals from whole clusters (Davison and Hinkley 1997, 3.8).
+    """Return bootstrap intervals from whole clusters (Davison and Hinkley 1997, 3.8).
 
     Pinches of one session or specimen are alike, so they are drawn together. If single pinches were
     drawn, the intervals would be too narrow.
@@ -56,32 +93,14 @@ def cluster_intervals(
     Returns
     -------
     dict
-        Low and high end of the interval for each statistic; empty with fewer than two clusters.
+        Low and high end of the interval for each statistic; empty with fewer than five clusters.
     """
-    from scipy.stats import bootstrap
-
     sums = _sums(clusters, columns)
-    if len(sums) < 2:
+    if len(sums) < CLUSTERS:
         return {}
-    intervals = {}
-    for name, statistic in statistics.items():
-
-        def resampled(
-            drawn: NDArray[np.intp], axis: int = -1, of: Callable[[Values], Values] = statistic
-        ) -> Values:
-            return of(sums[drawn].sum(axis=axis - 1 if axis < 0 else axis))
-
-        result = bootstrap(
-            (np.arange(len(sums)),),
-            resampled,
-            n_resamples=RESAMPLES,
-            confidence_level=CONFIDENCE,
-            method="percentile",
-            vectorized=True,
-            rng=np.random.default_rng(seed),
-        ).confidence_interval
-        intervals[name] = (float(result.low), float(result.high))
-    return intervals
+    totals = resampled_sums(sums, seed)
+    ends = {name: bootstrap_interval(of(totals), len(sums)) for name, of in statistics.items()}
+    return {name: (float(low), float(high)) for name, (low, high) in ends.items()}
 
 
 def regression_scores(

@@ -19,10 +19,9 @@ from firstcontact.core import (
     Contact,
     Dataset,
     InputError,
-    is_same_rate,
     replacing_folder,
 )
-from firstcontact.models._alignment import detect_alignment
+from firstcontact.models._alignment import Contacts, at_known_contacts, detect_alignment
 from firstcontact.models._card import TrainingData
 from firstcontact.models._model_file import (
     check_former,
@@ -41,7 +40,7 @@ from firstcontact.models._predictors import (
     WindowPredictor,
 )
 from firstcontact.models._train_overlap import Digests
-from firstcontact.signal import resample_dataset
+from firstcontact.signal import resample_contacts, resample_dataset, restore_contacts
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -83,6 +82,15 @@ class Model:
     detector_data: Mapping[str, Any] = field(default_factory=dict)
     folder: Path | None = None
 
+    def __post_init__(self) -> None:
+        is_kind = isinstance(self.detector, type)
+        if self.detector is not None and (is_kind or not hasattr(self.detector, "judge")):
+            raise InputError(
+                f"the detector must be a fitted one, not {self.detector!r}: load one with "
+                "firstcontact.contact.load_detector(path)",
+                parameter="detector",
+            )
+
     def __repr__(self) -> str:
         parts = [f"detector={None if self.detector is None else self.detector.name!r}"]
         parts += [f"{w.model.kind!r} at {1e3 * w.duration:.3g} ms" for w in self.windows]
@@ -119,7 +127,7 @@ class Model:
         self,
         data: Dataset,
         at: float | None = None,
-        contacts: Sequence[Contact | None] | None = None,
+        contacts: Contacts | Sequence[Contact | None] = "detected",
         *,
         estimator: str | None = None,
     ) -> Predictions:
@@ -137,8 +145,9 @@ class Model:
             Longest signal after the contact to use, s; by default the longest that the model can
             use. ``Predictions.elapsed`` is shorter if the second finger touched earlier.
         contacts
-            First contact of each pinch, at the rate of ``data``. By default the detector finds
-            them.
+            "detected": predictions start at contacts that the detector finds, as in live use.
+            "known": they start at the contacts from strips or labels. Or the first contact of each
+            pinch, in the sample numbers of ``data``.
         estimator
             Name of the predictor to use, such as "svm". The ``repr`` of the model lists them.
 
@@ -148,14 +157,26 @@ class Model:
             ``at`` is out of range, ``contacts`` do not fit ``data``, or the model cannot predict.
         """
         require_dataset(data)
-        if contacts is not None and len(contacts) != len(data):
+        if estimator is not None:
+            return self.only(estimator).predict(data, at, contacts)
+        given: list[Contact | None] | None
+        if isinstance(contacts, str):
+            is_known = at_known_contacts(contacts, data)
+            given = [p.first for p in data.pinches] if is_known else None
+        else:
+            try:
+                given = list(contacts)
+            except TypeError:
+                raise InputError(
+                    f'{contacts!r} is no list of contacts: give one, "detected" or "known"',
+                    parameter="contacts",
+                ) from None
+        if given is not None and len(given) != len(data):
             raise InputError(
-                f"{len(contacts)} contacts are given for {len(data)} pinches: give one for each "
+                f"{len(given)} contacts are given for {len(data)} pinches: give one for each "
                 "pinch, None if it has no contact",
                 parameter="contacts",
             )
-        if estimator is not None:
-            return self.only(estimator).predict(data, at, contacts)
         if not self.moments:
             raise InputError(
                 "the model holds a detector only: train with an estimator", parameter="model"
@@ -168,24 +189,20 @@ class Model:
                 f"{last:.3g} s the prediction stays the same)",
                 parameter="at",
             )
-        if not is_same_rate(data.layout.rate, self.rate):
-            if contacts is not None:
-                raise InputError(
-                    f"contacts: their samples are numbered at {data.layout.rate:g} Hz, but the "
-                    f"model takes {self.rate:g} Hz: resample the pinches first"
-                )
-            data = resample_dataset(data, self.rate)
-        firsts = (
-            detect_alignment(data, self.own_detector).contacts
-            if contacts is None
-            else list(contacts)
-        )
+        resampled = resample_dataset(data, self.rate)
+        firsts: Sequence[Contact | None]
+        if given is None:
+            firsts = detect_alignment(resampled, self.own_detector).contacts
+            given = restore_contacts(firsts, data, self.rate)
+        else:
+            firsts = resample_contacts(given, data, self.rate)
         if self.network is not None and latest >= MOMENTS[0] - 1e-9:
-            return self.network.predict(data, firsts, latest)
-        out = Predictions.empty(firsts)
-        for window in self.windows:
-            out = window.predict(data, firsts, latest).filled(out)
-        return out
+            out = self.network.predict(resampled, firsts, latest)
+        else:
+            out = Predictions.empty(firsts)
+            for window in self.windows:
+                out = window.predict(resampled, firsts, latest).filled(out)
+        return replace(out, contacts=given)
 
     def only(self, estimator: str) -> Model:
         """Return the model with only the predictors of this estimator.
@@ -279,18 +296,20 @@ def load_model(path: str | os.PathLike[str], detector: Detector | None = None) -
 
 
 def require_dataset(data: object) -> None:
-    """Raise InputError if the value is not a dataset (but a path, for example).
+    """Raise InputError if the value is not a dataset (but a path, for example), or is empty.
 
     Raises
     ------
     InputError
-        The value is no dataset. The message names the parameter and the function that loads one.
+        The value is no dataset, or has no pinch. The message names the parameter and the remedy.
     """
     if not isinstance(data, Dataset):
         raise InputError(
             f"the data must be a Dataset, not a {type(data).__name__}: make one with load(path)",
             parameter="data",
         )
+    if not len(data):
+        raise InputError("the data hold no pinch: give at least one", parameter="data")
 
 
 def shipped_model() -> Model:

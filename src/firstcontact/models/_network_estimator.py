@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil
 from typing import Any, ClassVar
 
@@ -54,6 +54,8 @@ class Adapted:
         Check of the intervals on held-out pinches; None without held-out pinches.
     notes
         Further sentences about the model.
+    split
+        Remark on the held-out pinches; "" if there is nothing to remark.
     """
 
     model: InContextModel
@@ -62,6 +64,7 @@ class Adapted:
     mean_rmse: float = float("nan")
     check: IntervalCheck | None = None
     notes: tuple[str, ...] = ()
+    split: str = ""
 
     @property
     def rmse(self) -> float:
@@ -127,7 +130,8 @@ def adapt_network(
     touches, shore_a
         Contacts with objects of known Shore A, shape (n,).
     sessions
-        Session of each contact, shape (n,). Whole sessions are held out if there are several.
+        Session of each contact, shape (n,). Whole sessions are held out if there are several, and
+        two levels of Shore A are left to learn from. Otherwise random pinches are held out.
     seed
         Random seed of the folds.
 
@@ -156,8 +160,9 @@ def adapt_network(
         if (held_out := score_held_out(conditioner(scheme), longest, shore_a, sessions, seed))
         is not None
     }
-    if not tested:
-        return Adapted(conditioner(WAYS[0])(longest, shore_a), WAYS[0], {})
+    if not tested and sessions is not None:
+        made = adapt_network(base, longest, shore_a, None, seed)
+        return replace(made, split="held out: random pinches, because each session has one level")
     scores = {scheme: root_mean_square(held_out.errors) for scheme, held_out in tested.items()}
     best = min(scores, key=lambda scheme: scores[scheme])
     check = tested[best].check(base.level, touches.rate)
@@ -400,14 +405,25 @@ def condition(
         raise UnknownRigError(error.message, parameter="data") from None
     if made.refusal:
         raise UnknownRigError(made.refusal, parameter="data")
-    record = TrainingRecord(pinches=len(labelled), scores=_held_out_scores(made))
+    usable = labelled.take(labelled.touches.answerable)
+    record = TrainingRecord(pinches=len(usable), scores=_held_out_scores(made))
     return NetworkPredictor(made.model, record), [
-        f"the rig is known by {counted(len(labelled), 'pinch')} of "
-        f"{counted(len(np.unique(labelled.shore_a)), 'Shore A level')}",
-        *_speed_in_words(labelled.touches, made),
+        _rig_in_words(usable.shore_a, made),
+        *_speed_in_words(usable.touches, made),
         *made.notes,
         *_checked_in_words(base, made),
     ]
+
+
+def _rig_in_words(shore_a: Values, made: Adapted) -> str:
+    """Return a sentence on the pinches that describe the rig."""
+    levels, counts = np.unique(shore_a, return_counts=True)
+    per = " and finger" if made.scheme == WAYS[1] else ""
+    limit = f"; at most {MOST_OF_LEVEL} of each level{per} are used"
+    return (
+        f"the rig is known by {counted(len(shore_a), 'pinch')} of "
+        f"{counted(len(levels), 'Shore A level')}{limit * bool(counts.max() > MOST_OF_LEVEL)}"
+    )
 
 
 def _speed_in_words(touches: Touches, made: Adapted) -> list[str]:
@@ -464,6 +480,7 @@ def _checked_in_words(base: InContextModel, made: Adapted) -> list[str]:
     widest = made.check.scales.max()
     widened = f"now up to {widest:.2f} times as wide" if widest > 1 else "not widened"
     return [
+        *([made.split] if made.split else []),
         f"held-out pinches, both fingers as one rig or each finger as its own: {compared} Shore A "
         f"(always predicting the mean: {made.mean_rmse:.2f}); used: {made.scheme}",
         *_against_network(made),

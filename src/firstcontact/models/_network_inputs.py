@@ -94,6 +94,17 @@ def relative_inputs(
     return network_inputs(Shape.measure(waves, valid, level, sign), rig_features)
 
 
+def rig_inputs(
+    touches: Touches, rig: Rig, rig_features: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the network's inputs for contacts of one rig, shape (n, INPUTS).
+
+    ``rig_features`` is the result of :func:`beside`.
+    """
+    level, sign = np.full(len(touches), rig.level), np.full(len(touches), rig.sign)
+    return relative_inputs(touches.waves, touches.valid, level, sign, rig_features)
+
+
 def network_inputs(shape: Shape, rig_features: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the network's inputs for contacts whose :class:`Shape` is already computed."""
     v = shape.v

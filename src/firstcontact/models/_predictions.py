@@ -32,8 +32,8 @@ class Predictions:
     elapsed
         Length of the signal after the contact from which the value was predicted, s, shape (n,).
     contacts
-        First contact of each pinch (None without one); empty if the predictions were made from
-        contacts.
+        First contact of each pinch, in the sample numbers of the predicted data (None without
+        one); empty if the predictions were made from single contacts.
 
     Examples
     --------

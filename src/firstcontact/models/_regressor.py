@@ -9,7 +9,10 @@ from __future__ import annotations
 import inspect
 import io
 import json
+import sys
+import warnings
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from copy import deepcopy
 from dataclasses import dataclass
 from importlib import import_module
@@ -45,6 +48,9 @@ TRUSTED = (
     ),
 )
 _SCHEMA = "schema.json"
+#: Numbers of rows and columns of the noise that regressors are fitted to before training. Inner
+#: cross-validation needs several rows of each target.
+NOISE = (20, 74)
 
 
 class RegressorModel(WindowModel):
@@ -138,6 +144,13 @@ class RegressorEstimator(Estimator):
     ) -> RegressorModel:
         """Fit to windows flattened to (n, samples * channels); see :meth:`Estimator.fit`."""
         spec = training_spec(self.task, self.rate, X, y, groups)
+        fraction = next((level for level in spec.classes if level % 1), None)
+        if fraction is not None:
+            raise InputError(
+                f"scikit-learn's classifiers refuse fractional classes, and a label is "
+                f"{fraction:g}: choose another estimator, or a regression",
+                parameter="estimator",
+            )
         with ForeignCode(f"fit of {self.title}"):
             unfitted = fresh(self.regressor, seed)
             fitted = unfitted.fit(flat(X), y.copy())
@@ -145,10 +158,23 @@ class RegressorEstimator(Estimator):
 
     @classmethod
     def check_saved(cls, seed: int) -> None:
-        """Raise InputError before training if the object could not be saved."""
+        """Raise InputError before training if the object could not be saved.
+
+        Fitting may add types, so the object is first fitted to noise. An object that noise cannot
+        fit is checked unfitted.
+        """
         with ForeignCode(cls.title):
+            example = fresh(cls.regressor, seed)
+        noise = np.random.default_rng(seed).standard_normal(NOISE)
+        with (
+            suppress(InputError, OSError),
+            ForeignCode(cls.title),
+            warnings.catch_warnings(action="ignore"),
+        ):
             unfitted = fresh(cls.regressor, seed)
-        to_skops(unfitted, cls.title)
+            fitted = unfitted.fit(noise, np.arange(float(len(noise))) % 2)
+            example = unfitted if fitted is None else fitted
+        to_skops(example, cls.title)
 
 
 def regressor_estimator(regressor: Any, name: str = "") -> type[RegressorEstimator]:
@@ -188,6 +214,9 @@ def regressor_estimator(regressor: Any, name: str = "") -> type[RegressorEstimat
 def imported(name: str) -> Any:
     """Import the regressor that ``PACKAGE:NAME`` names. This runs code of its package.
 
+    The package may be in the working folder, which joins the end of the import path, so that the
+    package can import more of its modules later.
+
     Raises
     ------
     InputError
@@ -197,6 +226,7 @@ def imported(name: str) -> Any:
     try:
         with ForeignCode(name):
             register_foreign(module, name)
+            sys.path.insert(0, "")  # ForeignCode moves it to the end
             regressor: Any = import_module(module)
             for part in path.split("."):
                 regressor = getattr(regressor, part)

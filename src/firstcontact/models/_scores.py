@@ -15,7 +15,7 @@ class RegressionScores(Record, frozen=True, kw_only=True):
 
     ``bias`` is the mean prediction minus the mean truth. ``spearman`` is present if both truths and
     predictions vary. ``intervals`` holds the interval of each score by its name. It comes from a
-    bootstrap that draws whole sessions or specimens, and is empty if there is only one.
+    bootstrap that draws whole sessions or specimens, and is empty if there are fewer than five.
     """
 
     rmse: float

@@ -91,14 +91,15 @@ def by_session(
     if len(names) < 2 or "" in names:
         raise ValueError("a split by session needs pinches of two known sessions or more")
     folds = min(folds, len(names))
-    fewest = int(np.unique(classes, return_counts=True)[1].min())
+    # scikit-learn refuses to stratify by fractional values.
+    _, strata, counts = np.unique(classes, return_inverse=True, return_counts=True)
     # Small classes cannot be stratified; sessions stay whole either way.
     splitter = (
         StratifiedGroupKFold(folds, shuffle=True, random_state=seed)
-        if fewest >= folds
+        if counts.min() >= folds
         else GroupKFold(folds)
     )
-    dealt = splitter.split(np.zeros((len(classes), 1)), classes, groups=sessions)
+    dealt = splitter.split(np.zeros((len(classes), 1)), strata, groups=sessions)
     return [
         Split(f"sessions {i}", train, test, frozenset({Group.SPECIMEN}))
         for i, (train, test) in enumerate(dealt)

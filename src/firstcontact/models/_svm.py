@@ -12,7 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import BLUE
-from firstcontact.models._estimator import Estimator, Reference, target_scale, training_spec
+from firstcontact.models._estimator import (
+    Estimator,
+    Reference,
+    library_targets,
+    target_scale,
+    training_spec,
+)
 from firstcontact.models._spec import Spec, Task, Values, Windows
 from firstcontact.models._splits import inner_folds
 from firstcontact.models._svm_model import SvmModel, loudness_level, shape_and_level
@@ -63,7 +69,7 @@ class Svm(Estimator):
         target = target_scale(self.task, y)
         scaled = (y - target[0]) / target[1]
         parameters = search(self.task, inputs, scaled, groups, seed, self.search_windows)
-        machine = svm_machine(self.task, parameters).fit(inputs, scaled)
+        machine = svm_machine(self.task, parameters).fit(inputs, library_targets(self.task, scaled))
         return _model(spec, level, machine, target, np.array(parameters))
 
     def reference(self, model: SvmModel, X: Windows, y: Values) -> Reference:
@@ -72,7 +78,8 @@ class Svm(Estimator):
         mean, deviation = arrays["target"]
         inputs = shape_and_level(X, arrays["level"])
         c, gamma, epsilon = (float(p) for p in arrays["parameters"])
-        machine = svm_machine(self.task, (c, gamma, epsilon)).fit(inputs, (y - mean) / deviation)
+        targets = library_targets(self.task, (y - mean) / deviation)
+        machine = svm_machine(self.task, (c, gamma, epsilon)).fit(inputs, targets)
         return Reference("scikit-learn predict", machine.predict, list(inputs[:, None, :]))
 
 
@@ -126,6 +133,7 @@ def search(
         for train, validation in inner_folds(y, None if groups is None else groups[chosen], seed)
         if len(np.unique(y[train])) > 1
     ]
+    y = library_targets(task, y)
     gammas = [multiple / inputs.shape[1] for multiple in GAMMA_GRID]
     # The widest tube is first: see TOLERANCE.
     epsilons = EPSILON_GRID if task is Task.REGRESSION else (0.0,)

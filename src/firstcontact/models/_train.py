@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Literal, get_args
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +16,11 @@ from firstcontact.contact import (
     pretrained_detector,
 )
 from firstcontact.core import (
+    LONGEST_NAME,
     Dataset,
     InputError,
     Progress,
     counted,
-    is_same_rate,
     parallel,
     progress_steps,
     require_extra,
@@ -29,6 +29,8 @@ from firstcontact.core import (
 )
 from firstcontact.models._alignment import (
     Alignment,
+    Contacts,
+    at_known_contacts,
     choose_detector,
     fit_detector,
 )
@@ -53,11 +55,15 @@ from firstcontact.models._registry import ESTIMATORS, find_estimator
 from firstcontact.models._regressor import RegressorEstimator
 from firstcontact.models._spec import Task, Values
 from firstcontact.models._train_overlap import pinch_digests
-from firstcontact.models._training import DURATION, LabelledWindows, labelled_windows
+from firstcontact.models._training import (
+    DURATION,
+    LabelledWindows,
+    distinct_specimens,
+    labelled_windows,
+)
 from firstcontact.recording import check_rate
-from firstcontact.signal import resample_dataset
+from firstcontact.signal import resample_dataset, samples_in
 
-Contacts = Literal["detected", "known"]
 #: Estimator of :func:`adapt`, and of :func:`train` besides the window models.
 RIG_ESTIMATOR: type[NetworkEstimator] = CombinedEstimator
 #: Longest and shortest window, s.
@@ -72,7 +78,7 @@ def train(
     detector: str | None = None,
     task: Task | str = Task.REGRESSION,
     contacts: Contacts = "detected",
-    windows: Sequence[float] = (DURATION,),
+    windows: float | Sequence[float] = (DURATION,),
     level: float = 0.9,
     rate: float | None = None,
     seed: int = 0,
@@ -106,7 +112,8 @@ def train(
         pinch. If there is only one session, or a pinch has no session name, the detector did not
         learn from the pinch itself, but may have learned from its session.
     windows
-        Lengths of the windows after the contact, s; each gives one model. The network uses none.
+        Length of the window after the contact, s, or several; each gives one model. The network
+        uses none.
     level
         Coverage of the intervals. The network's coverage is fixed.
     rate
@@ -140,7 +147,8 @@ def train(
     """
     kind = find_estimator(estimator)
     require_extra(kind)
-    _check(windows, level, seed, rate)
+    durations: list[float] = np.atleast_1d(windows).tolist()
+    _check(durations, level, seed, rate)
     if issubclass(kind, RegressorEstimator):
         kind.check_saved(seed)
     if task not in tuple(Task):
@@ -148,14 +156,21 @@ def train(
     takes_windows = kind.takes_windows
     rig_kind = kind if issubclass(kind, NetworkEstimator) else RIG_ESTIMATOR
     if not takes_windows:
-        check_network(task, windows, level, rate)
-    dataset = _training_pinches(data)
+        check_network(task, durations, level, rate)
+    dataset = training_pinches(data)
     digests = pinch_digests(dataset.pinches)
     has_shore = bool(np.isfinite(dataset.shore_a).any())
     if rate is None and (has_shore or not takes_windows):
         rate = pretrained().rate  # the detector needs this rate too, because all use one stream
     dataset, notes = _resampled(dataset, rate)
-    lengths = sorted(windows) if takes_windows else []
+    lengths = sorted(durations) if takes_windows else []
+    sizes = [samples_in(length, dataset.layout.rate) for length in lengths]
+    if len(set(sizes)) < len(sizes):
+        raise InputError(
+            f"two lengths of windows have the same number of samples at {dataset.layout.rate:g} "
+            "Hz: leave one of them out",
+            parameter="windows",
+        )
     with (
         parallel(worker_count(workers)) as runner,
         progress_steps(progress, 3 + len(lengths), "step", "training") as step,
@@ -193,6 +208,11 @@ def train(
                     raise
                 notes.append(f"no network: {error.message}")
         notes += [reason] if reason else []
+        if copies := len(digests) - len(np.unique(digests)):
+            notes.append(
+                f"warning: {counted(copies, 'pinch')} with the samples of another pinch, so "
+                "held-out scores may be too good: train without copies"
+            )
         step(1)
     return Model(
         chosen,
@@ -223,7 +243,7 @@ def train_detector(
     InputError
         The detector cannot learn from these pinches.
     """
-    dataset, notes = _resampled(_training_pinches(data), rate)
+    dataset, notes = _resampled(training_pinches(data), rate)
     fitted = fit_detector(dataset, detector)
     return Model(fitted, notes=tuple(notes), detector_data=detector_data(fitted, dataset))
 
@@ -268,7 +288,7 @@ def adapt(
     >>> data = fc.load("recordings")
     >>> model = fc.adapt(data)
     >>> model.notes[0]
-    'the rig is known by 60 pinches of 5 Shore A levels'
+    'the rig is known by 59 pinches of 5 Shore A levels'
     """
     _check((DURATION,), 0.9, seed, None)
     if data is None:
@@ -283,27 +303,6 @@ def adapt(
             fallback = make_detector(detector)
         return Model(fallback, (NetworkPredictor(pretrained()),))
     return train(data, RIG_ESTIMATOR.name, detector=detector, seed=seed, progress=progress)
-
-
-def at_known_contacts(contacts: str, dataset: Dataset) -> bool:
-    """Return True if windows start at known contacts instead of detected contacts.
-
-    Raises
-    ------
-    InputError
-        ``contacts`` is not a known word, or no contact of these pinches is known.
-    """
-    if contacts not in get_args(Contacts):
-        raise InputError(
-            f"{contacts!r} must be one of {', '.join(get_args(Contacts))}", parameter="contacts"
-        )
-    if contacts == "known" and all(p.first is None for p in dataset.pinches):
-        raise InputError(
-            'no pinch has a known first contact: use "detected", or import recordings with a '
-            "column 'first_contact'",
-            parameter="contacts",
-        )
-    return contacts == "known"
 
 
 def detector_data(detector: Detector, dataset: Dataset) -> dict[str, Any]:
@@ -332,10 +331,15 @@ def check_windows(windows: Sequence[float]) -> None:
         )
 
 
-def _check(windows: Sequence[float], level: float, seed: int, rate: float | None) -> None:
-    check_windows(windows)
+def check_seed(seed: int) -> None:
+    """Refuse a random seed outside scikit-learn's range. InputError names the parameter."""
     if not 0 <= seed < MOST_SEEDS:
         raise InputError(f"the seed must lie between 0 and {MOST_SEEDS - 1}", parameter="seed")
+
+
+def _check(windows: Sequence[float], level: float, seed: int, rate: float | None) -> None:
+    check_windows(windows)
+    check_seed(seed)
     if not 0.5 <= level <= 0.99:
         raise InputError(
             "the level of the intervals must lie between 0.5 and 0.99", parameter="level"
@@ -344,7 +348,8 @@ def _check(windows: Sequence[float], level: float, seed: int, rate: float | None
         check_rate("rate", rate)
 
 
-def _training_pinches(data: Dataset) -> Dataset:
+def training_pinches(data: Dataset) -> Dataset:
+    """Return the pinches without role "test". Raise InputError if there are none."""
     require_dataset(data)
     dataset = data.take(~data.test)
     if not len(dataset):
@@ -357,10 +362,8 @@ def _training_pinches(data: Dataset) -> Dataset:
 def _resampled(dataset: Dataset, rate: float | None) -> tuple[Dataset, list[str]]:
     """Resample pinches if their rate differs. Return them with a note on the resampling."""
     check_rate("data: the rate", dataset.layout.rate)
-    if rate is None or is_same_rate(rate, dataset.layout.rate):
-        return dataset, []
-    resampled = resample_dataset(dataset, rate)
-    return resampled, [resampled.notes[-1]]
+    resampled = dataset if rate is None else resample_dataset(dataset, rate)
+    return resampled, list(resampled.notes[len(dataset.notes) :])
 
 
 def _cut(dataset: Dataset, aligned: Alignment, length: float) -> LabelledWindows:
@@ -399,7 +402,7 @@ def _training_data(dataset: Dataset, aligned: Alignment, detector: str, seed: in
         source=dataset.source,
         pinches=len(dataset),
         sessions=_names(dataset.sessions),
-        specimens=_names(dataset.specimens),
+        specimens=_names(distinct_specimens(dataset)),
         target=target,
         levels=tuple(np.unique(values[has_value]).tolist()),
         objects=shore if target == "shore_a" else {},
@@ -412,4 +415,4 @@ def _training_data(dataset: Dataset, aligned: Alignment, detector: str, seed: in
 
 
 def _names(names: NDArray[np.str_]) -> tuple[str, ...]:
-    return tuple(sorted({str(name) for name in names}))
+    return tuple(sorted({str(name)[:LONGEST_NAME] for name in names}))

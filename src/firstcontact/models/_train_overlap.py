@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Dataset, InputError, Pinch
+from firstcontact.core import LONGEST_NAME, Dataset, InputError, Pinch
 from firstcontact.models._card import TrainingData
+from firstcontact.models._training import full_specimen
 
 Digests = NDArray[np.uint64]
 
@@ -56,8 +57,8 @@ def from_array(array: NDArray[Any] | None) -> Digests:
 
 
 Mask = NDArray[np.bool_]
-#: Title of the group of pinches that the model was trained on.
-SEEN = "seen in training"
+#: Titles of the groups of pinches that the model was, or may have been, trained on.
+SEEN, NAMESAKES = "seen in training", "names as in the training, other samples"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,10 +71,11 @@ class TrainOverlap:
         Training pinches: the same samples, under any name.
     namesakes
         Pinches with the source, session and specimen of a training pinch, but other samples. They
-        may be new, or resampled, filtered or newly cut training pinches.
+        may be new, or resampled, filtered or newly cut training pinches. Unnamed specimens of a
+        session may be the same.
     same_session, same_specimen
         Pinches that share only the session with training pinches, and pinches that share only the
-        specimen.
+        specimen. Unnamed sessions are never shared.
     new
         All other pinches.
     """
@@ -90,7 +92,7 @@ class TrainOverlap:
             "not seen in training": self.new,
             "sessions of the training by name, other specimens": self.same_session,
             "specimens of the training, other sessions": self.same_specimen,
-            "names as in the training, other samples": self.namesakes,
+            NAMESAKES: self.namesakes,
             SEEN: self.seen,
         }
 
@@ -124,14 +126,32 @@ def train_overlap(dataset: Dataset, trained_on: TrainingData, digests: Digests) 
         Training data of the model, and the digests of its training pinches.
     """
     seen = np.isin(pinch_digests(dataset.pinches), digests)
-    specimen = np.isin(dataset.specimens, trained_on.specimens) & ~dataset.test & ~seen
+    unseen = ~dataset.test & ~seen
+    specimen = _same_specimen(dataset, trained_on) & unseen
     # Sessions of other sources may have the same names by chance.
-    session = np.isin(dataset.sessions, trained_on.sessions) & ~dataset.test & ~seen
+    session = np.isin(dataset.sessions, trained_on.sessions) & (dataset.sessions != "") & unseen
     session &= trained_on.source == dataset.source
+    is_unnamed = (dataset.specimens == "") & ("" in trained_on.specimens)
+    namesakes = session & (specimen | is_unnamed)
     return TrainOverlap(
         seen,
-        specimen & session,
-        session & ~specimen,
+        namesakes,
+        session & ~namesakes,
         specimen & ~session,
         ~(seen | specimen | session),
     )
+
+
+def _same_specimen(dataset: Dataset, trained_on: TrainingData) -> Mask:
+    """Return a mask of the pinches whose specimen is one of the training.
+
+    The training's names hold object and level only if several objects share a name, and never in
+    models of earlier versions. So a plain name must also belong to an object of the training.
+    """
+    full = [full_specimen(pinch.label)[:LONGEST_NAME] for pinch in dataset.pinches]
+    is_same: Mask = np.isin(dataset.specimens, trained_on.specimens)
+    if trained_on.objects:
+        is_same &= np.isin(dataset.objects, ["", *trained_on.objects])
+    is_same |= np.isin(full, trained_on.specimens)
+    is_same &= dataset.specimens != ""
+    return is_same

@@ -108,22 +108,25 @@ def distinct_specimens(dataset: Dataset) -> NDArray[np.str_]:
     with several objects, levels or ranks means several specimens; object and level are then
     appended to the name.
     """
-
-    def kind(label: Label) -> tuple[str, ...]:
-        level = label.hardness_rank if label.shore_a is None else label.shore_a
-        return tuple(s for s in (label.object, "" if level is None else f"{level:g}") if s)
-
     labels = [pinch.label for pinch in dataset.pinches]
     kinds: dict[str, set[tuple[str, ...]]] = {}
     for label in labels:
-        kinds.setdefault(label.specimen, set()).add(kind(label))
+        kinds.setdefault(label.specimen, set()).add(_kind(label))
     names = [
-        label.specimen
-        if len(kinds[label.specimen]) == 1
-        else f"{label.specimen or 'unnamed'} ({', '.join(kind(label)) or 'unknown'})"
+        label.specimen if len(kinds[label.specimen]) == 1 else full_specimen(label)
         for label in labels
     ]
     return np.array(names, dtype=np.str_)
+
+
+def full_specimen(label: Label) -> str:
+    """Return the name of a specimen with its object and level."""
+    return f"{label.specimen or 'unnamed'} ({', '.join(_kind(label)) or 'unknown'})"
+
+
+def _kind(label: Label) -> tuple[str, ...]:
+    level = label.hardness_rank if label.shore_a is None else label.shore_a
+    return tuple(s for s in (label.object, "" if level is None else f"{level:g}") if s)
 
 
 def labelled_windows(

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
+import signal
+import subprocess
+import sys
 import threading
 from collections.abc import Callable
 from multiprocessing.connection import Connection
@@ -29,27 +33,56 @@ def apart(seconds: float, function: Callable[..., T], *arguments: object) -> T:
     OSError
         The call took longer than ``seconds``, or its process crashed.
     """
-    # A process with threads cannot be forked safely. A new process takes a second to start.
-    alone = threading.active_count() == 1 and "fork" in multiprocessing.get_all_start_methods()
-    context: Any = multiprocessing.get_context("fork" if alone else "spawn")
-    parent_end, child_end = context.Pipe(duplex=False)
-    process = context.Process(target=_work, args=(child_end, function, arguments), daemon=True)
-    process.start()
+    parent_end, child_end = multiprocessing.Pipe()
+    # A process with threads cannot be forked safely. A new process takes some 0.3 s to start.
+    if threading.active_count() == 1:
+        process: Any = multiprocessing.get_context("fork").Process(
+            target=_work, args=(child_end, function, arguments), daemon=True
+        )
+        process.start()
+        wait = process.join
+    else:
+        process = _new_process(child_end.fileno())
+        parent_end.send((function, arguments))
+        wait = process.wait
     child_end.close()
     try:
         if not parent_end.poll(seconds):
             raise OSError("the file is so damaged that reading it does not end")
         try:
             is_result, result = parent_end.recv()
-        except EOFError:
+        except (EOFError, ConnectionError):
             raise OSError("the file is so damaged that reading it crashes") from None
     finally:
         process.kill()
-        process.join()
+        wait()
         parent_end.close()
     if not is_result:
         raise result
     return result  # type: ignore[no-any-return]
+
+
+def _new_process(descriptor: int) -> subprocess.Popen[bytes]:
+    """Start a process that runs :func:`main` with the connection ``descriptor``.
+
+    Unlike a process of :mod:`multiprocessing`, it does not run the user's script again.
+    """
+    kill = str(int(signal.SIGKILL))
+    command = ["-P", "-m", "firstcontact.core._die_with_parent", str(os.getpid()), kill]
+    return subprocess.Popen(  # noqa: S603
+        [sys.executable, *command, "firstcontact.recording._apart", str(descriptor)],
+        stdin=subprocess.DEVNULL,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, sys.path))},
+        pass_fds=[descriptor],
+        start_new_session=True,
+    )
+
+
+def main() -> None:
+    """Receive a function and its arguments, call it, and send the result."""
+    connection = Connection(int(sys.argv[1]))
+    function, arguments = connection.recv()
+    _work(connection, function, arguments)
 
 
 def _work(
@@ -59,3 +92,7 @@ def _work(
         connection.send((True, function(*arguments)))
     except Exception as error:
         connection.send((False, error))
+
+
+if __name__ == "__main__":
+    main()

@@ -10,7 +10,8 @@ The arrays and their shapes are:
   ``role``.
 
 The file or its ``piezo`` has the attributes ``sample_rate_hz``, ``piezo_unit``, and optionally
-``force_unit``, ``smoothing_alpha`` and ``source``. In an NPZ, attributes are 0-d arrays.
+``force_unit``, ``smoothing_alpha`` and ``source``. In an NPZ, attributes are 0-d arrays. The
+attribute ``firstcontact_layout`` of exported files replaces all of them but ``source``.
 
 Other sensors use their own name instead of piezo: ``accelerometer``, ``microphone`` or
 ``hydrophone``. Vectors have the shape (pinches, samples, 1 or 2, axes). The attribute ``axis`` is
@@ -25,11 +26,13 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from firstcontact.core import TAXELS, Dataset, InputError, VibrationSensor
+from firstcontact.core import TAXELS, Dataset, InputError, VibrationSensor, counted
 from firstcontact.recording._checks import (
+    LAYOUT,
     SETTINGS,
     check_force,
     check_samples,
+    check_vibration,
     find_sensor,
     joined,
     make_layout,
@@ -43,6 +46,8 @@ from firstcontact.recording._quoting import listed
 
 _SHAPES = {"force": (2, TAXELS), "strip": (2,)}
 _KNOWN = {*VibrationSensor, *_SHAPES, *SETTINGS, *LABEL_COLUMNS, *CONTACT_COLUMNS}
+#: Shortest pinch, s. Shorter ones are probably samples of a column.
+_SHORTEST = 0.003
 
 Arrays = Mapping[str, NDArray[Any]]
 
@@ -55,7 +60,7 @@ def import_hdf5(path: Path, rate: float | None = None) -> Dataset:
     InputError
         The file cannot be read, or an array or attribute is invalid; the message names it.
     """
-    return from_arrays(path, *read_hdf5(path, _KNOWN, SETTINGS))
+    return from_arrays(path, *read_hdf5(path, _KNOWN, (*SETTINGS, LAYOUT)))
 
 
 def import_npz(path: Path, rate: float | None = None) -> Dataset:
@@ -91,20 +96,31 @@ def from_arrays(path: Path, arrays: Arrays, unknown: Sequence[str] = ()) -> Data
     sensor = find_sensor(
         str(path), arrays, "array 'piezo': add it, shape (pinches, samples, 1 or 2)"
     )
-    given = {name: _one(path, arrays, name) for name in SETTINGS if name in arrays}
+    given = {name: _one(path, arrays, name) for name in (*SETTINGS, LAYOUT) if name in arrays}
     settings = read_settings(str(path), given, sensor)
     data = _signals(path, arrays, sensor)
-    if "force" in arrays:
+    if "force" in arrays and settings.layout is None:
         check_force(f"{path}: force", arrays["force"], settings.force_unit)
-    pinches = len(data)
+    pinches, samples, width = data.shape
+    if samples < _SHORTEST * settings.rate:
+        raise InputError(
+            f"{path}: the array '{sensor}' has {counted(pinches, 'pinch')} of "
+            f"{counted(samples, 'sample')}, which is shorter than {1000 * _SHORTEST:g} ms: "
+            "transpose it, so that each row is one pinch"
+        )
     sensors, *axes = arrays[sensor].shape[2:]
-    layout = make_layout(
+    layout = settings.layout or make_layout(
         settings,
         sensors,
         axes=axes[0] if axes else 1,
         force="force" in arrays,
         strip="strip" in arrays,
     )
+    if layout.width != width:
+        raise InputError(
+            f"{path}: the arrays have {width} columns, but '{LAYOUT}' has {layout.width}: export "
+            "the recording again"
+        )
     columns = {
         name: list(_per_pinch(path, name, arrays[name], pinches))
         for name in (*LABEL_COLUMNS, *CONTACT_COLUMNS)
@@ -113,7 +129,10 @@ def from_arrays(path: Path, arrays: Arrays, unknown: Sequence[str] = ()) -> Data
     notes = list(settings.notes)
     if unknown:
         notes.append(f"{path.name}: unknown arrays were left out: {listed(unknown)}")
-    return labelled(str(path), list(data), layout, columns, settings.source, notes)
+    exported = settings.layout is not None
+    return labelled(
+        str(path), list(data), layout, columns, settings.source, notes, exported=exported
+    )
 
 
 def _signals(path: Path, arrays: Arrays, sensor: VibrationSensor) -> NDArray[Any]:
@@ -136,7 +155,8 @@ def _signals(path: Path, arrays: Arrays, sensor: VibrationSensor) -> NDArray[Any
                 + (f" with {shape[0]} pinches of {shape[1]} samples, as {sensor}" if shape else "")
             )
         shape = values.shape[:2]
-        checked = check_samples(f"{path}: {name}", values)
+        check = check_vibration if name == sensor else check_samples
+        checked = check(f"{path}: {name}", values)
         parts.append(checked.reshape(*shape, -1))
     return joined(parts)
 

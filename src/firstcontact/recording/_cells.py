@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from typing import Any, TypeVar
 
 import numpy as np
@@ -52,6 +53,8 @@ def words(value: Any) -> str:
     """Parse text, which may be empty."""
     if isinstance(value, np.void | np.ndarray):  # a NumPy record, or untyped bytes
         raise ValueError("which is neither a text nor a number")
+    if isinstance(value, float | np.floating) and value.is_integer():
+        value = int(value)  # MATLAB stores whole numbers as floats
     text = as_text(value).strip()
     if len(text) > LONGEST_NAME:
         raise ValueError(f"which is longer than {LONGEST_NAME} characters")
@@ -134,6 +137,8 @@ def role(value: Any) -> Role:
 def finger(value: Any) -> Finger | None:
     """Parse a finger. Return None if it is unknown."""
     text = as_text(value).strip().lower()
+    with suppress(ValueError):
+        text = str(integer(text))
     for one in Finger:
         if text in (str(int(one)), one.name.lower()):
             return one

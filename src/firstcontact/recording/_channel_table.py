@@ -17,7 +17,7 @@ from firstcontact.recording._quoting import quote
 from firstcontact.recording._table import read_rows
 
 #: Lowest rate of a signal without a sensor, Hz.
-_SLOWEST = 1.0
+LOWEST_SIGNAL = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,8 +101,10 @@ def _signal(origin: str, row: Mapping[str, str]) -> Signal:
         rate = number("rate_hz", 0.0)
         if sensor:
             check_rate(f"{origin}: 'rate_hz' of a {sensor}", rate)
-        elif rate < _SLOWEST:
-            raise InputError(f"{origin}: 'rate_hz' is {rate:g} and must be {_SLOWEST:g} or more")
+        elif rate < LOWEST_SIGNAL:
+            raise InputError(
+                f"{origin}: 'rate_hz' is {rate:g} and must be {LOWEST_SIGNAL:g} or more"
+            )
     return Signal(
         row["variable"],
         rate,

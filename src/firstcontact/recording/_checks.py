@@ -25,6 +25,7 @@ from firstcontact.core import (
     VibrationSensor,
     finger_name,
     parse_float,
+    read_record,
 )
 from firstcontact.recording._header import SOURCES
 from firstcontact.recording._quoting import as_text, quote
@@ -40,6 +41,8 @@ SETTINGS = (
     "source",
     "axis",
 )
+#: Setting of exported files: the layout as JSON, if the names of the columns do not state it.
+LAYOUT = "firstcontact_layout"
 #: Lowest rate, Hz, at which 15 ms of a contact are still informative.
 LOWEST_RATE = 2_000.0
 #: Highest rate, Hz. A higher one is probably in a wrong unit.
@@ -55,6 +58,9 @@ UNITS = {
 #: Units of a force channel, in volts per step, and the largest voltage of a taxel, V.
 FORCE_UNITS = {"V": 1.0, "counts": ADC_VOLTS / ADC_COUNTS}
 FORCE_MOST = 10.0
+
+#: Largest RMS of a vibration's rounding errors, as a share of its own RMS.
+ROUNDING = 1e-3
 
 
 def check_rate(origin: str, rate: Any) -> float:
@@ -89,6 +95,7 @@ class FileSettings:
     source: str  # "unknown" if not stated
     axis: int | None  # axis of vectors, if stated
     force_unit: str = "V"
+    layout: Layout | None = None  # layout that an exported file states
 
     @property
     def notes(self) -> list[str]:
@@ -139,11 +146,26 @@ def read_settings(
 ) -> FileSettings:
     """Return the settings of a file and its sensor, from values with the names in ``SETTINGS``.
 
+    If the values include ``LAYOUT``, all settings but the source come from this layout.
+
     Raises
     ------
     InputError
         ``sample_rate_hz`` or the unit is missing, or a value is impossible.
     """
+    source = check_source(origin, given.get("source", "unknown"))
+    if LAYOUT in given:
+        layout = read_layout(origin, given[LAYOUT])
+        first = layout.vibration[0]
+        return FileSettings(
+            first.sensor or sensor,
+            layout.rate,
+            first.unit,
+            first.smoothing_alpha,
+            source,
+            first.axis,
+            layout=layout,
+        )
     of_unit = f"{sensor}_unit"
     for name in ("sample_rate_hz", of_unit):
         if name not in given:
@@ -173,9 +195,24 @@ def read_settings(
     axis = as_text(given["axis"]) if "axis" in given else None
     if axis is not None and not (axis.isdecimal() and len(axis) < len("100")):
         raise InputError(f"{origin}: 'axis' is {quote(axis)} and must be a whole number from 0 on")
-    source = check_source(origin, given.get("source", "unknown"))
     axis_number = None if axis is None else int(axis)
     return FileSettings(sensor, rate, unit, smoothing, source, axis_number, force_unit)
+
+
+def read_layout(origin: str, text: Any) -> Layout:
+    """Return the layout that an exported file states, from its JSON.
+
+    Raises
+    ------
+    InputError
+        The text is no layout, or the layout cannot be used.
+    """
+    place, remedy = f"{origin}: '{LAYOUT}'", "export the recordings again"
+    layout = read_record(as_text(text).encode(), Layout, place, remedy)
+    if layout.fault:
+        raise InputError(f"{place} has {layout.fault}: {remedy}")
+    check_rate(f"{place}: rate", layout.rate)
+    return layout
 
 
 def check_source(origin: str, value: Any) -> str:
@@ -195,7 +232,7 @@ def check_source(origin: str, value: Any) -> str:
 
 
 def check_samples(origin: str, values: NDArray[Any]) -> NDArray[Any]:
-    """Convert samples to int16, int32 or float32 without loss.
+    """Convert integers to int16 or int32, and floats to float32.
 
     Raises
     ------
@@ -222,6 +259,35 @@ def check_samples(origin: str, values: NDArray[Any]) -> NDArray[Any]:
             "pinch"
         )
     return single
+
+
+def is_rounded_away(values: NDArray[Any]) -> bool:
+    """Return True if float32 cannot hold a vibration, such as a small one on a large offset.
+
+    The values have the shape (samples,), (samples, columns) or (pinches, samples, ...).
+    """
+    if values.dtype.kind != "f" or values.dtype.itemsize <= 4:
+        return False
+    values = values if values.ndim > 2 else values[None]
+    error = (values - values.astype(np.float32)).var(axis=1).max(axis=0)
+    return bool((error > ROUNDING**2 * values.var(axis=1).mean(axis=0)).any())
+
+
+def check_vibration(origin: str, values: NDArray[Any]) -> NDArray[Any]:
+    """Convert the samples of a vibration as :func:`check_samples` does.
+
+    Raises
+    ------
+    InputError
+        The samples are invalid, or float32 cannot hold the vibration.
+    """
+    samples = check_samples(origin, values)
+    if is_rounded_away(values):
+        raise InputError(
+            f"{origin} has a vibration that is too small for 32-bit floats beside values of "
+            f"{float(np.abs(values).max()):.6g}: subtract the offset, the same one in all files"
+        )
+    return samples
 
 
 def check_force(origin: str, values: NDArray[Any], unit: str) -> None:

@@ -9,7 +9,9 @@ The columns are:
 - optionally ``time_s``;
 - with one value per pinch: the labels and contacts of :mod:`firstcontact.recording._labels`;
 - with one value for all rows: ``sample_rate_hz``, ``piezo_unit`` (default V), ``force_unit``
-  (default V), ``smoothing_alpha``, ``source`` and ``axis``.
+  (default V), ``smoothing_alpha``, ``source`` and ``axis``;
+- in exported files, ``firstcontact_layout`` in the first row of each pinch: the names and the
+  meaning of the signals, which replaces all settings but ``source``.
 """
 
 from __future__ import annotations
@@ -24,13 +26,16 @@ from numpy.typing import NDArray
 
 from firstcontact.core import TAXELS, Dataset, InputError, VibrationSensor, parse_float, parse_int
 from firstcontact.recording._checks import (
+    LAYOUT,
     SETTINGS,
     check_force,
     check_rate,
     check_samples,
+    check_vibration,
     find_sensor,
     joined,
     make_layout,
+    read_layout,
     read_settings,
 )
 from firstcontact.recording._formats import Importer
@@ -43,7 +48,7 @@ STRIP = ("strip_index", "strip_thumb")
 _KNOWN = {
     *("pinch", "time_s", "comment"),
     *(*FORCE, *STRIP),
-    *(*SETTINGS, *LABEL_COLUMNS, *CONTACT_COLUMNS),
+    *(*SETTINGS, LAYOUT, *LABEL_COLUMNS, *CONTACT_COLUMNS),
 }
 #: Largest relative difference between two statements of the rate.
 _RATES_AGREE = 0.01
@@ -70,23 +75,27 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
             f"{path} has no column 'pinch': add it, with the number or name of each row's pinch "
             "(one row is one sample)"
         )
-    remedy = "column 'piezo_index': add it (one row is one sample)"
-    sensor = find_sensor(str(path), columns, remedy, "_index")
-    sensors = _vibration(path, sensor, columns)
-    vibration = [name for names in sensors for name in names]
-    names = [
-        *vibration,
-        *_all_or_none(path, columns, FORCE),
-        *_all_or_none(path, columns, STRIP),
-    ]
+    given: dict[str, Any] = {}
+    sensor, sensors = VibrationSensor.PIEZO, list[list[str]]()
+    if LAYOUT in columns:
+        given[LAYOUT] = _layout_text(path, columns)
+        names = [name.strip() for name in read_layout(str(path), given[LAYOUT]).column_names]
+    else:
+        remedy = "column 'piezo_index': add it (one row is one sample)"
+        sensor = find_sensor(str(path), columns, remedy, "_index")
+        sensors = _vibration(path, sensor, columns)
+        names = [name for of_sensor in sensors for name in of_sensor]
+        names += [name for group in (FORCE, STRIP) for name in _all_or_none(path, columns, group)]
     data = joined([_signal(path, columns, name)[:, None] for name in names])
     bounds = _bounds(path, columns)
 
-    given = {n: _constant(path, columns, n, [(0, len(data))])[0] for n in SETTINGS if n in columns}
+    for name in SETTINGS:
+        if name in columns:
+            given[name] = _constant(path, columns, name, [(0, len(data))])[0]
     given["sample_rate_hz"] = str(_rate(path, columns, bounds, given.get("sample_rate_hz"), rate))
     settings = read_settings(str(path), {f"{sensor}_unit": "V", **given}, sensor)
     for column, name in enumerate(names):
-        if name in FORCE:
+        if name in FORCE and settings.layout is None:
             check_force(f"{path}: {name}", data[:, column], settings.force_unit)
     labels = {
         name: _constant(path, columns, name, bounds)
@@ -95,10 +104,10 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
     }
     of_pinches = columns.of_rows(labels, [start for start, _ in bounds])
     notes = list(settings.notes)
-    unknown = sorted(set(columns) - _KNOWN - set(vibration))
+    unknown = sorted(set(columns) - _KNOWN - set(names))
     if unknown:
         notes.append(f"{path.name}: unknown columns were left out: {listed(unknown)}")
-    layout = make_layout(
+    layout = settings.layout or make_layout(
         settings,
         len(sensors),
         axes=len(sensors[0]),
@@ -106,7 +115,19 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
         strip=STRIP[0] in columns,
     )
     cuts = [data[start:stop] for start, stop in bounds]
-    return labelled(str(path), cuts, layout, of_pinches, settings.source, notes)
+    exported = settings.layout is not None
+    return labelled(str(path), cuts, layout, of_pinches, settings.source, notes, exported=exported)
+
+
+def _layout_text(path: Path, columns: Table) -> str:
+    """Return the layout of an exported file, which the first row of each pinch holds."""
+    texts = set(columns[LAYOUT]) - {""}
+    if len(texts) != 1:
+        raise InputError(
+            f"{path}: the column '{LAYOUT}' holds {len(texts)} layouts and must hold one: export "
+            "the recordings again"
+        )
+    return texts.pop()
 
 
 def _vibration(path: Path, sensor: VibrationSensor, columns: Table) -> list[list[str]]:
@@ -140,10 +161,15 @@ def _all_or_none(path: Path, columns: Table, names: tuple[str, ...]) -> tuple[st
 
 def _signal(path: Path, columns: Table, name: str) -> NDArray[Any]:
     """Return a column of samples. Integers stay integers."""
+    if name not in columns:
+        raise InputError(f"{path} has no column {quote(name)}: add it, or export it again")
     values = np.array(_numbers(path, columns, name, 0, len(columns[name])))
     with suppress(ValueError, OverflowError):  # fractions, and integers beyond 64 bits
         values = np.array([parse_int(cell) for cell in columns[name]], np.int64)
-    return check_samples(f"{path}: {name}", values)
+    # Exported files have the precision of float32 already.
+    is_vibration = LAYOUT not in columns and name not in (*FORCE, *STRIP)
+    check = check_vibration if is_vibration else check_samples
+    return check(f"{path}: {name}", values)
 
 
 def _numbers(path: Path, columns: Table, name: str, start: int, stop: int) -> list[float]:

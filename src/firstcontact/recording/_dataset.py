@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import filecmp
 import math
 import mmap
 import os
 import re
 import tempfile
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -34,7 +35,8 @@ def load_dataset(path: AnyPath | Sequence[AnyPath]) -> Dataset:
 
     The samples keep their type, and can be read-only. The dataset's notes include those of
     the headers, and list damage and omissions. If there are several files, unreadable files are
-    skipped and named in the notes.
+    skipped and named in the notes, and so are copies of a file. A file that is named twice is read
+    once.
 
     Recordings beyond the first GiB of samples go into a temporary file (in ``TMPDIR``) that is
     mapped into memory, so the system can take this memory back. The file vanishes with the dataset.
@@ -47,7 +49,9 @@ def load_dataset(path: AnyPath | Sequence[AnyPath]) -> Dataset:
         differ in layout, rate or source.
     """
     paths = [Path(p) for p in ([path] if isinstance(path, str | os.PathLike) else path)]
-    files = [file for p in paths for file in find_recordings(p)]
+    named = [file for p in paths for file in find_recordings(p)]
+    files = list({os.path.realpath(file): file for file in named}.values())
+    alike: dict[Hashable, list[Path]] = {}  # files that may be copies of each other
     pinches: list[Pinch] = []
     notes: list[str] = []
     losses: list[str] = []
@@ -66,6 +70,13 @@ def load_dataset(path: AnyPath | Sequence[AnyPath]) -> Dataset:
             if first is None:
                 first = recording
             _same_kind(first, recording)
+            key = (recording.header.session, recording.samples, recording.pinches[:1])
+            earlier = alike.setdefault(key, [])
+            copied = next((f for f in earlier if filecmp.cmp(f, file, shallow=False)), None)
+            if copied is not None:
+                losses.append(f"{file}: left out, since it is a copy of {copied}")
+                continue
+            earlier.append(file)
             assumed |= recording.header.session_assumed
             lines = recording.header.notes.splitlines()
             notes += [line for line in lines if line not in notes]
@@ -108,7 +119,8 @@ class _Store:
     def __init__(self, stack: ExitStack) -> None:
         self._stack = stack
         self._file: IO[bytes] | None = None
-        self._lengths: list[int] = []  # of the pinches in the file
+        self._places: list[tuple[int, int]] = []  # first byte and length of the pinches in the file
+        self._end = 0
         self._size = 0
         self._is_full = False
 
@@ -124,28 +136,33 @@ class _Store:
             if self._file is None:
                 file = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115
                 self._file = self._stack.enter_context(file)
+            # Recordings can have samples of 2 and of 4 bytes.
+            start = self._file.seek(-(-self._end // 4) * 4)
             left = np.ascontiguousarray(pinch.data).data.cast("B")
             while left:
                 left = left[self._file.write(left) :]
         except OSError:
             self._is_full = True
             return pinch
-        self._lengths.append(len(pinch.data))
+        self._places.append((start, len(pinch.data)))
+        self._end = start + pinch.data.nbytes
         return replace(pinch, data=pinch.data[:0].copy())
 
     def restored(self, pinches: list[Pinch]) -> list[Pinch]:
         """Return the pinches with all their samples."""
-        if self._file is None or not self._lengths:
+        if self._file is None or not self._places:
             return pinches
-        last = pinches[-1].data
-        shape = (sum(self._lengths), last.shape[1])
         # Not numpy.memmap: joblib would tell its workers the name of the file, which has none.
         # Read-only: the system reserves memory for all of a mapping that can be written.
-        size = math.prod(shape) * last.itemsize
-        view = mmap.mmap(self._file.fileno(), size, access=mmap.ACCESS_READ)
-        samples = np.frombuffer(view, last.dtype).reshape(shape)
-        parts = iter(np.split(samples, np.cumsum(self._lengths)[:-1]))
-        return [p if len(p.data) else replace(p, data=next(parts)) for p in pinches]
+        view = mmap.mmap(self._file.fileno(), self._end, access=mmap.ACCESS_READ)
+        places = iter(self._places)
+
+        def mapped(empty: NDArray[Any]) -> NDArray[Any]:
+            start, length = next(places)
+            shape = (length, empty.shape[1])
+            return np.frombuffer(view, empty.dtype, math.prod(shape), start).reshape(shape)
+
+        return [p if len(p.data) else replace(p, data=mapped(p.data)) for p in pinches]
 
 
 def cut(recording: Recording, mark: PinchMark) -> Pinch | None:
@@ -195,7 +212,8 @@ def write_dataset(dataset: Dataset, directory: AnyPath, header: Header) -> tuple
         Pinches. Those of a session keep their order. A pinch whose samples do not follow the
         samples before it begins a new epoch.
     directory
-        Folder for the files. A file's name consists of a number and the session.
+        Folder for the files. A file's name consists of a number and the session, so names sort in
+        the order of the sessions.
     header
         Header of every file, to which the session is added.
 
@@ -204,18 +222,25 @@ def write_dataset(dataset: Dataset, directory: AnyPath, header: Header) -> tuple
     tuple of Path
         Paths of the files, in the order of the sessions' first pinches.
     """
-    by_session: dict[str, list[Pinch]] = {}
-    for pinch in dataset.pinches:
-        by_session.setdefault(pinch.label.session, []).append(pinch)
+    by_session = pinches_by_session(dataset)
+    digits = max(3, len(str(len(by_session) - 1)))
     files = []
     for number, (session, pinches) in enumerate(by_session.items()):
         readable = re.sub(r"[^\w.-]+", "-", session)[:40] or "session"
-        file = Path(directory) / f"{number:03d}_{readable}.mcap"
+        file = Path(directory) / f"{number:0{digits}d}_{readable}.mcap"
         with RecordingWriter(file, replace(header, session=session)) as writer:
             for pinch in pinches:
                 writer.pinch(pinch)
         files.append(file)
     return tuple(files)
+
+
+def pinches_by_session(dataset: Dataset) -> dict[str, list[Pinch]]:
+    """Return the pinches of each session, in the order of the sessions' first pinches."""
+    by_session: dict[str, list[Pinch]] = {}
+    for pinch in dataset.pinches:
+        by_session.setdefault(pinch.label.session, []).append(pinch)
+    return by_session
 
 
 def pause_between(pinches: Sequence[Pinch]) -> tuple[Pinch, ...]:
@@ -273,7 +298,6 @@ def _same_kind(first: Recording, other: Recording) -> None:
     for field, one, two in (
         ("rate", f"{a.layout.rate:g} Hz", f"{b.layout.rate:g} Hz"),
         ("layout", a.layout, b.layout),
-        ("dtype", a.dtype, b.dtype),
         ("source", a.source, b.source),
     ):
         if one != two:

@@ -71,7 +71,7 @@ def find_events(
     of_rows: Sequence[int | None],
     files: Sequence[Path],
     shapes: Sequence[tuple[int, ...]],
-    rate: float,
+    rates: Sequence[float],
 ) -> list[Event]:
     """Return the contacts in the order of the rows.
 
@@ -84,10 +84,9 @@ def find_events(
     of_rows
         File number of each row; None for a row whose file is not used. Empty if there is only one
         file.
-    files, shapes
-        Paths of the files, and shape of each file's samples: (samples, channels).
-    rate
-        Sampling rate, Hz.
+    files, shapes, rates
+        Paths of the files, shape of each file's samples (samples, channels), and sampling rates as
+        measured, Hz.
 
     Raises
     ------
@@ -114,6 +113,7 @@ def find_events(
             raise InputError(
                 f"{table}: '{name}' of {columns.place(row)} is {quote(cell)}, {error}: correct it"
             ) from None
+        rate = rates[file]
         at = value * rate if name == SECONDS else value
         end, channels = shapes[file]
         if of is not None and not 0 <= of[row] < channels:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from firstcontact.core import Dataset, InputError, VibrationSensor, files_below
+from firstcontact.core import Dataset, InputError, VibrationSensor
 from firstcontact.recording._event_table import (
     AFTER,
     BEFORE,
@@ -18,6 +18,7 @@ from firstcontact.recording._event_table import (
     find_events,
     read_event_table,
 )
+from firstcontact.recording._file_rows import files_by_name
 from firstcontact.recording._formats import Importer
 from firstcontact.recording._labels import labelled
 from firstcontact.recording._quoting import quote
@@ -65,7 +66,7 @@ def import_events(
     check_alike(files, [(rate, data[:, :1] if one else data) for rate, data in sounds])
     rate, first = sounds[0]
     shapes = [data.shape for _, data in sounds]
-    contacts = find_events(events, columns, of_rows, files, shapes, rate)
+    contacts = find_events(events, columns, of_rows, files, shapes, [rate] * len(files))
     signals = [wav_samples(file, data) for file, (_, data) in zip(files, sounds, strict=True)]
     cuts, starts = cut_events(contacts, signals, rate)
     given, left_out = event_labels(events, columns, contacts, starts)
@@ -106,12 +107,8 @@ def _files(
         raise InputError(
             f"{table} has no column 'file': add it, with the name of the sound file of each row"
         )
-    by_name: dict[str, list[Path]] = {}
-    sound_files = [file for suffix in SUFFIXES for file in files_below(path, suffix)]
-    for file in sound_files:
-        for name in {file.name, file.relative_to(path).as_posix()}:
-            by_name.setdefault(name, []).append(file)
-    files: list[Path] = []
+    sound_files, by_name = files_by_name(path, *SUFFIXES)
+    files: dict[Path, int] = {}
     rows: list[int | None] = []
     for row, name in enumerate(names):
         matches = by_name.get(name.strip(), [])
@@ -121,11 +118,13 @@ def _files(
                 f"{table}: 'file' of {columns.place(row)} is {quote(name)}, which {fault} {path}: "
                 "correct the row or the folder"
             )
-        if matches[0] not in files:
-            files.append(matches[0])
-        rows.append(files.index(matches[0]))
+        rows.append(files.setdefault(matches[0], len(files)))
     left = len(sound_files) - len(files)
-    return files, rows, [f"{left} sound files have no contact in {table.name}"] if left else []
+    return (
+        list(files),
+        rows,
+        [f"{left} sound files have no contact in {table.name}"] if left else [],
+    )
 
 
 EVENTS = Importer(

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from firstcontact.core import TAXELS, ChannelKind, Dataset, InputError, Layout
-from firstcontact.recording._exporting import file_values, pinch_values
+from firstcontact.recording._exporting import physical_values, table_values
 from firstcontact.recording._formats import Exporter
 
 
@@ -23,13 +23,13 @@ def _write(dataset: Dataset, path: Path) -> None:
             "length: export to csv or parquet"
         )
     count, samples = len(dataset), lengths.pop()
-    layout, settings = dataset.layout, file_values(dataset)
+    layout = dataset.layout
     sensor, axes = str(layout.vibration[0].sensor), layout.vibration[0].axes
     shapes: dict[ChannelKind, tuple[int, ...]] = {
         ChannelKind.VIBRATION: (
             count,
             samples,
-            len(layout.vibration),
+            min(2, len(layout.vibration)),
             *([axes] if axes > 1 else []),
         ),
         ChannelKind.FORCE: (count, samples, 2, TAXELS),
@@ -42,7 +42,9 @@ def _write(dataset: Dataset, path: Path) -> None:
                 f"the fingers have {len(columns[kind])} {kind} channels and an HDF5 array needs "
                 f"{math.prod(shape[2:])}: export to csv or parquet"
             )
-    values = pinch_values(dataset)
+    all_channels = layout.column_channels
+    channels = dict.fromkeys(all_channels[i] for kind in shapes for i in columns[kind])
+    values, settings = table_values(dataset, list(channels))
     for name, column in values.items():
         if any(isinstance(value, str) and "\0" in value for value in column):
             raise InputError(
@@ -59,7 +61,7 @@ def _write(dataset: Dataset, path: Path) -> None:
                 sensor if kind is ChannelKind.VIBRATION else kind, shape, np.float32
             )
             for i, pinch in enumerate(dataset.pinches):
-                array[i] = layout.physical(pinch.data, columns[kind]).reshape(shape[1:])
+                array[i] = physical_values(pinch, columns[kind]).reshape(shape[1:])
         for name, column in values.items():
             text = isinstance(column[0], str)
             file.create_dataset(name, data=column, dtype=h5py.string_dtype() if text else None)

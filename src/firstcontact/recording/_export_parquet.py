@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from firstcontact.core import Dataset
-from firstcontact.recording._exporting import file_values, pinch_values, sample_values
+from firstcontact.recording._checks import LAYOUT
+from firstcontact.recording._exporting import sample_values, table_values
 from firstcontact.recording._formats import Exporter
 
 #: Number of pinches per row group.
@@ -19,7 +20,8 @@ def _write(dataset: Dataset, path: Path) -> None:
     import pyarrow as pa
     from pyarrow import parquet
 
-    of_pinch, of_file = pinch_values(dataset), file_values(dataset)
+    of_pinch, of_file = table_values(dataset, dataset.layout.channels)
+    of_file.pop(LAYOUT, None)  # no importer reads it here
 
     def table(first: int) -> Any:
         parts = []

@@ -1,18 +1,45 @@
 """Export of datasets to other formats, written atomically.
 
 Signals are in their physical units. Positions of contacts count from the first sample of a pinch.
+If importers would assume another layout or other fingers, the file states its layout.
 """
 
 from __future__ import annotations
 
+import json
 import os
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from firstcontact.core import AnyPath, Dataset, Finger, InputError, Pinch, creating
+from firstcontact.core import (
+    AnyPath,
+    Channel,
+    ChannelKind,
+    Dataset,
+    Finger,
+    InputError,
+    Layout,
+    Pinch,
+    creating,
+)
+from firstcontact.recording._checks import (
+    LAYOUT,
+    SETTINGS,
+    UNITS,
+    FileSettings,
+    is_rounded_away,
+    make_layout,
+)
 from firstcontact.recording._formats import EXPORTERS, Exporter
+from firstcontact.recording._labels import ASSUMED_SESSION, CONTACT_COLUMNS, LABEL_COLUMNS
+
+#: Names of columns that are no signals.
+_NAMES = {"pinch", "time_s", *SETTINGS, LAYOUT, *LABEL_COLUMNS, *CONTACT_COLUMNS}
 
 
 def export(dataset: Dataset, to: Exporter, out: AnyPath) -> None:
@@ -35,7 +62,50 @@ def export(dataset: Dataset, to: Exporter, out: AnyPath) -> None:
         ) from error
 
 
-def pinch_values(dataset: Dataset) -> dict[str, list[Any]]:
+def table_values(
+    dataset: Dataset, channels: Sequence[Channel]
+) -> tuple[dict[str, list[Any]], dict[str, Any]]:
+    """Return what a file of these channels holds besides samples: per pinch, and per file.
+
+    The names are those that importers use. A label or contact is left out if a pinch has none.
+
+    Raises
+    ------
+    InputError
+        The vibration channels differ in a setting.
+    """
+    of_pinch, of_file = _pinch_values(dataset), _file_values(dataset)
+    physical = tuple(replace(c, scale=1.0, offset=0.0) for c in channels)
+    layout = Layout(physical, dataset.layout.rate)
+    # Importers assume that a finger with a sensor touches first.
+    fingers = {p.first.finger for p in dataset.pinches if p.first is not None}
+    if not fingers <= set(layout.vibration_fingers) or layout != _assumed_layout(layout):
+        of_pinch["first_finger"] = [
+            -1 if p.first is None or p.first.finger is None else p.first.finger
+            for p in dataset.pinches
+        ]
+        of_file[LAYOUT] = json.dumps(layout.to_json(), ensure_ascii=False)
+    return of_pinch, of_file
+
+
+def _assumed_layout(layout: Layout) -> Layout | None:
+    """Return the layout that importers assume for these channels; None if they know no such."""
+    first, *others = layout.vibration
+    if first.unit not in UNITS or first.sensor is None:
+        return None
+    settings = FileSettings(
+        first.sensor, layout.rate, first.unit, first.smoothing_alpha, "unknown", first.axis
+    )
+    return make_layout(
+        settings,
+        1 + len(others),
+        axes=first.axes,
+        force=layout.has_force,
+        strip=layout.has_strip,
+    )
+
+
+def _pinch_values(dataset: Dataset) -> dict[str, list[Any]]:
     """Return each label and contact that all pinches have, with one value per pinch."""
     pinches = dataset.pinches
     values: dict[str, list[Any]] = {
@@ -63,17 +133,13 @@ def pinch_values(dataset: Dataset) -> dict[str, list[Any]]:
         speeds = [p.closing_speed for p in pinches]
         values["closing_speed"] = [-1.0 if s is None else s.speed for s in speeds]
         values["closing_speed_error"] = [-1.0 if s is None else s.error for s in speeds]
+    if dataset.sessions_assumed and set(values["session"]) == {ASSUMED_SESSION}:
+        del values["session"]
     return {name: column for name, column in values.items() if not {None, ""} & set(column)}
 
 
-def file_values(dataset: Dataset) -> dict[str, Any]:
-    """Return the settings of all pinches, by the names that importers use.
-
-    Raises
-    ------
-    InputError
-        The vibration channels differ in a setting.
-    """
+def _file_values(dataset: Dataset) -> dict[str, Any]:
+    """Return the settings of all pinches, by the names that importers use."""
     layout = dataset.layout
     first, *second = layout.vibration
     for name in ("sensor", "unit", "smoothing_alpha", "axes", "axis"):
@@ -92,9 +158,39 @@ def file_values(dataset: Dataset) -> dict[str, Any]:
 
 
 def sample_values(pinch: Pinch) -> dict[str, Any]:
-    """Return the time and the signals of a pinch by name, with one value per sample."""
+    """Return the time and the signals of a pinch by name, with one value per sample.
+
+    Raises
+    ------
+    InputError
+        A signal has the name of another column, or float32 cannot hold a vibration.
+    """
     layout = pinch.layout
-    physical = layout.physical(pinch.data, tuple(range(layout.width))).astype(np.float32)
+    clashes = sorted(_NAMES & {name.strip() for name in layout.column_names})
+    if clashes:
+        raise InputError(
+            f"the channel {clashes[0]!r} has the name of another column: export to hdf5 or "
+            "mcap-plot"
+        )
+    physical = physical_values(pinch, tuple(range(layout.width)))
     time = (pinch.first_sample + np.arange(len(pinch.data))) / layout.rate
     signals = {name: physical[:, i] for i, name in enumerate(layout.column_names)}
     return {"time_s": time, **signals}
+
+
+def physical_values(pinch: Pinch, columns: tuple[int, ...]) -> NDArray[np.float32]:
+    """Return columns of a pinch in their physical units.
+
+    Raises
+    ------
+    InputError
+        Float32 cannot hold a vibration.
+    """
+    channels = pinch.layout.column_channels
+    values = pinch.layout.physical(pinch.data, columns)
+    is_vibration = [channels[i].kind is ChannelKind.VIBRATION for i in columns]
+    if is_rounded_away(values[:, is_vibration]):
+        raise InputError(
+            "a vibration is too small for 32-bit floats beside its offset: export to mcap-plot"
+        )
+    return values.astype(np.float32)

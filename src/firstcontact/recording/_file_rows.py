@@ -7,6 +7,16 @@ from pathlib import Path
 from firstcontact.core import InputError, counted, files_below
 
 
+def files_by_name(folder: Path, *suffixes: str) -> tuple[list[Path], dict[str, list[Path]]]:
+    """Return the files with these suffixes, and the files that each name or relative path means."""
+    files = [path for suffix in suffixes for path in files_below(folder, suffix)]
+    by_name: dict[str, list[Path]] = {}
+    for path in files:
+        for name in {path.name, path.relative_to(folder).as_posix()}:
+            by_name.setdefault(name, []).append(path)
+    return files, by_name
+
+
 def files_of_rows(folder: Path, names: list[str], table: Path, suffix: str) -> list[Path]:
     """Return the file of each row. Each file with the suffix must have exactly one row.
 
@@ -15,20 +25,16 @@ def files_of_rows(folder: Path, names: list[str], table: Path, suffix: str) -> l
     InputError
         A row or a file has no counterpart; the message names it.
     """
-    available = files_below(folder, suffix)
-    by_name: dict[str, list[Path]] = {}
-    for path in available:
-        for name in {path.name, path.relative_to(folder).as_posix()}:
-            by_name.setdefault(name, []).append(path)
-    files: list[Path] = []
+    available, by_name = files_by_name(folder, suffix)
+    files: dict[Path, None] = {}  # in the order of the rows
     for name in names:
-        matches = by_name.get(name, [])
+        matches = by_name.get(name.strip(), [])
         if len(matches) != 1:
             fault = "is in two folders" if matches else "is not in the folder"
             raise InputError(f"{table}: file {name!r} {fault}: correct the row or the folder")
         if matches[0] in files:
             raise InputError(f"{table}: file {name!r} has two rows: remove one")
-        files += matches
+        files[matches[0]] = None
     left = [p.name for p in available if p not in files]
     if left:
         kind = suffix.removeprefix(".").upper()
@@ -37,4 +43,4 @@ def files_of_rows(folder: Path, names: list[str], table: Path, suffix: str) -> l
             f"no row (first: {left[0]!r}): "
             "add the rows or remove the files"
         )
-    return files
+    return list(files)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from firstcontact.core import LONGEST_NAME, InputError, VibrationSensor, open_regular
 from firstcontact.recording._apart import apart
 from firstcontact.recording._memory import bounded_memory
-from firstcontact.recording._quoting import reason
+from firstcontact.recording._quoting import as_text, reason
 from firstcontact.recording._sizes import check_unpacked, most_unpacked
 
 #: Largest number of consecutive soft links.
@@ -23,6 +23,8 @@ _ATTRIBUTE = 1 << 16
 #: Largest number of texts read together, and largest size of them, bytes.
 _TEXTS = 4096
 _TEXT_BYTES = 64 << 20
+#: Largest cell of a cell array, with one unpacked chunk, bytes.
+_CELL = 16 * LONGEST_NAME
 #: Time limit for a file: the first number of seconds, plus its bytes divided by the second number.
 _SECONDS, _SPEED = 10.0, 1e6
 #: Memory of the library itself, bytes.
@@ -125,7 +127,7 @@ def _walk(path: Path, file: Any, name: str, target: str, left: int = _LINKS) -> 
 
 def _check(path: Path, name: str, dataset: Any) -> None:
     """Raise an error for external storage, and for data that are neither numbers nor texts."""
-    from h5py import check_string_dtype
+    from h5py import Reference, check_ref_dtype, check_string_dtype
 
     if dataset.external or dataset.is_virtual:
         raise InputError(
@@ -134,7 +136,8 @@ def _check(path: Path, name: str, dataset: Any) -> None:
         )
     if dataset.shape is None:
         raise InputError(f"{path}: '{name}' is empty: give it values, or leave it out")
-    if dataset.dtype.hasobject and check_string_dtype(dataset.dtype) is None:
+    is_cells = check_ref_dtype(dataset.dtype) is Reference and dataset.size in dataset.shape
+    if dataset.dtype.hasobject and check_string_dtype(dataset.dtype) is None and not is_cells:
         raise InputError(
             f"{path}: '{name}' holds neither numbers nor texts: store numbers or texts"
         )
@@ -147,6 +150,11 @@ def _declared(dataset: Any) -> int:
 
 
 def _values(path: Path, name: str, dataset: Any) -> NDArray[Any]:
+    from h5py import check_ref_dtype
+
+    if check_ref_dtype(dataset.dtype) is not None:
+        cells = [_cell(path, name, dataset.file[ref]) for ref in dataset[()].reshape(-1)]
+        return np.array(cells, dtype=object)
     if not dataset.dtype.hasobject or dataset.ndim != 1:
         if dataset.dtype.hasobject and dataset.size > 1:
             raise InputError(
@@ -166,6 +174,29 @@ def _values(path: Path, name: str, dataset: Any) -> NDArray[Any]:
                 f"{LONGEST_NAME} characters"
             )
     return np.array(values, dtype=object)
+
+
+def _cell(path: Path, name: str, target: Any) -> Any:
+    """Return the text or number in a cell of MATLAB: a small dataset elsewhere in the file."""
+    from h5py import Dataset
+
+    refusal = InputError(
+        f"{path}: a cell of '{name}' holds neither a number nor a text of at most {LONGEST_NAME} "
+        "characters: correct it"
+    )
+    if not isinstance(target, Dataset) or target.dtype.kind not in "iuf":
+        raise refusal
+    _check(path, name, target)
+    if _declared(target) > _CELL:
+        raise refusal
+    if "MATLAB_empty" in target.attrs:
+        return ""
+    values = np.asarray(target[()])
+    if values.dtype == np.uint16 and as_text(target.attrs.get("MATLAB_class", "char")) == "char":
+        return values.astype("<u2").tobytes().decode("utf-16-le", "replace")
+    if values.size != 1:
+        raise refusal
+    return values.reshape(-1)[0]
 
 
 def _attributes(path: Path, attributes: Any, settings: Collection[str]) -> dict[str, NDArray[Any]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 
 from firstcontact.core import (
@@ -15,7 +16,7 @@ from firstcontact.core import (
     resolve_path,
     temporary_path,
 )
-from firstcontact.recording._dataset import write_dataset
+from firstcontact.recording._dataset import pinches_by_session, write_dataset
 from firstcontact.recording._formats import IMPORTERS, Importer
 from firstcontact.recording._header import Header
 
@@ -55,7 +56,7 @@ def import_path(
     Returns
     -------
     Dataset
-        The imported data. Its notes list assumptions.
+        The imported data, session by session as written. Its notes list assumptions.
 
     Raises
     ------
@@ -109,7 +110,8 @@ def import_path(
         if isinstance(error.__cause__, OSError):
             raise _unwritable(out, error.__cause__) from error
         raise
-    return dataset
+    written = chain.from_iterable(pinches_by_session(dataset).values())
+    return replace(dataset, pinches=tuple(written))
 
 
 def _with_source(dataset: Dataset, path: Path, source: str | None) -> Dataset:

@@ -48,6 +48,8 @@ CONTACT_COLUMNS = (
     "first_finger",
     "motor_start",
 )
+#: Session of all pinches of a file without sessions.
+ASSUMED_SESSION = "1"
 #: Time after a contact in which the fingers are compared if the labels name none, s.
 _LISTEN = 0.005
 
@@ -62,6 +64,7 @@ def labelled(
     *,
     starts: Sequence[int] | None = None,
     groups: Sequence[Mapping[str, Block]] | None = None,
+    exported: bool = False,
 ) -> Dataset:
     """Build pinches from the data of an importer.
 
@@ -85,6 +88,8 @@ def labelled(
         numbered one after the other.
     groups
         Slower groups of each pinch. Their sample 0 is at the same time as that of ``starts``.
+    exported
+        True if the columns come from an exported file that states its layout.
 
     Raises
     ------
@@ -92,7 +97,7 @@ def labelled(
         A label or contact is invalid; see the functions below.
     """
     labels, assumed = make_labels(origin, columns, len(cuts))
-    contacts, guessed = make_contacts(origin, columns, cuts, layout)
+    contacts, guessed = make_contacts(origin, columns, cuts, layout, exported)
     motors = make_motor_starts(origin, columns, [len(c) for c in cuts], contacts)
     speeds = make_closing_speeds(origin, columns, len(cuts))
     pinches = [
@@ -157,7 +162,7 @@ def make_labels(origin: str, columns: Columns, pinches: int) -> tuple[list[Label
         )
     sessions = each(origin, columns, "session", cells.name)
     if sessions is None:
-        sessions = ["1"] * pinches
+        sessions = [ASSUMED_SESSION] * pinches
         notes.append("no session column: all pinches were taken as one session")
     if shore is None and rank is None:
         notes.append("no shore_a, hardness_rank or hardness_class column: stiffness is not known")
@@ -177,7 +182,11 @@ def make_labels(origin: str, columns: Columns, pinches: int) -> tuple[list[Label
 
 
 def make_contacts(
-    origin: str, columns: Columns, samples: Sequence[NDArray[Any]], layout: Layout
+    origin: str,
+    columns: Columns,
+    samples: Sequence[NDArray[Any]],
+    layout: Layout,
+    exported: bool = False,
 ) -> tuple[list[tuple[Contact, ...]], list[str]]:
     """Return the known contacts of each pinch, counted from its first sample.
 
@@ -191,6 +200,8 @@ def make_contacts(
         Samples of each pinch, shape (samples, columns).
     layout
         Layout of the samples.
+    exported
+        True if ``first_finger`` is exact, and -1 means that the contact belongs to no finger.
 
     Returns
     -------
@@ -213,6 +224,7 @@ def make_contacts(
     seconds = each(origin, columns, "second_contact", cells.integer) or unknown
     fingers = each(origin, columns, "first_finger", cells.finger) or [None] * len(samples)
     vibration, owners = list(layout.columns(ChannelKind.VIBRATION)), layout.vibration_fingers
+    is_exact = exported and "first_finger" in columns
     contacts = []
     guessed = moved = 0
     for i, (first, second, finger, data) in enumerate(
@@ -235,10 +247,10 @@ def make_contacts(
                 f"'{name}' ({first}): correct one of them"
             )
         touched = finger
-        if len(owners) == 1:
+        if len(owners) == 1 and not is_exact:
             touched = owners[0]
             moved += touched is Finger.INDEX and finger is Finger.THUMB and first >= 0
-        elif touched is None and first >= 0:
+        elif touched is None and first >= 0 and not is_exact:
             touched = _louder_finger(data[:, vibration], first, second, layout.rate)
             guessed += 1
         marks = [(touched, first), (None if touched is None else touched.other, second)]

@@ -108,12 +108,12 @@ def _names(path: Path, stream: IO[bytes], wanted: Collection[str]) -> list[str]:
 
 
 def _plain(path: Path, name: str, values: Any) -> NDArray[Any]:
-    """Return a variable's numbers or texts. A cell array of texts becomes an array of texts."""
+    """Return a variable's numbers or texts. A cell array becomes an array of its values."""
     array = np.asarray(values) if isinstance(values, np.ndarray) else None
     if array is not None and array.dtype == object and array.dtype.names is None:
         cells = [np.asarray(cell) for cell in array.reshape(-1)]
         if all(c.dtype.kind in "iufU" and c.size <= 1 for c in cells):
-            return np.array([str(c.reshape(-1)[0]) if c.size else "" for c in cells])
+            return np.array([c.reshape(-1)[0] if c.size else "" for c in cells], object)
         array = None
     if array is None or array.dtype.kind not in "iufbU":
         raise InputError(

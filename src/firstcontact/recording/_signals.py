@@ -22,7 +22,7 @@ from firstcontact.core import (
 )
 from firstcontact.recording._cells import Columns
 from firstcontact.recording._channel_table import Signal
-from firstcontact.recording._checks import check_samples, joined
+from firstcontact.recording._checks import check_samples, check_vibration, joined
 from firstcontact.recording._labels import labelled
 
 #: Largest difference between the ends of two signals, in samples of the slower one.
@@ -120,7 +120,7 @@ def checked(origin: str, signal: Signal, values: NDArray[np.generic]) -> NDArray
     Raises
     ------
     InputError
-        The column does not exist, or samples are not finite.
+        The column does not exist, samples are not finite, or float32 cannot hold a vibration.
     """
     if signal.column is not None:
         if signal.column >= values.shape[1]:
@@ -134,7 +134,7 @@ def checked(origin: str, signal: Signal, values: NDArray[np.generic]) -> NDArray
             f"{origin} has {values.shape[1]} columns: give the number of the {signal.sensor}'s "
             "column, from 0, in the column 'column' of the table of channels"
         )
-    return check_samples(origin, values)
+    return (check_samples if signal.sensor is None else check_vibration)(origin, values)
 
 
 def cut_pinches(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -9,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import InputError
+from firstcontact.recording._lost_samples import lost_samples
 
-#: Shortest gap between stamps, s. The jitter of chunks and networks is smaller.
-GAP = 0.5
+#: Shortest gap between stamps, s, and in samples. The jitter of chunks and networks is smaller.
+GAP, GAP_SAMPLES = 0.5, 2.5
 #: Latest time, s: 300 years, at which a stamp still resolves microseconds.
 LATEST = 1e10
 #: Largest backward step of stamps, s, from small corrections of a clock.
@@ -46,9 +48,23 @@ class Run:
         """Measured rate, Hz."""
         return (self.end - self.first) / self.seconds
 
-    def covers(self, other: Run) -> bool:
-        """Return True if this run overlaps ``other`` and begins at most 1.5 samples after it."""
-        return self.begin <= other.begin + 1.5 / self.rate and self.last > other.begin
+    def moments(self, pace: float) -> NDArray[np.float64]:
+        """Return times, s, spaced ``1 / pace`` samples, from the first to the last sample."""
+        samples = np.arange(math.ceil((self.end - self.first) * pace)) / pace
+        # The small shift keeps rounding errors from deciding between two equally near samples.
+        moments: NDArray[np.float64] = self.begin + (samples + 1e-3) / self.rate
+        return moments
+
+    def between(self, begin: float, end: float) -> Run:
+        """Return the samples from the time ``begin`` to the time ``end`` (exclusive), s."""
+        skipped = max(0, math.ceil((begin - self.begin) * self.rate))
+        dropped = max(0, self.end - self.first - math.ceil((end - self.begin) * self.rate))
+        return Run(
+            self.first + skipped,
+            self.end - dropped,
+            self.begin + skipped / self.rate,
+            self.last - dropped / self.rate,
+        )
 
 
 def check_stamps(origin: str, stamps: NDArray[np.float64]) -> None:
@@ -75,7 +91,7 @@ def check_stamps(origin: str, stamps: NDArray[np.float64]) -> None:
 
 
 def even_runs(origin: str, stamps: NDArray[np.float64], rate: float) -> list[Run]:
-    """Return the runs between the gaps of time stamps. A line is fitted to the stamps of each run.
+    """Return the runs between gaps and lost samples. A line is fitted to the stamps of each run.
 
     Parameters
     ----------
@@ -98,19 +114,38 @@ def even_runs(origin: str, stamps: NDArray[np.float64], rate: float) -> list[Run
             f"{origin} has time stamps that go back by {-steps[back[0]]:.3g} s at sample "
             f"{int(back[0]) + 1}: record it again"
         )
+    gap = max(GAP, GAP_SAMPLES / rate)
     runs = []
-    for a, b in pairwise([0, *(np.flatnonzero(steps > GAP) + 1).tolist(), len(stamps)]):
-        if b - a < 2:
-            continue
-        run = _fitted(stamps[a:b], a, rate)
-        if (b - a) / rate > _LONG and abs(run.seconds * rate - (b - a)) > RATE_SHARE * (b - a):
-            measured = f"give {run.rate:.5g} Hz" if run.seconds > 0 else "do not advance"
-            raise InputError(
-                f"{origin} states {rate:g} Hz, but its time stamps {measured}: samples are "
-                "missing, or the stated rate is wrong; record it again"
-            )
-        runs.append(run)
+    for a, b in pairwise([0, *(np.flatnonzero(steps > gap) + 1).tolist(), len(stamps)]):
+        losses = [a + k for k in lost_samples(stamps[a:b], rate)]
+        if len(losses) * _LONG > (b - a) / rate:
+            # Between so many losses, pinches would be too short if much is lost.
+            _checked(origin, stamps[a:b], a, rate)
+        runs += [
+            _checked(origin, stamps[first:end], first, rate)
+            for first, end in pairwise([a, *losses, b])
+            if end - first > 1
+        ]
     return runs
+
+
+def _checked(origin: str, stamps: NDArray[np.float64], first: int, rate: float) -> Run:
+    """Return the run of stamps.
+
+    Raises
+    ------
+    InputError
+        The measured rate differs from the stated rate.
+    """
+    run, n = _fitted(stamps, first, rate), len(stamps)
+    jitter = rate * float(np.std(stamps - np.linspace(run.begin, run.last, n)))
+    if n / rate > _LONG and abs(run.seconds * rate - n) > RATE_SHARE * n + 2 * jitter:
+        measured = f"give {run.rate:.5g} Hz" if run.seconds > 0 else "do not advance"
+        raise InputError(
+            f"{origin} states {rate:g} Hz, but its time stamps {measured}: samples are missing, or "
+            "the stated rate is wrong; record it again"
+        )
+    return run
 
 
 def _fitted(stamps: NDArray[np.float64], first: int, rate: float) -> Run:

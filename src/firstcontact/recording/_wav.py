@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.core import Dataset, InputError, Layout, VibrationSensor, counted, read_regular
-from firstcontact.recording._checks import FileSettings, check_rate, check_samples, make_layout
+from firstcontact.recording._checks import FileSettings, check_rate, check_vibration, make_layout
 from firstcontact.recording._file_rows import files_of_rows
 from firstcontact.recording._formats import Importer
 from firstcontact.recording._labels import CONTACT_COLUMNS, LABEL_COLUMNS, labelled
@@ -234,13 +234,13 @@ def _check_format(
 def wav_samples(file: Path, data: NDArray[Any]) -> NDArray[Any]:
     """Return samples around 0 in a type that recordings store.
 
-    Raise InputError if a sample is not finite.
+    Raise InputError if a sample is not finite, or float32 cannot hold the signal.
     """
     if data.dtype == np.uint8:
         return data.astype(np.int16) - np.int16(128)
     if data.dtype.kind == "i":
         return data  # keeps the type of the file: all pinches have one type
-    return check_samples(f"{file}: the signal", data)
+    return check_vibration(f"{file}: the signal", data)
 
 
 WAV = Importer(

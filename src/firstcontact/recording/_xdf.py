@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from firstcontact.core import Dataset, InputError, VibrationSensor, counted, parse_float
-from firstcontact.recording._channel_table import read_signals
+from firstcontact.recording._channel_table import LOWEST_SIGNAL, read_signals
 from firstcontact.recording._checks import HIGHEST_RATE
 from firstcontact.recording._event_table import (
     SAMPLE,
@@ -75,6 +75,14 @@ def import_xdf(
         for s in streams
         if not s.closed
     ]
+    irregular = [
+        s.name for s in streams if not s.is_text and s.rate < LOWEST_SIGNAL and len(s.stamps)
+    ]
+    if irregular:
+        notes.append(
+            f"streams of numbers without a regular rate of {LOWEST_SIGNAL:g} Hz or more were left "
+            f"out: {listed(irregular)}; if they mark contacts, give the times with --events"
+        )
     parts, vibration = unbroken_parts(path, streams, signals, notes)
     columns, table = _contacts(path, streams, vibration.begin, events, notes)
     source = stated_source(table, columns)
@@ -86,9 +94,8 @@ def import_xdf(
         given = Columns({}, ())
     else:
         rows, local = _placed(table, columns, parts, vibration, notes)
-        contacts = find_events(
-            table, local, rows, [path] * len(parts), [(n, 1) for n in lengths], pace
-        )
+        shapes, rates = [(n, 1) for n in lengths], [part.run.rate for part in parts]
+        contacts = find_events(table, local, rows, [path] * len(parts), shapes, rates)
         starts, stops = spans(contacts, lengths, pace)
         of = [event.file for event in contacts]
         given, left_out = event_labels(table, columns, contacts, starts)

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
-import math
+from bisect import bisect
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from firstcontact.core import InputError, VibrationSensor
-from firstcontact.recording._channel_table import Signal
+from firstcontact.recording._channel_table import LOWEST_SIGNAL, Signal
 from firstcontact.recording._checks import LOWEST_RATE, check_rate
 from firstcontact.recording._quoting import listed, quote
 from firstcontact.recording._signals import Assembled, Taken, assemble, checked
 from firstcontact.recording._stamps import Run, even_runs
 from firstcontact.recording._xdf_file import Stream
+
+#: Largest distance of the vibration from the span of another stream, in samples of that stream.
+_FARTHEST = 1.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,7 +34,7 @@ def guessed_signals(
     path: Path, streams: Sequence[Stream], sensor: VibrationSensor | None
 ) -> list[Signal]:
     """Return the signals: the fast stream as the vibration, and all other streams of numbers."""
-    numbers = [s for s in streams if not s.is_text and s.rate and len(s.stamps)]
+    numbers = [s for s in streams if not s.is_text and s.rate >= LOWEST_SIGNAL and len(s.stamps)]
     fast = [s for s in numbers if s.rate >= LOWEST_RATE]
     if len(fast) != 1 or fast[0].values.shape[1] > 1:
         kind = (
@@ -54,8 +60,8 @@ def unbroken_parts(
 
     The run over the whole vibration includes gaps.
 
-    The vibration has no gap within a part. A part in which another signal has no samples is left
-    out.
+    The vibration has no gap within a part. Where another signal has no samples, the vibration is
+    left out. The samples of the other signals are those nearest in time, at the stated rates.
     """
     by_name = {s.name: s for s in streams}
     for signal in signals:
@@ -65,11 +71,11 @@ def unbroken_parts(
                 f"{path} has no stream {quote(signal.variable)} (it has {listed(list(by_name))}): "
                 "correct the table of channels"
             )
-        if stream.is_text or not stream.rate or len(stream.stamps) < 2:
+        if stream.is_text or stream.rate < LOWEST_SIGNAL or len(stream.stamps) < 2:
             content = (
                 "texts"
                 if stream.is_text
-                else "no regular rate"
+                else f"no regular rate of {LOWEST_SIGNAL:g} Hz or more"
                 if stream.stamps.size
                 else "no samples"
             )
@@ -98,33 +104,66 @@ def unbroken_parts(
         )
         for s in signals
     }
-    parts = []
-    for run in runs[main.name]:
-        beside = []
-        for signal in signals:
-            stream = by_name[signal.variable]
-            match = next((r for r in runs[stream.name] if r.covers(run)), None)
-            if match is None:
-                break
-            # Sample of the signal nearest to the vibration's first sample.
-            first = max(0, round((run.begin - match.begin) * match.rate))
-            most = math.ceil(run.seconds * stream.rate)
-            data = values[signal.variable, signal.column][match.first + first : match.end]
-            beside.append(Taken(signal, stream.rate, data[:most], _names(signal, stream)))
-        if len(beside) < len(signals):
-            notes.append(
-                f"{run.seconds:.3g} s of {main.name} are left out: another stream has no samples "
-                "there"
-            )
-            continue
-        parts.append(Part(assemble(str(path), beside), run))
-    if not parts:
+    unbroken = runs[main.name]
+    for name in runs.keys() - {main.name}:
+        unbroken = _overlaps(unbroken, runs[name])
+    if not unbroken:
         raise InputError(
             f"{path}: the streams have no time in common: remove from the table of channels each "
             "stream that was recorded at another time"
         )
+    left = sum(r.end - r.first for r in runs[main.name]) - sum(r.end - r.first for r in unbroken)
+    if left:
+        notes.append(
+            f"{left / runs[main.name][0].rate:.3g} s of {main.name} are left out: another stream "
+            "has no samples there"
+        )
+    borders = {name: _borders(runs[name]) for name in runs.keys() - {main.name}}
+    parts = []
+    for run in unbroken:
+        rows: dict[str, slice | NDArray[np.int64]] = {main.name: slice(run.first, run.end)}
+        for name, (times, numbers) in borders.items():
+            moments = run.moments(by_name[name].rate / main.rate)
+            rows[name] = numbers[np.searchsorted(times, moments)]
+        beside = [
+            Taken(
+                s,
+                by_name[s.variable].rate,
+                values[s.variable, s.column][rows[s.variable]],
+                _names(s, by_name[s.variable]),
+            )
+            for s in signals
+        ]
+        parts.append(Part(assemble(str(path), beside), run))
     head, tail = runs[main.name][0], runs[main.name][-1]
     return parts, Run(head.first, tail.end, head.begin, tail.last)
+
+
+def _overlaps(runs: Sequence[Run], others: Sequence[Run]) -> list[Run]:
+    """Return the stretches of ``runs`` in which another stream has samples, the runs ``others``."""
+    spans: list[tuple[float, float]] = []
+    for run in others:
+        margin = _FARTHEST / run.rate
+        begin, end = run.begin - margin, run.begin + run.seconds + margin
+        if spans and begin <= spans[-1][1]:
+            begin, end = spans[-1][0], max(end, spans.pop()[1])
+        spans.append((begin, end))
+    ends = [end for _, end in spans]
+    overlaps = [
+        run.between(begin, end)
+        for run in runs
+        for begin, end in spans[bisect(ends, run.begin) : bisect(spans, (run.last,))]
+    ]
+    return [run for run in overlaps if run.end - run.first > 1]
+
+
+def _borders(runs: Sequence[Run]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return the times at which the nearest sample of a stream changes, s, and the sample numbers.
+
+    There is one number more than times. The times follow the lines of the runs, without jitter.
+    """
+    times = np.concatenate([np.linspace(r.begin, r.last, r.end - r.first) for r in runs])
+    return (times[1:] + times[:-1]) / 2, np.concatenate([np.arange(r.first, r.end) for r in runs])
 
 
 def _names(signal: Signal, stream: Stream) -> tuple[str, ...]:

@@ -4,7 +4,9 @@ from ._closing_speed import closing_speed as closing_speed
 from ._resample import check_rates as check_rates
 from ._resample import lookahead as lookahead
 from ._resample import resample as resample
+from ._resample import resample_contacts as resample_contacts
 from ._resample import resample_dataset as resample_dataset
+from ._resample import restore_contacts as restore_contacts
 from ._resample_stream import CausalResampler as CausalResampler
 from ._savgol import SavitzkyGolay as SavitzkyGolay
 from ._smoothing import DeviceSmoothing as DeviceSmoothing

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from firstcontact.core import FASTEST, SLOWEST, ClosingSpeed
+from firstcontact.core import FASTEST, SLOWEST, ClosingSpeed, InputError
 
 #: Positions are used from WINDOW to GUARD before the contact, s. The last positions are left out,
 #: because a contact may be detected late and slows the finger down.
@@ -43,6 +43,11 @@ def closing_speed(times: ArrayLike, positions: ArrayLike, at: float) -> ClosingS
         None with fewer than 3 positions in the window from 50 to 3 ms before the contact, or if the
         finger does not move.
 
+    Raises
+    ------
+    InputError
+        ``times`` and ``positions`` differ in shape.
+
     Examples
     --------
     >>> import firstcontact as fc
@@ -52,6 +57,12 @@ def closing_speed(times: ArrayLike, positions: ArrayLike, at: float) -> ClosingS
     (0.131, 0.006)
     """
     t, x = np.asarray(times, np.float64) - at, np.asarray(positions, np.float64)
+    if t.shape != x.shape:
+        raise InputError(
+            f"their shape is {x.shape}, but that of times is {t.shape}: give one position for "
+            "each time",
+            parameter="positions",
+        )
     is_used = (t >= -WINDOW) & (t <= -GUARD) & np.isfinite(x)
     t, x = t[is_used], x[is_used]
     if len(t) < FEWEST:

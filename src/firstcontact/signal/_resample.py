@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -95,8 +96,30 @@ def _low_pass(ratio: Fraction, old: float) -> tuple[NDArray[np.float64], int]:
     return taps, min(lag, int(LONGEST_AHEAD * ratio.numerator * old))
 
 
-def _position(position: int, ratio: Fraction) -> int:
-    return round(position * ratio)
+@dataclass(frozen=True, slots=True)
+class _Numbering:
+    """Conversion of sample numbers: sample ``start`` becomes ``new_start``."""
+
+    start: int
+    new_start: int
+    ratio: Fraction
+
+    @classmethod
+    def of(cls, pinch: Pinch, rate: float) -> Self:
+        """Return the conversion for a pinch that is resampled to a rate, Hz."""
+        ratio = _ratio(pinch.layout.rate, rate)
+        return cls(pinch.first_sample, round(pinch.first_sample * ratio), ratio)
+
+    @property
+    def inverse(self) -> _Numbering:
+        return _Numbering(self.new_start, self.start, 1 / self.ratio)
+
+    def sample(self, number: int) -> int:
+        # Counted from the pinch's start, where the error of the ratio stays below one sample.
+        return self.new_start + round((int(number) - self.start) * self.ratio)
+
+    def contact(self, contact: Contact) -> Contact:
+        return Contact(contact.finger, self.sample(contact.sample), self.sample(contact.decided))
 
 
 def resample(x: NDArray[Any], old: float, new: float) -> NDArray[np.float64]:
@@ -137,27 +160,22 @@ def resample(x: NDArray[Any], old: float, new: float) -> NDArray[np.float64]:
     return out
 
 
-def _resample_pinch(pinch: Pinch, new: float) -> Pinch:
+def _resample_pinch(pinch: Pinch, rate: float) -> Pinch:
     layout = pinch.layout
-    ratio = _ratio(layout.rate, new)
-    data = resample(pinch.data, layout.rate, new).astype(np.float32)
+    new = _Numbering.of(pinch, rate)
+    data = resample(pinch.data, layout.rate, rate).astype(np.float32)
     strips = list(layout.columns(ChannelKind.STRIP))
     if strips:
         # A strip is open or closed, so interpolation makes no sense.
-        nearest = np.rint(np.arange(len(data)) / float(ratio)).astype(np.intp)
+        nearest = np.rint(np.arange(len(data)) / float(new.ratio)).astype(np.intp)
         data[:, strips] = pinch.data[np.minimum(nearest, len(pinch.data) - 1)][:, strips]
-    first = _position(pinch.first_sample, ratio)
-
-    def moved(sample: int) -> int:
-        return first + _position(sample - pinch.first_sample, ratio)
-
     return replace(
         pinch,
         data=data,
-        layout=replace(layout, rate=new),
-        first_sample=first,
-        truth=tuple(Contact(c.finger, moved(c.sample), moved(c.decided)) for c in pinch.truth),
-        motor_start=None if pinch.motor_start is None else moved(pinch.motor_start),
+        layout=replace(layout, rate=rate),
+        first_sample=new.new_start,
+        truth=tuple(new.contact(contact) for contact in pinch.truth),
+        motor_start=None if pinch.motor_start is None else new.sample(pinch.motor_start),
     )
 
 
@@ -197,3 +215,38 @@ def resample_dataset(dataset: Dataset, rate: float) -> Dataset:
     recorded = dataset.recorded_rate or old
     notes = (*dataset.notes, note)
     return replace(dataset, pinches=pinches, notes=notes, recorded_rate=recorded)
+
+
+def resample_contacts(
+    contacts: Sequence[Contact | None], dataset: Dataset, rate: float
+) -> list[Contact | None]:
+    """Convert the sample numbers of contacts, as :func:`resample_dataset` does.
+
+    Parameters
+    ----------
+    contacts
+        One contact of each pinch; None without one.
+    dataset
+        The pinches before resampling.
+    rate
+        New rate, Hz.
+    """
+    pairs = zip(contacts, dataset.pinches, strict=True)
+    return [c and _Numbering.of(pinch, rate).contact(c) for c, pinch in pairs]
+
+
+def restore_contacts(
+    contacts: Sequence[Contact | None], dataset: Dataset, rate: float
+) -> list[Contact | None]:
+    """Convert contacts in resampled pinches to the sample numbers before resampling.
+
+    This reverses :func:`resample_contacts`, which has the same parameters.
+    """
+    out: list[Contact | None] = []
+    for contact, pinch in zip(contacts, dataset.pinches, strict=True):
+        if contact is not None:
+            contact = _Numbering.of(pinch, rate).inverse.contact(contact)
+            last = pinch.first_sample + len(pinch.data) - 1  # rounding may exceed it
+            contact = Contact(contact.finger, min(contact.sample, last), min(contact.decided, last))
+        out.append(contact)
+    return out

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 
 from firstcontact.device import Descriptor
@@ -12,17 +12,20 @@ from firstcontact.streaming._sink import Sink, Update
 
 #: Largest number of updates that wait for a sink: 4 s at 50 updates per second.
 WAITING = 200
+#: Time between two checks of whether to wait any longer for a slow sink, s.
+POLL = 0.05
 
 
 class _Feeder:
     """Sink with its thread and its queue of updates."""
 
-    def __init__(self, sink: Sink, descriptor: Descriptor) -> None:
+    def __init__(self, sink: Sink, descriptor: Descriptor, is_patient: Callable[[], bool]) -> None:
         self.sink = sink
         self.dropped = 0
         self.failed = ""
         self.left = False  # its reader went away, which is no fault
         self._descriptor = descriptor
+        self._is_patient = is_patient
         self._waiting: deque[Update] = deque()
         self._changed = threading.Condition()
         self._closing = False
@@ -31,10 +34,10 @@ class _Feeder:
     def start(self) -> None:
         self._thread.start()
 
-    def put(self, update: Update, patient: bool) -> None:
+    def put(self, update: Update) -> None:
         with self._changed:
-            if patient:
-                self._changed.wait_for(lambda: self.failed or len(self._waiting) < WAITING)
+            while len(self._waiting) >= WAITING and self._is_patient():
+                self._changed.wait(POLL)
             if self.failed:
                 self.dropped += 1
                 return
@@ -45,10 +48,12 @@ class _Feeder:
             self._waiting.append(update)
             self._changed.notify_all()
 
-    def close(self, timeout: float | None) -> None:
+    def close(self, timeout: float) -> None:
         with self._changed:
             self._closing = True
             self._changed.notify()
+        while self._thread.is_alive() and self._is_patient():
+            self._thread.join(POLL)
         self._thread.join(timeout)
         if self._thread.is_alive():
             # Do not wait any longer: the rest is lost, and counted.
@@ -94,20 +99,28 @@ class Fanout:
     patient
         True to wait for slow sinks, so that none misses an update. Use it only with a source that
         can wait.
+    stopped
+        Function that returns True to end the patience, since a sink may wait for its reader for
+        ever.
     """
 
     def __init__(
-        self, sinks: Sequence[Sink], descriptor: Descriptor, patient: bool = False
+        self,
+        sinks: Sequence[Sink],
+        descriptor: Descriptor,
+        patient: bool = False,
+        stopped: Callable[[], bool] = lambda: False,
     ) -> None:
-        self._patient = patient
-        self._feeders = [_Feeder(sink, descriptor) for sink in sinks]
+        self._feeders = [
+            _Feeder(sink, descriptor, lambda: patient and not stopped()) for sink in sinks
+        ]
         for feeder in self._feeders:
             feeder.start()
 
     def put(self, update: Update) -> None:
         """Queue an update for each sink."""
         for feeder in self._feeders:
-            feeder.put(update, self._patient)
+            feeder.put(update)
 
     @property
     def dropped(self) -> dict[str, int]:
@@ -125,6 +138,6 @@ class Fanout:
         return bool(self._feeders) and all(f.failed for f in self._feeders)
 
     def close(self, timeout: float = 2.0) -> None:
-        """Close each sink after its queue is empty. Wait ``timeout`` s at most, unless patient."""
+        """Close each sink after its queue is empty. Wait ``timeout`` s at most once not patient."""
         for feeder in self._feeders:
-            feeder.close(None if self._patient else timeout)
+            feeder.close(timeout)

@@ -175,10 +175,9 @@ class Grasping:
                     self._begin()
                     events.append(HandCommand(Ask.CLOSE, request.by, block.end - 1, block.epoch))
                 continue
-            if request.ask is Ask.OPEN or request.by == self.requests.by:
+            if self.requests.opens(request):
                 self._open()
                 events.append(HandCommand(Ask.OPEN, request.by, block.end - 1, block.epoch))
-            self.requests.opening = False
         if by is not None and self.requests.by is not None and self._releases != self._released:
             self._open()
             events.append(HandCommand(Ask.OPEN, SILENCE, block.end - 1, block.epoch))

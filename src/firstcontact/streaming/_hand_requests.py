@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
-from queue import Empty, SimpleQueue
 from threading import Lock
 
 from firstcontact.core import InputError
@@ -48,16 +48,16 @@ class HandRequests:
         Origin of the last request to close, until the hand opens; None without one. The session's
         thread sets it.
     opening
-        True if a request to open waits for the session's thread.
+        True until the session's thread has carried out the last request to open.
     """
 
     def __init__(self, name: str, begins: Begins, release: Callable[[], None]) -> None:
         self.by: str | None = None
         self.opening = False
         self._name, self._begins, self._release = name, begins, release
-        self._waiting: SimpleQueue[Request] = SimpleQueue()
+        self._waiting: deque[Request] = deque()
         self._gone: set[str] = set()
-        self._lock = Lock()  # of _waiting and _gone
+        self._lock = Lock()  # of opening, _waiting and _gone
         self._over = False
 
     @property
@@ -87,14 +87,14 @@ class HandRequests:
             raise InputError("The hand is closed already: open it first")
         with self._lock:
             if by not in self._gone:
-                self._waiting.put(Request(ask, by))
+                self._waiting.append(Request(ask, by))
 
     def gone(self, by: str) -> None:
         """Open the hand if the origin ``by``, now disconnected, had closed it."""
         with self._lock:
             self._gone.add(by)
             if self.by != by:
-                self._waiting.put(Request(None, by))
+                self._waiting.append(Request(None, by))
                 return
         self._open(Request(None, by))
 
@@ -103,13 +103,20 @@ class HandRequests:
         self._over = True
 
     def take(self) -> Request | None:
-        """Return the next request, in the session's thread; None if none waits."""
-        try:
-            return self._waiting.get_nowait()
-        except Empty:
-            return None
+        """Return the next request, in the session's thread; None if none waits.
+
+        The earlier ones have been carried out.
+        """
+        with self._lock:
+            self.opening = any(self.opens(request) for request in self._waiting)
+            return self._waiting.popleft() if self._waiting else None
+
+    def opens(self, request: Request) -> bool:
+        """Return True if a request opens the hand."""
+        return request.ask is Ask.OPEN or (request.ask is None and request.by == self.by)
 
     def _open(self, request: Request) -> None:
-        self.opening = True
-        self._waiting.put(request)
+        with self._lock:
+            self.opening = True
+            self._waiting.append(request)
         self._release()

@@ -50,6 +50,9 @@ IDLE = 0.024
 WARM = 0.005
 #: Longest closing, s. Without noise floors, a longer epoch contains several closings.
 LONGEST_EPOCH = 10.0
+#: Number of motor starts in a row under load after which a warning is logged. A hand that adjusts
+#: its grip on a held object makes some, too.
+REFUSED = 6
 
 #: Function that returns the closing speed before a contact. It takes the contact's sample, epoch,
 #: and time on the host's clock, s (NaN if unknown).
@@ -75,7 +78,8 @@ class Pipeline:
         contacts without estimates.
     calibration
         Noise floors of the fingers. Without them a closing begins with each epoch, and a warning is
-        logged if an epoch is longer than any closing.
+        logged if an epoch is longer than any closing. With them, a warning is logged if a force
+        that stays high hides the closings.
     clock
         Clock of the host, s.
     delay
@@ -152,6 +156,7 @@ class Pipeline:
             self.layout, self._detector, calibration, resettles=self._resettles
         )
         self._has_warned = self._closings.has_floors
+        self._has_warned_of_load = False
 
     def update(self, block: Block, host: float) -> Iterator[Event]:
         """Yield the events of the next block in order, without delay.
@@ -239,6 +244,7 @@ class Pipeline:
                     yield from self._end(
                         stage.sample, "" if stage.is_complete else "samples were lost"
                     )
+        self._warn_of_load()
         pinch = self._pinch
         if pinch is not None:
             self._measure_speed(pinch)
@@ -271,6 +277,17 @@ class Pipeline:
                 "of each epoch is detected: pass a calibration from firstcontact.calibrate",
                 seconds,
             )
+
+    def _warn_of_load(self) -> None:
+        """Warn once that a force that stays high hides all closings."""
+        if self._has_warned_of_load or self._closings.refused < REFUSED:
+            return
+        self._has_warned_of_load = True
+        _log.warning(
+            "the motor has started %d times in a row while a force was high, as if the hand held "
+            "an object, so no closing was detected: if it holds none, start the session again",
+            REFUSED,
+        )
 
     def _begin(self, stage: ClosingBegan) -> None:
         estimates = None

@@ -143,7 +143,7 @@ class LiveSession:
         stopped
             Function that returns True to end the session; called several times a second.
         patient
-            True to wait for slow sinks. Use it only with a source that can wait.
+            True to wait for slow sinks until ``stopped``. Use it only with a source that can wait.
 
         Raises
         ------
@@ -165,7 +165,7 @@ class LiveSession:
 
         Leaving the iteration ends the session.
         """
-        self.fanout = Fanout(sinks, self.source.descriptor, patient)
+        self.fanout = Fanout(sinks, self.source.descriptor, patient, stopped)
         until = math.inf if seconds is None else time.monotonic() + seconds
         together = min((sink.every for sink in sinks), default=TOGETHER)
         self._is_prompt = any(getattr(sink, "is_prompt", False) for sink in sinks)
@@ -180,7 +180,7 @@ class LiveSession:
         finally:
             with ExitStack() as ends:  # from the last to the first, all of them even if one raises
                 ends.callback(self.fanout.close)
-                ends.callback(self._recorder.stop)
+                ends.callback(self._recorder.close)
                 ends.callback(self._update)  # samples from before a fault belong in the recording
                 ends.callback(self._close_source)
                 for actor in self._actors:
@@ -232,8 +232,14 @@ class LiveSession:
         return self.source.read(WAIT, self._least)
 
     def start_recording(self) -> Path:
-        """Begin a recording in the session's folder and return its path."""
-        path = self._folder / f"live-{datetime.now():%Y%m%d-%H%M%S}.mcap"
+        """Begin a recording in the session's folder, under a free name, and return its path.
+
+        Raises
+        ------
+        InputError
+            A recording is running, the session has ended, or the file cannot be created.
+        """
+        now = datetime.now().astimezone()
         descriptor = self.source.descriptor
         header = Header(
             layout=descriptor.layout,
@@ -242,8 +248,7 @@ class LiveSession:
             sensor=descriptor.sensor,
             hand=descriptor.hand,
             firmware=descriptor.firmware,
-            session=path.stem,
-            created=datetime.now().astimezone().isoformat(timespec="seconds"),
+            created=now.isoformat(timespec="seconds"),
             calibration=self._calibration,
         )
         try:
@@ -252,8 +257,19 @@ class LiveSession:
             raise InputError(
                 f"{self._folder} cannot be created ({error.strerror}): choose another --recordings"
             ) from error
-        self._recorder.start(path, header)
-        return path
+        name = stem = f"live-{now:%Y%m%d-%H%M%S}"
+        number = 1
+        while True:
+            path = self._folder / f"{name}.mcap"
+            try:
+                self._recorder.start(path, replace(header, session=name))
+            except InputError as error:
+                if not isinstance(error.__cause__, FileExistsError):
+                    raise
+                number += 1
+                name = f"{stem}-{number}"
+            else:
+                return path
 
     def stop_recording(self) -> None:
         """Close the recording, if one is running."""

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Mapping
 from typing import TextIO
 
 from firstcontact.core import Estimate, finger_name
-from firstcontact.device import Descriptor, Health, LinkNews, lost_object
+from firstcontact.device import Descriptor, Health, LinkNews, held_object, lost_object
 from firstcontact.streaming._events import (
     HandCheck,
     HandCommand,
@@ -14,7 +15,7 @@ from firstcontact.streaming._events import (
     ObjectEstimate,
     PinchDone,
 )
-from firstcontact.streaming._objects import ObjectNames
+from firstcontact.streaming._objects import WAITING, ObjectNames
 from firstcontact.streaming._sink import Update, write_now
 
 
@@ -39,7 +40,9 @@ class TextSink:
         self._alone = False  # a single sensor hears no second contact
         self._link = LinkNews(Health(connected=True))
         self._health = Health(connected=True)
-        self._objects = ObjectNames(shore_a)
+        self._shore_a = shore_a
+        self._names = ObjectNames()
+        self._unnamed: deque[PinchDone] = deque(maxlen=WAITING)
         self._failed: Mapping[str, str] = {}
 
     def open(self, descriptor: Descriptor) -> None:
@@ -60,13 +63,16 @@ class TextSink:
         for loss in (lost_object(m.text) for a in update.arrivals for m in a.markers):
             if loss:
                 self._write(f"the hand has {loss} the object")
-        late: list[tuple[int, str]] = []
         for arrival in update.arrivals:
-            self._objects.add_markers(arrival.markers)
-            late += self._objects.add_labels(arrival.pinches)
+            self._names.add_markers(arrival.markers)
+            self._names.add_labels(arrival.pinches)
+        late = [(pinch, name) for pinch in self._unnamed if (name := self._label(pinch))]
         for event in update.events:
             if isinstance(event, PinchDone):
-                name = self._objects.object_name(event)
+                self._names.add_pinch(event)
+                name = self._name(event)
+                if not name:
+                    self._unnamed.append(event)
                 line = pinch_line(event, self._alone)
                 self._write(f"{line}, {name}" if name else line)
             elif isinstance(event, HandCommand):
@@ -75,16 +81,35 @@ class TextSink:
                 self._write(hand_line(event))
             elif isinstance(event, ObjectEstimate) and event.pinches > 1:
                 self._write(object_line(event))
-        for number, name in late:
-            self._write(f"  pinch {number} was {name}")
+        for pinch, name in late:
+            self._unnamed.remove(pinch)
+            self._write(f"  pinch {pinch.number} was {name}")
 
     def close(self) -> None:
         """Write a line about lost samples, if some were not reported yet."""
         for line in self._link.lines(self._health, last=True):
             self._write(line)
 
+    def _name(self, pinch: PinchDone) -> str:
+        """Return the name of the object of a finished pinch; "" if it has none yet."""
+        for text in reversed(self._names.markers(pinch)):
+            object_ = held_object(text)
+            return f'marked "{text}"' if object_ is None else text + _shore(self._shore_a(object_))
+        return self._label(pinch)
+
+    def _label(self, pinch: PinchDone) -> str:
+        """Return the label of a pinch in a replayed recording, in words; "" without a label."""
+        label = self._names.label(pinch)
+        if label is None or not label.object:
+            return ""
+        return f"labelled {label.object}{_shore(label.shore_a)}"
+
     def _write(self, line: str) -> None:
         write_now(self._stream, f"{line}\n")
+
+
+def _shore(shore_a: float | None) -> str:
+    return "" if shore_a is None else f", {shore_a:g} Shore A"
 
 
 def pinch_line(pinch: PinchDone, alone: bool = False) -> str:

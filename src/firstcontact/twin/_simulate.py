@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import closing, nullcontext
 from dataclasses import dataclass, replace
 from itertools import chain, islice
+from operator import index
 from pathlib import Path
 
 from firstcontact.core import (
@@ -147,6 +148,16 @@ def check_set(
         An argument cannot be used. The message names it.
     """
     condition(condition_name)
+    for name, value in (
+        ("pinches_per_block", pinches_per_block),
+        ("pinches_per_object", pinches_per_object),
+        ("seed", seed),
+        ("workers", workers or 0),
+    ):
+        try:
+            index(value)
+        except TypeError as error:
+            raise InputError(f"{value!r} is no whole number: give one", parameter=name) from error
     if min(pinches_per_block, pinches_per_object) < 0 or pinches_per_block + pinches_per_object < 1:
         raise InputError(
             "the numbers of pinches per block and per object must not be negative, nor both 0"

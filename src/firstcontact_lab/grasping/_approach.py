@@ -8,6 +8,7 @@ from firstcontact.core import Block, Command, Estimate
 from firstcontact.grasp import ByStiffness, Grip
 from firstcontact.streaming import (
     ContactEvent,
+    ContactWithdrawn,
     Grasping,
     NetworkPredictor,
     Pipeline,
@@ -140,6 +141,8 @@ def approached(pick: Pick, speed: float, hands: OwnHand, breaks: bool = False) -
                     first = event.contact.sample / LAYOUT.rate
                 case ContactEvent() if heard is None and first is not None:
                     heard = event.contact.decided / LAYOUT.rate - first
+                case ContactWithdrawn():
+                    answers, first, heard = [], None, None
             grasping.on_event(event)
         grasping.after_block(block)
     outcome = plant.outcome

@@ -5,11 +5,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from firstcontact.contact import CONFIRMED
 from firstcontact.core import Block, Command, Estimate, fingertip_layout
 from firstcontact.grasp import Hand, HandLimits, LoopCounts, Policy
+from firstcontact.signal import samples_in
 from firstcontact.streaming import (
     ClosingStart,
     ContactEvent,
+    ContactWithdrawn,
     Grasping,
     NoEstimate,
     Pipeline,
@@ -85,7 +88,7 @@ def close(
         Grasp policy.
     pipeline
         New pipeline; None for a policy that does not use the piezos. It runs until it has reported
-        the first contact and all estimates.
+        a first contact that stands and all estimates.
     windows
         Number of expected estimates; 0 for a policy without estimates.
     feels
@@ -96,7 +99,8 @@ def close(
     grasping = Grasping(policy, hand, LAYOUT)
     estimates: list[Estimate] = []
     listening = pipeline is not None
-    touched, settled = False, False
+    certain = math.inf  # sample from which on the first contact stands
+    settled = False
     if pipeline is None:
         grasping.on_event(ClosingStart(0, 0))
     while not plant.ended:
@@ -106,7 +110,11 @@ def close(
         block = Block(plant.advance(step), first)
         if listening and pipeline is not None:
             for event in pipeline.update(block, 0.0):
-                touched |= isinstance(event, ContactEvent)
+                if isinstance(event, ContactEvent) and event.first:
+                    certain = event.contact.decided + samples_in(CONFIRMED, LAYOUT.rate)
+                elif isinstance(event, ContactWithdrawn):
+                    certain, settled = math.inf, False
+                    estimates.clear()
                 settled |= isinstance(event, NoEstimate)
                 if isinstance(event, Estimate):
                     # The published study compares whole windows, also where the second contact is
@@ -116,7 +124,7 @@ def close(
                         continue
                     estimates.append(event)
                 grasping.on_event(event)
-            listening = not (touched and (settled or len(estimates) >= windows))
+            listening = block.end < certain or not (settled or len(estimates) >= windows)
         grasping.after_block(block)
     return ClosingRecord(tuple(hand.orders), tuple(estimates), grasping.loop.counts)
 

@@ -22,7 +22,7 @@ _REMEDY = "choose another --out, or move it away"
 
 
 @contextmanager
-def sole_use(out: Path, options: Mapping[str, Any]) -> Iterator[None]:
+def sole_use(out: Path, options: Mapping[str, Any] | None = None) -> Iterator[None]:
     """Make and lock the folder of a study. The lock ends with the ``with`` statement.
 
     Parameters
@@ -31,7 +31,7 @@ def sole_use(out: Path, options: Mapping[str, Any]) -> Iterator[None]:
         The folder.
     options
         Settings that the results depend on, stored as ``study.asked``. Only a study with the same
-        settings may replace results in the folder.
+        settings may replace results in the folder. None does not look at earlier results.
 
     Raises
     ------
@@ -55,7 +55,8 @@ def sole_use(out: Path, options: Mapping[str, Any]) -> Iterator[None]:
             ) from None
         except OSError:
             pass  # a disk without locks
-        _claim(out, options)
+        if options is not None:
+            _claim(out, options)
         yield
     except InputError:
         if made:

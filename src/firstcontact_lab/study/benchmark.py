@@ -139,10 +139,6 @@ def _scores(
 ) -> AnytimeScores:
     objects = [rig_data.windows.take(rig_data.indices(Use.OBJECTS)) for rig_data in sets]
     truth = np.concatenate([windows.y for windows in objects])
-    specimens = np.concatenate(
-        [
-            [f"{place} {name}" for name in rig_data.specimens]
-            for place, rig_data in enumerate(objects)
-        ]
-    )
-    return anytime_scores(join_by_time(by_set), truth, specimens, seed)
+    # An object has much of its error on all rigs: the rigs together have only as many clusters.
+    names = np.concatenate([windows.objects for windows in objects])
+    return anytime_scores(join_by_time(by_set), truth, names, seed)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from firstcontact.core import BLUE, GREEN, ORANGE, PURPLE, RED, SKY, Record, counted, percent
-from firstcontact.models import Bounded
+from firstcontact.models import CLUSTERS, Bounded
 from firstcontact_lab.report.findings import Figure
 from firstcontact_lab.report.names import competitor_title
 from firstcontact_lab.report.page import Column, Page, Section
@@ -110,8 +110,9 @@ def recorded_parts(results: RecordedData) -> list[tuple[str, Table, Figure]]:
 
 def _intervals(scored: RecordedScores) -> str:
     """Return a sentence on the intervals: they resample sessions or specimens."""
-    if scored.clusters < 2:
-        return f"There is no bootstrap interval: all pinches are of one {scored.cluster}."
+    if scored.clusters < CLUSTERS:
+        few = counted(scored.clusters, scored.cluster)
+        return f"There is no bootstrap interval: {few} are too few, at least {CLUSTERS} are needed."
     return f"In brackets: 95 % bootstrap interval over {scored.clusters} {scored.cluster}s."
 
 
@@ -124,7 +125,7 @@ _SOURCES = {
 #: Caption of the table by time for rigs of the twin.
 _TWIN_OBJECTS = (
     "Unseen objects by the time after the contact. In brackets: 95 % bootstrap interval over "
-    "specimens."
+    "objects; a specimen of each on every rig."
 )
 
 

@@ -20,17 +20,22 @@ FOLDS = 3
 def detection_splits(dataset: Dataset, seed: int) -> list[Split]:
     """Return folds that test all pinches, and train on pinches of role ``train`` only.
 
-    Whole sessions are held out if they are known. Otherwise folds are random, and each fold states
-    that sessions and specimens are on both of its sides. For a single pinch, return an empty list.
+    Whole sessions are held out if they are known, and if each fold then has pinches to train on.
+    Otherwise folds are random, and each fold states that sessions and specimens are on both of its
+    sides. For a single pinch, return an empty list.
     """
     if len(dataset) < 2:
         return []
-    sessions = dataset.sessions
+    sessions, test = dataset.sessions, dataset.test
     if len(np.unique(sessions)) > 1 and "" not in sessions:
-        folds = by_session(sessions, dataset.objects, seed, FOLDS)
-    else:
-        folds = random_folds(np.zeros(len(dataset)), seed, FOLDS)
-    return [replace(f, train=f.train[~dataset.test[f.train]]) for f in folds]
+        folds = _training_only(by_session(sessions, dataset.objects, seed, FOLDS), test)
+        if all(len(fold.train) for fold in folds):
+            return folds
+    return _training_only(random_folds(np.zeros(len(dataset)), seed, FOLDS), test)
+
+
+def _training_only(folds: Sequence[Split], test: NDArray[np.bool_]) -> list[Split]:
+    return [replace(fold, train=fold.train[~test[fold.train]]) for fold in folds]
 
 
 def judge(
@@ -67,7 +72,7 @@ def judge_detectors(
     """Return decisions by detector, and for the other detectors the reason why there are none."""
     failed: dict[str, str] = {}
     for name, kind in DETECTORS.items():
-        if kind.learns and not (splits and len(splits[0].train)):
+        if kind.learns and not (splits and all(len(split.train) for split in splits)):
             failed[name] = "at least two pinches are needed: one for training, one for testing"
     for split in splits:
         if len(split.train):

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Contact, Dataset, InputError, Record, Runner, counted, is_same_rate
+from firstcontact.core import Contact, Dataset, InputError, Record, Runner, counted
 from firstcontact.models import (
     LabelledTouches,
     Predictions,
@@ -162,11 +162,11 @@ def _load(path: Path, say: Callable[[str], object]) -> Dataset:
             f"{path}: no training pinch has a Shore A: record with --shore-a, or import with a "
             "column 'shore_a'"
         )
-    rate = pretrained().rate
-    if not is_same_rate(check_rate(f"{path}: the rate", dataset.layout.rate), rate):
-        dataset = resample_dataset(dataset, rate)
-        say(dataset.notes[-1])
-    return dataset
+    check_rate(f"{path}: the rate", dataset.layout.rate)
+    resampled = resample_dataset(dataset, pretrained().rate)
+    if resampled is not dataset:
+        say(resampled.notes[-1])
+    return resampled
 
 
 def _contacts(dataset: Dataset, seed: int, runner: Runner) -> tuple[Sequence[Contact | None], str]:

@@ -25,9 +25,11 @@ def random_90_10(classes: NDArray[Any], seed: int) -> list[Split]:
 
     splitter = StratifiedShuffleSplit(1, test_size=RANDOM_TEST, random_state=seed)
     shares = frozenset({Group.SESSION, Group.SPECIMEN})
+    # scikit-learn refuses to stratify by fractional values.
+    strata = np.unique(classes, return_inverse=True)[1]
     return [
         Split("random_90_10", train, test, shares)
-        for train, test in splitter.split(classes[:, None], classes)
+        for train, test in splitter.split(classes[:, None], strata)
     ]
 
 
@@ -41,14 +43,15 @@ def random_folds(classes: NDArray[Any], seed: int, folds: int = FOLDS) -> list[S
     """
     from sklearn.model_selection import StratifiedKFold
 
-    fewest = int(np.unique(classes, return_counts=True)[1].min(initial=len(classes)))
+    _, strata, counts = np.unique(classes, return_inverse=True, return_counts=True)
+    fewest = int(counts.min(initial=len(classes)))
     if fewest < 2:
         raise ValueError("random folds need at least two pinches of each class")
     splitter = StratifiedKFold(min(folds, fewest), shuffle=True, random_state=seed)
     shares = frozenset({Group.SESSION, Group.SPECIMEN})
     return [
         Split(f"random fold {i}", train, test, shares)
-        for i, (train, test) in enumerate(splitter.split(classes[:, None], classes))
+        for i, (train, test) in enumerate(splitter.split(classes[:, None], strata))
     ]
 
 

@@ -101,7 +101,7 @@ class InferenceTime(Record, frozen=True, kw_only=True):
 
 
 def time_inference(
-    model: WindowModel, X: Windows, reference: Reference | None, calls: int = 10_000
+    model: WindowModel, X: Windows, reference: Reference | None, calls: int
 ) -> InferenceTime:
     """Return the time to predict one window on one thread, by the model and another library.
 

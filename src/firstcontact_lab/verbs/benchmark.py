@@ -5,7 +5,6 @@ from __future__ import annotations
 import shlex
 import sys
 import time
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
@@ -41,12 +40,12 @@ class Benchmark:
     def run(self) -> None:
         """Run the benchmark, print the tables and write the report."""
         from firstcontact.core import parallel, worker_count
+        from firstcontact.models import check_seed
 
         require_modules("study", "matplotlib", "jinja2")
         if self.recordings is None:
             require_twin()
-        if self.seed < 0:
-            raise InputError(f"--seed is {self.seed}: give a whole number from 0 on")
+        check_seed(self.seed)
         if self.recordings is not None and (self.condition is not None or self.quick):
             raise InputError(
                 "--condition and --quick are for simulated rigs: leave them out, or leave "
@@ -54,7 +53,7 @@ class Benchmark:
             )
         from firstcontact.core import installed_versions, write_text
         from firstcontact.twin import CONDITIONS
-        from firstcontact_lab.report.folder import REPORT, RESULTS
+        from firstcontact_lab.report.folder import REPORT, RESULTS, sole_use
         from firstcontact_lab.report.results import read_results, write_results
         from firstcontact_lab.study.benchmark import QUICK, Size, benchmark
         from firstcontact_lab.study.benchmark_page import BenchmarkResults, in_words, render
@@ -68,23 +67,15 @@ class Benchmark:
                 f"{self.out / REPORT} was not made by a benchmark: choose another --out"
             )
         began = time.monotonic()
-        # The user's class is most likely in the folder where the command runs.
-        sys.path.insert(0, "")
-        try:
-            with parallel(worker_count(self.workers)) as runner:
-                conditions, recorded = {}, None
-                if self.recordings is not None:
-                    recorded = benchmark_recordings(
-                        self.regressor, self.recordings, self.seed, runner, print
-                    )
-                else:
-                    size = QUICK if self.quick else Size()
-                    conditions = dict(
-                        benchmark(self.regressor, names, size, self.seed, runner, print)
-                    )
-        finally:
-            with suppress(ValueError):
-                sys.path.remove("")
+        with sole_use(self.out), parallel(worker_count(self.workers)) as runner:
+            conditions, recorded = {}, None
+            if self.recordings is not None:
+                recorded = benchmark_recordings(
+                    self.regressor, self.recordings, self.seed, runner, print
+                )
+            else:
+                size = QUICK if self.quick else Size()
+                conditions = dict(benchmark(self.regressor, names, size, self.seed, runner, print))
         command = shlex.join(["firstcontact", *sys.argv[1:]])
         results = BenchmarkResults(
             contender=self.regressor,
@@ -96,7 +87,6 @@ class Benchmark:
             conditions=conditions,
             recordings=recorded,
         )
-        self.out.mkdir(parents=True, exist_ok=True)
         write_results(self.out / RESULTS, results)
         write_text(self.out / REPORT, render(results))
         for line in in_words(results):

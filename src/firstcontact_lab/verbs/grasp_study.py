@@ -10,7 +10,7 @@ from typing import Annotated
 
 from firstcontact.cli import Option, choice, on_cluster
 from firstcontact.contact import DETECTORS
-from firstcontact.core import InputError, require_modules, require_twin
+from firstcontact.core import require_modules, require_twin
 from firstcontact.models import ESTIMATORS
 
 
@@ -36,11 +36,11 @@ class GraspStudy:
     def run(self) -> None:
         """Run the study with its progress on stderr."""
         from firstcontact.core import worker_count
+        from firstcontact.models import check_seed
 
         require_modules("study", "matplotlib", "jinja2")
         require_twin()
-        if self.seed < 0:
-            raise InputError(f"--seed is {self.seed}: give a whole number from 0 on")
+        check_seed(self.seed)
         from firstcontact_lab.grasping.run import run_grasp_study
         from firstcontact_lab.grasping.settings import GraspStudySettings
 

@@ -46,7 +46,7 @@ class Study:
     def run(self) -> None:
         """Run the study with its progress on stderr."""
         from firstcontact.core import worker_count
-        from firstcontact.models import ESTIMATORS
+        from firstcontact.models import ESTIMATORS, check_seed
         from firstcontact_lab.study.parts.in_force import read_delays
         from firstcontact_lab.study.parts.inference import read_board
         from firstcontact_lab.study.settings import StudySettings
@@ -54,8 +54,9 @@ class Study:
         require_modules("study", "matplotlib", "jinja2")
         if self.recordings is None:
             require_twin()
-        if self.seed < 0 or not 0 <= self.early_ms <= 10:
-            raise InputError("--seed must be 0 or more, and --early-ms from 0 to 10")
+        check_seed(self.seed)
+        if not 0 <= self.early_ms <= 10:
+            raise InputError("--early-ms must be from 0 to 10")
         for part in self.parts:
             PARTS.find(part)
         settings = StudySettings(

@@ -2,13 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 import pytest
 
-from firstcontact.core import FINGERTIP_RATE, Serial, parallel
+from firstcontact.core import (
+    FINGERTIP_RATE,
+    Block,
+    Contact,
+    Estimate,
+    Finger,
+    Serial,
+    parallel,
+)
+from firstcontact.grasp import Grip
 from firstcontact.models import Model
+from firstcontact.streaming import (
+    ClosingStart,
+    ContactEvent,
+    ContactWithdrawn,
+    Event,
+    NoEstimate,
+)
+from firstcontact_lab.grasping._closing import close
 from firstcontact_lab.grasping._learning import learn
 from firstcontact_lab.grasping._search import search
 from firstcontact_lab.grasping._trials import PinchSetup, Row, Trial, played, run_trial, trial_plant
@@ -83,6 +101,59 @@ def test_the_estimate_comes_and_the_hand_is_told_after_the_contact(model: Model)
     assert all(order.at > first for order in remaining)
     assert predictions.counts.contacts == 1
     assert predictions.counts.misses + predictions.counts.estimates >= 1
+
+
+class _Script:
+    """Stand-in for a pipeline, with events at given samples."""
+
+    def __init__(self, events: Sequence[tuple[int, Event]]) -> None:
+        self._events = list(events)
+
+    def update(self, block: Block, host: float) -> Iterator[Event]:
+        while self._events and self._events[0][0] < block.end:
+            yield self._events.pop(0)[1]
+
+
+def _after(sample: int, *moments: int) -> list[tuple[int, Event]]:
+    """Return the events of a first contact and of its estimates, so many samples later."""
+    contact = Contact(Finger.INDEX, sample - 2, sample)
+    estimates = [
+        (
+            sample + m,
+            Estimate(
+                value=m, low=0, high=100, level=0.9, elapsed=m / FINGERTIP_RATE,
+                available=m / FINGERTIP_RATE, model="script", contact=contact,
+                complete=sample + m, epoch=0, host=0.0, compute=0.0,
+            ),
+        )
+        for m in moments
+    ]  # fmt: skip
+    return [(sample, ContactEvent(contact, True, 0, 0.0)), *estimates]
+
+
+@pytest.mark.parametrize("moments", [(), (10, 60)])
+@pytest.mark.parametrize("refusal", [False, True])
+def test_withdrawn_contacts_and_their_estimates_do_not_count(
+    moments: tuple[int, ...], refusal: bool
+) -> None:
+    setup = PinchSetup("block 60", 1)
+    variant = BY_KEY["early_exit" if moments else "touch"]
+    plant = trial_plant(setup, variant, 0.020)
+    grip = Grip(speed=plant.nominal.speed, force=plant.nominal.force)
+    policy = variant.make(grip, KINDS[setup.kind].shore_a, {})
+    false = Contact(Finger.INDEX, 298, 300)
+    events: list[tuple[int, Event]] = [
+        (250, ClosingStart(250, 0)),
+        *_after(300, *moments[:1]),
+        *([(311, NoEstimate(false, "too late", 311, 0))] if refusal else []),
+        (314, ContactWithdrawn(false, 314, 0)),
+        *_after(400, *moments),
+    ]
+    script: Any = _Script(events)
+    record = close(plant, policy, script, len(moments), feels=False)
+    assert record.counts.withdrawn == 1
+    assert [e.value for e in record.estimates] == list(moments)
+    assert sum(order.at > 400 / FINGERTIP_RATE for order in record.orders) > 0
 
 
 def test_gentle_at_touch_presses_less_than_no_modulation(rows: dict[str, Row]) -> None:

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from firstcontact.core import Block, Contact, Estimate, Finger
+from firstcontact.streaming import ContactEvent, ContactWithdrawn, Event, Pipeline
 from firstcontact_lab.grasping._approach import Pick, approached, make_plant, pick_specimen
 from firstcontact_lab.grasping._branches import Branching, branches
 from firstcontact_lab.grasping._own_hand import HandSeed, OwnHand, own_hand
@@ -55,6 +60,35 @@ def test_the_estimate_is_one_from_before_the_second_contact(
     assert all(a.elapsed <= begun.offset + 0.002 for a in begun.answers)
     if begun.estimate is not None:
         assert begun.estimate.value == begun.answers[-1].value
+
+
+def test_estimates_of_a_withdrawn_contact_are_left_out(
+    hands_by_pick: dict[tuple[int, float], OwnHand], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    false = Contact(Finger.INDEX, 448, 450)
+    guess = Estimate(
+        value=0.0, low=0.0, high=9.0, level=0.9, elapsed=0.002, available=0.002, model="false",
+        contact=false, complete=458, epoch=0, host=0.0, compute=0.0,
+    )  # fmt: skip
+    events = [
+        ContactEvent(false, True, 0, 0.0),
+        guess,
+        ContactEvent(replace(false, finger=Finger.THUMB), False, 0, 0.0),
+        ContactWithdrawn(false, 464, 0),
+    ]
+
+    class Clicking(Pipeline):
+        def update(self, block: Block, host: float) -> Iterator[Event]:
+            if block.first_sample <= 465 < block.end:
+                yield from events
+            yield from super().update(block, host)
+
+    monkeypatch.setattr("firstcontact_lab.grasping._approach.Pipeline", Clicking)
+    begun = approached(Pick("apple", HAND, 1), 0.10, hands_by_pick[HAND, 0.10])
+    assert begun.offset is not None
+    assert begun.heard == pytest.approx(begun.offset, abs=0.01)
+    assert begun.answers
+    assert all(a.contact.sample > false.sample for a in begun.answers)
 
 
 def test_a_specimen_is_shared_by_policies_and_differs_by_number() -> None:

@@ -59,7 +59,8 @@ def test_unseen_objects_are_asked_about_and_blocks_of_other_sessions(
         assert all(0 <= share <= 1 for share in entry.coverage.values())
         assert all(0 < width <= 100 for width in entry.width.values())
         assert all(
-            low <= entry.rmse[ms] <= high for ms, (low, high) in entry.intervals["rmse"].items()
+            low <= entry.rmse[ms] <= high
+            for ms, (low, high) in entry.intervals.get("rmse", {}).items()
         )
     share = _before_second(subject(blocks + objects), BRIEF.early)
     assert (scores.before_second, scores.with_second) == share

@@ -172,6 +172,19 @@ def test_detectors_are_judged_in_sessions_they_never_saw(shore: Dataset) -> None
         assert not shore.test[split.train].any()
 
 
+def test_detectors_learn_from_one_session_of_blocks_and_one_of_objects(shore: Dataset) -> None:
+    names = {False: "blocks", True: "objects"}
+    pinches = tuple(
+        replace(p, label=replace(p.label, session=names[bool(is_test)]))
+        for p, is_test in zip(shore, shore.test, strict=True)
+    )
+    splits = detection_splits(replace(shore, pinches=pinches), 0)
+    assert sorted(np.concatenate([s.test for s in splits])) == list(range(len(shore)))
+    for split in splits:
+        assert len(split.train)
+        assert not shore.test[split.train].any()
+
+
 def test_names_from_recordings_are_text_not_markup(shore: Dataset, tmp_path: Path) -> None:
     evil = "<script>alert(1)</script>"
     pinches = tuple(

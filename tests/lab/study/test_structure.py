@@ -98,7 +98,7 @@ def test_scores_are_ratios_over_all_rigs() -> None:
     one.alarms, one.minutes, other.minutes = 3, 1.0, 1.0
     one.estimates, other.estimates = 6, 10
     one.errors, other.errors = [160.0, 5.0, 40.0, 6.0], [0.0, 7.0, 24.0, 10.0]
-    scores = _scores(np.array([one.row(), other.row()]), 0)
+    scores = _scores(np.array([one.row(), other.row()] * 3), 0)
     assert (scores.placed, scores.late, scores.missed, scores.early) == (0.9, 0.05, 0.05, 0.0)
     assert scores.false_alarms_per_minute == 1.5
     assert scores.rmse == pytest.approx(10**0.5)

@@ -149,7 +149,8 @@ def test_results_of_something_else_are_not_written_over(folder: Path, capsys: An
 
 
 def test_other_words_are_refused(folder: Path) -> None:
-    assert run_benchmark("svm", "--seed", "-1") == 2
+    for seed in (-1, 1 << 32):
+        assert run_benchmark("svm", "--seed", str(seed)) == 2
     assert run("benchmark", "svm", "--condition", "tropical") == 2
 
 
@@ -179,17 +180,17 @@ def block(shore: float | None, session: str, specimen: str = "") -> Label:
 
 @pytest.mark.usefixtures("quick_default")
 def test_recordings_are_scored_on_the_same_held_out_sessions(folder: Path, capsys: Any) -> None:
-    data = recordings(folder / "pinches", ("a", "b"))
+    data = recordings(folder / "pinches", ("a", "b", "c", "d", "e"))
     assert scored(data, "their_regressors:Sealed") == 0
     text = capsys.readouterr().out
     results = read_results(folder / "b" / "results.json", BenchmarkResults)
     assert results.conditions == {}
     computed = results.recordings
-    assert (computed.path, computed.source, computed.pinches) == (str(data), "synthetic", 34)
+    assert (computed.path, computed.source, computed.pinches) == (str(data), "synthetic", 79)
     assert (computed.held_out.cluster, computed.held_out.clusters, computed.held_out.folds) == (
-        "session", 2, 2,
+        "session", 5, 5,
     )  # fmt: skip
-    for group, pinches in ((computed.held_out, 30), (computed.objects, 4)):
+    for group, pinches in ((computed.held_out, 75), (computed.objects, 4)):
         assert list(group.scores) == ["their_regressors:Sealed", "peak", "combined", "in_context"]
         for scores in group.scores.values():
             assert scores.n == pinches
@@ -201,7 +202,7 @@ def test_recordings_are_scored_on_the_same_held_out_sessions(folder: Path, capsy
     for displayed in (text, page):
         assert "synthetic recordings" in displayed
         assert str(data) in displayed
-        assert "bootstrap interval over 2 sessions" in displayed
+        assert "bootstrap interval over 5 sessions" in displayed
         assert "In-context network" in displayed
         assert "Twin" not in displayed
     assert page.count("data:image/svg") == 2
@@ -256,6 +257,15 @@ def test_recordings_without_labels_or_sessions_are_refused(
     assert why in message
     assert message.count("\n") == 1
     assert not (folder / "b").exists()
+
+
+def test_an_unusable_folder_is_refused_before_anything_runs(
+    folder: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (folder / "b").write_text("a file")
+    monkeypatch.setattr("firstcontact_lab.study.recorded_benchmark._load", pytest.fail)
+    assert scored(folder) == 2
+    assert "--out" in capsys.readouterr().err
 
 
 @pytest.mark.usefixtures("quick_default")

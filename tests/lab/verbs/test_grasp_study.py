@@ -63,13 +63,14 @@ def test_quick_runs_from_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixtur
 
 
 @pytest.mark.parametrize(
-    ("option", "value"), [("--seed", "-1"), ("--workers", "-1"), ("--workers", "100000")]
+    ("option", "value"),
+    [("--seed", "-1"), ("--seed", str(1 << 32)), ("--workers", "-1"), ("--workers", "100000")],
 )
 def test_numbers_that_make_no_sense_are_refused(
     option: str, value: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["grasp-study", option, value, "--out", str(tmp_path / "x")]) == 2
-    assert f"{option} is {value}" in capsys.readouterr().err
+    assert option in capsys.readouterr().err
     assert not (tmp_path / "x").exists()
 
 

@@ -69,7 +69,7 @@ class Live:
     )
     """Folder for recordings."""
     speed: Annotated[float, Option(group="simulated hand", advanced=True)] = 1.0
-    """Speed as a multiple of real time; inf is as fast as possible."""
+    """Speed as a multiple of real time; for a recording, inf is as fast as possible."""
     condition: Condition = "paper-rig"
     """Condition of the simulated hand."""
     seed: Annotated[int, Option(group="simulated hand", advanced=True)] = 0

@@ -6,10 +6,10 @@ from collections import deque
 
 import msgspec
 
-from firstcontact.device import concerns_hand, lost_object
+from firstcontact.device import lost_object
 from firstcontact.recording import Marker, PinchMark
 from firstcontact.streaming._events import HandPinch, PinchDone
-from firstcontact.streaming._objects import last_marker
+from firstcontact.streaming._objects import ObjectNames
 from firstcontact.streaming._text import hand_line
 
 #: Number of rows.
@@ -50,41 +50,46 @@ class PinchRows:
 
     def __init__(self) -> None:
         self._rows: deque[Row] = deque(maxlen=ROWS)
-        self._markers: deque[Marker] = deque(maxlen=ROWS)
+        self._names = ObjectNames()
         self._losses: deque[Marker] = deque(maxlen=ROWS)
 
     def add_marker(self, marker: Marker) -> None:
         """Process a marker. It names the object of a pinch, or reports that an object was lost."""
         if lost_object(marker.text):
             self._losses.append(marker)
-        if concerns_hand(marker.text):
-            return
-        self._markers.append(marker)
-        self._update(
-            [row.pinch.holds(marker.epoch, marker.sample) for row in self._rows], name=marker.text
-        )
+        self._names.add_markers([marker])
+        self._rename()
 
     def add_label(self, mark: PinchMark) -> None:
         """Process a label of a replayed recording."""
-        if mark.label.object:
-            self._update([row.pinch.overlaps(mark) for row in self._rows], name=mark.label.object)
+        self._names.add_labels([mark])
+        self._rename()
 
     def add_pinch(self, pinch: PinchDone) -> None:
         """Add a row."""
-        previous = self._rows[-1].pinch if self._rows else None
-        self._rows.append(Row(brief(pinch), last_marker(self._markers, pinch, previous)))
+        self._names.add_pinch(pinch)
+        self._rows.append(Row(brief(pinch)))
+        self._rename()
 
     def hand(self, event: HandPinch) -> None:
         """Add a device's predictions to the row of their pinch."""
         if event.contacts:
             place = event.epoch, event.contacts[0].sample
             words = hand_line(event).strip()
-            self._update([row.pinch.holds(*place) for row in self._rows], hand=words)
+            for i, row in enumerate(self._rows):
+                if row.pinch.holds(*place):
+                    self._rows[i] = msgspec.structs.replace(row, hand=words)
 
-    def _update(self, selected: list[bool], **fields: str) -> None:
-        for i, is_meant in enumerate(selected):
-            if is_meant:
-                self._rows[i] = msgspec.structs.replace(self._rows[i], **fields)
+    def _rename(self) -> None:
+        for i, row in enumerate(self._rows):
+            label = self._names.label(row.pinch)
+            names = [
+                row.name,
+                *self._names.markers(row.pinch),
+                "" if label is None else label.object,
+            ]
+            name = next(filter(None, reversed(names)), "")
+            self._rows[i] = msgspec.structs.replace(row, name=name)
 
     @property
     def rows(self) -> tuple[Row, ...]:

@@ -13,7 +13,9 @@ from firstcontact.models import (
     CombinedModel,
     Ends,
     adapt_combined,
+    bootstrap_interval,
     pretrained,
+    resampled_sums,
 )
 from firstcontact.twin import PAPER_RIG
 from firstcontact_lab.report.findings import PartResult
@@ -37,8 +39,6 @@ Values = NDArray[np.float64]
 SEED, RIGS = 9108, 2
 #: Times after the contact at which errors are scored, ms, and time of the coverage, ms.
 TIMES, MIDDLE = (2, 5, 15), 5
-#: Resamples of the rigs.
-RESAMPLES = 2000
 #: Relative standard error of the measured speeds, and True if the model gets this error; None
 #: without a measurement.
 MEASUREMENTS: dict[str, tuple[float, bool] | None] = {
@@ -102,18 +102,14 @@ def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
     names = ["linear_pad", "several"] if settings.brief else list(STRUCTURES)
     rigs = 1 if settings.brief else RIGS
     jobs = [(name, number) for number in range(rigs) for name in names]
-    rng = np.random.default_rng(settings.seed)
-    samples = rng.integers(len(jobs), size=(RESAMPLES, len(jobs)))
     scores = {}
     for kind in SPEEDS:
         rows = np.array(runner.map(_scores_of_rig, jobs, SEED, kind == "free"))
-        means, resampled = (
-            _root_mean_squares(rows.mean(axis=0)),
-            _root_mean_squares(rows[samples].mean(axis=1)),
-        )
+        means = _root_mean_squares(rows.mean(axis=0))
+        resampled = _root_mean_squares(resampled_sums(rows, settings.seed) / len(rows))
         scores[kind] = {
             model: {
-                name: _entry(means[i, j], resampled[:, i, j], resampled[:, i, 0])
+                name: _entry(means[i, j], resampled[:, i, j], resampled[:, i, 0], len(rows))
                 for j, name in enumerate(MEASUREMENTS)
             }
             for i, model in enumerate(MODELS)
@@ -122,10 +118,9 @@ def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
     return PartResult([CLOSING_SPEEDS(results)])
 
 
-def _entry(means: Values, resampled: Values, reference: Values) -> SpeedScores:
+def _entry(means: Values, resampled: Values, reference: Values, rigs: int) -> SpeedScores:
     ends, gains = (
-        np.quantile(values, (0.025, 0.975), axis=0).T.tolist()
-        for values in (resampled, resampled - reference)
+        bootstrap_interval(values, rigs).T.tolist() for values in (resampled, resampled - reference)
     )
     return SpeedScores(
         scores=dict(zip(KEYS, means.tolist(), strict=True)),

@@ -20,8 +20,10 @@ from firstcontact.models import (
     Touches,
     adapt_combined,
     adapt_network,
+    bootstrap_interval,
     combine,
     pretrained,
+    resampled_sums,
 )
 from firstcontact.signal import samples_in
 from firstcontact.twin import PAPER_RIG
@@ -49,8 +51,6 @@ SEED, RIGS = 9107, 3
 TIMES = (2, 5, 15)
 #: Time of the pooled pinches, of coverage and of width, ms.
 MIDDLE = 5
-#: Resamples of the rigs.
-RESAMPLES = 2000
 _USES = (BLOCK, EVERYDAY, RANDOM)
 #: Scores of a method, in this order: by use the RMSE at each time and of three pinches, then
 #: coverage and width of one pinch and of three. For each rig, mean squared errors are kept instead
@@ -114,14 +114,12 @@ def measure(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
     rigs = 1 if settings.brief else RIGS
     jobs = [(name, number) for number in range(rigs) for name in names]
     rows = np.array(runner.map(_scores_of_rig, jobs, SEED))
-    rng = np.random.default_rng(settings.seed)
-    samples = rng.integers(len(rows), size=(RESAMPLES, len(rows)))
-    resampled = _scores_from_means(rows[samples].mean(axis=1))
+    resampled = _scores_from_means(resampled_sums(rows, settings.seed) / len(rows))
     scores = _scores_from_means(rows.mean(axis=0))
     methods = {}
     for place, name in enumerate(METHODS):
-        ends = np.quantile(resampled[:, place], (0.025, 0.975), axis=0)
-        gain = np.quantile(resampled[:, place] - resampled[:, 0], (0.025, 0.975), axis=0)
+        ends = bootstrap_interval(resampled[:, place], len(rows))
+        gain = bootstrap_interval(resampled[:, place] - resampled[:, 0], len(rows))
         methods[name] = RandomRigScores(
             scores=dict(zip(KEYS, scores[place].tolist(), strict=True)),
             intervals=dict(zip(KEYS, zip(*ends.tolist(), strict=True), strict=True)),

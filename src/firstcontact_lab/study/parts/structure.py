@@ -231,7 +231,7 @@ def _alarms(detector: Detector, empty: Dataset, *, confirm: bool) -> tuple[int, 
     part = round(HEARD * FINGERTIP_RATE)
     alarms, seconds = 0, 0.0
     for pinch in cut_closings(empty):
-        for start in range(0, len(pinch.data) - part, part):
+        for start in range(0, len(pinch.data) - part + 1, part):
             block = Block(pinch.data[start : start + part], start)
             detector.start(pinch.layout)
             if confirm:

@@ -20,7 +20,6 @@ from firstcontact.core import Block, fingertip_layout
 from firstcontact.device import (
     FRAME_SAMPLES,
     Assembler,
-    Decoder,
     Descriptor,
     FrameType,
     descriptor_payload,
@@ -56,14 +55,14 @@ def stream(seconds: float) -> tuple[bytes, bytes, np.ndarray]:
 
 def ours(greeting: bytes, pieces: list[bytes]) -> tuple[float, list[Block]]:
     """Return the time of our decoder and assembler, s, and the blocks that they give."""
-    decoder, assembler = Decoder(), Assembler()
-    assembler.take(decoder.feed(greeting))
+    assembler = Assembler()
+    assembler.feed(greeting)
     blocks: list[Block] = []
     begin = time.perf_counter()
     for piece in pieces:
-        blocks += assembler.take(decoder.feed(piece)).blocks
+        blocks += assembler.feed(piece).blocks
     spent = time.perf_counter() - begin
-    assert (decoder.bad, assembler.counts.lost_samples) == (0, 0)
+    assert (assembler.decoder.bad, assembler.counts.lost_samples) == (0, 0)
     return spent, blocks
 
 

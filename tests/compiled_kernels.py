@@ -19,6 +19,7 @@ import pytest
 from firstcontact.core import _native
 
 SOURCES = Path(_native.__file__).parent / "c"
+FIRMWARE = Path(__file__).parents[1] / "firmware" / "core"
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic")
 OPTIONS = (
     *("-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"),
@@ -46,7 +47,10 @@ def compiled_kernels() -> ModuleType:
             *OPTIONS,
             "-isystem",
             header,
+            "-I",
+            FIRMWARE,
             *sorted(SOURCES.glob("*.c")),
+            *(FIRMWARE / name for name in ("fc_cobs.c", "fc_crc32.c")),
         ]
         subprocess.run([*command, "-lm", "-o", library], check=True)
         loader = ExtensionFileLoader("_compiled", str(library))

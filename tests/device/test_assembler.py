@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from numbered import DESCRIPTOR, check, frames
+from numbered import CHANNELS, DESCRIPTOR, check, frames, numbered
 
+from compiled_kernels import built_kernels, using
 from firstcontact.core import Finger, InputError
 from firstcontact.device import (
     Assembler,
-    Decoder,
     DeviceContact,
     DeviceEstimate,
     DevicePrediction,
@@ -24,6 +24,7 @@ from firstcontact.device import (
 )
 from firstcontact.device import _protocol as protocol
 from firstcontact.device._assembler import Assembled, Counts
+from firstcontact.device._decoder import NextSamples
 from firstcontact.device._device_predictions import contact_payload, estimate_payload
 
 LAST = 2**32 - 1
@@ -39,12 +40,12 @@ class Line:
     """Decoder and assembler of one line, with all blocks so far."""
 
     def __init__(self, *wire: bytes) -> None:
-        self.decoder, self.assembler = Decoder(), Assembler()
+        self.assembler = Assembler()
         self.out = Assembled()
         self.feed(*(wire or (descriptor(),)))
 
     def feed(self, *wire: bytes) -> Assembled:
-        new = self.assembler.take(self.decoder.feed(b"".join(wire)))
+        new = self.assembler.feed(b"".join(wire))
         self.out.blocks += new.blocks
         self.out.markers += new.markers
         return new
@@ -215,7 +216,6 @@ def test_doubled_descriptor_starts_no_epoch() -> None:
 def test_interruption_starts_a_new_epoch() -> None:
     line = Line()
     line.feed(*frames(0, 100, 1))
-    line.decoder.restart()
     line.assembler.interrupted()
     # What it had sent meanwhile is not known to be of this start before it has said so.
     line.feed(*frames(150, 10, 31), descriptor(1, 33), *frames(170, 30, 34))
@@ -333,10 +333,85 @@ def test_contact_is_accepted_after_a_long_interruption() -> None:
     assert line.counts.malformed_frames == 0
 
 
+#: Changes of a wire: what is done to the frame at an index, with a byte.
+DAMAGE = st.tuples(
+    st.sampled_from(("drop", "double", "flip", "cut", "grow", "split")),
+    st.integers(0, 60),
+    st.integers(0, 255),
+)
+
+
+def damaged(wire: list[bytes], damage: list[tuple[str, int, int]]) -> bytes:
+    """Return frames as bytes, after changes of some of them."""
+    wire = list(wire)
+    for kind, index, byte in damage:
+        k = index % len(wire)
+        frame, place = wire[k], (7 * index) % max(len(wire[k]), 1)
+        changed = {
+            "drop": b"",
+            "double": 2 * frame,
+            "flip": frame[:place] + bytes([byte]) + frame[place + 1 :],
+            "cut": frame[:place],
+            "grow": frame[:place] + bytes([byte]) + frame[place:],
+            "split": frame[:place] + b"\0" + frame[place:],
+        }
+        wire[k] = changed[kind]
+    return b"".join(wire)
+
+
+@given(
+    st.lists(DAMAGE, max_size=4),
+    st.lists(st.integers(0, 6000), max_size=12),
+    st.sampled_from((0, 2**32 - 40, 2**33 + 5)),
+)
+def test_compiled_and_python_code_decode_alike(
+    damage: list[tuple[str, int, int]], cuts: list[int], first: int
+) -> None:
+    counter = LAST - 9  # wraps on the way
+    marker = encode(FrameType.MARKER, counter + 11, protocol.marker_payload(first + 40, "a word"))
+    wire = damaged(
+        [
+            *frames(first, 48, counter + 1),
+            marker,
+            *frames(first + 48, 12, counter + 12, size=2),
+            *frames(first + 63, 20, counter + 18, overflow=3),
+            encode(FrameType.STOPPED, counter + 22, protocol.stopped_payload(first + 83, 3)),
+            descriptor(2, 0),
+            *frames(0, 30, 1),
+        ],
+        damage,
+    )
+    ends = sorted({cut % len(wire) for cut in cuts} | {len(wire)})
+    pieces = [wire[a:b] for a, b in zip([0, *ends], ends, strict=False)]
+    seen = []
+    for module in (built_kernels(), None):
+        with using(module):
+            line = Line(descriptor(counter=counter))
+            content = [line.feed(piece) for piece in pieces]
+        blocks = [(b.epoch, b.first_sample, b.data.tobytes()) for c in content for b in c.blocks]
+        markers = [m for c in content for m in c.markers]
+        seen.append((blocks, markers, [c.stopped for c in content], line.counts))
+        seen[-1] += (line.assembler.decoder.bad, line.assembler.next_sample)
+    assert seen[0] == seen[1]
+
+
+def test_compiled_code_takes_all_samples_that_follow_one_another() -> None:
+    with using(built_kernels()):
+        line = Line()
+        line.feed(*frames(0, 10, 1))
+        wire = b"".join(frames(10, 5_000, 3))
+        expected = NextSamples(CHANNELS, 3, 10, 0)
+        count, samples = line.assembler.decoder.feed_samples(wire + wire[:7], expected)
+    assert (count, len(samples)) == (1_000, 5_000 * CHANNELS * 2)
+    np.testing.assert_array_equal(
+        np.frombuffer(samples, "<i2").reshape(-1, CHANNELS), numbered(10, 5_000)
+    )
+
+
 def run(minutes: float) -> tuple[Counts, list[int]]:
     """Return the counts of a stream of this length, and the memory after each tenth, bytes."""
-    assembler, decoder = Assembler(), Decoder()
-    assembler.take(decoder.feed(descriptor()))
+    assembler = Assembler()
+    assembler.feed(descriptor())
     total = round(minutes * 60 * 4936)
     step = 4936
     memory, end = [], 0
@@ -345,14 +420,14 @@ def run(minutes: float) -> tuple[Counts, list[int]]:
         wire = b"".join(frames(first, min(step, total - first), 1 + k * -(-step // 5)))
         blocks = []
         for start in range(0, len(wire), 4095):
-            blocks += assembler.take(decoder.feed(wire[start : start + 4095])).blocks
+            blocks += assembler.feed(wire[start : start + 4095]).blocks
         check(blocks)
         assert blocks[0].first_sample == end
         end = blocks[-1].end
         if first // step % max(1, total // step // 10) == 0:
             memory.append(int(Path("/proc/self/statm").read_text().split()[1]) * 4096)
     assert end == total
-    assert decoder.bad == 0
+    assert assembler.decoder.bad == 0
     return assembler.counts, memory
 
 

@@ -20,7 +20,6 @@ from firstcontact.contact import DETECTORS
 from firstcontact.core import Block, Finger, InputError, fingertip_layout
 from firstcontact.device import (
     Assembler,
-    Decoder,
     Descriptor,
     DeviceContact,
     DeviceEstimate,
@@ -84,12 +83,12 @@ def frames(rng: Random, _: Path) -> None:
         stream += protocol.encode(int(kind) % 256, counter, payload)
     if honest or rng.random() < 0.2:
         stream = mutate.raw(rng, stream)
-    decoder, assembler = Decoder(), Assembler()
+    assembler = Assembler()
     assembler.expect_descriptor()
     at = 0
     while at < len(stream):
         step = rng.choice((1, 7, 64, 1000, 10**6))
-        made = assembler.take(decoder.feed(stream[at : at + step]))
+        made = assembler.feed(stream[at : at + step])
         at += step
         for block in made.blocks if honest else ():
             number = np.arange(block.first_sample * CHANNELS, block.end * CHANNELS)
@@ -164,7 +163,7 @@ def answers(rng: Random, _: Path) -> None:
     for sink in (text, lines):
         sink.open(ANSWERING)
     gathered = HandPredictions(MODEL, ANSWERING.layout.rate, checked=True)
-    decoder, assembler = Decoder(), Assembler()
+    assembler = Assembler()
     assembler.expect_descriptor()
     sent = [(FrameType.DESCRIPTOR, protocol.descriptor_payload(7, ANSWERING.to_text()))]
     at = rng.choice((0, 5000, 2**31, 2**32 - 3000))
@@ -186,7 +185,7 @@ def answers(rng: Random, _: Path) -> None:
             at += 5
     wire = [protocol.encode(int(kind), k, payload) for k, (kind, payload) in enumerate(sent)]
     for k in range(0, len(wire), 20):
-        made = assembler.take(decoder.feed(b"".join(wire[k : k + 20])))
+        made = assembler.feed(b"".join(wire[k : k + 20]))
         for predictions in made.predictions:
             contact = (
                 predictions.sample

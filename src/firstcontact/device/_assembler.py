@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from firstcontact.core import Block, InputError
+from firstcontact.device._decoder import Decoder, NextSamples
 from firstcontact.device._device_predictions import (
     DevicePrediction,
     check_place,
@@ -65,7 +66,7 @@ class Assembled:
 
 
 class Assembler:
-    """Assembler of samples from frames into blocks.
+    """Assembler of a device's bytes into blocks of samples.
 
     Frames before the first descriptor belong to another host and are ignored. A descriptor with a
     new boot number proves a restart of the device. If the host requested the descriptor, a frame
@@ -78,6 +79,8 @@ class Assembler:
 
     Attributes
     ----------
+    decoder
+        Decoder of the device's bytes.
     counts
         Counts since the assembler was created.
     epoch
@@ -87,6 +90,7 @@ class Assembler:
     """
 
     def __init__(self) -> None:
+        self.decoder = Decoder()
         self.counts = Counts()
         self.epoch = -1
         self.descriptor: Descriptor | None = None
@@ -117,6 +121,31 @@ class Assembler:
     def interrupted(self) -> None:
         """Record that the connection was lost. Frames before the next descriptor are ignored."""
         self._listening = False
+        self.decoder.restart()
+
+    def feed(self, data: bytes) -> Assembled:
+        """Process the next bytes from the device. Return their content.
+
+        Raises
+        ------
+        InputError
+            As for :meth:`take`.
+        """
+        if not self._fits or not self._listening:
+            return self.take(self.decoder.feed(data))
+        assert self._counter is not None
+        assert self._next is not None
+        assert self._overflow is not None
+        expected = NextSamples(self._width, self._counter, self._next, self._overflow)
+        frames, samples = self.decoder.feed_samples(data, expected)
+        if frames:
+            n = len(samples) // (2 * self._width)
+            self._run, self._run_first = [samples], self._next
+            self._counter += frames
+            self._next += n
+            self._samples_received = True
+            self.counts.samples += n
+        return self.take(self.decoder.feed(b""))
 
     def take(self, frames: list[Frame]) -> Assembled:
         """Process frames in the order received. Return their content.

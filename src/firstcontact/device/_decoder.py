@@ -2,7 +2,19 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
+from firstcontact.core import kernels
 from firstcontact.device._protocol import LONGEST, Frame, FrameError, decode
+
+
+class NextSamples(NamedTuple):
+    """Numbers of the samples frame that is expected next, modulo 2^32, and its columns."""
+
+    width: int
+    counter: int
+    first_sample: int
+    overflow: int
 
 
 class Decoder:
@@ -30,6 +42,31 @@ class Decoder:
         self._rest = b""
         self._first = True
         self._too_long = False
+
+    def feed_samples(self, data: bytes, expected: NextSamples) -> tuple[int, bytes]:
+        """Process the next bytes as far as they are the expected samples, without a loss.
+
+        :meth:`feed` processes the other bytes. It must be called next, and gives the same frames
+        one by one, in ten times the time.
+
+        Returns
+        -------
+        frames : int
+            Number of processed frames; 0 without compiled kernels.
+        samples : bytes
+            Encoded samples of these frames.
+        """
+        self._rest += data
+        module = kernels()
+        if module is None or self._too_long:
+            return 0, b""
+        frames: int
+        samples: bytes
+        used, frames, samples = module.decode_samples(self._rest, *expected)
+        if used:
+            self._rest = self._rest[used:]
+            self._first = False
+        return frames, samples
 
     def feed(self, data: bytes) -> list[Frame]:
         """Process the next bytes. Return the frames that they complete, in order."""

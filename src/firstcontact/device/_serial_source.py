@@ -15,7 +15,6 @@ import numpy as np
 from firstcontact.core import Block, InputError
 from firstcontact.device._assembler import Assembled, Assembler
 from firstcontact.device._clock import ClockFit
-from firstcontact.device._decoder import Decoder
 from firstcontact.device._device_predictions import DevicePrediction
 from firstcontact.device._inbox import Inbox
 from firstcontact.device._opening import SourceOptions
@@ -95,7 +94,6 @@ class SerialSource:
         self.port = port
         self._patience = patience
         self._transport: SerialTransport | None = None
-        self._decoder = Decoder()
         self._assembler = Assembler()
         self._clock = ClockFit(1.0)
         self._rate_check = RateCheck(1.0)
@@ -143,7 +141,7 @@ class SerialSource:
                 lost_samples=counts.lost_samples,
                 overflow_samples=counts.overflow_samples,
                 lost_frames=counts.lost_frames,
-                bad_frames=self._decoder.bad + counts.malformed_frames,
+                bad_frames=self._assembler.decoder.bad + counts.malformed_frames,
                 doubled_frames=counts.doubled_frames,
                 late_answers=counts.late_answers,
                 unheard_samples=counts.unheard_samples,
@@ -370,7 +368,7 @@ class SerialSource:
     def _take(self, data: bytes, now: float) -> Assembled:
         with self._inbox.changed:
             epoch = self._assembler.epoch
-            assembled = self._assembler.take(self._decoder.feed(data))
+            assembled = self._assembler.feed(data)
             if self._assembler.epoch != epoch:
                 descriptor = self.descriptor
                 _log.info(
@@ -457,7 +455,6 @@ class SerialSource:
             self._interruption = None
         if transport is not None:
             transport.close()
-        self._decoder.restart()
         self._assembler.interrupted()
 
     def _reopen(self) -> SerialTransport | None:

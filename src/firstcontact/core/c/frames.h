@@ -1,0 +1,12 @@
+/* Decoding of consecutive samples frames. The Python code of the package is the reference. */
+#ifndef FIRSTCONTACT_FRAMES_H
+#define FIRSTCONTACT_FRAMES_H
+
+#include <Python.h>
+
+/* decode_samples(data, width, counter, sample, overflow): number of bytes used, number of frames, and
+   their samples. Only frames at the beginning of the data count that have these numbers and follow one
+   another without a loss. */
+PyObject *decode_samples(PyObject *self, PyObject *const *args, Py_ssize_t n);
+
+#endif

@@ -16,6 +16,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -82,8 +83,8 @@ def measured(pinches: int, name: str, arguments: list[str]) -> Step:
     return Step(pinches, name, round(wall, 2), round(cpu, 2), round(usage.ru_maxrss / 1024, 1))
 
 
-def steps(pinches: int, folder: Path) -> list[Step]:
-    """Return the cost of all steps with a number of pinches of blocks."""
+def steps(pinches: int, folder: Path) -> Iterator[Step]:
+    """Run all steps with a number of pinches of blocks. Yield the cost of each when it ends."""
     verb = [sys.executable, "-m", "firstcontact.cli.main"]
     data, unseen = folder / "pinches", folder / "unseen"
     model, network = folder / "model", folder / "network"
@@ -91,22 +92,18 @@ def steps(pinches: int, folder: Path) -> list[Step]:
     made += ["--pinches-per-block", str(pinches // BLOCKS)]
     other = ["simulate", "--out", str(unseen), "--pinches-per-block", "0", "--seed", "1"]
     other += ["--pinches-per-object", str(OBJECT_PINCHES)]
-    out = [measured(pinches, "simulate", verb + made)]
+    yield measured(pinches, "simulate", verb + made)
     subprocess.run(verb + other, check=True, capture_output=True)
     python = [sys.executable, "-c"]
     train = ["train", str(data), "--out", str(model)]
     adapt = ["adapt", str(data), "--out", str(network)]
-    out += [
-        measured(pinches, "load", [*python, LOAD, str(data)]),
-        measured(pinches, "train", verb + train),
-        measured(pinches, "adapt", verb + adapt),
-        measured(pinches, "detect", [*python, DETECT, str(data), str(model)]),
-        measured(pinches, "evaluate", [*verb, "evaluate", str(model), str(data)]),
-        measured(
-            pinches, "evaluate on unseen objects", [*verb, "evaluate", str(model), str(unseen)]
-        ),
-    ]
-    return out
+    yield measured(pinches, "load", [*python, LOAD, str(data)])
+    yield measured(pinches, "train", verb + train)
+    yield measured(pinches, "adapt", verb + adapt)
+    yield measured(pinches, "detect", [*python, DETECT, str(data), str(model)])
+    evaluate = [*verb, "evaluate", str(model)]
+    yield measured(pinches, "evaluate", [*evaluate, str(data)])
+    yield measured(pinches, "evaluate on unseen objects", [*evaluate, str(unseen)])
 
 
 def main() -> None:

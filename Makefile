@@ -171,10 +171,8 @@ layers: $(VENV)/.dev ## rooms import downwards only
 docs: $(VENV)/.dev ## the documentation into site/
 	$(BIN)/mkdocs build --strict
 
-# These two score, and time nothing.
-SCORES := benchmarks/slip.py benchmarks/grasp_intervals.py benchmarks/score_intervals.py
-bench: $(VENV)/.dev ## what is timed: benchmarks/ (5 minutes)
-	for file in $(filter-out $(SCORES),$(wildcard benchmarks/*.py)); do OMP_NUM_THREADS=1 $(BIN)/python $$file || exit 1; done
+bench: $(VENV)/.dev ## what is timed: benchmarks/, with what became slower (5 minutes)
+	$(BIN)/python benchmarks/run.py $(if $(BENCHMARKS),--out $(BENCHMARKS))
 
 # --- numbers in the docs -----------------------------------------------------------------------
 

@@ -92,11 +92,12 @@ def spent(work: Callable[[], GraspOutcome]) -> tuple[float, GraspOutcome]:
     return 1e3 * (time.process_time() - begin), outcome
 
 
-def main() -> None:
-    """Print the results."""
+def main() -> dict[str, float]:
+    """Print the results. Return the ratios."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--rounds", type=int, default=3, help="passes over the household")
     options = parser.parse_args()
+    ratios = {}
     for lift in (Lift(), Lift(duration=0.5)):
         for latency in (0.0, 0.02):
             rows, other = [], 0
@@ -119,6 +120,8 @@ def main() -> None:
             for name, ms in (("forked", new), ("at the contact", later), ("and read", read)):
                 print(f"  {name}: {ms:.1f}, {old / ms:.1f} times less than {old:.1f}")
             print(f"  {other} of {len(rows)} closings end otherwise than the reference")
+            ratios[f"{1e3 * latency:.0f} ms latency, {lift.duration:g} s lift, forked"] = old / new
+    return ratios
 
 
 if __name__ == "__main__":

@@ -93,8 +93,8 @@ def plain(pieces: list[bytes]) -> tuple[float, list[tuple[int, ...]]]:
     return time.perf_counter() - begin, rows
 
 
-def main() -> None:
-    """Print the results."""
+def main() -> dict[str, float]:
+    """Print the results. Return the ratios."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=60.0, help="length of the stream")
     settings = parser.parse_args()
@@ -102,6 +102,7 @@ def main() -> None:
     seconds = len(data) / LAYOUT.rate
     millisecond = round(len(wire) / seconds / 1e3)
     print(f"{seconds:.0f} s of stream, {len(wire) / seconds / 1e3:.0f} kB/s")
+    ratios = {}
     for name, size in (("1 ms", millisecond), ("64 kB", 65_536)):
         pieces = [wire[at : at + size] for at in range(0, len(wire), size)]
         fast, slow = np.inf, np.inf
@@ -117,6 +118,8 @@ def main() -> None:
             f"({1e6 * fast / len(pieces):.0f} us a piece), "
             f"{slow / fast:.1f} times faster than byte by byte"
         )
+        ratios[f"pieces of {name}, against byte by byte"] = slow / fast
+    return ratios
 
 
 if __name__ == "__main__":

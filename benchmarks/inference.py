@@ -18,8 +18,8 @@ from firstcontact.twin import simulate
 from firstcontact_lab.study.timing import time_inference
 
 
-def main() -> None:
-    """Simulate pinches, train the models and measure their time."""
+def main() -> dict[str, float]:
+    """Simulate pinches, train the models and measure their time. Return the ratios."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--condition", default="everyday", help="condition of the twin")
     parser.add_argument("--pinches", type=int, default=450, help="pinches of each block")
@@ -32,6 +32,7 @@ def main() -> None:
     X, used = contact_windows(dataset, [p.first for p in dataset.pinches], 0.015)
     y, sessions = dataset.shore_a[used], dataset.sessions[used]
     print(f"{len(X)} windows of {X.shape[1]} samples, condition {settings.condition}")
+    ratios = {}
     for name in ("svm", "cnn"):
         for task in Task:
             began = time.perf_counter()
@@ -46,6 +47,8 @@ def main() -> None:
                 f"{spent.reference} p50 {spent.reference_p50:.0f} µs, "
                 f"p99 {spent.reference_p99:.0f} µs; {spent.speedup:.1f} times faster"
             )
+            ratios[f"{name} {task}, against {spent.reference}"] = spent.speedup
+    return ratios
 
 
 if __name__ == "__main__":

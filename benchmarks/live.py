@@ -18,7 +18,6 @@ import argparse
 import itertools
 import json
 import os
-import platform
 import re
 import subprocess
 import sys
@@ -26,11 +25,12 @@ import tempfile
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
+from machine import machine_name
 
 from firstcontact.cli.twin_model import twin_model
 from firstcontact.contact import Detector, detect
@@ -196,15 +196,6 @@ class RealTime:
 OF_ALL = ("first_ms", "later_ms")
 
 
-def machine_name() -> str:
-    """Return the name of the processor."""
-    with suppress(OSError):
-        match = re.search(r"^model name\s*: (.+)$", Path("/proc/cpuinfo").read_text(), re.MULTILINE)
-        if match:
-            return match[1]
-    return platform.processor() or platform.machine()
-
-
 def real_time(seconds: float, seed: int, looked_at: bool) -> RealTime:
     """Run ``firstcontact live`` on the twin, over its pseudo terminal, and read its JSON lines."""
     command = [sys.executable, "-m", "firstcontact.cli.main", "live", "--device", "twin", "--json"]
@@ -254,8 +245,8 @@ def real_time(seconds: float, seed: int, looked_at: bool) -> RealTime:
     )
 
 
-def main() -> None:
-    """Print the results."""
+def main() -> dict[str, float]:
+    """Print the results. Return the ratios."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=20.0, help="length of each stream")
     parser.add_argument("--seed", type=int, default=5, help="random seed of the stream")
@@ -320,6 +311,7 @@ def main() -> None:
                 ],
             }
             settings.out.write_text(json.dumps(tree, indent=1) + "\n")
+    return {"estimate, against the whole closing so far": naive / figures["compute_p50"]}
 
 
 if __name__ == "__main__":

@@ -72,14 +72,15 @@ def windows(dataset: Dataset) -> LabelledWindows:
     return labelled_windows(dataset, [p.first for p in dataset.pinches], DURATION, dataset.shore_a)
 
 
-def main() -> None:
-    """Print the results."""
+def main() -> dict[str, float]:
+    """Print the results. Return the ratios."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--pinches", type=int, default=100, help="pinches of each block")
     settings = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         simulate(Path(folder, "twin"), pinches_per_block=settings.pinches, pinches_per_object=0)
         data = windows(load_dataset(Path(folder, "twin")))
+    ratios = {}
     for place, name in ((local, "this machine"), (cluster, "cluster")):
         spent = {}
         for workers in (1, 2):
@@ -94,6 +95,8 @@ def main() -> None:
         for k, work in enumerate(("regressions", "pinches")):
             one, two = spent[1][k], spent[2][k]
             print(f"{name}, {work}: 1 worker {one:.2f} s, 2 workers {two:.2f} s: {one / two:.2f}")
+            ratios[f"{name}, {work}, 2 workers against 1"] = one / two
+    return ratios
 
 
 if __name__ == "__main__":

@@ -33,8 +33,8 @@ def seconds(arguments: list[str]) -> tuple[float, float]:
     return clock, spent
 
 
-def main() -> None:
-    """Measure all commands and print the comparison."""
+def main() -> dict[str, float]:
+    """Measure all commands and print the comparison. Return the ratios."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--times", type=int, default=20)
     settings = parser.parse_args()
@@ -45,6 +45,7 @@ def main() -> None:
         for name, arguments in STARTED.items():
             spent[name].append(seconds(arguments))
     nothing = statistics.median(cpu for _, cpu in spent["python -c pass"])
+    ratios = {}
     for name, times in spent.items():
         clock = statistics.median(clock for clock, _ in times)
         cpu = statistics.median(cpu for _, cpu in times)
@@ -52,6 +53,9 @@ def main() -> None:
             f"{name:26} median of {settings.times}: {1e3 * clock:4.0f} ms, processor time "
             f"{1e3 * cpu:4.0f} ms, {cpu / nothing:4.1f} times an empty Python program"
         )
+        if name.startswith("firstcontact"):
+            ratios[f"{name}, against an empty Python program"] = nothing / cpu
+    return ratios
 
 
 if __name__ == "__main__":

@@ -85,10 +85,31 @@ def study_tables(path: Path) -> dict[str, str]:
     }
 
 
+def ratio_table(path: Path) -> str:
+    """Return the ratios of all benchmarks and the machine that they ran on."""
+    run = json.loads(path.read_text(encoding="utf-8"))
+    lines = [
+        f"| `benchmarks/{program}.py` | {what} | {ratio:.{0 if ratio >= 10 else 2}f} |"
+        for program, what, ratio in (
+            (*name.split(": ", 1), ratio) for name, ratio in run["ratios"].items()
+        )
+    ]
+    machine = f"{run['cores']} cores of {run['machine']}, {sum(run['seconds'].values()):.0f} s"
+    return "\n".join(
+        [
+            f"One run on {machine}:\n",
+            "| program | what | times as fast |",
+            "|---|---|---|",
+            *lines,
+            "",
+        ]
+    )
+
+
 def tables(results: Path) -> dict[str, str]:
     """Return all tables by name, from the results that exist."""
     names = ("headline", "study", "speed", "real", "impacts", "strikes", "sets", "noises")
-    names = (*names, "grasp_headline", "grasp_short")
+    names = (*names, "grasp_headline", "grasp_short", "benchmarks")
     made = dict.fromkeys((*names, *GRASP, *PARTS), "*Not run yet.*\n")
     if (results / "study.json").is_file():
         made |= study_tables(results / "study.json")
@@ -112,6 +133,8 @@ def tables(results: Path) -> dict[str, str]:
         )
         for name, make in GRASP.items():
             made[name] = captioned(make(grasp))
+    if (results / "benchmarks.json").is_file():
+        made["benchmarks"] = ratio_table(results / "benchmarks.json")
     if (results / "sets.json").is_file():
         subjects = named_subjects(read_study(results / "sets.json"))
         made["sets"] = markdown(overview(subjects))

@@ -241,7 +241,7 @@ def fewer(ours: Judged, theirs: Judged, weights: NDArray[np.float64] | None = No
 
     In each resample the forces of both policies are scaled until 10 % of the objects are damaged.
     So no policy drops fewer objects by damaging more. The interval includes the uncertainty of the
-    scaling. ``benchmarks/grasp_intervals.py`` measures the coverage of these intervals.
+    scaling. ``benchmarks/scores/grasp_intervals.py`` measures the coverage of these intervals.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Coverage of the grasp study's intervals: `python benchmarks/grasp_intervals.py`.
+"""Coverage of the grasp study's intervals: `python benchmarks/scores/grasp_intervals.py`.
 
 The truth is known in a synthetic world. Kinds of objects are drawn at random; their weights and
 limits are near those of the household objects. Two fixed rules grip them: the first knows a

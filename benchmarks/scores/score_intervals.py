@@ -1,4 +1,4 @@
-"""Coverage of the bootstrap intervals of scores: `python benchmarks/score_intervals.py`.
+"""Coverage of the bootstrap intervals of scores: `python benchmarks/scores/score_intervals.py`.
 
 The truth is known: each cluster (object, rig or session) has its own error, which its pinches
 share, and each pinch has a further error. All errors are normal. The share of repetitions whose

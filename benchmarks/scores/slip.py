@@ -1,4 +1,4 @@
-"""Detection rate and false alarms of a slip detector on the twin: `python benchmarks/slip.py`.
+"""Detections and false alarms of a slip detector on the twin: `python benchmarks/scores/slip.py`.
 
 The threshold is set so that the detector gives few false alarms in holds without slip by one hand
 (``SET_ON``). All results are for other hands. Slips are modelled (docs/explanation/slip.md), so

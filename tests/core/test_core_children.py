@@ -45,6 +45,7 @@ def module(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The module ``child``, importable by processes. Each test writes its content."""
     path = os.pathsep.join([str(tmp_path), *filter(None, [os.environ.get("PYTHONPATH")])])
     monkeypatch.setenv("PYTHONPATH", path)
+    monkeypatch.syspath_prepend(tmp_path)
     return tmp_path / "child.py"
 
 
@@ -143,6 +144,18 @@ except KeyboardInterrupt:
     assert made[0].poll() is not None
     print("gone", flush=True)
 """
+
+
+def test_child_ignores_modules_of_the_working_folder(
+    module: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    module.write_text(ECHO)
+    folder = tmp_path_factory.mktemp("user")
+    folder.joinpath("runpy.py").write_text("raise SystemExit('of the user')")
+    monkeypatch.chdir(folder)
+    with child() as process:
+        process.tell("hello", PATIENCE)
+        assert process.answer(PATIENCE) == "heard hello"
 
 
 def test_child_with_an_interrupted_start_is_ended(module: Path) -> None:

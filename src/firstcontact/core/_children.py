@@ -12,7 +12,7 @@ import time
 from collections.abc import Sequence
 from concurrent.futures import Future
 from contextlib import suppress
-from typing import IO
+from typing import IO, Any
 
 #: Time to wait for a killed child, s. Only a child that is stuck in the kernel needs more.
 KILLED = 5.0
@@ -39,12 +39,14 @@ class Child:
 
     def __init__(self, module: str, *options: str, wakes: bool = False) -> None:
         number = signal.SIGCONT if wakes else signal.SIGKILL
-        arguments = [str(os.getpid()), str(int(number)), module, *options]
         started: Future[subprocess.Popen[bytes]] = Future()
         # The kernel treats the thread that starts a child as its parent, so the thread must live
         # as long as the child.
         self._keeper = threading.Thread(
-            target=_keep, args=(arguments, started), name=f"keeper of {module}", daemon=True
+            target=_keep,
+            args=(started, module, options, number),
+            name=f"keeper of {module}",
+            daemon=True,
         )
         try:
             self._keeper.start()
@@ -129,17 +131,45 @@ class Child:
         return not killed
 
 
-def _keep(arguments: list[str], started: Future[subprocess.Popen[bytes]]) -> None:
+def start_module(
+    module: str, *options: str, number: signal.Signals = signal.SIGKILL, **popen: Any
+) -> subprocess.Popen[bytes]:
+    """Start a process that runs a module and ends with this process.
+
+    The process imports from the same folders as this process. It runs in its own session.
+
+    Parameters
+    ----------
+    module
+        Module to run, as ``python -m`` would.
+    options
+        Command-line arguments of the module.
+    number
+        Signal that the process gets when the calling thread ends.
+    popen
+        Arguments of :class:`subprocess.Popen`.
+    """
+    # Without -P a file in the user's working folder could replace a module.
+    command = [sys.executable, "-P", "-m", "firstcontact.core._die_with_parent"]
+    return subprocess.Popen(  # noqa: S603
+        [*command, str(os.getpid()), str(int(number)), module, *options],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, sys.path))},
+        start_new_session=True,
+        **popen,
+    )
+
+
+def _keep(
+    started: Future[subprocess.Popen[bytes]],
+    module: str,
+    options: Sequence[str],
+    number: signal.Signals,
+) -> None:
     if not started.set_running_or_notify_cancel():  # the constructor was interrupted
         return
     try:
-        process = subprocess.Popen(  # noqa: S603
-            [sys.executable, "-m", "firstcontact.core._die_with_parent", *arguments],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            bufsize=0,
-            start_new_session=True,
-        )
+        pipe = subprocess.PIPE
+        process = start_module(module, *options, number=number, stdin=pipe, stdout=pipe, bufsize=0)
     except BaseException as error:
         started.set_exception(error)
         return

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
-import signal
 import subprocess
 import sys
 import threading
 from collections.abc import Callable
 from multiprocessing.connection import Connection
 from typing import Any, TypeVar
+
+from firstcontact.core import start_module
 
 T = TypeVar("T")
 
@@ -42,7 +42,13 @@ def apart(seconds: float, function: Callable[..., T], *arguments: object) -> T:
         process.start()
         wait = process.join
     else:
-        process = _new_process(child_end.fileno())
+        # Unlike a process of multiprocessing, it does not run the user's script again.
+        process = start_module(
+            "firstcontact.recording._apart",
+            str(child_end.fileno()),
+            stdin=subprocess.DEVNULL,
+            pass_fds=[child_end.fileno()],
+        )
         parent_end.send((function, arguments))
         wait = process.wait
     child_end.close()
@@ -60,22 +66,6 @@ def apart(seconds: float, function: Callable[..., T], *arguments: object) -> T:
     if not is_result:
         raise result
     return result  # type: ignore[no-any-return]
-
-
-def _new_process(descriptor: int) -> subprocess.Popen[bytes]:
-    """Start a process that runs :func:`main` with the connection ``descriptor``.
-
-    Unlike a process of :mod:`multiprocessing`, it does not run the user's script again.
-    """
-    kill = str(int(signal.SIGKILL))
-    command = ["-P", "-m", "firstcontact.core._die_with_parent", str(os.getpid()), kill]
-    return subprocess.Popen(  # noqa: S603
-        [sys.executable, *command, "firstcontact.recording._apart", str(descriptor)],
-        stdin=subprocess.DEVNULL,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, sys.path))},
-        pass_fds=[descriptor],
-        start_new_session=True,
-    )
 
 
 def main() -> None:

@@ -35,7 +35,6 @@ from firstcontact.recording._checks import (
     find_sensor,
     joined,
     make_layout,
-    read_layout,
     read_settings,
 )
 from firstcontact.recording._formats import Importer
@@ -75,25 +74,28 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
             f"{path} has no column 'pinch': add it, with the number or name of each row's pinch "
             "(one row is one sample)"
         )
-    given: dict[str, Any] = {}
-    sensor, sensors = VibrationSensor.PIEZO, list[list[str]]()
+    bounds = _bounds(path, columns)
+    rows = [(0, bounds[-1][1])]
+    given: dict[str, Any] = {
+        name: _constant(path, columns, name, rows)[0] for name in SETTINGS if name in columns
+    }
+    given["sample_rate_hz"] = str(_rate(path, columns, bounds, given.get("sample_rate_hz"), rate))
+    sensor = VibrationSensor.PIEZO
     if LAYOUT in columns:
         given[LAYOUT] = _layout_text(path, columns)
-        names = [name.strip() for name in read_layout(str(path), given[LAYOUT]).column_names]
     else:
         remedy = "column 'piezo_index': add it (one row is one sample)"
         sensor = find_sensor(str(path), columns, remedy, "_index")
+    settings = read_settings(str(path), {f"{sensor}_unit": "V", **given}, sensor)
+    sensors = list[list[str]]()
+    if settings.layout is not None:
+        names = [name.strip() for name in settings.layout.column_names]
+    else:
         sensors = _vibration(path, sensor, columns)
         names = [name for of_sensor in sensors for name in of_sensor]
         names += [name for group in (FORCE, STRIP) for name in _all_or_none(path, columns, group)]
     data = joined([_signal(path, columns, name)[:, None] for name in names])
-    bounds = _bounds(path, columns)
 
-    for name in SETTINGS:
-        if name in columns:
-            given[name] = _constant(path, columns, name, [(0, len(data))])[0]
-    given["sample_rate_hz"] = str(_rate(path, columns, bounds, given.get("sample_rate_hz"), rate))
-    settings = read_settings(str(path), {f"{sensor}_unit": "V", **given}, sensor)
     for column, name in enumerate(names):
         if name in FORCE and settings.layout is None:
             check_force(f"{path}: {name}", data[:, column], settings.force_unit)

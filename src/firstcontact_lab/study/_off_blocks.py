@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 from typing import Any
 
 import numpy as np
@@ -141,6 +142,10 @@ def _mean(sums: Values) -> Values:
     return out
 
 
+def _of_columns(statistic: Callable[[Values], Values], part: slice) -> Callable[[Values], Values]:
+    return lambda sums: statistic(sums[..., part])
+
+
 class _Tally:
     """Counts, sums and sums of squares of errors: by score, by group and by set."""
 
@@ -172,9 +177,16 @@ class _Tally:
         return out
 
     def intervals(self) -> dict[str, Ends]:
+        scores = {name: self._columns(name) for name in self._sums}
         out: dict[str, Ends] = {}
-        for name in self._sums:
-            columns, statistic = self._columns(name)
-            sets = np.arange(len(columns))
-            out |= cluster_intervals(columns, {name: statistic}, sets, self._seed)
-        return out
+        # Scores over equally many sets share the resamples.
+        for sets in {len(columns) for columns, _ in scores.values()}:
+            alike = [(name, *score) for name, score in scores.items() if len(score[0]) == sets]
+            stops = accumulate(columns.shape[1] for _, columns, _ in alike)
+            statistics = {
+                name: _of_columns(statistic, slice(stop - columns.shape[1], stop))
+                for (name, columns, statistic), stop in zip(alike, stops, strict=True)
+            }
+            joined = np.hstack([columns for _, columns, _ in alike])
+            out |= cluster_intervals(joined, statistics, np.arange(sets), self._seed)
+        return {name: out[name] for name in scores if name in out}

@@ -85,7 +85,6 @@ def test_progress_counts_every_pinch(tmp_path: Path) -> None:
         (("paper-rig", -1, 1, 0, 1), "pinches per block"),
         (("paper-rig", 0, 0, 0, 1), "per object"),
         (("paper-rig", 10**30, 1, 0, 1), "1000000"),
-        (("paper-rig", 1, 1, -1, 1), "seed"),
         (("paper-rig", 1, 1, 0, 0), "workers"),
     ],
 )
@@ -107,6 +106,13 @@ def test_numbers_that_are_not_whole_are_refused_by_name(
     with pytest.raises(InputError) as caught:
         check_set(tmp_path, **{name: value})
     assert caught.value.parameter == name
+
+
+def test_negative_seed_is_refused_by_name(tmp_path: Path) -> None:
+    with pytest.raises(InputError) as caught:
+        simulate(tmp_path / "out", seed=-1)
+    assert caught.value.parameter == "seed"
+    assert not list(tmp_path.iterdir())
 
 
 def test_whole_numbers_of_any_type_are_accepted(tmp_path: Path) -> None:

@@ -165,7 +165,7 @@ def check_set(
     if max(pinches_per_block, pinches_per_object) > MOST_PINCHES:
         raise InputError(f"pinches per block and per object must be {MOST_PINCHES} at most")
     if seed < 0:
-        raise InputError(f"seed is {seed}: use a whole number from 0 on")
+        raise InputError(f"the seed is {seed}: use a whole number from 0 on", parameter="seed")
     if workers is not None and not 1 <= workers <= MOST_WORKERS:
         raise InputError(f"workers is {workers}: use 1 to {MOST_WORKERS}")
     if directory.exists() and not (directory.is_dir() and not any(directory.iterdir())):

@@ -118,7 +118,7 @@ class TwinStream:
         self._condition = condition(condition_name)
         self._drive = Drive(latency=latency)
         if seed < 0:
-            raise InputError(f"seed is {seed}: use a whole number from 0 on")
+            raise InputError(f"the seed is {seed}: use a whole number from 0 on", parameter="seed")
         self._objects: list[Thing] = []
         for given in ("paper",) if objects is None else objects:
             if not isinstance(given, str):

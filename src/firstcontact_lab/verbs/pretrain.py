@@ -31,9 +31,11 @@ class Pretrain:
     def run(self) -> None:
         """Simulate rigs, train the network, calibrate its intervals, and score it."""
         from firstcontact.core import InputError, parallel, worker_count
+        from firstcontact.models import check_seed
 
-        if self.rigs < 10 or self.epochs < 1 or self.seed < 0:
-            raise InputError("--rigs must be 10 or more, --epochs 1 or more, --seed 0 or more")
+        if self.rigs < 10 or self.epochs < 1:
+            raise InputError("--rigs must be 10 or more, and --epochs 1 or more")
+        check_seed(self.seed)
         require_twin()
         require_modules("cnn", "torch")
         from firstcontact_lab.pretraining.pretrain import Size, pretrain

@@ -143,6 +143,24 @@ def test_patience_ends_with_a_stop() -> None:
     fanout.close(LONG)
 
 
+def test_reader_that_resumes_after_the_stop_loses_nothing() -> None:
+    go_on, stopped = threading.Event(), threading.Event()
+    slow = Keeper("slow", go_on)
+    fanout = Fanout([slow], DESCRIPTOR, patient=True, stopped=stopped.is_set)
+    sent = updates(WAITING + 2)  # one is being taken, and one finds the queue full
+    feeding = threading.Thread(target=lambda: [fanout.put(update) for update in sent])
+    feeding.start()
+    assert slow.taking.wait(LONG)
+    feeding.join(0.1)
+    assert feeding.is_alive()
+    stopped.set()
+    feeding.join(LONG)
+    go_on.set()
+    fanout.close(LONG)
+    assert slow.got == sent
+    assert fanout.dropped == {"slow": 0}
+
+
 def test_patience_ends_with_a_stop_while_it_closes() -> None:
     go_on, stopped = threading.Event(), threading.Event()
     stuck = Keeper("stuck", go_on)

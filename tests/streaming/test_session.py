@@ -323,7 +323,8 @@ def test_it_ends_after_a_number_of_pinches_or_on_request(
             assert session.pinches == bound.get("pinches", 0)
 
 
-def test_it_ends_on_request_although_a_reader_stalls(recorded: Path, detector: Detector) -> None:
+@pytest.mark.parametrize("limit", ["stopped", "seconds"])
+def test_it_ends_although_a_reader_stalls(limit: str, recorded: Path, detector: Detector) -> None:
     taking, go_on = threading.Event(), threading.Event()
 
     class Stalled(Keeper):
@@ -333,7 +334,8 @@ def test_it_ends_on_request_although_a_reader_stalls(recorded: Path, detector: D
 
     with ReplaySource(recorded, float("inf")) as source:
         session = LiveSession(source, Pipeline(LAYOUT, detector, None, source.calibration))
-        session.run([Stalled()], stopped=taking.is_set, patient=True)
+        bound = {"stopped": taking.is_set, "seconds": 0.2}[limit]
+        session.run([Stalled()], **{limit: bound}, patient=True)  # type: ignore[arg-type]
     go_on.set()
 
 

@@ -19,29 +19,37 @@ POLL = 0.05
 class _Feeder:
     """Sink with its thread and its queue of updates."""
 
-    def __init__(self, sink: Sink, descriptor: Descriptor, is_patient: Callable[[], bool]) -> None:
+    def __init__(
+        self, sink: Sink, descriptor: Descriptor, patient: bool, stopped: Callable[[], bool]
+    ) -> None:
         self.sink = sink
         self.dropped = 0
         self.failed = ""
         self.left = False  # its reader went away, which is no fault
         self._descriptor = descriptor
-        self._is_patient = is_patient
+        self._patient = patient
+        self._stopped = stopped
         self._waiting: deque[Update] = deque()
         self._changed = threading.Condition()
         self._closing = False
         self._thread = threading.Thread(target=self._run, name=f"sink {sink.name}", daemon=True)
+
+    @property
+    def _is_waiting(self) -> bool:
+        return self._patient and not self._stopped()
 
     def start(self) -> None:
         self._thread.start()
 
     def put(self, update: Update) -> None:
         with self._changed:
-            while len(self._waiting) >= WAITING and self._is_patient():
+            while len(self._waiting) >= WAITING and self._is_waiting:
                 self._changed.wait(POLL)
             if self.failed:
                 self.dropped += 1
                 return
-            if len(self._waiting) >= WAITING:
+            # After a stop few updates follow, and a patient sink may still take all of them.
+            if len(self._waiting) >= WAITING and not self._patient:
                 # Drop the oldest: viewers want the newest state.
                 self._waiting.popleft()
                 self.dropped += 1
@@ -52,7 +60,7 @@ class _Feeder:
         with self._changed:
             self._closing = True
             self._changed.notify()
-        while self._thread.is_alive() and self._is_patient():
+        while self._thread.is_alive() and self._is_waiting:
             self._thread.join(POLL)
         self._thread.join(timeout)
         if self._thread.is_alive():
@@ -111,9 +119,7 @@ class Fanout:
         patient: bool = False,
         stopped: Callable[[], bool] = lambda: False,
     ) -> None:
-        self._feeders = [
-            _Feeder(sink, descriptor, lambda: patient and not stopped()) for sink in sinks
-        ]
+        self._feeders = [_Feeder(sink, descriptor, patient, stopped) for sink in sinks]
         for feeder in self._feeders:
             feeder.start()
 

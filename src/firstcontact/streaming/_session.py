@@ -143,7 +143,8 @@ class LiveSession:
         stopped
             Function that returns True to end the session; called several times a second.
         patient
-            True to wait for slow sinks until ``stopped``. Use it only with a source that can wait.
+            True to wait for slow sinks, until ``stopped`` or ``seconds`` have passed. Use it only
+            with a source that can wait.
 
         Raises
         ------
@@ -165,8 +166,13 @@ class LiveSession:
 
         Leaving the iteration ends the session.
         """
-        self.fanout = Fanout(sinks, self.source.descriptor, patient, stopped)
         until = math.inf if seconds is None else time.monotonic() + seconds
+        self.fanout = Fanout(
+            sinks,
+            self.source.descriptor,
+            patient,
+            stopped=lambda: stopped() or time.monotonic() >= until,
+        )
         together = min((sink.every for sink in sinks), default=TOGETHER)
         self._is_prompt = any(getattr(sink, "is_prompt", False) for sink in sinks)
         self._given = 0

@@ -52,7 +52,8 @@ class Claim:
     value
         The value, in the unit of the row.
     tolerance
-        Largest difference at which the value counts as reproduced, if the row has no interval.
+        Largest difference at which the value counts as reproduced. None if only the direction of
+        the difference is meaningful, such as for times on another computer.
     lower
         True if lower values are better.
     note
@@ -60,22 +61,30 @@ class Claim:
     """
 
     value: float
-    tolerance: float = 0.0
+    tolerance: float | None = None
     lower: bool = False
     note: str = ""
 
-    def verdict(self, value: Value) -> str:
-        """Return the note, or "reproduced", "better" or "worse"; "" for a missing value."""
+    def verdict(self, value: Value, unit: str) -> str:
+        """Return the note, or a comparison such as "worse by 2.20 Shore A, not excluded".
+
+        The comparison is "reproduced" if the difference is within the tolerance. "Not excluded"
+        says that the interval holds the published value. A missing value has no verdict: "".
+        """
         if value is None or isinstance(value, str):
             return ""
         if self.note:
             return self.note
         bounded = value if isinstance(value, Bounded) else Bounded(value)
-        distance = self.tolerance
-        low, high = bounded.ends or (bounded.value - distance, bounded.value + distance)
-        if low <= self.value <= high:
+        direction = "better" if (bounded.value < self.value) == self.lower else "worse"
+        if self.tolerance is None:
+            return direction
+        difference = abs(bounded.value - self.value)
+        if difference <= self.tolerance:
             return "reproduced"
-        return "better" if (bounded.value < self.value) == self.lower else "worse"
+        low, high = bounded.ends or (bounded.value, bounded.value)
+        included = ", not excluded" if low <= self.value <= high else ""
+        return f"{direction} by {_DIFFERENCES.get(unit, UNITS[unit])(difference)}{included}"
 
 
 @dataclass(frozen=True)
@@ -148,6 +157,22 @@ UNITS: Mapping[str, Callable[[float], str]] = {
     "one": lambda value: number(value, 1),
 }
 
+#: Format of differences from a published value, by unit.
+_DIFFERENCES: Mapping[str, Callable[[float], str]] = {
+    "share": lambda value: f"{number(100 * value, 1)} points",
+    "shore": lambda value: f"{number(value, 2)} Shore A",
+}
+#: Largest differences from a published share, and from a published error as a share of this error,
+#: that count as reproduced.
+SHARE_TOLERANCE, ERROR_TOLERANCE = 0.02, 0.1
+#: Explanation of the verdicts.
+VERDICTS = (
+    f"Reproduced: our value differs from the published one by at most {100 * SHARE_TOLERANCE:.0f} "
+    f"percentage points, or an error by at most {100 * ERROR_TOLERANCE:.0f} %. Not excluded: our "
+    "value differs by more, but its 95 % interval includes the published one. Over few objects or "
+    "sessions, intervals are wide, so this is no confirmation."
+)
+
 
 def format_cell(value: Value, unit: str) -> Cell:
     """Return a cell with a value, and its interval as the detail."""
@@ -213,7 +238,7 @@ def claims_table(rows: Iterable[Row[R]], subjects: Mapping[str, R]) -> Table:
             verdicts = {
                 title: text
                 for title, results in subjects.items()
-                if (text := row.claim.verdict(row.value(results)))
+                if (text := row.claim.verdict(row.value(results), row.unit))
             }
             same = len(set(verdicts.values())) == 1
             verdict = (

@@ -13,7 +13,16 @@ from firstcontact_lab.report.findings import Figure, Findings
 from firstcontact_lab.report.page import Column, Page, Section
 from firstcontact_lab.report.results import NOTHING, SubjectResults, read_results, subject_kind
 from firstcontact_lab.report.state import STUDY, State, StudyResults, duration
-from firstcontact_lab.report.tables import Cell, Line, Row, Table, beside, claims_table, row_table
+from firstcontact_lab.report.tables import (
+    VERDICTS,
+    Cell,
+    Line,
+    Row,
+    Table,
+    beside,
+    claims_table,
+    row_table,
+)
 from firstcontact_lab.study.part import Part, Subjects
 from firstcontact_lab.study.parts import PARTS
 from firstcontact_lab.study.parts.blocks import BLOCKS
@@ -135,7 +144,7 @@ def render(state: State) -> str:
         claims=claims({findings.title: findings.results for findings in all_findings}),
         terms=_TERMS,
         compared=comparison(subjects),
-        compared_text=_TWIN_COMPARED if twin else _COMPARED,
+        compared_text=f"{_TWIN_COMPARED if twin else _COMPARED} {VERDICTS}",
         sections=sections(all_findings),
         left_out=[(subject_title(f), f.left_out) for f in all_findings if f.left_out],
         command=state.command,

@@ -33,7 +33,16 @@ from firstcontact_lab.report.charts import Dot, Panel, dot_figure
 from firstcontact_lab.report.findings import Figure, PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import boxes, canvas, uri
-from firstcontact_lab.report.tables import ABSENT, Cell, Claim, Row, Table, lifted, matrix
+from firstcontact_lab.report.tables import (
+    ABSENT,
+    SHARE_TOLERANCE,
+    Cell,
+    Claim,
+    Row,
+    Table,
+    lifted,
+    matrix,
+)
 from firstcontact_lab.study._subject import Subject
 from firstcontact_lab.study.part import Part, Step, Subjects, distinct, per_subject
 from firstcontact_lab.study.parts.contacts import is_learned
@@ -425,7 +434,7 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
                 split(RANDOM),
                 ABSENT if published is None else percent(published),
                 None if published is None else _interval_remark(name, subjects, published),
-                claim=None if published is None else Claim(published),
+                claim=None if published is None else Claim(published, SHARE_TOLERANCE),
             ),
             lifted(
                 _ACCURACY,

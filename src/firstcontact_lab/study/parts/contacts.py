@@ -21,7 +21,7 @@ from firstcontact.models import TOLERANCE, DetectionScores, Group, Split, score_
 from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import Figure, PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
-from firstcontact_lab.report.tables import Claim, Row, Table, lifted, row_table
+from firstcontact_lab.report.tables import SHARE_TOLERANCE, Claim, Row, Table, lifted, row_table
 from firstcontact_lab.study._contact_figures import delay_figure, detectors_figure
 from firstcontact_lab.study._subject import Subject
 from firstcontact_lab.study.detection import detection_splits, judge_detectors, trigger_delays
@@ -219,9 +219,6 @@ CONTACT: Field[ContactResults] = Field("contact", ContactResults, ByName({}, Con
 #: Accuracy of detection (section IV of the paper). The paper does not define what is counted.
 PUBLISHED = {"three_sigma": 0.906, "svm": 1.0}
 
-#: Difference from a published share that still counts as reproduced.
-NEAR = 0.02
-
 
 class Target(NamedTuple):
     """Target of a detector: smallest shares of right windows and pinches, largest median delay.
@@ -389,7 +386,7 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
                     "The paper does not define its accuracy; windows are the closest reading. "
                     f"{_silence(name, subjects)}".strip()
                 )
-                claim = Claim(published, NEAR)
+                claim = Claim(published, SHARE_TOLERANCE)
                 rows.append(lifted(row, prefix, find, percent(published), remark, claim=claim))
             else:
                 target = _target_remark(name, subjects, accepted) if row.unit == "ms" else ""

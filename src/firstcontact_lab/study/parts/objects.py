@@ -33,6 +33,7 @@ from firstcontact_lab.report.findings import Figure, PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.tables import (
     ABSENT,
+    ERROR_TOLERANCE,
     Cell,
     Claim,
     Line,
@@ -303,7 +304,7 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
                 f"{published} “MSE”",
                 remark,
                 headline,
-                Claim(published, lower=True),
+                Claim(published, ERROR_TOLERANCE * published, lower=True),
             ),
             lifted(_MAE, prefix, find, remark="Shore A. Not published."),
             lifted(_MSE, prefix, find, f"{published} “MSE”", _MSE_REMARK),

@@ -140,6 +140,7 @@ def about(results: BenchmarkResults) -> list[str]:
         f"{_SOURCES.get(outcome.source, 'Recordings')}: {outcome.path}, "
         f"{counted(outcome.pinches, 'pinch')}, Shore A {levels} to learn from.",
         f"Contacts: {outcome.contacts}.",
+        *([f"{outcome.detector[0].upper()}{outcome.detector[1:]}."] if outcome.detector else []),
         f"Not scored: {counted(outcome.unused, 'pinch')} without contact or Shore A, "
         f"{outcome.too_short:,} whose second contact came before any estimate.",
     ]

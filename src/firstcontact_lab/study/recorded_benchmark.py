@@ -56,7 +56,8 @@ class RecordedData(Record, frozen=True, kw_only=True):
     """Recordings of a benchmark and the scores on them.
 
     ``held_out``: scores on pinches of role "train", in folds that hold out whole sessions or
-    specimens. ``objects``: scores on pinches of role "test", by models that learned from all
+    specimens. ``detector``: reason for the choice of the detector; "" if no detectors competed.
+    ``objects``: scores on pinches of role "test", by models that learned from all
     pinches of role "train". ``left_out``: reason if ``objects`` is None. ``unused``: number of
     pinches without a contact or Shore A. ``too_short``: number of pinches whose second contact came
     before any estimate.
@@ -69,6 +70,7 @@ class RecordedData(Record, frozen=True, kw_only=True):
     too_short: int
     levels: list[float]
     contacts: str
+    detector: str = ""
     held_out: RecordedScores
     objects: RecordedScores | None = None
     left_out: str = ""
@@ -106,7 +108,7 @@ def benchmark_recordings(
     """
     entrants = [e for e in competitors(name) if e is not NETWORK[-1]]
     dataset = _load(path, say)
-    contacts, how = _contacts(dataset, seed, runner)
+    contacts, how, chosen = _contacts(dataset, seed, runner)
     labelled = LabelledTouches.cut(dataset, contacts)
     labelled_touches = labelled.take(labelled.touches.answerable)
     test = dataset.test[labelled_touches.rows]
@@ -144,6 +146,7 @@ def benchmark_recordings(
         too_short=len(labelled) - len(labelled_touches),
         levels=[float(level) for level in np.unique(labelled_touches.shore_a[learn])],
         contacts=how,
+        detector=chosen,
         held_out=held_out,
         objects=objects,
         left_out=reason,
@@ -169,15 +172,17 @@ def _load(path: Path, say: Callable[[str], object]) -> Dataset:
     return resampled
 
 
-def _contacts(dataset: Dataset, seed: int, runner: Runner) -> tuple[Sequence[Contact | None], str]:
-    """Return the detected first contact of each pinch, and a text on how it was detected.
+def _contacts(
+    dataset: Dataset, seed: int, runner: Runner
+) -> tuple[Sequence[Contact | None], str, str]:
+    """Return the detected first contact of each pinch, how it was detected, and by which detector.
 
     As in ``train``, the detector is the package's or one that is fitted. A fitted one learns only
     from pinches of role "train", never from the pinch itself.
     """
     contacts: list[Contact | None] = [None] * len(dataset)
     learn = dataset.take(~dataset.test)
-    detector, alignment, _ = choose_detector(
+    detector, alignment, reason = choose_detector(
         learn, name=None, is_known=False, seed=seed, runner=runner
     )
     parts = [(~dataset.test, alignment.contacts)]
@@ -188,7 +193,7 @@ def _contacts(dataset: Dataset, seed: int, runner: Runner) -> tuple[Sequence[Con
     for mask, part in parts:
         for place, contact in zip(np.flatnonzero(mask), part, strict=True):
             contacts[place] = contact
-    return contacts, alignment.how
+    return contacts, alignment.how, reason
 
 
 def _groups(

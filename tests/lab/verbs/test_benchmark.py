@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from firstcontact.core import Dataset, Label, Role
-from firstcontact.models import ESTIMATORS
+from firstcontact.models import ESTIMATORS, choose_detector
 from firstcontact.recording import Header, write_dataset
 from firstcontact_lab.report.results import read_results
-from firstcontact_lab.study import benchmark
+from firstcontact_lab.study import benchmark, recorded_benchmark
 from firstcontact_lab.study._rig_sets import Sizes
 from firstcontact_lab.study.benchmark_page import BenchmarkResults
 from trainings import LAYOUT, recordings, run, touch
@@ -224,15 +224,24 @@ def test_specimens_are_held_out_where_no_session_is_named(folder: Path) -> None:
 
 @pytest.mark.usefixtures("quick_default")
 def test_objects_of_a_session_to_learn_from_are_not_called_unseen(
-    folder: Path, capsys: Any
+    folder: Path, capsys: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    def choose(*arguments: Any, **options: Any) -> tuple[Any, Any, str]:
+        return *choose_detector(*arguments, **options)[:2], "the detector is that of the package"
+
+    monkeypatch.setattr(recorded_benchmark, "choose_detector", choose)
     labels = [block(s, i, f"{s:g}") for s in (10.0, 60.0) for i in "ab" for _ in range(6)]
     labels += [Label("apple", 30.0, None, "apple", "a", Role.TEST)] * 2
     assert scored(recorded(folder / "pinches", labels)) == 0
     results = read_results(folder / "b" / "results.json", BenchmarkResults).recordings
     assert results.objects is None
     assert "'a'" in results.left_out
-    assert results.left_out in capsys.readouterr().out
+    assert results.detector == "the detector is that of the package"
+    page = (folder / "b" / "report.html").read_text(encoding="utf-8")
+    text = capsys.readouterr().out
+    assert results.left_out in text
+    assert "The detector is that of the package." in text
+    assert "The detector is that of the package." in page
 
 
 @pytest.mark.usefixtures("quick_default")

@@ -70,7 +70,8 @@ def load_dataset(path: AnyPath | Sequence[AnyPath]) -> Dataset:
             if first is None:
                 first = recording
             _same_kind(first, recording)
-            key = (recording.header.session, recording.samples, recording.pinches[:1])
+            samples = recording.samples
+            key = (recording.header.session, samples, recording.pinches[:1])
             earlier = alike.setdefault(key, [])
             copied = next((f for f in earlier if filecmp.cmp(f, file, shallow=False)), None)
             if copied is not None:
@@ -84,8 +85,8 @@ def load_dataset(path: AnyPath | Sequence[AnyPath]) -> Dataset:
             lengths = (mark.end - mark.first_sample for mark in recording.pinches)
             # A pinch that is longer than the recording spans missing samples, and overlaps no
             # others.
-            marked = sum(length for length in lengths if length <= recording.samples)
-            if marked > _OVERLAP * recording.samples:
+            marked = sum(length for length in lengths if length <= samples)
+            if marked > _OVERLAP * samples:
                 losses.append(f"{file.name}: its pinches overlap too much and are left out")
                 continue
             store.begin(recording)

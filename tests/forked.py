@@ -27,6 +27,7 @@ LONG = 240.0
 _RARE = (
     "._cluster",
     "._efficientnet",
+    "._joined_network",
     "._network_export",
     "._ability",
     ".pretraining",

@@ -21,8 +21,9 @@ from firstcontact.core import _native
 SOURCES = Path(_native.__file__).parent / "c"
 FIRMWARE = Path(__file__).parents[1] / "firmware" / "core"
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic")
+#: Optimised less than where it is installed: the same bits in less than half the time.
 OPTIONS = (
-    *("-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"),
+    *("-O1", "-ffp-contract=off", "-fno-math-errno", "-fno-trapping-math"),
     *("-fPIC", "-shared"),
 )
 

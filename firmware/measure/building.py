@@ -26,9 +26,9 @@ ARM = "arm-none-eabi-"
 #: Variable that names a folder for object files, which several processes may share.
 OBJECTS = "FIRSTCONTACT_OBJECTS"
 #: Options that stop the program at the first undefined behaviour. PIE is off, as in the firmware's
-#: Makefile.
+#: Makefile, and so is optimisation.
 STRICT = (
-    "-O1", "-g", "-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all",
+    "-O0", "-g", "-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize-recover=all",
     "-no-pie", "-fno-pie",
 )  # fmt: skip
 #: Record of windows.c for each window.

@@ -19,7 +19,7 @@ from hypothesis import settings
 
 import stored_fits
 from firstcontact.core import Dataset
-from forked_children import fork_twins
+from forked_children import fork_children
 from quick_training import SETTINGS
 from shared_runs import made_once
 from toy_pinches import rank_dataset, shore_dataset
@@ -28,8 +28,8 @@ from toy_pinches import rank_dataset, shore_dataset
 settings.register_profile("firstcontact", deadline=None, max_examples=50)
 settings.load_profile("firstcontact")
 
-# Some hundred tests have a twin on a port.
-fork_twins()
+# Some hundred tests have a twin on a port, or read files of other libraries.
+fork_children()
 
 # Figures are drawn to files; no test needs a display.
 os.environ["MPLBACKEND"] = "Agg"

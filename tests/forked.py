@@ -18,7 +18,7 @@ from pathlib import Path
 from pkgutil import resolve_name, walk_packages
 from typing import Any
 
-from forked_children import fork_twins
+from forked_children import fork_children
 from quick_training import train_quickly
 
 #: Longest wait for a program, s: only a failing test waits so long.
@@ -163,7 +163,7 @@ def _program(
     sys.stderr = open(  # noqa: SIM115
         2, "w", 1, encoding="utf-8", errors="backslashreplace", closefd=False
     )
-    fork_twins()
+    fork_children()
     train_quickly()
     if strict:
         warnings.simplefilter("error")

@@ -1,7 +1,8 @@
-"""Processes of the twin by a fork, which saves the second that a new interpreter takes to load.
+"""Child processes by a fork, which saves the time that a new interpreter takes to load.
 
-`firstcontact.core.Child` starts the process of a twin. Here that process is forked from the test
-process. Programs that tests start with ``sys.executable`` start the twin's process as for users.
+`firstcontact.core.Child` starts the process of a twin, and `firstcontact.recording` a process that
+reads a file of another library, if there are threads. Here both are forked from the test process.
+Programs that tests start with ``sys.executable`` start these processes as for users.
 """
 
 from __future__ import annotations
@@ -13,14 +14,17 @@ import subprocess
 import sys
 import traceback
 import warnings
+from collections.abc import Sequence
 from functools import cache
+from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
 
 from firstcontact.core import Command, _children, _die_with_parent
+from firstcontact.recording import _apart
 
-#: Module of the process that is forked.
-TWIN = "firstcontact.device._twin_process"
+#: Modules of the processes that are forked.
+TWIN, READER = "firstcontact.device._twin_process", "firstcontact.recording._apart"
 
 
 @cache
@@ -35,15 +39,17 @@ def load() -> None:
     stream.read(_twin_process.FRAME_SAMPLES)
 
 
-def fork_twins() -> None:
-    """Fork the twins that this process starts from now on."""
-    _children.subprocess = SimpleNamespace(Popen=_start, PIPE=subprocess.PIPE)  # type: ignore[attr-defined]
+def fork_children() -> None:
+    """Fork the twins and readers that this process starts from now on."""
+    forking = SimpleNamespace(Popen=_start, PIPE=subprocess.PIPE, DEVNULL=subprocess.DEVNULL)
+    _children.subprocess = _apart.subprocess = forking  # type: ignore[attr-defined]
 
 
 def _start(words: list[str], **options: Any) -> subprocess.Popen[bytes]:
-    if TWIN not in words:
+    if TWIN in words:
+        load()
+    elif READER not in words:
         return subprocess.Popen(words, **options)
-    load()
     return _Fork(words, **options)
 
 
@@ -55,24 +61,26 @@ class _Fork(subprocess.Popen[bytes]):
         creationflags, shell, p2cread, p2cwrite, c2pread, c2pwrite, errread, errwrite, *_,
     ):  # fmt: skip
         with warnings.catch_warnings():
-            # Other threads hold no lock that the twin takes. Python 3.12 warns of them.
+            # Other threads hold no lock that the child takes. Python 3.12 warns of them.
             warnings.simplefilter("ignore", DeprecationWarning)
             self.pid = os.fork()
         if self.pid == 0:
-            _run(args[args.index("-m") + 2 :], p2cread, c2pwrite)
+            _run(args[args.index("-m") + 2 :], pass_fds, p2cread, c2pwrite)
         self._child_created = True
         self._close_pipe_fds(p2cread, p2cwrite, c2pread, c2pwrite, errread, errwrite)
 
 
-def _run(words: list[str], *streams: int) -> None:
+def _run(words: list[str], passed: Sequence[int], *streams: int) -> None:
     code = 1
     try:
         # Nothing of the other process may be finalised here: its descriptors have other meanings.
         gc.freeze()
         os.setsid()
         for number, stream in enumerate(streams):
-            os.dup2(stream, number)
-        os.closerange(3, os.sysconf("SC_OPEN_MAX"))
+            if stream >= 0:
+                os.dup2(stream, number)
+        for before, after in pairwise([2, *sorted(passed), os.sysconf("SC_OPEN_MAX")]):
+            os.closerange(before + 1, after)
         signal.set_wakeup_fd(-1)
         for number in signal.valid_signals():
             if callable(signal.getsignal(number)):
@@ -82,7 +90,7 @@ def _run(words: list[str], *streams: int) -> None:
         sys.stderr = open(2, "w", 1, encoding="utf-8", closefd=False)  # noqa: SIM115
         warnings.resetwarnings()
         warnings.simplefilter("ignore", DeprecationWarning)
-        sys.modules.pop(TWIN, None)
+        sys.modules.pop(words[2], None)
         sys.argv = ["-m", *words]
         _die_with_parent.main()
         code = 0

@@ -41,8 +41,12 @@ PRELOADED = [
     if not any(name in module.name for name in _RARE)
 ] + [
     "scipy.stats",
+    "scipy.signal",
     "sklearn.svm",
     "sklearn.pipeline",
+    "mapie.regression",
+    "safetensors.numpy",
+    "matplotlib.figure",
     "matplotlib.backends.backend_svg",
     "preloaded",
 ]

@@ -12,7 +12,8 @@ stops at the first failure. A comment on the line before a ``sh`` fence states w
 
 Python in ``python`` fences runs too, each fence separately.
 
-Sets are smaller here, and the simulated hand is faster than real time (``SMALL``, ``FASTER``).
+Sets and studies are smaller here, and the simulated hand is faster than real time (``SMALL``,
+``STUDY``, ``FASTER``).
 """
 
 from __future__ import annotations
@@ -130,6 +131,8 @@ def pages_with(*marks: str) -> list[Path]:
 #: Set of pinches in a page, and the smaller one that is made instead.
 LARGE = "--pinches-per-block 40 --pinches-per-object 4"
 SMALL = "--pinches-per-block 12 --pinches-per-object 2"
+#: Study of recordings, which runs with short trainings.
+STUDY = "firstcontact study --recordings"
 #: Commands with the simulated hand that are run faster, where they do not say how fast.
 FASTER = ("firstcontact live --device twin", "firstcontact record --device twin")
 
@@ -173,6 +176,8 @@ def run_part(command: str, folder: Path, cache: Path) -> subprocess.CompletedPro
         command = command.replace(LARGE, SMALL)
         if command.startswith(FASTER) and "--speed" not in command:
             command += " --speed 8"
+        if command.startswith(STUDY):
+            command += " --quick"
         if "live --device twin" in command:
             environment["XDG_CACHE_HOME"] = str(cache)
         return forked.firstcontact(*shlex.split(command)[1:], cwd=folder, env=environment)

@@ -79,8 +79,8 @@ def _run(words: list[str], passed: Sequence[int], *streams: int) -> None:
         for number, stream in enumerate(streams):
             if stream >= 0:
                 os.dup2(stream, number)
-        for before, after in pairwise([2, *sorted(passed), os.sysconf("SC_OPEN_MAX")]):
-            os.closerange(before + 1, after)
+        for low, high in pairwise([2, *sorted(passed), os.sysconf("SC_OPEN_MAX")]):
+            os.closerange(low + 1, high)
         signal.set_wakeup_fd(-1)
         for number in signal.valid_signals():
             if callable(signal.getsignal(number)):

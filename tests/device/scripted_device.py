@@ -54,8 +54,13 @@ class ScriptedDevice:
         self.port = str(path)
 
     def reset(self, boot: int, descriptor: Descriptor = DESCRIPTOR) -> None:
-        """Restart the device: it counts from 0 and sends nothing yet. Unsent samples are lost."""
+        """Restart the device: it counts from 0 and sends nothing yet.
+
+        Unsent samples are lost, and so are bytes of the host that the device has not read.
+        """
         with self._changed:
+            if self._terminal.plugged:
+                self._terminal.read()
             self._wire = b"\0" if self._wire else b""
             self._responder = self._make(descriptor, boot, self._room)
             os.write(self._poke, b".")
@@ -110,6 +115,12 @@ class ScriptedDevice:
         """Pause. The samples of that time are sent together at the end."""
         with self._changed:
             time.sleep(seconds)
+
+    @contextmanager
+    def stuck(self) -> Iterator[None]:
+        """Read and send nothing until the end of the block."""
+        with self._changed:
+            yield
 
     @property
     def responder(self) -> Responder:

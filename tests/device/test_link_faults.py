@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 import termios
+import time
 
 import pytest
 from numbered import DESCRIPTOR
 from scripted_device import DEAD, ScriptedDevice, collect
 
 from firstcontact.core import InputError
-from firstcontact.device import FrameType, SerialSource
+from firstcontact.device import FrameType, SerialSource, _transport
 from firstcontact.device._transport import LinkError, SerialTransport
 
 
@@ -88,3 +90,31 @@ def test_closed_port_raises(device: ScriptedDevice) -> None:
         transport.read()
     # It is free for the next.
     SerialTransport(device.port).close()
+
+
+def test_stop_of_this_process_during_a_write_does_not_lose_the_port(
+    device: ScriptedDevice, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(_transport, "WRITE", 0.02)
+    transport = SerialTransport(device.port)
+    write = os.write
+
+    def stop_after_write(number: int, data: bytes) -> int:
+        written = write(number, data)
+        time.sleep(0.05)
+        return written
+
+    monkeypatch.setattr(os, "write", stop_after_write)
+    transport.send(FrameType.STOP)
+    transport.close()
+
+
+def test_device_that_never_reads_is_a_lost_port(
+    device: ScriptedDevice, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(_transport, "WRITE", 0.02)
+    transport = SerialTransport(device.port)
+    with device.stuck(), pytest.raises(LinkError, match="no bytes"):
+        for _ in range(1000):
+            transport.send(FrameType.MARK, bytes(200))
+    transport.close()

@@ -111,10 +111,22 @@ class SerialTransport:
         """
         with self._sending:
             try:
-                self._serial.write(encode(kind, self._counter, payload))
-            except (OSError, TypeError) as error:
+                self._write(encode(kind, self._counter, payload))
+            except (OSError, TypeError, ValueError) as error:
                 raise LinkError(f"{self.port}: {error}") from error
             self._counter += 1
+
+    def _write(self, data: bytes) -> None:
+        if os.name != "posix":
+            self._serial.write(data)
+            return
+        # pyserial also fails if this process was stopped for WRITE, although the port takes bytes.
+        number = self._serial.fileno()
+        while data:
+            if not select.select([], [number], [], WRITE)[1]:
+                raise LinkError("it accepts no bytes")
+            with suppress(BlockingIOError):
+                data = data[os.write(number, data) :]
 
     def close(self) -> None:
         """Release the port. Closing twice is fine."""

@@ -107,9 +107,9 @@ def test_device_without_samples_is_disconnected_after_two_seconds(
     device: ScriptedDevice,
 ) -> None:
     with SerialSource(device.port) as source:
+        began = time.monotonic()
         device.put(100)
         collect(source, lambda n: n == 100)
-        began = time.monotonic()
         read_until(source, lambda: not source.health.connected)
         # Two seconds, and what a busy machine adds.
         assert 1.0 < time.monotonic() - began < 12.0

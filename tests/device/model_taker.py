@@ -9,7 +9,7 @@ from dataclasses import replace
 from numbered import DESCRIPTOR
 
 from firstcontact.device import Descriptor, DevicePredictor, FrameType
-from firstcontact.device._flashing import KEPT
+from firstcontact.device._flashing import KEPT, REPEAT_AFTER
 from firstcontact.device._responder import Responder
 
 MODEL = "0123456789abcdef"
@@ -20,6 +20,27 @@ TAKER = replace(DESCRIPTOR, predictor=DevicePredictor(MODEL))
 Says = Callable[[FrameType, int], int | bytes | None]
 
 
+class HostClock:
+    """Clock of the host that stands still, so that no answer is late on a busy machine."""
+
+    def __init__(self) -> None:
+        self._now = 0.0
+        self._calls = 0  # until the clock advances
+
+    def monotonic(self) -> float:
+        self._calls -= 1
+        if self._calls == 0:
+            self._now += REPEAT_AFTER
+        return self._now
+
+    def skip(self) -> None:
+        """Advance by the time after which the host repeats a frame, at the second next call.
+
+        The next one may be that with which the host notes when it sent the frame.
+        """
+        self._calls = 2
+
+
 class ModelTaker(Responder):
     """Device that receives a model and can send any answer.
 
@@ -28,11 +49,16 @@ class ModelTaker(Responder):
     says
         Function that chooses the answer to a frame. Its arguments are the frame's type and the
         number of bytes received so far. If it returns this number, the answer is right.
+    clock
+        Clock of the host. It advances with each frame that gets no answer.
     """
 
-    def __init__(self, descriptor: Descriptor, boot: int, room: int, says: Says) -> None:
+    def __init__(
+        self, descriptor: Descriptor, boot: int, room: int, says: Says, clock: HostClock
+    ) -> None:
         super().__init__(descriptor, boot, room)
         self.says = says
+        self._clock = clock
         self.model = b""
         self.pieces = 0
 
@@ -50,5 +76,7 @@ class ModelTaker(Responder):
         if isinstance(reply, int):
             state = KEPT if kind == FrameType.MODEL_END else 0
             reply = struct.pack("<BBI", state, kind, reply)
+        if reply in (None, b""):  # an answer without a frame type answers nothing
+            self._clock.skip()
         if reply is not None:
             self._reply = FrameType.MODEL_STATE, reply

@@ -9,49 +9,53 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from model_taker import MODEL, TAKER, ModelTaker, Says
+from model_taker import MODEL, TAKER, HostClock, ModelTaker, Says
 from scripted_device import ScriptedDevice
 
 from firstcontact.core import InputError
 from firstcontact.device import FrameType, flash_model
 from firstcontact.device import _flashing as flashing
 from firstcontact.device._flashing import CHUNK, MOST_REPEATS
+from firstcontact.device._responder import Responder
 
 DATA = bytes(range(256)) * 40
 
 
 @pytest.fixture(autouse=True)
-def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(flashing, "PATIENCE", 0.4)
-    monkeypatch.setattr(flashing, "REPEAT_AFTER", 0.2)
+def clock(monkeypatch: pytest.MonkeyPatch) -> HostClock:
+    clock = HostClock()
+    monkeypatch.setattr(flashing, "time", clock)
+    monkeypatch.setattr(flashing, "PATIENCE", 2 * flashing.REPEAT_AFTER)
+    return clock
 
 
 @contextmanager
-def model_taker(path: Path, says: Says) -> Iterator[tuple[str, ModelTaker]]:
+def model_taker(path: Path, says: Says, clock: HostClock) -> Iterator[tuple[str, ModelTaker]]:
     """Run a device on a port. Yield the port and the device."""
-    with ScriptedDevice(path, descriptor=TAKER, responder=partial(ModelTaker, says=says)) as device:
+    responder = partial(ModelTaker, says=says, clock=clock)
+    with ScriptedDevice(path, descriptor=TAKER, responder=responder) as device:
         assert isinstance(device.responder, ModelTaker)
         yield device.port, device.responder
 
 
-def flash_error(path: Path, says: Says) -> tuple[str, int]:
+def flash_error(path: Path, says: Says, clock: HostClock) -> tuple[str, int]:
     """Return the error of a transfer, and the number of pieces sent."""
-    with model_taker(path, says) as (port, taker):
+    with model_taker(path, says, clock) as (port, taker):
         with pytest.raises(InputError) as error:
             flash_model(port, DATA, 1, 2)
         assert str(error.value).startswith(f"{port}: ")
         return str(error.value), taker.pieces
 
 
-def test_model_is_flashed_in_chunks(tmp_path: Path) -> None:
-    with model_taker(tmp_path / "port", lambda kind, stored: stored) as (port, taker):
+def test_model_is_flashed_in_chunks(tmp_path: Path, clock: HostClock) -> None:
+    with model_taker(tmp_path / "port", lambda kind, stored: stored, clock) as (port, taker):
         assert flash_model(port, DATA, 1, 2) == MODEL
         assert taker.model == DATA
         assert taker.pieces == -(-len(DATA) // CHUNK)
 
 
 @pytest.mark.parametrize("lost_answer", range(3))
-def test_lost_answer_is_requested_again(tmp_path: Path, lost_answer: int) -> None:
+def test_lost_answer_is_requested_again(tmp_path: Path, lost_answer: int, clock: HostClock) -> None:
     count = 0
 
     def answer(kind: FrameType, stored: int) -> int | None:
@@ -59,58 +63,67 @@ def test_lost_answer_is_requested_again(tmp_path: Path, lost_answer: int) -> Non
         count += 1
         return None if count == (1, 20, 2 + -(-len(DATA) // CHUNK))[lost_answer] else stored
 
-    with model_taker(tmp_path / "port", answer) as (port, taker):
+    with model_taker(tmp_path / "port", answer, clock) as (port, taker):
         assert flash_model(port, DATA, 1, 2) == MODEL
         assert taker.model == DATA
 
 
-def test_device_without_progress_is_refused(tmp_path: Path) -> None:
+def test_device_without_progress_is_refused(tmp_path: Path, clock: HostClock) -> None:
     turns = iter(range(10**6))
-    sentence, pieces = flash_error(tmp_path / "port", lambda kind, stored: next(turns) % 2 * CHUNK)
+    sentence, pieces = flash_error(
+        tmp_path / "port", lambda kind, stored: next(turns) % 2 * CHUNK, clock
+    )
     assert f"{CHUNK} of {len(DATA)} bytes" in sentence
     assert pieces <= 2 * MOST_REPEATS
 
 
-def test_device_with_tiny_progress_is_refused(tmp_path: Path) -> None:
+def test_device_with_tiny_progress_is_refused(tmp_path: Path, clock: HostClock) -> None:
     turns = iter(range(10**6))
-    _, pieces = flash_error(tmp_path / "port", lambda kind, stored: next(turns))
+    _, pieces = flash_error(tmp_path / "port", lambda kind, stored: next(turns), clock)
     assert pieces <= 2 * (len(DATA) // CHUNK + MOST_REPEATS)
 
 
 @pytest.mark.parametrize("until", [0, 5000])
-def test_silent_device_is_refused_with_its_progress(tmp_path: Path, until: int) -> None:
+def test_silent_device_is_refused_with_its_progress(
+    tmp_path: Path, until: int, clock: HostClock
+) -> None:
     sentence, _ = flash_error(
-        tmp_path / "port", lambda kind, stored: None if stored > until else stored
+        tmp_path / "port", lambda kind, stored: None if stored > until else stored, clock
     )
     assert f"after {-(-until // CHUNK) * CHUNK} of {len(DATA)} bytes" in sentence
     assert "takes no models" not in sentence
 
 
-def test_device_silent_at_the_end_is_refused(
-    tmp_path: Path,
-) -> None:
+def test_device_silent_at_the_end_is_refused(tmp_path: Path, clock: HostClock) -> None:
     answer: Says = lambda kind, stored: None if kind == FrameType.MODEL_END else stored  # noqa: E731
-    sentence, _ = flash_error(tmp_path / "port", answer)
+    sentence, _ = flash_error(tmp_path / "port", answer, clock)
     assert f"after {len(DATA)} of {len(DATA)} bytes" in sentence
 
 
-def test_device_without_models_is_refused(tmp_path: Path) -> None:
+def test_device_without_models_is_refused(tmp_path: Path, clock: HostClock) -> None:
+    class Plain(Responder):
+        def _do(self, kind: int, payload: bytes) -> None:
+            super()._do(kind, payload)
+            if kind == FrameType.MODEL_BEGIN:
+                clock.skip()
+
     with (
-        ScriptedDevice(tmp_path / "port") as device,
+        ScriptedDevice(tmp_path / "port", responder=Plain) as device,
         pytest.raises(InputError, match=f"{re.escape(device.port)}: .*no models"),
     ):
         flash_model(device.port, DATA, 1, 2)
 
 
-def test_hanging_device_is_refused_as_silent(
-    tmp_path: Path,
-) -> None:
+def test_hanging_device_is_refused_as_silent(tmp_path: Path, clock: HostClock) -> None:
     count = 0
 
     def first_messages(data: bytes) -> bytes:
         nonlocal count
         count += 1
-        return data if count <= 2 else b""
+        if count <= 2:
+            return data
+        clock.skip()
+        return b""
 
     with ScriptedDevice(tmp_path / "port", descriptor=TAKER) as device:
         device.script.hears = first_messages
@@ -120,8 +133,12 @@ def test_hanging_device_is_refused_as_silent(
 
 
 @pytest.mark.parametrize("reply", [b"", b"\0\x87", 2**32 - 1, len(DATA) + 1])
-def test_invalid_answer_ends_the_transfer(tmp_path: Path, reply: int | bytes) -> None:
+def test_invalid_answer_ends_the_transfer(
+    tmp_path: Path, reply: int | bytes, clock: HostClock
+) -> None:
     _, pieces = flash_error(
-        tmp_path / "port", lambda kind, stored: reply if kind == FrameType.MODEL_CHUNK else stored
+        tmp_path / "port",
+        lambda kind, stored: reply if kind == FrameType.MODEL_CHUNK else stored,
+        clock,
     )
     assert pieces <= 3

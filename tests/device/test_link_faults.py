@@ -114,7 +114,11 @@ def test_device_that_never_reads_is_a_lost_port(
 ) -> None:
     monkeypatch.setattr(_transport, "WRITE", 0.02)
     transport = SerialTransport(device.port)
-    with device.stuck(), pytest.raises(LinkError, match="no bytes"):
-        for _ in range(1000):
+
+    def send_without_end() -> None:
+        while True:
             transport.send(FrameType.MARK, bytes(200))
+
+    with device.stuck(), pytest.raises(LinkError, match="no bytes"):
+        send_without_end()
     transport.close()

@@ -13,15 +13,26 @@ import sys
 import threading
 
 from firstcontact.core import Command
-from firstcontact.grasp import open_hand
+from firstcontact.grasp import SafeHand, _separate, open_hand
 
 CLOSE = Command(0.02, 2.0)
+#: Longest wait on a busy machine, s.
+_separate.MUTE = 60.0
+
+
+def make_hand(name: str, port: str) -> SafeHand:
+    """Return the named hand, or an Ability Hand that tolerates late answers."""
+    if name != "ability":
+        return open_hand(name)
+    from patient_ability import PatientAbilityHand
+
+    return SafeHand(_separate.SeparateHand(PatientAbilityHand, port))
 
 
 def main() -> None:
     name, port, action = sys.argv[1:]
     never = threading.Event()
-    with open_hand(name, None if port == "-" else port) as hand:
+    with make_hand(name, port) as hand:
         hand.send(CLOSE)
         print("closing", flush=True)
         if action == "raise":

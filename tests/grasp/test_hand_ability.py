@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from itertools import pairwise
 from math import degrees
@@ -18,13 +19,26 @@ from hands import PATIENCE, refused
 from emulated_ability import EmulatedAbility
 from firstcontact.core import Command, InputError
 from firstcontact.device import PseudoTerminal
-from firstcontact.grasp import SafeHand
+from firstcontact.grasp import SafeHand, _ability
 from firstcontact.grasp._ability import AbilityHand
 from firstcontact.grasp._ability_fingers import CLOSED, INDEX, LEVERS, NEARLY_OPEN, OPEN, THUMB
 from firstcontact.grasp._ability_package import SIMULATED
 
 PROGRAM = Path(__file__).with_name("hand_program.py")
 CLOSE = Command(0.05, 2.0)
+LOST = _ability.LOST
+
+
+@pytest.fixture(autouse=True)
+def _is_patient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let the hand wait long for an answer, because a busy machine may delay it."""
+    monkeypatch.setattr(_ability, "LOST", PATIENCE)
+
+
+@pytest.fixture
+def lose_soon(_is_patient: None, monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
+    """Return a function after whose call a hand is lost as soon as for users."""
+    return lambda: monkeypatch.setattr(_ability, "LOST", LOST)
 
 
 @pytest.fixture
@@ -195,8 +209,11 @@ def test_hand_opens_when_the_program_keeps_the_global_lock(port: Path) -> None:
 @contextmanager
 def started(port: Path, action: str = "wait") -> Iterator[subprocess.Popen[str]]:
     """Run a program that closes the hand and then does ``action``."""
+    # The hand's own process imports a module of this folder.
+    path = os.pathsep.join([str(PROGRAM.parent), *filter(None, [os.environ.get("PYTHONPATH")])])
     with subprocess.Popen(
         [sys.executable, PROGRAM, "ability", port, action],
+        env={**os.environ, "PYTHONPATH": path},
         stdin=subprocess.PIPE,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
@@ -208,16 +225,20 @@ def started(port: Path, action: str = "wait") -> Iterator[subprocess.Popen[str]]
             program.kill()
 
 
-def test_hand_fails_when_the_cable_is_pulled(port: Path) -> None:
+def test_hand_fails_when_the_cable_is_pulled(port: Path, lose_soon: Callable[[], None]) -> None:
     with EmulatedAbility(port) as emulated, safe_hand(port) as hand:
         open_then_close(emulated, hand)
+        lose_soon()
         emulated.unplug()
         assert "stopped answering" in refused(hand, CLOSE)
 
 
-def test_hand_that_stops_answering_still_receives_open(port: Path) -> None:
+def test_hand_that_stops_answering_still_receives_open(
+    port: Path, lose_soon: Callable[[], None]
+) -> None:
     with EmulatedAbility(port) as emulated, safe_hand(port) as hand:
         open_then_close(emulated, hand)
+        lose_soon()
         emulated.mute = True
         assert "stopped answering" in refused(hand, CLOSE)
         emulated.wait(lambda e: e.open)

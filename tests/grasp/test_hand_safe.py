@@ -43,7 +43,7 @@ def test_exception_releases_and_propagates() -> None:
     recorder = RecordingHand()
 
     def use() -> None:
-        with SafeHand(recorder) as hand:
+        with SafeHand(recorder, silence=PATIENCE) as hand:
             hand.send(SLOW)
             raise ZeroDivisionError
 
@@ -85,7 +85,7 @@ def test_the_last_command_is_repeated() -> None:
 
 def test_command_that_is_not_finite_releases_and_is_refused() -> None:
     recorder = RecordingHand()
-    with SafeHand(recorder) as hand:
+    with SafeHand(recorder, silence=PATIENCE) as hand:
         hand.send(SLOW)
         with pytest.raises(HandError):
             hand.send(Command(nan, 1.0))
@@ -96,7 +96,7 @@ def test_command_that_is_not_finite_releases_and_is_refused() -> None:
 
 def test_failing_hand_is_released_and_raises() -> None:
     recorder = RecordingHand()
-    with SafeHand(recorder) as hand:
+    with SafeHand(recorder, silence=PATIENCE) as hand:
         recorder.error = OSError("the cable is out")
         with pytest.raises(HandError, match="the cable is out"):
             hand.send(SLOW)
@@ -228,7 +228,7 @@ class DisturbedHand(RecordingHand):
 
 def test_signals_wait_until_the_hand_is_released() -> None:
     recorder = DisturbedHand()
-    with pytest.raises(KeyboardInterrupt), SafeHand(recorder) as hand:
+    with pytest.raises(KeyboardInterrupt), SafeHand(recorder, silence=PATIENCE) as hand:
         hand.send(SLOW)
     assert recorder.orders == [SLOW, "release", "close"]
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
@@ -320,7 +320,7 @@ def test_hand_works_in_another_thread() -> None:
     recorder = RecordingHand()
 
     def use() -> None:
-        with SafeHand(recorder) as hand:
+        with SafeHand(recorder, silence=PATIENCE) as hand:
             hand.send(SLOW)
 
     thread = threading.Thread(target=use)

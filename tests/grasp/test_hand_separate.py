@@ -10,6 +10,7 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import groupby
 from pathlib import Path
 
 import pytest
@@ -85,11 +86,15 @@ def file_hand(log: Path, silence: float = PATIENCE) -> SeparateHand:
 
 
 def await_lines(log: Path, *last: str) -> list[str]:
-    """Wait until the last lines of a file are these, and return all lines."""
+    """Wait until the last lines of a file are these, and return all lines.
+
+    Equal lines in a row count as one: a hand without orders is released again and again.
+    """
     tick = threading.Event()
     lines: list[str] = []
     for _ in range(int(PATIENCE / 0.02)):
-        lines = log.read_text().splitlines() if log.exists() else []
+        text = log.read_text() if log.exists() else ""
+        lines = [line for line, _ in groupby(text.splitlines())]
         if lines[-len(last) :] == list(last):
             return lines
         tick.wait(0.02)

@@ -14,9 +14,10 @@ from serial_faults import every_other, read_until, samples
 
 from firstcontact.core import InputError
 from firstcontact.device import Arrival, FrameType, SerialSource
+from firstcontact.device import _serial_source as serial_source
 from firstcontact.device._transport import SerialTransport
 from firstcontact.recording import Marker
-from processes import until
+from processes import PATIENCE, until
 
 
 def test_all_samples_and_control_bytes_arrive(device: ScriptedDevice) -> None:
@@ -60,6 +61,7 @@ def test_read_waits_for_the_requested_samples(device: ScriptedDevice) -> None:
 def test_a_reader_reads_the_port_in_its_own_thread(
     device: ScriptedDevice, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(serial_source, "SILENCE", PATIENCE)  # a busy machine may be silent for long
     threads: list[tuple[int, int]] = []  # of each read of the port, and its number of bytes
     read = SerialTransport.read
     reader = threading.get_ident()
@@ -91,6 +93,24 @@ def test_last_samples_are_read_after_the_end(device: ScriptedDevice) -> None:
     assert samples(collect(source, lambda n: n == 3001)) == 3001
     assert source.ended
     assert source.health.lost_samples == 0
+
+
+def test_stop_of_this_process_while_it_closes_loses_no_samples(
+    device: ScriptedDevice, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read = SerialTransport.read
+    stops = iter([1.2 * serial_source.SILENCE])
+
+    def stop_once(transport: SerialTransport, *patience: float) -> bytes:
+        if source._closing.is_set() and not (seconds := next(stops, 0.0)):
+            return read(transport, *patience)
+        time.sleep(seconds if source._closing.is_set() else 1e-3)
+        return b""
+
+    with SerialSource(device.port) as source:
+        monkeypatch.setattr(SerialTransport, "read", stop_once)
+        device.put(100)
+    assert samples(source.read(0)) == 100
 
 
 def test_lost_last_samples_are_counted_on_stop(device: ScriptedDevice) -> None:

@@ -21,6 +21,7 @@ from firstcontact.device._opening import SourceOptions
 from firstcontact.device._protocol import VERSION, FrameType, marker_text
 from firstcontact.device._source import Arrival, Descriptor, Health
 from firstcontact.device._stream_checks import RateCheck
+from firstcontact.device._threaded import LONGEST_LOOK
 from firstcontact.device._transport import LinkError, SerialTransport, not_a_port
 from firstcontact.device._twin_words import TWIN
 from firstcontact.recording import Marker
@@ -470,15 +471,16 @@ class SerialSource:
     def _stop(self, transport: SerialTransport) -> None:
         """Stop the device and receive data until it confirms the end."""
         now = time.monotonic()
-        self._heard, deadline, last_request = now, now + FAREWELL, -AGAIN
-        while now < deadline and now - self._heard < SILENCE:
+        silence, deadline, last_request = 0.0, now + FAREWELL, -AGAIN
+        while now < deadline and silence < SILENCE:
             if now - last_request > AGAIN:
                 transport.send(FrameType.STOP)
                 last_request = now
             data = transport.read()
-            now = time.monotonic()
+            previous, now = now, time.monotonic()
             if self._take(data, now).stopped:
                 return
+            silence = 0.0 if self._heard == now else silence + min(now - previous, LONGEST_LOOK)
 
 
 def from_port(port: str, options: SourceOptions) -> SerialSource:

@@ -10,6 +10,7 @@ import time
 import pytest
 from numbered import DESCRIPTOR
 from scripted_device import DEAD, ScriptedDevice, collect
+from serial_faults import read_until
 
 from firstcontact.core import InputError
 from firstcontact.device import FrameType, SerialSource, _transport
@@ -62,6 +63,7 @@ def test_markers_of_an_interrupted_epoch_keep_it(device: ScriptedDevice) -> None
         source.mark("then")
         # It may be reset before it has heard them, or with its answers on the wire.
         device.reset(2)
+        arrivals += read_until(source, lambda: source.health.reconnects == 1)
         device.put(100)
         arrivals += collect(source, lambda n: n == 100)
     markers = [marker for arrival in arrivals for marker in arrival.markers]

@@ -142,11 +142,15 @@ def test_rate_contradicted_by_late_stamps_is_refused() -> None:
             until_refused(source)
 
 
-def test_ambiguous_stream_name_is_refused_with_the_choices() -> None:
+def test_ambiguous_stream_name_is_refused_with_the_choices(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     left = Outlet(sender="left")
     right = Outlet(left.name, sender="right")
-    with pytest.raises(InputError, match=f"lsl:{left.name}@left, lsl:{left.name}@right"):
-        LslSource(left.name).__enter__()
+    with monkeypatch.context() as patient:
+        patient.setattr("firstcontact.device._lsl_source.ANOTHER", PATIENCE)
+        with pytest.raises(InputError, match=f"lsl:{left.name}@left, lsl:{left.name}@right"):
+            LslSource(left.name).__enter__()
     with LslSource(f"{left.name}@right") as source:
         right.push(np.zeros(100), right.past(100))
         assert read_all(source, 50)

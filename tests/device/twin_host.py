@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import select
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
@@ -38,6 +39,8 @@ class Host:
         self.samples: list[SamplesFrame] = []
         self.markers: list[tuple[int, str]] = []
         self.counters: list[int] = []
+        self.longest_pause = 0.0  # between two reads that returned something, s
+        self._heard = time.monotonic()
 
     def close(self) -> None:
         os.close(self.fd)
@@ -50,6 +53,8 @@ class Host:
         """Return the next bytes, at least one."""
         ready, _, _ = select.select([self.fd], [], [], DEAD)
         assert ready, "the twin has gone silent"
+        previous, self._heard = self._heard, time.monotonic()
+        self.longest_pause = max(self.longest_pause, self._heard - previous)
         *stuffed, self.rest = (self.rest + os.read(self.fd, 65_536)).split(b"\0")
         frames = []
         for one in stuffed:

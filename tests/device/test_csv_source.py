@@ -6,6 +6,7 @@ import math
 import sys
 import time
 from collections.abc import Callable
+from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -224,7 +225,8 @@ def test_port_without_number_lines_is_refused(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("firstcontact.device._csv_source.PATIENCE", 0.5)
+    if problem == "csv:PORT@BAUD":  # no line of numbers ever comes
+        monkeypatch.setattr(_csv_source, "PATIENCE", 0.5)
     with (
         PrintingBoard(tmp_path / "port", line) as board,
         pytest.raises(InputError, match=problem),
@@ -265,10 +267,21 @@ def test_slow_board_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("_measured_rate")
-def test_other_rate_is_measured_and_resampled(tmp_path: Path) -> None:
+@pytest.mark.parametrize("stop", [0.0, 1.0])
+def test_other_rate_is_measured_and_resampled(
+    stop: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read, calls = CsvSource._read, count()
+
+    def stop_once(source: CsvSource) -> bytes:
+        if next(calls) == 150:
+            time.sleep(stop)
+        return read(source)
+
+    monkeypatch.setattr(CsvSource, "_read", stop_once)
     began = time.monotonic()
     with PrintingBoard(tmp_path / "port", numbered_line, rate=2000.0) as board:
-        source = CsvSource(board.port, ("2",), measured=MEASURED)
+        source = CsvSource(board.port, ("2",))
         with source:
             firmware = source.descriptor.firmware
             rate = float(firmware.split()[3])

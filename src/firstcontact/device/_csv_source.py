@@ -179,10 +179,11 @@ class CsvSource(ThreadedSource):
         # The first lines may have waited in buffers. The rate is the slope of a line through the
         # arrivals after them, of which a busy machine may read few.
         arrivals: list[tuple[float, int]] = []
+        caught_up = 0  # number of arrivals up to the last backlog, after which the slope is true
         while (
             (now := time.monotonic()) - began < self._measured
             or len(lines) < LINES_NEEDED
-            or (len(arrivals) < 3 and now - opened < PATIENCE)
+            or (_duration(arrivals[caught_up:]) < 0.5 * self._measured and now - opened < PATIENCE)
         ):
             if len(lines) < LINES_NEEDED and now - opened > PATIENCE:
                 raise InputError(
@@ -190,12 +191,17 @@ class CsvSource(ThreadedSource):
                     "lines were not numbers): check that the board prints numbers, and its baud "
                     "rate (csv:PORT@BAUD)"
                 )
-            new = [line for line in self._lines.feed(self._read()) if line]
+            data = self._read()
+            new = [line for line in self._lines.feed(data) if line]
             if new and not lines:
                 began = time.monotonic()  # buffered lines arrive together
             lines += new
             if new and (age := time.monotonic() - began) > 0.25 * self._measured:
                 arrivals.append((age, len(lines)))
+                if len(data) >= BACKLOG:
+                    caught_up = len(arrivals)
+        if _duration(arrivals[caught_up:]) >= 0.5 * self._measured:
+            arrivals = arrivals[caught_up:]
         columns = identify_columns(lines, self._lines.header, self._named, self.port)
         times, counts = np.array(arrivals).reshape(-1, 2).T
         rate = float(np.polyfit(times, counts, 1)[0]) if len(arrivals) > 2 else 0.0
@@ -277,6 +283,10 @@ class CsvSource(ThreadedSource):
         if self._serial is not None:
             with suppress(OSError):
                 self._serial.close()
+
+
+def _duration(arrivals: list[tuple[float, int]]) -> float:
+    return arrivals[-1][0] - arrivals[0][0] if arrivals else 0.0
 
 
 def from_name(name: str, options: SourceOptions) -> CsvSource:

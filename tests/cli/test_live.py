@@ -324,8 +324,8 @@ def test_lines_close_and_open_a_hand_and_their_end_opens_it(
         for event in map(json.loads, process.stdout):
             if event["type"] == "hand_command":
                 predictions.append((event["ask"], event["by"]))
-            if len(predictions) == 4:  # the hand may be open before its event is out
-                process.send_signal(signal.SIGTERM)
+                if len(predictions) == 4:  # the hand may be open before its event is out
+                    process.send_signal(signal.SIGTERM)
         assert process.wait(LONG) == 0
     by = "standard input"
     assert predictions == [("close", by), ("open", by), ("close", by), ("open", by)]

@@ -120,7 +120,7 @@ def test_single_worker_runs_all_jobs(tmp_path: Path) -> None:
 def test_killed_scheduler_is_an_input_error(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("firstcontact.core._cluster.PATIENCE", 2.0)
+    monkeypatch.setattr("firstcontact.core._cluster.PATIENCE", 4.0)
     with cluster(tmp_path, 1) as dying, use_cluster(dying.address), parallel(1) as runner:
         stream = runner.stream(paused, [False, True, True])
         assert next(stream) is False

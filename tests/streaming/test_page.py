@@ -14,7 +14,7 @@ from page_feed import DESCRIPTOR, LANDMARKS, Feed, Requests
 from firstcontact.device import Health
 from firstcontact.streaming import Ask, ContactWithdrawn, PageSink
 from firstcontact.streaming._sink import Update
-from firstcontact.streaming.page._server import SILENCE
+from firstcontact.streaming.page import _server
 from page_browser import browsing, needs_browser, text, until
 
 pytestmark = needs_browser
@@ -90,13 +90,15 @@ def test_what_happens_is_seen(fed: Fed, chromium: Any) -> None:
     until(chromium, lambda d: len(d.find_elements("css selector", "#rows tr td b")) > 0)
     assert "simulated" in text(chromium, "source")
     assert "Nothing lost" in text(chromium, "link")
-    assert text(chromium, "interval").startswith("between ")
-    assert text(chromium, "sure") == "correct for 90 % of objects like the training data"
+    # The next closing clears them until its estimate comes.
+    until(chromium, lambda d: text(d, "interval").startswith("between "))
+    sure = "correct for 90 % of objects like the training data"
+    until(chromium, lambda d: text(d, "sure") == sure)
     until(chromium, lambda d: "second finger" in text(d, "verdict"))
-    assert text(chromium, "total").endswith(" ms")
+    until(chromium, lambda d: text(d, "total").endswith(" ms"))
     for name in LANDMARKS:
         assert name in text(chromium, "scale")
-    assert "16.65 ms" in text(chromium, "bar")
+    until(chromium, lambda d: "16.65 ms" in text(d, "bar"))
     until(chromium, lambda d: min(d.execute_script(COUNT)) > 200)
     until(chromium, lambda d: d.execute_script(FLAGS_SHOWN) > 20)
     until(chromium, lambda d: "1.98" in text(d, "ledger"))
@@ -183,8 +185,12 @@ def test_the_hand_is_asked_by_buttons_that_are_there_where_it_can_be(chromium: A
             fed.close()
 
 
-def test_a_page_that_hangs_no_longer_holds_the_hand_closed(chromium: Any) -> None:
+def test_a_page_that_hangs_no_longer_holds_the_hand_closed(
+    chromium: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The page must report by itself that it is alive, because the browser answers pings."""
+    silence = 2.5  # a browser on a busy machine may report late
+    monkeypatch.setattr(_server, "SILENCE", silence)
     fed = Fed(asks=(Ask.CLOSE, Ask.OPEN))
     try:
         chromium.get(fed.sink.url)
@@ -192,9 +198,10 @@ def test_a_page_that_hangs_no_longer_holds_the_hand_closed(chromium: Any) -> Non
         until(chromium, lambda d: closes.is_displayed())
         closes.click()
         since = time.monotonic()
-        until(chromium, lambda d: time.monotonic() - since > 2 * SILENCE)
+        until(chromium, lambda d: time.monotonic() - since > 2 * silence)
         assert fed.asked.gone == []
         chromium.execute_script("const end = Date.now() + 4000; while (Date.now() < end);")
+        until(chromium, lambda d: fed.asked.gone)
         assert fed.asked.gone == ["viewer 1 of the page"]
     finally:
         fed.close()

@@ -175,15 +175,15 @@ def test_a_viewer_that_falls_silent_no_longer_holds_the_hand_closed(
 
 
 def test_a_viewer_that_says_that_it_is_there_holds_the_hand_closed(
-    page: PageSink, requests: Requests, monkeypatch: pytest.MonkeyPatch
+    page: PageSink, requests: Requests
 ) -> None:
-    monkeypatch.setattr(_server, "SILENCE", 0.5)
     pause = threading.Event()
     with view(page) as viewer:
         viewer.send('{"do": "close"}')
         assert answer(viewer)["ok"]
-        for _ in range(4 * EACH[0]):  # more often than it may ask for something
-            viewer.send(HERE)
+        until = time.monotonic() + 1.5 * _server.SILENCE
+        while time.monotonic() < until:
+            viewer.send(HERE)  # more often than it may ask for something
             pause.wait(0.025)
         assert requests.gone == []
         viewer.send(MARK)

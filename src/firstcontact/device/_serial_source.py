@@ -161,7 +161,10 @@ class SerialSource:
         self._thread.start()
         try:
             with self._inbox.changed:
-                self._inbox.changed.wait_for(lambda: self._connected or self._inbox.finished)
+                # Not for ``_connected``: a device without samples may be disconnected again by now.
+                self._inbox.changed.wait_for(
+                    lambda: self._assembler.epoch >= 0 or self._inbox.finished
+                )
                 if self._inbox.error is not None:
                     raise self._inbox.error
         except BaseException:

@@ -1,10 +1,12 @@
 /* A sound input without hardware, for ALSA and all that is built on it: it plays a tape of 16-bit
  * samples into the input at its rate by the clock, and has the faults of real ones.
  *
- *   pcm.NAME { type tape  file PATH  rate HZ  channels N  ppm N  lose_at N  lose N  loop BOOL }
+ *   pcm.NAME { type tape  file PATH  rate HZ  channels N  ppm N  lose_at N  lose N  loop BOOL
+ *              waits BOOL }
  *
  * ppm: how much faster than it says it is. lose_at, lose: at this sample of the tape so many are
  * lost, as when the buffer overflows. At the end of the tape it is unplugged, unless it loops.
+ * waits: the tape stands still while the buffer is nearly full, so that a late reader loses nothing.
  */
 #include <alsa/asoundlib.h>
 #include <alsa/pcm_external.h>
@@ -15,7 +17,7 @@
 typedef struct {
     snd_pcm_ioplug_t io;
     int16_t *tape;
-    long frames, rate, channels, ppm, lose_at, lose, loop;
+    long frames, rate, channels, ppm, lose_at, lose, loop, waits;
     long given;    /* samples in or through the buffer since then */
     long from;     /* of the tape, where the input was started */
     double zero;   /* when sample 0 of the tape was taken, s; 0 before it */
@@ -63,7 +65,17 @@ static snd_pcm_sframes_t pointer(snd_pcm_ioplug_t *io) {
     tape_t *t = io->private_data;
     if (!t->running) return 0;
     long size = (long)io->buffer_size, taken = (long)((now() - t->began) * speed(t));
-    if (!t->loop && t->from + taken >= t->frames) t->gone = 1;
+    long end = t->from + taken;
+    if (t->waits) {
+        const long most = (long)io->appl_ptr + size / 2, left = t->frames - t->from;
+        if (taken > most) {
+            t->began += (taken - most) / speed(t);
+            taken = most;
+        }
+        if (taken > left) taken = left;
+        end = t->from + (long)io->appl_ptr + (long)io->period_size;
+    }
+    if (!t->loop && end >= t->frames) t->gone = 1;
     if (t->gone) {
         /* With an error the library takes it for an overrun. */
         snd_pcm_ioplug_set_state(io, SND_PCM_STATE_DISCONNECTED);
@@ -152,6 +164,7 @@ SND_PCM_PLUGIN_DEFINE_FUNC(tape) {
         struct { const char *name; long *value; } known[] = {
             {"rate", &t->rate}, {"channels", &t->channels}, {"ppm", &t->ppm},
             {"lose_at", &t->lose_at}, {"lose", &t->lose}, {"loop", &t->loop},
+            {"waits", &t->waits},
         };
         for (size_t k = 0; k < sizeof known / sizeof *known; k++)
             if (!strcmp(id, known[k].name)) snd_config_get_integer(entry, known[k].value);

@@ -94,7 +94,8 @@ def test_overflow_is_a_gap_of_its_length(tmp_path: Path) -> None:
 
 
 def test_unplugged_input_ends_with_an_input_error(tmp_path: Path) -> None:
-    with local_sound(tmp_path, hum(RATE // 2)), open_source("audio:disc") as source:
+    tape = hum(RATE // 2)
+    with local_sound(tmp_path, tape, waits=1), open_source("audio:disc") as source:
         with pytest.raises(InputError, match="audio:disc"):
             until(source, 10 * RATE)
         assert source.ended

@@ -99,7 +99,7 @@ class ClosingLog:
                 return len(self.starts()) - 1, start, order_at
 
 
-def read_to(stream: TwinStream, sample: int) -> None:
+def read_past(stream: TwinStream, sample: int) -> None:
     """Simulate the stream beyond a sample."""
     while stream.sample <= sample:
         stream.read(1000)
@@ -113,7 +113,7 @@ def test_command_lowers_the_peak_of_its_closing_only() -> None:
         number, start, _ = log.send_order(Command(0.03, 1.0), 900)
         h.listen(lambda: len([s for s in log.peaks() if s >= start]) >= 3)
         # Nothing before the first start that was seen was commanded.
-        read_to(stream, log.starts()[0][0])
+        read_past(stream, log.starts()[0][0])
         number += [p.start for p in stream.pinches].index(log.starts()[0][0])
         while len([p for p in stream.pinches if p.end]) < number + 3:
             stream.read(1000)
@@ -186,7 +186,7 @@ def test_marks_are_not_orders() -> None:
         assert {content for _, content in h.markers} >= set(texts)
         # The hand does what it would have done unasked.
         stream = TwinStream("paper-rig", ["block 10", "apple 1"], seed=4)
-        read_to(stream, h.markers[-1][0])
+        read_past(stream, h.markers[-1][0])
         alone = [(p.start, f"twin: {p.label.object}") for p in stream.pinches]
         alone += [(p.end, peak_text(p.peak)) for p in stream.pinches if p.end and p.peak]
         assert set(hand()) <= set(alone)

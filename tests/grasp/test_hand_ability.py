@@ -31,7 +31,7 @@ LOST = _ability.LOST
 
 @pytest.fixture(autouse=True)
 def _is_patient(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let the hand wait long for an answer, because a busy machine may delay it."""
+    """Make the hand wait long for an answer, because a busy machine may delay it."""
     monkeypatch.setattr(_ability, "LOST", PATIENCE)
 
 

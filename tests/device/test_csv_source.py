@@ -152,7 +152,8 @@ def test_damaged_counter_value_starts_no_epoch_or_gap(tmp_path: Path) -> None:
         place, lines_after = divmod(trouble.lines_since(number), 400)
         if lines_after == 0 and 0 <= place < 4:
             return b"%s,512,0\n" % (b"1e300", b"99%d" % number, b"-3", b"7")[place]
-        return numbered_line(number)
+        # Far from 65,536, where a count of 7 would be a wrap.
+        return numbered_line(100_000 + number)
 
     with PrintingBoard(tmp_path / "port", line) as board:
         source = CsvSource(board.port, ("2",), measured=MEASURED)

@@ -20,6 +20,12 @@ from firstcontact.recording import Marker
 from processes import PATIENCE, until
 
 
+@pytest.fixture
+def _is_patient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Make the source wait long for a device, because a busy machine may delay it."""
+    monkeypatch.setattr(serial_source, "SILENCE", PATIENCE)
+
+
 def test_all_samples_and_control_bytes_arrive(device: ScriptedDevice) -> None:
     with SerialSource(device.port) as source:
         assert source.name == device.port
@@ -58,10 +64,10 @@ def test_read_waits_for_the_requested_samples(device: ScriptedDevice) -> None:
         assert few[0].block.first_sample == sent_count
 
 
+@pytest.mark.usefixtures("_is_patient")
 def test_a_reader_reads_the_port_in_its_own_thread(
     device: ScriptedDevice, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(serial_source, "SILENCE", PATIENCE)  # a busy machine may be silent for long
     threads: list[tuple[int, int]] = []  # of each read of the port, and its number of bytes
     read = SerialTransport.read
     reader = threading.get_ident()
@@ -86,6 +92,7 @@ def test_a_reader_reads_the_port_in_its_own_thread(
         assert {thread for thread, size in threads if size} == {reader}
 
 
+@pytest.mark.usefixtures("_is_patient")
 def test_last_samples_are_read_after_the_end(device: ScriptedDevice) -> None:
     with SerialSource(device.port) as source:
         device.put(3001)
@@ -113,6 +120,7 @@ def test_stop_of_this_process_while_it_closes_loses_no_samples(
     assert samples(source.read(0)) == 100
 
 
+@pytest.mark.usefixtures("_is_patient")
 def test_lost_last_samples_are_counted_on_stop(device: ScriptedDevice) -> None:
     with SerialSource(device.port) as source:
         device.put(500)
@@ -203,6 +211,7 @@ def test_marks_return_with_their_sample(device: ScriptedDevice) -> None:
             source.mark("lost")
 
 
+@pytest.mark.usefixtures("_is_patient")
 def test_mark_after_the_last_sample_is_returned(device: ScriptedDevice) -> None:
     with SerialSource(device.port) as source:
         device.put(100)

@@ -24,7 +24,8 @@ FOLLOWED = 1.0
 #: Interval between reports of a slip that continues, s.
 AGAIN = 0.05
 #: Mean square relative to rest above which a piece is loud. It was chosen for one false alarm per
-#: minute of quiet holds with one simulated hand, without any slip data (``benchmarks/scores/slip.py``).
+#: minute of quiet holds with one simulated hand, without any slip data
+#: (``benchmarks/scores/slip.py``).
 THRESHOLD = 1.5
 
 

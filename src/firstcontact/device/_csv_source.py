@@ -19,7 +19,7 @@ from firstcontact.device._number_lines import (
 )
 from firstcontact.device._opening import SourceOptions
 from firstcontact.device._source import Descriptor
-from firstcontact.device._threaded import ThreadedSource
+from firstcontact.device._threaded import LONGEST_LOOK, ThreadedSource
 from firstcontact.device._transport import FAULTS, LinkError, opening_error
 
 #: Default baud rate, for boards with a UART. A board with native USB accepts any.
@@ -179,11 +179,12 @@ class CsvSource(ThreadedSource):
         # The first lines may have waited in buffers. The rate is the slope of a line through the
         # arrivals after them, of which a busy machine may read few.
         arrivals: list[tuple[float, int]] = []
-        caught_up = 0  # number of arrivals up to the last backlog, after which the slope is true
+        steady: list[tuple[float, int]] = []  # arrivals since the last pause and its backlog
+        lead = pause = 0.25 * self._measured
         while (
             (now := time.monotonic()) - began < self._measured
             or len(lines) < LINES_NEEDED
-            or (_duration(arrivals[caught_up:]) < 0.5 * self._measured and now - opened < PATIENCE)
+            or (_duration(steady) < 0.5 * self._measured and now - opened < PATIENCE)
         ):
             if len(lines) < LINES_NEEDED and now - opened > PATIENCE:
                 raise InputError(
@@ -191,17 +192,18 @@ class CsvSource(ThreadedSource):
                     "lines were not numbers): check that the board prints numbers, and its baud "
                     "rate (csv:PORT@BAUD)"
                 )
-            data = self._read()
-            new = [line for line in self._lines.feed(data) if line]
+            new = [line for line in self._lines.feed(self._read()) if line]
             if new and not lines:
                 began = time.monotonic()  # buffered lines arrive together
             lines += new
-            if new and (age := time.monotonic() - began) > 0.25 * self._measured:
+            if new and (age := time.monotonic() - began) > lead:
+                if age - (arrivals[-1][0] if arrivals else lead) > LONGEST_LOOK:
+                    steady, pause = [], age + lead
                 arrivals.append((age, len(lines)))
-                if len(data) >= BACKLOG:
-                    caught_up = len(arrivals)
-        if _duration(arrivals[caught_up:]) >= 0.5 * self._measured:
-            arrivals = arrivals[caught_up:]
+                if age >= pause:
+                    steady.append(arrivals[-1])
+        if _duration(steady) >= 0.5 * self._measured:
+            arrivals = steady
         columns = identify_columns(lines, self._lines.header, self._named, self.port)
         times, counts = np.array(arrivals).reshape(-1, 2).T
         rate = float(np.polyfit(times, counts, 1)[0]) if len(arrivals) > 2 else 0.0

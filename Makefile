@@ -25,8 +25,9 @@ help: ## list the targets
 # --- what is installed -------------------------------------------------------------------------
 # Only what requirements/ names, at its version and with one of its hashes; pip chooses nothing.
 # The files are layers: requirements/write.py tells of what. Stamps: installing is repeated only
-# when what is asked for has changed. pip compiles on one core, and tests of packages as well, so
-# that is done afterwards.
+# when what is asked for has changed. Three quarters of the modules are never imported: Python
+# compiles the others at their first import, and keeps them.
+export PYTHONDONTWRITEBYTECODE =
 
 layers = $(foreach layer,$(1),--requirement requirements/$(layer).txt)
 fetch  = $(PIP) install --quiet --no-compile --no-deps --only-binary :all: --require-hashes $(call layers,$(1))
@@ -40,7 +41,6 @@ plugin = $(itself) --editable examples/plugin_estimators
 torch  = $(call fetch,cpu) 2>/dev/null || $(call fetch,cuda)
 # Beside the others: it is as large as they are together. Neither outlives a failure or Ctrl-C.
 both   = $(call fetch,$(1)) & others=$$!; trap wait EXIT; trap "kill $$others; exit 130" INT TERM; { $(torch); } && wait $$others
-bytes  = $(BIN)/python -m compileall -q -j 0 -x 'site-packages[\\/].*[\\/](tests?|testing[\\/]_internal)[\\/]' $(VENV)/lib
 PINS  := pyproject.toml examples/plugin_estimators/pyproject.toml $(wildcard requirements/*.txt) $(wildcard src/firstcontact/core/c/*) $(wildcard firmware/core/fc_c*)
 
 $(BIN)/pip:
@@ -50,21 +50,18 @@ $(VENV)/.study: $(PINS) | $(BIN)/pip
 	$(call both,base study)
 	$(plugin)
 	$(twin)
-	-$(bytes)
 	@touch $@
 
 $(VENV)/.dev: $(PINS) | $(BIN)/pip
 	$(call both,base study live dev)
 	$(plugin)
 	$(twin)
-	-$(bytes)
 	@touch $(VENV)/.study $(VENV)/.live $@
 
 $(VENV)/.live: $(PINS) | $(BIN)/pip
 	$(call fetch,base live)
 	$(itself)
 	$(twin)
-	-$(bytes)
 	@touch $@
 
 .PHONY: install constraints
@@ -128,9 +125,9 @@ TESTERS ?= $(shell expr 3 \* $$(getconf _NPROCESSORS_ONLN) / 2 + 1)
 # Hundreds of processes import the package: compiled once, it takes each 0.4 s less.
 test: $(VENV)/.dev ## the tests, side by side on all cores
 	@# Compiled beforehand, the tests, and the twin where Numba compiles it: else each process does so.
-	[ -d tests/__pycache__ ] || PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --collect-only -qq >/dev/null & \
+	[ -d tests/__pycache__ ] || $(BIN)/python -m pytest --collect-only -qq >/dev/null & \
 	$(BIN)/python -c "from firstcontact.twin import *; DeviceFilter().update(TwinStream(seed=0).read(9000))" && wait
-	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses $(TESTERS) --dist worksteal
+	$(BIN)/python -m pytest --numprocesses $(TESTERS) --dist worksteal
 
 # Numba goes to a folder beside .venv, which has none where a C compiler built the kernels.
 test-numba: $(VENV)/.dev ## the simulated hand with Numba, against the kernels

@@ -21,7 +21,6 @@ from types import SimpleNamespace
 from typing import Any
 
 from firstcontact.core import Command, _children, _die_with_parent
-from firstcontact.recording import _apart
 
 #: Modules of the processes that are forked.
 TWIN, READER = "firstcontact.device._twin_process", "firstcontact.recording._apart"
@@ -42,7 +41,7 @@ def load() -> None:
 def fork_children() -> None:
     """Fork the twins and readers that this process starts from now on."""
     forking = SimpleNamespace(Popen=_start, PIPE=subprocess.PIPE, DEVNULL=subprocess.DEVNULL)
-    _children.subprocess = _apart.subprocess = forking  # type: ignore[attr-defined]
+    _children.subprocess = forking  # type: ignore[attr-defined]
 
 
 def _start(words: list[str], **options: Any) -> subprocess.Popen[bytes]:

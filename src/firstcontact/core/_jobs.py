@@ -6,11 +6,13 @@ import math
 import os
 import pickle
 import signal
+import sys
 import threading
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
+from functools import lru_cache
 from typing import Any, Literal, TypeVar
 from uuid import uuid4
 
@@ -221,12 +223,12 @@ def _run_job(function: Callable[..., B], job: object, payload: Any) -> B:
 def one_thread() -> Iterator[None]:
     """Limit numerical libraries to one thread. More threads only slow parallel jobs down."""
     import joblib
-    import threadpoolctl
 
     previous = {name: os.environ.get(name) for name in ONE_THREAD}
     os.environ.update(ONE_THREAD)
+    libraries = _numerical_libraries(len(sys.modules))
     try:
-        with threadpoolctl.threadpool_limits(1), joblib.parallel_config("sequential", n_jobs=1):
+        with libraries.limit(limits=1), joblib.parallel_config("sequential", n_jobs=1):
             yield
     finally:
         for name, value in previous.items():
@@ -234,6 +236,17 @@ def one_thread() -> Iterator[None]:
                 del os.environ[name]
             else:
                 os.environ[name] = value
+
+
+@lru_cache(maxsize=1)
+def _numerical_libraries(modules: int) -> Any:
+    """Return the loaded numerical libraries. Searching them takes 2 ms.
+
+    ``modules`` is the number of imported modules: another one may have loaded a library.
+    """
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()
 
 
 def worker_count(workers: int) -> int:

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 import forked
 from firstcontact.core import Block, Channel, ChannelKind, Finger, InputError, Label, Layout
 from firstcontact.device import Arrival, Recorder
+from firstcontact.device._recorder import QUEUED
 from firstcontact.recording import Header, Marker, PinchMark, Recording, read_recording
 
 LAYOUT = Layout(
@@ -218,6 +219,38 @@ def test_hanging_disk_blocks_no_caller_and_loses_nothing(tmp_path):
     recording = read_recording(path)
     assert (recording.samples, recording.skipped) == (20_000, ())
     check_numbers(recording)
+
+
+@pytest.mark.parametrize("is_stopped", [True, False])
+def test_a_caller_can_wait_for_a_slow_disk(tmp_path, is_stopped):
+    recorder = Recorder()
+    works_again, asked = threading.Event(), threading.Event()
+    path = tmp_path / "a.mcap"
+    recorder.start(path, HEADER)
+    write = recorder._write
+
+    def hang(writer, piece):
+        works_again.wait()
+        write(writer, piece)
+
+    def stopped():
+        asked.set()
+        return is_stopped
+
+    recorder._write = hang
+    recorder.put(arrivals(0, [500] * 200))
+    waiting = threading.Thread(target=recorder.wait, args=(stopped,))
+    waiting.start()
+    asked.wait()
+    if is_stopped:
+        waiting.join()
+        assert recorder.status.waiting == 100_000
+    works_again.set()
+    waiting.join()
+    if not is_stopped:
+        assert recorder.status.waiting <= QUEUED
+    recorder.stop()
+    assert read_recording(path).samples == 100_000
 
 
 # Records as fast as it can and says how far it got; its parent kills it.

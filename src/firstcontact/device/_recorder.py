@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +19,10 @@ _log = logging.getLogger(__name__)
 
 #: Largest number of samples for which consecutive blocks are joined before writing.
 JOINED_SAMPLES = 500
+#: Number of queued samples above which :meth:`Recorder.wait` waits: 8 s of a fingertip.
+QUEUED = 40_000
+#: Time between two checks of whether to wait any longer, s.
+POLL = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,9 +50,10 @@ class RecorderStatus:
 class Recorder:
     """Recorder of samples into one file at a time, in order.
 
-    The caller never waits: samples queue up without a limit and are counted. If the file cannot be
-    written (a full disk), the recorder stops and states the reason in its status. All complete
-    parts of the file stay readable.
+    :meth:`put` never waits: samples queue up without a limit and are counted. Callers whose samples
+    come faster than the disk can write them also call :meth:`wait`. If the file cannot be written
+    (a full disk), the recorder stops and states the reason in its status. All complete parts of the
+    file stay readable.
 
     All methods can be called from any thread. Leaving a ``with`` block closes the recorder.
     """
@@ -110,6 +115,12 @@ class Recorder:
                 self._queue.extend(arrival.markers)
                 self._waiting += len(arrival.block.data)
             self._changed.notify()
+
+    def wait(self, stopped: Callable[[], bool]) -> None:
+        """Wait until the queue is short, or until ``stopped`` returns True."""
+        with self._changed:
+            while self._waiting > QUEUED and not stopped():
+                self._changed.wait(POLL)
 
     def mark(self, mark: PinchMark) -> None:
         """Write the mark of a pinch whose samples were put earlier."""

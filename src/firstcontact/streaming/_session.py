@@ -105,6 +105,7 @@ class LiveSession:
         self._events: list[Event] = []
         self._given = 0  # number of the events in _events that the caller has got
         self._is_prompt = False  # True if a program waits for the events
+        self._hurries: Callable[[], bool] = lambda: True  # False to wait for the recorder
         self._can_poll = getattr(source, "can_poll", False)
         self._objects = ObjectCombiner()
         device = source.descriptor.predictor
@@ -167,12 +168,12 @@ class LiveSession:
         Leaving the iteration ends the session.
         """
         until = math.inf if seconds is None else time.monotonic() + seconds
-        self.fanout = Fanout(
-            sinks,
-            self.source.descriptor,
-            patient,
-            stopped=lambda: stopped() or time.monotonic() >= until,
-        )
+
+        def ended() -> bool:
+            return stopped() or time.monotonic() >= until
+
+        self.fanout = Fanout(sinks, self.source.descriptor, patient, ended)
+        self._hurries = ended if patient else lambda: True
         together = min((sink.every for sink in sinks), default=TOGETHER)
         self._is_prompt = any(getattr(sink, "is_prompt", False) for sink in sinks)
         self._given = 0
@@ -402,6 +403,7 @@ class LiveSession:
         if self._start is None and arrivals:
             self._start = (arrivals[0].block.epoch, arrivals[0].block.first_sample)
         self._recorder.put(arrivals)
+        self._recorder.wait(self._hurries)
         for pinch in pinches:
             self._note(pinch)
         if pinches:

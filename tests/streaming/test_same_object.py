@@ -96,8 +96,8 @@ def test_the_label_of_a_pinch_that_is_left_out_begins_an_object() -> None:
     pinched = ObjectCombiner()
     for n, (name, is_out) in enumerate([("apple", False), ("pear", True), ("pear", False)]):
         estimate = pinched.add_pinch(pinch(n, out_of_range=is_out))
-        label = Label(name, 60.0)
-        assert pinched.add_labels([PinchMark(n, 1000 * n, 1000 * n + 900, 0, label)]) is None
+        mark = PinchMark(n, 1000 * n, 1000 * n + 900, 0, Label(name, 60.0))
+        estimate = pinched.add_labels([mark]) or estimate
     assert estimate is not None
     assert (estimate.pinches, estimate.value) == (1, 32.0)
 
@@ -114,6 +114,18 @@ def test_where_pinches_have_labels_one_without_stands_by_itself() -> None:
         assert last is not None
         predictions.append(last.pinches)
     assert predictions == [1, 2, 1, 1, 1]
+
+
+def test_no_estimate_is_pooled_before_its_label() -> None:
+    """A pinch of a block of 43 Shore A must not be pooled with those of one of 10."""
+    pinched = ObjectCombiner()
+    for n, name in enumerate(["block 10", "block 10", "block 43"]):
+        early = pinched.add_pinch(pinch(n))
+        assert (early is None) == (n > 0)
+        mark = PinchMark(n, 1000 * n, 1000 * n + 900, 0, Label(name, 60.0))
+        estimate = pinched.add_labels([mark])
+    assert estimate is not None
+    assert (estimate.pinches, estimate.value, estimate.number) == (1, 32.0, 2)
 
 
 def test_where_nobody_says_what_is_pinched_each_pinch_stands_by_itself() -> None:

@@ -43,8 +43,9 @@ class ReplaySource:
 
     Notes
     -----
-    At a finite speed, the arrival time of a block is the time at which it is due, however late it
-    is read. At infinite speed, it is the time of the read.
+    The recording begins to play at the first read. At a finite speed, the arrival time of a block
+    is the time at which it is due, however late it is read. At infinite speed, it is the time of
+    the read.
     """
 
     def __init__(self, path: Path, speed: float = 1.0, block: int | None = None) -> None:
@@ -61,7 +62,8 @@ class ReplaySource:
         self._next: tuple[Block, tuple[Marker, ...], tuple[PinchMark, ...]] | None = None
         self._ended = False
         self._closed = threading.Event()
-        self._began = 0.0
+        self._is_open = False
+        self._began: float | None = None  # time of the first read
         self._paced = math.isfinite(speed)
         self._given = 0
         self._lost = 0
@@ -112,10 +114,12 @@ class ReplaySource:
 
         ``least`` has no effect.
         """
-        if not self._began:
+        if not self._is_open:
             raise InputError(f"{self.name} is not open: use the source in a with block")
         if self._ended:
             return []
+        if self._began is None:
+            self._began = time.monotonic()
         if not self._paced:
             return self._take(time.monotonic(), 1)
         wait = self._due() - time.monotonic()
@@ -156,7 +160,7 @@ class ReplaySource:
         self._ended = True
 
     def __enter__(self) -> Self:
-        self._began = time.monotonic()
+        self._is_open = True
         self._advance()
         return self
 
@@ -165,7 +169,7 @@ class ReplaySource:
 
     def _due(self) -> float:
         """Return the time at which the next block is due, s of the monotonic clock."""
-        if self._next is None:
+        if self._next is None or self._began is None:
             return math.inf
         samples = self._given + len(self._next[0].data)
         return self._began + samples / (self._speed * self._recording.header.layout.rate)

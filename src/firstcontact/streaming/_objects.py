@@ -65,6 +65,7 @@ class ObjectCombiner:
         self._last: PinchDone | None = None
         self._is_new = False
         self._has_labels = False
+        self._waits = False  # True while the last pinch waits for its label
 
     def new_object(self) -> None:
         """Begin another object with the next pinch; may be called from any thread."""
@@ -75,29 +76,42 @@ class ObjectCombiner:
         self._names.add_markers(markers)
 
     def add_pinch(self, pinch: PinchDone) -> ObjectEstimate | None:
-        """Add a finished pinch. Return its object's estimate; None if the pinch is left out."""
+        """Add a finished pinch. Return its object's estimate.
+
+        Return None if the pinch is left out, or waits for its label.
+        """
         self._names.add_pinch(pinch)
         self._last = pinch
+        self._waits = self._has_labels and self._names.label(pinch) is None
         if self._is_new:
             self._is_new = False
             self._estimates.clear()
             self._object = ""
+        if self._waits:
+            return None
         for text in () if self._has_labels else self._names.markers(pinch):
             self._rename(text)
         self._relabel(pinch)
-        if self._object is None:
-            self._estimates.clear()
         return self._pool(pinch)
 
     def add_labels(self, marks: Sequence[PinchMark]) -> ObjectEstimate | None:
         """Process labels of pinches in a replayed recording.
 
-        If a label shows that the last pinch was of another object than those before it, return the
+        Return the estimate of the last pinch's object if the pinch waited for its label. If it did
+        not, and a label shows that it was of another object than those before it, return the
         estimate from the last pinch alone.
         """
         self._names.add_labels(marks)
+        if not marks or self._last is None:
+            return None
         was_alone = len(self._estimates) == 1
-        if not marks or self._last is None or not self._relabel(self._last):
+        is_other = self._relabel(self._last)
+        if self._waits:
+            if self._names.label(self._last) is None:
+                return None
+            self._waits = False
+            return self._pool(self._last)
+        if not is_other:
             return None
         estimate = self._pool(self._last)
         return None if was_alone else estimate
@@ -120,6 +134,8 @@ class ObjectCombiner:
         return is_other
 
     def _pool(self, pinch: PinchDone) -> ObjectEstimate | None:
+        if self._object is None:
+            self._estimates.clear()
         final = pinch.final
         if final is None or final.out_of_range or final.half_width is None:
             return None

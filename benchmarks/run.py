@@ -49,11 +49,11 @@ def ratios_of(program: Path) -> dict[str, float]:
 
 
 def slower(earlier: dict[str, float], now: dict[str, float]) -> list[str]:
-    """Return a line for each ratio that fell by more than ``NOISE``."""
+    """Return a line for each ratio that is missing, or fell by more than ``NOISE``."""
     return [
-        f"slower than before: {name}: {now[name]:.3g} instead of {ratio:.3g} times as fast"
+        f"slower than before: {name}: {now.get(name, 'no ratio')} instead of {ratio} times as fast"
         for name, ratio in earlier.items()
-        if name in now and now[name] < (1 - NOISE) * ratio
+        if not now.get(name, 0.0) >= (1 - NOISE) * ratio
     ]
 
 
@@ -71,6 +71,9 @@ def main() -> None:
         found = runpy.run_path(str(settings.one))["main"]()
         settings.out.write_text(json.dumps(found))
         return
+    earlier = json.loads(settings.earlier.read_text()) if settings.earlier.is_file() else None
+    if settings.out is not None:
+        settings.out.touch()  # now, so that a wrong path is found at the start
     ratios: dict[str, float] = {}
     seconds: dict[str, float] = {}
     for program in programs():
@@ -79,8 +82,7 @@ def main() -> None:
         ratios |= {f"{program.stem}: {k}": round(v, 3) for k, v in ratios_of(program).items()}
         seconds[program.stem] = round(time.perf_counter() - began, 1)
     print(f"\n{sum(seconds.values()):.0f} s on {machine_name()}")
-    if settings.earlier.is_file():
-        earlier = json.loads(settings.earlier.read_text())
+    if earlier is not None:
         print(f"compared with {settings.earlier} ({earlier['machine']}):")
         print("\n".join(slower(earlier["ratios"], ratios)) or "no ratio fell by more than 20 %")
     if settings.out is not None:

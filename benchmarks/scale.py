@@ -2,7 +2,7 @@
 
 Each step runs in a separate process on simulated recordings. The table shows wall time, processor
 time and peak memory. It also shows the processor time per pinch, relative to that with the smallest
-number of pinches. 100,000 pinches take some 12 GB of disk. Run it with
+number of pinches. 100,000 pinches take 5 GB of disk. Run it with
 ``OMP_NUM_THREADS=1 python benchmarks/scale.py --pinches 1000 10000 100000``.
 """
 

@@ -151,7 +151,7 @@ def test_child_ignores_modules_of_the_working_folder(
 ) -> None:
     module.write_text(ECHO)
     folder = tmp_path_factory.mktemp("user")
-    folder.joinpath("runpy.py").write_text("raise SystemExit('of the user')")
+    folder.joinpath("lazy_loader.py").write_text("raise SystemExit('of the user')")
     monkeypatch.chdir(folder)
     with child() as process:
         process.tell("hello", PATIENCE)

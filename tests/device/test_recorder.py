@@ -253,6 +253,32 @@ def test_a_caller_can_wait_for_a_slow_disk(tmp_path, is_stopped):
     assert read_recording(path).samples == 100_000
 
 
+def test_a_recording_can_be_stopped_while_a_caller_waits(tmp_path):
+    recorder = Recorder()
+    path = tmp_path / "a.mcap"
+    recorder.start(path, HEADER)
+    write, written, asked = recorder._write, threading.Event(), threading.Event()
+
+    def late(writer, piece):
+        asked.wait()
+        write(writer, piece)
+        if recorder._waiting == 0:
+            written.set()
+
+    def stopped():
+        asked.set()
+        return written.is_set() and recorder._closing
+
+    recorder._write = late
+    recorder.put(arrivals(0, [500] * 200))
+    waiting = threading.Thread(target=recorder.wait, args=(stopped,))
+    waiting.start()
+    written.wait()
+    recorder.stop()
+    waiting.join()
+    assert read_recording(path).samples == 100_000
+
+
 # Records as fast as it can and says how far it got; its parent kills it.
 RECORDING = """
 import os, sys

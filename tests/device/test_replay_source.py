@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -114,6 +115,15 @@ def test_no_block_comes_early(recording: Path) -> None:
     with ReplaySource(recording, 1e-6) as source:
         assert source.read(0.0) == []
         assert not source.ended
+
+
+def test_a_replay_begins_at_the_first_read(recording: Path) -> None:
+    with ReplaySource(recording) as source:
+        opened = time.monotonic()
+        while (begun := time.monotonic()) < opened + 0.05:
+            pass  # a model that is loaded, for example
+        (first, *_) = source.read(5.0)
+    assert first.host >= begun
 
 
 def test_closing_ends_the_replay(recording: Path) -> None:

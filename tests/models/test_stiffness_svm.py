@@ -8,7 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from firstcontact.core import InputError
-from firstcontact.models import LEVEL_WEIGHT, Svm, SvmModel, Task, shape_and_level, svm_machine
+from firstcontact.models import (
+    LEVEL_WEIGHT,
+    Svm,
+    SvmModel,
+    Task,
+    _svm,
+    shape_and_level,
+    svm_machine,
+)
 from firstcontact.models._splits import inner_folds
 from firstcontact.models._svm import _first_close
 from firstcontact.testing._windows import RATE, toy_windows
@@ -39,6 +47,21 @@ def test_regression_is_scikit_learns() -> None:
     queries = toy_windows(100, seed=5)[0]
     expected = machine.predict(shape_and_level(queries, arrays["level"])) * deviation + mean
     np.testing.assert_allclose(model.predict(queries), expected, atol=0.02)
+
+
+@pytest.mark.parametrize("task", Task)
+def test_a_large_set_is_fitted_to_a_sample_that_has_every_class(
+    task: Task, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(_svm, "MOST_WINDOWS", 60)
+    rng = np.random.default_rng(0)
+    X = rng.normal(size=(500, 20, 1)).astype(np.float32)
+    y = np.where(np.arange(500) == 321, 90.0, np.where(np.arange(500) % 2, 10.0, 50.0))
+    model = Svm(task, RATE).fit(X, y)
+    assert len(model.to_arrays()["vectors"]) <= 61
+    if task is Task.CLASSIFICATION:
+        assert model.spec.classes == (10.0, 50.0, 90.0)
+        assert {10.0, 50.0, 90.0} >= set(model.predict(X)) >= {10.0, 50.0}
 
 
 @given(gain=st.floats(0.1, 10.0))

@@ -12,8 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from firstcontact.core import InputError
-from firstcontact.recording import _apart
+from firstcontact.core import InputError, _children
 from firstcontact.recording._apart import apart
 
 # Imports a file while a thread runs, at its top level, as short scripts do.
@@ -28,7 +27,7 @@ print(len(fc.import_recordings(sys.argv[1], sys.argv[2])))
 
 @pytest.fixture(params=["alone", "with a thread"])
 def _threads(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    monkeypatch.setattr(_apart, "subprocess", subprocess)  # a new process, as for users
+    monkeypatch.setattr(_children, "subprocess", subprocess)  # a new process, as for users
     end = threading.Event()
     thread = threading.Thread(target=end.wait)
     if request.param != "alone":

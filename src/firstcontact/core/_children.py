@@ -132,7 +132,7 @@ class Child:
 
 
 def start_module(
-    module: str, *options: str, number: signal.Signals = signal.SIGKILL, **popen: Any
+    module: str, *options: str, number: signal.Signals | None = None, **popen: Any
 ) -> subprocess.Popen[bytes]:
     """Start a process that runs a module and ends with this process.
 
@@ -145,14 +145,14 @@ def start_module(
     options
         Command-line arguments of the module.
     number
-        Signal that the process gets when the calling thread ends.
+        Signal that the process gets when the calling thread ends; SIGKILL by default.
     popen
         Arguments of :class:`subprocess.Popen`.
     """
     # Without -P a file in the user's working folder could replace a module.
     command = [sys.executable, "-P", "-m", "firstcontact.core._die_with_parent"]
     return subprocess.Popen(  # noqa: S603
-        [*command, str(os.getpid()), str(int(number)), module, *options],
+        [*command, str(os.getpid()), str(int(number or signal.SIGKILL)), module, *options],
         env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, sys.path))},
         start_new_session=True,
         **popen,

@@ -226,8 +226,8 @@ def one_thread() -> Iterator[None]:
 
     previous = {name: os.environ.get(name) for name in ONE_THREAD}
     os.environ.update(ONE_THREAD)
-    libraries = _numerical_libraries(len(sys.modules))
     try:
+        libraries = _numerical_libraries(len(sys.modules))
         with libraries.limit(limits=1), joblib.parallel_config("sequential", n_jobs=1):
             yield
     finally:
@@ -240,9 +240,10 @@ def one_thread() -> Iterator[None]:
 
 @lru_cache(maxsize=1)
 def _numerical_libraries(modules: int) -> Any:
-    """Return the loaded numerical libraries. Searching them takes 2 ms.
+    """Return the loaded numerical libraries. The search takes 2 ms.
 
-    ``modules`` is the number of imported modules: another one may have loaded a library.
+    ``modules`` is the number of imported modules. Another number repeats the search, because a new
+    module may have loaded a library.
     """
     from threadpoolctl import ThreadpoolController
 

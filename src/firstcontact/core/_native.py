@@ -18,10 +18,10 @@ def _load() -> ModuleType | None:
         module = import_module("firstcontact.core._compiled")
     except ImportError:
         return None
-    # A checkout has the sources beside this file. Its compiled module stays where it is when the
-    # sources change.
+    # A checkout has the sources. Its compiled module stays where it is when the sources change.
     built = Path(str(module.__file__)).stat().st_mtime
-    sources = Path(__file__).with_name("c").glob("*.[ch]")
+    firmware = Path(__file__).parents[3] / "firmware" / "core"
+    sources = [*Path(__file__).with_name("c").glob("*.[ch]"), *firmware.glob("fc_c*.[ch]")]
     if any(source.stat().st_mtime > built for source in sources):
         _log.warning(
             "the compiled C functions are older than their source code, so slower NumPy code "

@@ -140,7 +140,9 @@ class Assembler:
         frames, samples = self.decoder.feed_samples(data, expected)
         if frames:
             n = len(samples) // (2 * self._width)
-            self._run, self._run_first = [samples], self._next
+            if not self._run:
+                self._run_first = self._next
+            self._run.append(samples)
             self._counter += frames
             self._next += n
             self._samples_received = True

@@ -9,7 +9,7 @@ from firstcontact.device._protocol import LONGEST, Frame, FrameError, decode
 
 
 class NextSamples(NamedTuple):
-    """Numbers of the samples frame that is expected next, modulo 2^32, and its columns."""
+    """Number of columns, and numbers in the head of the next samples frame (modulo 2^32)."""
 
     width: int
     counter: int
@@ -44,10 +44,10 @@ class Decoder:
         self._too_long = False
 
     def feed_samples(self, data: bytes, expected: NextSamples) -> tuple[int, bytes]:
-        """Process the next bytes as far as they are the expected samples, without a loss.
+        """Add bytes. Decode the samples frames at the beginning that follow without a loss.
 
-        :meth:`feed` processes the other bytes. It must be called next, and gives the same frames
-        one by one, in ten times the time.
+        Call :meth:`feed` afterwards: it decodes the remaining bytes. :meth:`feed` alone gives the
+        same frames, but ten times slower.
 
         Returns
         -------

@@ -114,7 +114,7 @@ class Recorder:
                 self._queue.append(arrival.block)
                 self._queue.extend(arrival.markers)
                 self._waiting += len(arrival.block.data)
-            self._changed.notify()
+            self._changed.notify_all()
 
     def wait(self, stopped: Callable[[], bool]) -> None:
         """Wait until the queue is short, or until ``stopped`` returns True."""
@@ -127,14 +127,14 @@ class Recorder:
         with self._changed:
             if self._path is not None and not self._closing:
                 self._queue.append(mark)
-                self._changed.notify()
+                self._changed.notify_all()
 
     def stop(self) -> None:
         """Write the queue and close the file. Do nothing if no recording is running."""
         with self._changed:
             thread = self._thread
             self._closing = True
-            self._changed.notify()
+            self._changed.notify_all()
         if thread is not None:
             thread.join()
 

@@ -161,7 +161,7 @@ class SerialSource:
         self._thread.start()
         try:
             with self._inbox.changed:
-                # Not for ``_connected``: a device without samples may be disconnected again by now.
+                # Not for ``_connected``: a device that sends no samples may be disconnected again.
                 self._inbox.changed.wait_for(
                     lambda: self._assembler.epoch >= 0 or self._inbox.finished
                 )
@@ -474,8 +474,8 @@ class SerialSource:
     def _stop(self, transport: SerialTransport) -> None:
         """Stop the device and receive data until it confirms the end."""
         now = time.monotonic()
-        silence, deadline, last_request = 0.0, now + FAREWELL, -AGAIN
-        while now < deadline and silence < SILENCE:
+        silence, spent, last_request = 0.0, 0.0, -AGAIN
+        while spent < FAREWELL and silence < SILENCE:
             if now - last_request > AGAIN:
                 transport.send(FrameType.STOP)
                 last_request = now
@@ -483,7 +483,9 @@ class SerialSource:
             previous, now = now, time.monotonic()
             if self._take(data, now).stopped:
                 return
-            silence = 0.0 if self._heard == now else silence + min(now - previous, LONGEST_LOOK)
+            look = min(now - previous, LONGEST_LOOK)  # without a stop of this program
+            spent += look
+            silence = 0.0 if self._heard == now else silence + look
 
 
 def from_port(port: str, options: SourceOptions) -> SerialSource:

@@ -6,6 +6,7 @@ import errno
 import os
 import select
 import threading
+import time
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -121,12 +122,15 @@ class SerialTransport:
             self._serial.write(data)
             return
         # pyserial also fails if this process was stopped for WRITE, although the port takes bytes.
-        number = self._serial.fileno()
+        number, waited = self._serial.fileno(), 0.0
         while data:
-            if not select.select([], [number], [], WRITE)[1]:
+            began = time.monotonic()
+            if select.select([], [number], [], PATIENCE)[1]:
+                with suppress(BlockingIOError):
+                    data = data[os.write(number, data) :]
+            waited += min(time.monotonic() - began, PATIENCE)
+            if data and waited >= WRITE:
                 raise LinkError("it accepts no bytes")
-            with suppress(BlockingIOError):
-                data = data[os.write(number, data) :]
 
     def close(self) -> None:
         """Release the port. Closing twice is fine."""

@@ -26,6 +26,8 @@ from firstcontact.models._window_model import WindowModel
 
 #: Default number of windows for the search.
 SEARCH_WINDOWS = 800
+#: Largest number of windows for the final model. The time of a fit grows with the square of it.
+MOST_WINDOWS = 5_000
 #: Candidates of the search. gamma is a multiple of 1 / inputs (each input has unit variance),
 #: epsilon is in standard deviations of the target.
 C_GRID = (1.0, 10.0, 100.0)
@@ -48,7 +50,7 @@ class Svm(Estimator):
         See :class:`Estimator`.
     search_windows
         Largest number of windows for the search of hyper-parameters. The final model is fitted to
-        all windows.
+        all windows, or to a random sample of :data:`MOST_WINDOWS` of them.
     """
 
     name: ClassVar[str] = "svm"
@@ -64,6 +66,9 @@ class Svm(Estimator):
     ) -> SvmModel:
         """Fit with hyper-parameters from :func:`search`; see :meth:`Estimator.fit`."""
         spec = training_spec(self.task, self.rate, X, y, groups)
+        chosen = _sample(self.task, y)
+        X, y = X[chosen], y[chosen]
+        groups = None if groups is None else groups[chosen]
         level = loudness_level(X)
         inputs = shape_and_level(X, level)
         target = target_scale(self.task, y)
@@ -76,11 +81,27 @@ class Svm(Estimator):
         """Return scikit-learn's machine, fitted again with the same parameters."""
         arrays = model.to_arrays()
         mean, deviation = arrays["target"]
+        chosen = _sample(self.task, y)
+        X, y = X[chosen], y[chosen]
         inputs = shape_and_level(X, arrays["level"])
         c, gamma, epsilon = (float(p) for p in arrays["parameters"])
         targets = library_targets(self.task, (y - mean) / deviation)
         machine = svm_machine(self.task, (c, gamma, epsilon)).fit(inputs, targets)
         return Reference("scikit-learn predict", machine.predict, list(inputs[:, None, :]))
+
+
+def _sample(task: Task, y: Values) -> NDArray[np.intp]:
+    """Return the indices of the windows that the model is fitted to, ascending.
+
+    Each class has at least one window.
+    """
+    if len(y) <= MOST_WINDOWS:
+        return np.arange(len(y))
+    order = np.random.default_rng(0).permutation(len(y))
+    chosen = order[:MOST_WINDOWS]
+    if task is Task.CLASSIFICATION:
+        chosen = np.union1d(chosen, order[np.unique(y[order], return_index=True)[1]])
+    return np.sort(chosen)
 
 
 def svm_machine(task: Task, parameters: tuple[float, float, float]) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from collections import deque
 from collections.abc import Callable, Sequence
@@ -63,6 +64,10 @@ class _Feeder:
         while self._thread.is_alive() and self._is_waiting:
             self._thread.join(POLL)
         self._thread.join(timeout)
+        left = math.inf
+        while self._patient and self._thread.is_alive() and len(self._waiting) < left:
+            left = len(self._waiting)  # the sink is slow, and takes the rest
+            self._thread.join(timeout)
         if self._thread.is_alive():
             # Do not wait any longer: the rest is lost, and counted.
             with self._changed:
@@ -144,6 +149,10 @@ class Fanout:
         return bool(self._feeders) and all(f.failed for f in self._feeders)
 
     def close(self, timeout: float = 2.0) -> None:
-        """Close each sink after its queue is empty. Wait ``timeout`` s at most once not patient."""
+        """Close each sink after its queue is empty.
+
+        Once no longer patient, wait at most ``timeout`` s. A sink that was patient gets this time
+        again as long as its queue becomes shorter.
+        """
         for feeder in self._feeders:
             feeder.close(timeout)

@@ -66,7 +66,9 @@ class Claim:
     note: str = ""
 
     def verdict(self, value: Value, unit: str) -> str:
-        """Return the note, or a comparison such as "worse by 2.20 Shore A, not excluded".
+        """Return the claim's note, if it has one, or a comparison with the published value.
+
+        An example is "worse by 2.20 Shore A, not excluded".
 
         The comparison is "reproduced" if the difference is within the tolerance. "Not excluded"
         says that the interval holds the published value. A missing value has no verdict: "".
@@ -80,7 +82,7 @@ class Claim:
         if self.tolerance is None:
             return direction
         difference = abs(bounded.value - self.value)
-        if difference <= self.tolerance:
+        if difference <= self.tolerance + 1e-9:
             return "reproduced"
         low, high = bounded.ends or (bounded.value, bounded.value)
         included = ", not excluded" if low <= self.value <= high else ""
@@ -167,8 +169,8 @@ _DIFFERENCES: Mapping[str, Callable[[float], str]] = {
 SHARE_TOLERANCE, ERROR_TOLERANCE = 0.02, 0.1
 #: Explanation of the verdicts.
 VERDICTS = (
-    f"Reproduced: our value differs from the published one by at most {100 * SHARE_TOLERANCE:.0f} "
-    f"percentage points, or an error by at most {100 * ERROR_TOLERANCE:.0f} %. Not excluded: our "
+    f"Reproduced: a share differs from the published one by at most {100 * SHARE_TOLERANCE:.0f} "
+    f"percentage points, an error by at most {100 * ERROR_TOLERANCE:.0f} %. Not excluded: our "
     "value differs by more, but its 95 % interval includes the published one. Over few objects or "
     "sessions, intervals are wide, so this is no confirmation."
 )

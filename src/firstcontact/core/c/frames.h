@@ -5,8 +5,7 @@
 #include <Python.h>
 
 /* decode_samples(data, width, counter, sample, overflow): number of bytes used, number of frames, and
-   their samples. Only frames at the beginning of the data count that have these numbers and follow one
-   another without a loss. */
+   their samples. Decoding stops at the first frame that does not have the expected numbers. */
 PyObject *decode_samples(PyObject *self, PyObject *const *args, Py_ssize_t n);
 
 #endif

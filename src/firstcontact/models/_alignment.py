@@ -168,9 +168,8 @@ def choose_detector(
     takes_fitted = gain > np.sqrt(np.count_nonzero(by_fitted != by_shipped))
     reason = (
         f"the detector is {'fitted to these pinches' if takes_fitted else 'that of the package'}: "
-        f"of {counted(len(by_fitted), 'known contact')} the package's detector places "
-        f"{by_shipped.sum()} within 3 ms, and one fitted to other pinches of the rig "
-        f"{by_fitted.sum()}"
+        f"of {counted(len(by_fitted), 'known contact')}, that of the package places "
+        f"{by_shipped.sum()} within 3 ms, and one fitted to your other pinches {by_fitted.sum()}"
     )
     detector, alignment = (
         (fitted, fitted_alignment) if takes_fitted else (shipped, shipped_alignment)

@@ -421,7 +421,7 @@ def _rig_in_words(shore_a: Values, made: Adapted) -> str:
     per = " and finger" if made.scheme == WAYS[1] else ""
     limit = f"; at most {MOST_OF_LEVEL} of each level{per} are used"
     return (
-        f"the rig is known by {counted(len(shore_a), 'pinch')} of "
+        f"the network learns the rig from {counted(len(shore_a), 'pinch')} of "
         f"{counted(len(levels), 'Shore A level')}{limit * bool(counts.max() > MOST_OF_LEVEL)}"
     )
 
@@ -476,15 +476,16 @@ def _checked_in_words(base: InContextModel, made: Adapted) -> list[str]:
         return ["errors and intervals are not checked: too few pinches to hold some out"]
     kind = made.model.kind
     schemes = {name: score for name, score in made.scores.items() if name != kind}
-    compared = ", ".join(f"{scheme}: rmse {score:.2f}" for scheme, score in schemes.items())
+    words = dict(zip(WAYS, ("both fingers as one rig", "each finger as its own rig"), strict=True))
+    compared = ", ".join(f"{score:.2f} with {words[name]}" for name, score in schemes.items())
     widest = made.check.scales.max()
     widened = f"now up to {widest:.2f} times as wide" if widest > 1 else "not widened"
     return [
         *([made.split] if made.split else []),
-        f"held-out pinches, both fingers as one rig or each finger as its own: {compared} Shore A "
-        f"(always predicting the mean: {made.mean_rmse:.2f}); used: {made.scheme}",
+        f"held-out pinches: rmse of the network {compared}, {made.mean_rmse:.2f} Shore A if the "
+        f"mean is always predicted; used: {words[made.scheme]}",
         *_against_network(made),
-        f"intervals contained the truth in at least {percent(made.check.coverage)} of "
-        f"{counted(made.check.n, 'held-out pinch')} at each time (nominal: "
-        f"{100 * base.level:.0f} %): {widened}",
+        f"intervals: at every time they held the truth of {percent(made.check.coverage)} or more "
+        f"of {counted(made.check.n, 'held-out pinch')} (wanted: {100 * base.level:.0f} %): "
+        f"{widened}",
     ]

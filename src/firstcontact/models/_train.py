@@ -288,7 +288,7 @@ def adapt(
     >>> data = fc.load("recordings")
     >>> model = fc.adapt(data)
     >>> model.notes[0]
-    'the rig is known by 59 pinches of 5 Shore A levels'
+    'the network learns the rig from 59 pinches of 5 Shore A levels'
     """
     _check((DURATION,), 0.9, seed, None)
     if data is None:

@@ -156,7 +156,7 @@ def check_hand(
         for parameter, value in (("policy", policy), ("hand_port", hand_port)):
             if value is not None:
                 raise InputError(
-                    "this option needs --hand: name a hand, or leave the option out",
+                    "this option needs a hand: name a hand, or leave the option out",
                     parameter=parameter,
                 )
         return

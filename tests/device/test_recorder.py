@@ -199,18 +199,23 @@ def test_a_file_at_its_limit_stops_the_recording_with_an_error(tmp_path):
     check_full(recorder, tmp_path / "a.mcap", sample_count)
 
 
+def hold_up(recorder, works_again):
+    """Let the recorder write nothing before an event."""
+    write = recorder._write
+
+    def late(writer, piece):
+        works_again.wait()
+        write(writer, piece)
+
+    recorder._write = late
+
+
 def test_hanging_disk_blocks_no_caller_and_loses_nothing(tmp_path):
     recorder = Recorder()
     works_again = threading.Event()
     path = tmp_path / "a.mcap"
     recorder.start(path, HEADER)
-    write = recorder._write
-
-    def hang(writer, piece):
-        works_again.wait()
-        write(writer, piece)
-
-    recorder._write = hang
+    hold_up(recorder, works_again)
     for arrival in arrivals(0, [5] * 4000):
         recorder.put([arrival])
     assert recorder.status.waiting == 20_000
@@ -227,17 +232,12 @@ def test_a_caller_can_wait_for_a_slow_disk(tmp_path, is_stopped):
     works_again, asked = threading.Event(), threading.Event()
     path = tmp_path / "a.mcap"
     recorder.start(path, HEADER)
-    write = recorder._write
-
-    def hang(writer, piece):
-        works_again.wait()
-        write(writer, piece)
 
     def stopped():
         asked.set()
         return is_stopped
 
-    recorder._write = hang
+    hold_up(recorder, works_again)
     recorder.put(arrivals(0, [500] * 200))
     waiting = threading.Thread(target=recorder.wait, args=(stopped,))
     waiting.start()

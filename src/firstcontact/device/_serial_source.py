@@ -314,9 +314,6 @@ class SerialSource:
 
         The wait has a time limit, because a signal may have ended a reader that still holds the
         lock.
-
-        Without a limit the wait might not end: a signal may have ended a reader that still holds
-        the lock.
         """
         has_turn = self._turn.acquire(timeout=LAST_TURN)
         try:

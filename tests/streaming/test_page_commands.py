@@ -14,7 +14,7 @@ from page_feed import DESCRIPTOR, Requests
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
-from firstcontact.streaming import PageSink
+from firstcontact.streaming import Ask, PageSink
 from firstcontact.streaming.page import _server
 from firstcontact.streaming.page._commands import ALL, EACH, HERE, Allowance
 from page_browser import PATIENCE
@@ -46,6 +46,28 @@ def answer(viewer: ClientConnection) -> dict[str, Any]:
         message = viewer.recv(timeout=PATIENCE)
         if isinstance(message, str) and "answer" in (tree := json.loads(message)):
             return dict(tree["answer"])
+
+
+def test_the_look_only_address_shows_the_page_and_reaches_nothing(requests: Requests) -> None:
+    requests.asks = tuple(Ask)
+    sink = PageSink(port=0, token="a-token-of-enough-length", controls=requests)
+    sink.open(DESCRIPTOR)
+    try:
+        assert sink.look_url is not None
+        for address, is_allowed in ((sink.look_url, False), (sink.url, True)):
+            socket = address.replace("http", "ws").replace("/?", "/socket?")
+            with connect(socket, close_timeout=0.5, compression=None) as viewer:
+                hello = json.loads(viewer.recv(timeout=PATIENCE))["hello"]
+                assert hello["controls"] is hello["uses_shape"] is is_allowed
+                assert bool(hello["hand_asks"]) is is_allowed
+                for do in ("close", "open", "record", "stop", "new", "shape"):
+                    viewer.send(json.dumps({"do": do}))
+                    assert answer(viewer)["ok"] is is_allowed, do
+                viewer.send(MARK)
+                assert answer(viewer)["ok"] is is_allowed
+            assert bool(requests.calls) is is_allowed
+    finally:
+        sink.close()
 
 
 def test_so_many_at_once_and_so_many_a_second() -> None:

@@ -48,7 +48,7 @@ class LabelServer:
     @property
     def url(self) -> str:
         """Address to open in a browser."""
-        return self._guard.url
+        return self._guard.url(None)
 
     def run(
         self,

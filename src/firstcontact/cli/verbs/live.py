@@ -45,7 +45,7 @@ class Live:
     address: Annotated[str, Option(group="output", advanced=True)] = "127.0.0.1"
     """Address at which the page is served; other machines need the token, too."""
     token: Annotated[str | None, Option(group="output", advanced=True)] = None
-    """Token for viewers on other machines; random by default."""
+    """Token for viewers on other machines that may control the session; random by default."""
     json: Annotated[bool, Option(group="output")] = False
     """Write JSON lines to standard output instead of text."""
     lsl: Annotated[bool, Option(group="output", advanced=True)] = False
@@ -233,6 +233,8 @@ class Live:
 
             page = PageSink(self.address, self.port, self.token, session, landmarks)
             _say(f"page: {page.url}")
+            if page.look_url is not None:
+                _say(f"page without controls, to look only: {page.look_url}")
             sinks.append(page)
         return sinks
 

@@ -46,11 +46,17 @@ class _Viewer:
         Name of the viewer as the origin of requests to the hand.
     heard
         Time of the viewer's newest message, s of the monotonic clock.
+    hello
+        JSON of all data that do not change.
+    commands
+        Handler of the viewer's requests.
     closes
         True if the viewer's last request to the hand was to close it.
     """
 
     name: str
+    hello: str
+    commands: Commands
     heard: float = 0.0
     closes: bool = False
 
@@ -77,7 +83,7 @@ class PageServer:
     files
         Served files: content type and bytes, by path.
     controls
-        Controls for viewers; None if viewers may only look.
+        Controls for viewers; None if all viewers may only look.
     """
 
     def __init__(
@@ -90,7 +96,7 @@ class PageServer:
         self._state = state
         self._guard = guard
         self._files = files
-        self._commands = Commands(controls)
+        self._commands = {True: Commands(controls), False: Commands(None)}
         self._viewers = 0
         self._number = 0  # number of the newest viewer
 
@@ -123,10 +129,11 @@ class PageServer:
     async def _view(self, connection: ServerConnection) -> None:
         self._viewers += 1
         self._number += 1
-        viewer = _Viewer(f"viewer {self._number} of the page")
+        viewer = self._viewer(connection)
         try:
             async with asyncio.TaskGroup() as tasks:
-                watchers = [tasks.create_task(c) for c in (self._tell(connection), viewer.watch())]
+                work = self._tell(connection, viewer), viewer.watch()
+                watchers = [tasks.create_task(coroutine) for coroutine in work]
                 await self._listen(connection, viewer)
                 for task in watchers:
                     task.cancel()
@@ -134,7 +141,19 @@ class PageServer:
             pass
         finally:
             self._viewers -= 1
-            self._commands.gone(viewer.name)
+            viewer.commands.gone(viewer.name)
+
+    def _viewer(self, connection: ServerConnection) -> _Viewer:
+        """Return the newest viewer, with controls or without, depending on its token."""
+        request = connection.request
+        assert request is not None
+        token = self._guard.check(request.path, request.headers, True)
+        in_control = token == self._guard.token
+        return _Viewer(
+            f"viewer {self._number} of the page",
+            self._state.hello if in_control else self._state.look_hello,
+            self._commands[in_control],
+        )
 
     async def _listen(self, connection: ServerConnection, viewer: _Viewer) -> None:
         """Carry out the requests of a viewer until it closes the socket."""
@@ -144,16 +163,16 @@ class PageServer:
             if message == HERE:
                 await asyncio.sleep(TICK)
                 continue
-            answer, wait = await self._commands.obey(message, allowance, viewer.name)
+            answer, wait = await viewer.commands.obey(message, allowance, viewer.name)
             if answer["ok"] and answer["do"] in ("close", "open"):
                 viewer.closes = answer["do"] == "close"
             await self._send(connection, json.dumps({"answer": answer}))
             # Messages of this viewer wait meanwhile at its end of the connection.
             await asyncio.sleep(wait)
 
-    async def _tell(self, connection: ServerConnection) -> None:
+    async def _tell(self, connection: ServerConnection, viewer: _Viewer) -> None:
         """Send changed parts of the state to a viewer, as fast as it reads them."""
-        await self._send(connection, f'{{"hello":{self._state.hello}}}')
+        await self._send(connection, f'{{"hello":{viewer.hello}}}')
         seen: dict[str, int] = {}
         column, skipped = -1, 0
         about: dict[str, Any] = {}

@@ -33,10 +33,10 @@ class PageSink:
     port
         Port of the page; 0 selects a free one.
     token
-        Secret that viewers must send. None means that none is needed if ``host`` is loopback;
-        otherwise a token is generated.
+        Secret of viewers that may control the session. None means that none is needed if ``host``
+        is loopback; otherwise a token is generated.
     controls
-        Controls for viewers; None if viewers may only look.
+        Controls for viewers; None if all viewers may only look.
     landmarks
         Shore A of the objects that are marked on the page's scale, by name.
 
@@ -75,7 +75,8 @@ class PageSink:
         self.controls = controls
         self._landmarks = dict(landmarks)
         self._socket = listen(host, port)
-        self._guard = Guard(host, self._socket.getsockname()[1], token)
+        look_token = None if token is None else secrets.token_urlsafe(24)
+        self._guard = Guard(host, self._socket.getsockname()[1], token, look_token)
         self._state: State | None = None
         self._thread: threading.Thread | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -86,7 +87,13 @@ class PageSink:
     @property
     def url(self) -> str:
         """Address to open in a browser. It contains the token if one is needed."""
-        return self._guard.url
+        return self._guard.url(self._guard.token)
+
+    @property
+    def look_url(self) -> str | None:
+        """Address for viewers that may only look; None if no token is needed."""
+        token = self._guard.look_token
+        return None if token is None else self._guard.url(token)
 
     def open(self, descriptor: Descriptor) -> None:
         """Start to serve the page."""

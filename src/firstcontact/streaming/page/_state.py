@@ -91,7 +91,13 @@ class State:
     landmarks
         Shore A of the objects that are marked on the page's scale, by name.
     controls
-        Controls for viewers; None if they may only look.
+        Controls for viewers; None if all viewers may only look.
+
+    Attributes
+    ----------
+    hello, look_hello
+        JSON of all data that do not change while the source is open, for viewers with controls and
+        for viewers that may only look.
     """
 
     def __init__(
@@ -125,11 +131,15 @@ class State:
             "seconds": SECONDS,
             "budget_ms": BUDGET_MS,
             "landmarks": {name: float(shore) for name, shore in landmarks.items()},
-            "controls": controls is not None,
-            "hand_asks": [] if controls is None else [a.value for a in controls.hand_asks()],
-            "uses_shape": controls is not None and controls.uses_shape,
+            "controls": False,
+            "hand_asks": [],
+            "uses_shape": False,
         }
-        #: JSON of all data that do not change while the source is open.
+        self.look_hello = msgspec.json.encode(hello).decode()
+        if controls is not None:
+            hello["controls"] = True
+            hello["hand_asks"] = [ask.value for ask in controls.hand_asks()]
+            hello["uses_shape"] = controls.uses_shape
         self.hello = msgspec.json.encode(hello).decode()
 
     def take(self, update: Update) -> None:

@@ -44,45 +44,43 @@ class Guard:
     port
         Port of the page.
     token
-        Secret that viewers must send. With None, only requests to loopback names are served.
+        Secret of viewers that may control the session. With None, only requests to loopback names
+        are served.
+    look_token
+        Secret of viewers that may only look; None for no such viewers.
     """
 
     host: str
     port: int
     token: str | None
+    look_token: str | None = None
 
     @property
     def cookie(self) -> str:
         """Name of the token's cookie. It contains the port, because cookies ignore ports."""
         return f"firstcontact-{self.port}"
 
-    @property
-    def quoted(self) -> str:
-        """Token, quoted for URLs and cookies."""
-        return quote(self.token or "", safe="", errors="surrogateescape")
-
-    @property
-    def url(self) -> str:
-        """Address to open in a browser. It contains the token if one is needed."""
+    def url(self, token: str | None) -> str:
+        """Return the address to open in a browser, with a token if one is needed."""
         host = f"[{self.host}]" if ":" in self.host else self.host
         if self.host in {"0.0.0.0", "::"}:  # noqa: S104  # what a viewer elsewhere can open
             host = socket.gethostname()
-        query = "" if self.token is None else f"?token={self.quoted}"
+        query = "" if token is None else f"?token={quoted(token)}"
         return f"http://{host}:{self.port}/{query}"
 
-    def check(self, path: str, headers: Headers, websocket: bool) -> bool:
-        """Raise an error unless a request has valid headers and, if one is needed, the token.
+    def check(self, path: str, headers: Headers, websocket: bool) -> str | None:
+        """Raise an error unless a request has valid headers and, if one is needed, a token.
 
         Returns
         -------
-        bool
-            True if the token came in the URL and should become a cookie.
+        str or None
+            Token of the request; None if none is needed. In a URL, it should become a cookie.
 
         Raises
         ------
         NotAllowedError
             The request has a foreign host name (DNS rebinding), comes from another site's page, or
-            lacks the token.
+            lacks a token.
         """
         served = headers.get_all("Host")
         if len(served) != 1 or not self._ours(served[0]):
@@ -101,17 +99,16 @@ class Guard:
                     "address that the command printed.",
                 )
         if self.token is None:
-            return False
+            return None
         query = parse_qs(urlsplit(path).query, errors="surrogateescape")
-        given = query.get("token", [])
-        if len(given) == 1 and _same(given[0], self.token):
-            return True
-        if not _same(self._from_cookie(headers), self.token):
-            raise NotAllowedError(
-                HTTPStatus.UNAUTHORIZED,
-                "The token is missing or wrong: open the address that the command printed.",
-            )
-        return False
+        for given in (query.get("token", []), [self._from_cookie(headers)]):
+            for token in filter(None, (self.token, self.look_token)):
+                if len(given) == 1 and _same(given[0], token):
+                    return token
+        raise NotAllowedError(
+            HTTPStatus.UNAUTHORIZED,
+            "The token is missing or wrong: open the address that the command printed.",
+        )
 
     def _ours(self, served: str) -> bool:
         try:
@@ -139,6 +136,11 @@ class Guard:
             if cookie is not None:
                 return unquote(cookie.value, errors="surrogateescape")
         return ""
+
+
+def quoted(token: str) -> str:
+    """Return a token, quoted for URLs and cookies."""
+    return quote(token, safe="", errors="surrogateescape")
 
 
 def _same(given: str, token: str) -> bool:

@@ -15,7 +15,7 @@ from websockets.datastructures import Headers
 from websockets.http11 import Request, Response
 
 from firstcontact.core import InputError
-from firstcontact.streaming.page.guard import Guard, NotAllowedError
+from firstcontact.streaming.page.guard import Guard, NotAllowedError, quoted
 
 #: URL path at which a page's scripts open their socket.
 SOCKET = "/socket"
@@ -61,7 +61,7 @@ def answer(request: Request, guard: Guard, served: Files) -> Response | None:
     path = request.path.partition("?")[0]
     websocket = path == SOCKET
     try:
-        fresh = guard.check(request.path, request.headers, websocket)
+        token = guard.check(request.path, request.headers, websocket)
     except NotAllowedError as error:
         return plain(error.status, error.sentence)
     if websocket:
@@ -69,9 +69,9 @@ def answer(request: Request, guard: Guard, served: Files) -> Response | None:
     if path not in served:
         return plain(HTTPStatus.NOT_FOUND, "There is no such page.")
     response = _response(HTTPStatus.OK, *served[path])
-    if fresh:
+    if token is not None and "?" in request.path:
         response.headers["Set-Cookie"] = (
-            f"{guard.cookie}={guard.quoted}; Path=/; HttpOnly; SameSite=Strict"
+            f"{guard.cookie}={quoted(token)}; Path=/; HttpOnly; SameSite=Strict"
         )
     return response
 

@@ -1,4 +1,5 @@
 import os
+import re
 import struct
 
 import numpy as np
@@ -8,6 +9,7 @@ from mcap.writer import Writer
 from firstcontact.core import Contact, Finger, InputError, Label, Pinch
 from firstcontact.recording import Header, RecordingWriter, read_recording
 from firstcontact.recording._chunks import MAGIC, _candidates
+from firstcontact.recording._unpack import Unpacker
 
 
 def chunk_ends(path):
@@ -51,6 +53,30 @@ def test_truncated_file_gives_all_complete_chunks(small, numbers_agree, step):
         cut.write_bytes(data[:length])
         with pytest.raises(InputError):
             read_recording(cut)
+
+
+def test_file_cut_while_it_is_read_is_refused(tmp_path, layout, counted, monkeypatch):
+    path = tmp_path / "a.mcap"
+    with RecordingWriter(path, Header(layout)) as writer:
+        for first in range(0, 20_000, 1000):
+            writer.write(counted(first, 1000))
+    read = Unpacker.records
+
+    def cut_and_read(self, body):
+        os.truncate(path, 100)
+        return read(self, body)
+
+    monkeypatch.setattr(Unpacker, "records", cut_and_read)
+    with pytest.raises(InputError, match=re.escape(str(path))):
+        read_recording(path)
+
+
+def test_chunk_is_found_across_the_blocks_of_the_search(small, monkeypatch):
+    data, ends, intact = chunk_ends(small)
+    for block in (1, 50, 53, 300):
+        monkeypatch.setattr("firstcontact.recording._chunks._BLOCK", block)
+        assert [stop for _, stop in _candidates(data)] == ends
+    assert read_recording(small).samples == intact.samples
 
 
 @STEPS

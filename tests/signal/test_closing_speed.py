@@ -7,9 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike
+from scipy.stats import norm, t
 
 from firstcontact.core import InputError
 from firstcontact.signal import closing_speed
+from firstcontact.signal._closing_speed import _few
 
 TIMES = np.arange(-0.2, 0.1, 0.005)
 
@@ -101,3 +103,9 @@ def test_coarse_steps_of_an_encoder_count_as_error() -> None:
     least = step / np.sqrt(12) / np.sqrt(((used - used.mean()) ** 2).sum())
     assert coarse.error >= 0.99 * least
     assert abs(coarse.speed - 0.1) < 4 * coarse.error
+
+
+def test_few_positions_enlarge_the_error_by_the_quantile_of_student() -> None:
+    probability = float(norm.cdf(2))
+    for freedom in range(1, 200):
+        assert _few(freedom) == pytest.approx(t.ppf(probability, freedom) / 2, rel=2e-3)

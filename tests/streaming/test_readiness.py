@@ -1,9 +1,10 @@
-"""A real-time session changes settings of the process and restores them."""
+"""A real-time session is ready before its first contact, and restores what it changes."""
 
 from __future__ import annotations
 
 import gc
 import os
+import subprocess
 import sys
 
 from firstcontact.streaming._readiness import Readiness
@@ -40,3 +41,38 @@ def test_a_replay_changes_nothing() -> None:
     with Readiness(real_time=False) as readiness:
         readiness.hurry(is_urgent=True)
         assert settings_now() == previous
+
+
+SESSION = """
+import sys, time
+import firstcontact as fc
+from firstcontact.device import measure_noise
+from firstcontact.grasp import HANDS
+from firstcontact.models import shipped_model
+from firstcontact.streaming import live_predictor, live_session
+
+def positions(hand):
+    now = time.monotonic()
+    return [(now - k / 200, -k * 0.1 / 200) for k in range(200)]
+
+HANDS["print"].positions = positions
+model = shipped_model()
+parts = model.own_detector, live_predictor(model)
+with (
+    fc.open("twin", seed=1) as source,
+    live_session(
+        source, *parts, lambda: measure_noise(source), real_time=True, hand="print"
+    ) as (session, _),
+):
+    loaded = set(sys.modules)
+    (done,) = [e for e in session.events(pinches=1) if isinstance(e, fc.PinchDone)]
+    print(*sorted(set(sys.modules) - loaded))
+assert done.closing_speed is not None and done.estimates
+"""
+
+
+def test_a_session_whose_hand_reports_positions_imports_nothing() -> None:
+    """A new process, since the test's own has imported almost everything."""
+    program = subprocess.run([sys.executable, "-c", SESSION], capture_output=True, text=True)
+    assert program.returncode == 0, program.stderr
+    assert program.stdout.split() == []

@@ -112,11 +112,12 @@ class Hand(ABC):
             ten seconds count as not delayed, so it is late by their delay. NaN for samples that do
             not come in real time.
         """
+        # Before the first contact, and not in the process of a separate hand, which needs no NumPy.
+        from firstcontact.signal import closing_speed
+
         positions = self.positions()
         if not positions:
             return None
-        from firstcontact.signal import closing_speed  # NumPy, which few hands need
-
         times, travel = zip(*positions, strict=True)
         return closing_speed(times, travel, host_time)
 

@@ -7,7 +7,7 @@ lengths are consistent and its CRC is right. After damage the search continues a
 
 from __future__ import annotations
 
-import mmap
+import os
 import re
 import struct
 import zlib
@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
+from typing import IO
 
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
@@ -34,6 +35,8 @@ _LENGTH = struct.Struct("<Q")
 _FOOTER_BYTES = _FRAME.size + 20
 #: Number of intact bytes of the magic that a damaged MCAP file must have.
 _MAGIC_LEFT = 6
+#: Number of bytes that the search reads at once, and the length of the longest match less one.
+_BLOCK, _OVERLAP = 1 << 20, 52
 #: Limit on the search: false chunks may add up to this many times the size of the file.
 _PATIENCE = 16
 
@@ -44,6 +47,30 @@ class Scan:
 
     records: tuple[McapRecord, ...]
     skipped: tuple[str, ...]
+
+
+class _FileBytes:
+    """Bytes of a file, read when they are needed.
+
+    ``mmap`` would kill the process if another program shortens the file.
+    """
+
+    def __init__(self, path: Path, stream: IO[bytes]) -> None:
+        self._path, self._stream = path, stream
+        self._size = os.fstat(stream.fileno()).st_size
+
+    def __len__(self) -> int:
+        return self._size
+
+    def __getitem__(self, part: slice) -> bytes:
+        start, stop, _ = part.indices(self._size)
+        self._stream.seek(start)
+        data = self._stream.read(max(stop - start, 0))
+        if len(data) < stop - start:
+            raise InputError(
+                f"{self._path} was cut while it was read: read it again when its writer has ended"
+            )
+        return data
 
 
 def scan(path: Path) -> Scan:
@@ -63,8 +90,7 @@ def scan(path: Path) -> Scan:
                 raise InputError(f"{path} is empty: nothing was recorded in it")
             if sum(a == b for a, b in zip(start, MAGIC, strict=False)) < _MAGIC_LEFT:
                 raise _not_ours(path, start)
-            with mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as view:
-                chunks = _scan(path, view)
+            chunks = _scan(path, _FileBytes(path, stream))
     except OSError as error:
         raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from error
     if start == MAGIC:
@@ -86,7 +112,7 @@ def _not_ours(path: Path, start: bytes) -> InputError:
     )
 
 
-def _scan(path: Path, view: mmap.mmap) -> Scan:
+def _scan(path: Path, view: _FileBytes) -> Scan:
     records: list[McapRecord] = []
     chunks = 0
     skipped: list[str] = []
@@ -119,34 +145,35 @@ def _scan(path: Path, view: mmap.mmap) -> Scan:
     return Scan(tuple(records), tuple(skipped))
 
 
-def _candidates(view: mmap.mmap) -> Iterator[tuple[int, int]]:
+def _candidates(view: _FileBytes | bytes) -> Iterator[tuple[int, int]]:
     """Yield start and end of all bytes that look like a chunk, also inside damaged chunks."""
-    position = len(MAGIC)
-    # mypy does not know that a bytes pattern searches any buffer.
-    while match := _CHUNK_START.search(view, position):
-        length, data = (_LENGTH.unpack(match[i])[0] for i in (1, 2))
-        stop = match.start() + _FRAME.size + length
-        if match.end() + data == stop <= len(view):
-            yield match.start(), stop
-        position = match.start() + 1
+    for first in range(len(MAGIC), len(view), _BLOCK):
+        block, position = view[first : first + _BLOCK + _OVERLAP], 0
+        while (match := _CHUNK_START.search(block, position)) and match.start() < _BLOCK:
+            length, data = (_LENGTH.unpack(match[i])[0] for i in (1, 2))
+            stop = match.start() + _FRAME.size + length
+            if match.end() + data == stop <= len(view) - first:
+                yield first + match.start(), first + stop
+            position = match.start() + 1
 
 
-def _framed(view: mmap.mmap, position: int, stop: int) -> bool:
+def _framed(view: _FileBytes, position: int, stop: int) -> bool:
     """Return True if ``position`` to ``stop`` holds complete records, and no chunk among them."""
     while position < stop:
         if stop - position < _FRAME.size:
             return False
-        opcode, length = _FRAME.unpack_from(view, position)
+        opcode, length = _FRAME.unpack(view[position : position + _FRAME.size])
         if opcode == Opcode.CHUNK or not 0 < opcode <= Opcode.DATA_END:
             return False
         position += _FRAME.size + length
     return position == stop
 
 
-def _tail(view: mmap.mmap, end: int, read: int) -> list[str]:
+def _tail(view: _FileBytes, end: int, read: int) -> list[str]:
     """Return notes on damage after the last intact chunk, and on chunks known only by the index."""
     footer = len(view) - len(MAGIC) - _FOOTER_BYTES
-    if view[-len(MAGIC) :] != MAGIC or footer < end or view[footer] != Opcode.FOOTER:
+    is_footer = footer >= end and view[footer : footer + 1] == bytes([Opcode.FOOTER])
+    if view[-len(MAGIC) :] != MAGIC or not is_footer:
         return [
             "the file was not closed (no footer): its writer was killed or the file was cut; all "
             f"that is complete was read, the last {len(view) - end} bytes are not a complete chunk"
@@ -160,13 +187,13 @@ def _tail(view: mmap.mmap, end: int, read: int) -> list[str]:
     return damaged
 
 
-def _chunk_count(view: mmap.mmap, footer: int) -> int | None:
+def _chunk_count(view: _FileBytes, footer: int) -> int | None:
     """Return the number of chunks stated by the summary; None if the summary is damaged."""
-    position, _, crc = struct.unpack_from("<QQI", view, footer + _FRAME.size)
+    position, _, crc = struct.unpack("<QQI", view[footer + _FRAME.size : -len(MAGIC)])
     if not 0 < position <= footer or zlib.crc32(view[position : footer + _FRAME.size + 16]) != crc:
         return None
     while position < footer:
-        opcode, length = _FRAME.unpack_from(view, position)
+        opcode, length = _FRAME.unpack(view[position : position + _FRAME.size])
         position += _FRAME.size
         if opcode == Opcode.STATISTICS:
             body = BytesIO(view[position : position + length])

@@ -18,6 +18,8 @@ FEWEST = 3
 SAME = 1e-9
 #: Probability of a normal variable below 2 standard deviations.
 BELOW_TWO = 0.97725
+#: Cornish-Fisher expansion of Student's t quantile at that probability, in powers of 1 / freedom.
+_CORNISH_FISHER = (169950 / 92160, 1098 / 384, 294 / 96, 10 / 4, 2.0)
 
 
 def closing_speed(times: ArrayLike, positions: ArrayLike, at: float) -> ClosingSpeed | None:
@@ -81,11 +83,15 @@ def closing_speed(times: ArrayLike, positions: ArrayLike, at: float) -> ClosingS
 def _few(freedom: int) -> float:
     """Return the factor that enlarges the speed's error if it comes from few positions.
 
-    ``freedom`` is the number of degrees of freedom of the fitted line.
+    It is half the quantile of Student's t distribution at the probability of a normal variable
+    below 2, to 0.2 %. ``freedom`` is the number of degrees of freedom of the fitted line.
     """
-    from scipy.special import stdtrit  # takes time to import
-
-    return float(stdtrit(freedom, BELOW_TWO)) / 2
+    # Not scipy.special: its import takes longer than the time from a contact to its estimate.
+    if freedom == 1:
+        return math.tan(math.pi * (BELOW_TWO - 0.5)) / 2
+    if freedom == 2:
+        return (BELOW_TWO - 0.5) / math.sqrt(2 * BELOW_TWO * (1 - BELOW_TWO))
+    return float(np.polyval(_CORNISH_FISHER, 1 / freedom)) / 2
 
 
 def _step(positions: NDArray[np.float64]) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -120,6 +121,7 @@ def _speed_measurement(source: Source, grasping: Grasping | None) -> MeasureSpee
     if grasping is None:
         return None
     hand, rate = grasping.hand, source.descriptor.layout.rate
+    hand.closing_speed(0.0, math.nan)  # imports what it needs before the first contact
     return lambda sample, epoch, host: hand.closing_speed(sample / rate, host)
 
 

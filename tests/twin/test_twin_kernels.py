@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
+import threading
 from collections.abc import Callable
 from functools import cache
 from typing import Any, cast
@@ -258,6 +259,23 @@ def test_patches_with_broken_positions_stay_in_bounds() -> None:
         wrong[8][:, 3] = position
         kernel(function)(*wrong)
         assert wrong[8].shape == arguments[8].shape
+
+
+def test_a_place_that_changes_during_the_call_is_not_used() -> None:
+    function, arguments = all_calls()["filter"]
+    run, (scans, place, *states, _) = kernel(function), copied(arguments)
+    scans = np.tile(scans, (500_000 // len(scans), 1))
+    results = []
+    for is_disturbed in (False, True):
+        mine, out = copied((place, *states)), np.full((len(scans), 16), -1, np.int16)
+        filters = threading.Thread(target=run, args=(scans, *mine, out))
+        filters.start()
+        while is_disturbed and out[0, 0] == -1 and filters.is_alive():
+            pass
+        mine[0][0] = 10**12 if is_disturbed else mine[0][0]
+        filters.join()
+        results.append((out.tobytes(), *arrays(mine)))
+    assert results[0] == results[1]
 
 
 WITHOUT_NUMBA = """

@@ -261,13 +261,14 @@ PyObject *twin_filter_scans(PyObject *self, PyObject *const *args, Py_ssize_t n)
     if (!gather(args, n, "uLLLLS", a))
         return NULL;
     const Py_ssize_t samples = a[0].count / SCAN;
-    const int64_t *const place = a[1].data;
-    const bool ok = a[0].count == samples * SCAN && a[1].count == 1 && a[2].count == 2
+    int64_t place = -2;
+    if (a[1].count == 1)
+        memcpy(&place, a[1].data, sizeof place); /* another thread may change it after the check */
+    const bool ok = a[0].count == samples * SCAN && a[2].count == 2
                     && a[3].count == 2 * TAXELS * READINGS && a[4].count == 2 * TAXELS
-                    && a[5].count == samples * COLUMNS && *place >= -1
-                    && *place < TAXELS * READINGS;
-    RETURN_CALL(a, ok, fc_filter(a[0].data, samples, a[1].data, a[2].data, a[3].data, a[4].data,
-                a[5].data));
+                    && a[5].count == samples * COLUMNS && place >= -1 && place < TAXELS * READINGS;
+    RETURN_CALL(a, ok, fc_filter(a[0].data, samples, &place, a[2].data, a[3].data, a[4].data, a[5].data);
+                memcpy(a[1].data, &place, sizeof place));
 }
 
 /* smooth(counts, out) */

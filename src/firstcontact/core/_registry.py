@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import logging
+import threading
 from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from importlib import import_module
@@ -85,6 +86,7 @@ class Registry(Mapping[str, E], Generic[E]):
         self._own = dict(built_in)
         self._loaded: dict[str, E] = {}
         self._plugins: dict[str, EntryPoint] | None = None
+        self._lock = threading.RLock()  # the import of a plug-in may look up another one
 
     @property
     def builtin_names(self) -> tuple[str, ...]:
@@ -100,14 +102,14 @@ class Registry(Mapping[str, E], Generic[E]):
         if name not in self._loaded:
             if name in self._own:
                 self._loaded[name] = self._import(self._own[name])
-            elif name not in self._find_plugins() or not self._load(name):
+            elif not self._load(name):
                 raise KeyError(name)
         return self._loaded[name]
 
     def __iter__(self) -> Iterator[str]:
         yield from self._own
         for name in list(self._find_plugins()):
-            if name in self._loaded or self._load(name):
+            if self._load(name):
                 yield name
         yield from self._included
 
@@ -167,32 +169,36 @@ class Registry(Mapping[str, E], Generic[E]):
         return entry
 
     def _find_plugins(self) -> dict[str, EntryPoint]:
-        if self._plugins is None:
-            self._plugins = {}
-            for point in sorted(entry_points(group=self.group), key=lambda p: p.name):
-                if point.name in self._own or point.name in self._plugins:
-                    self._fail(point.name, f"another {self.kind} has that name")
-                else:
-                    self._plugins[point.name] = point
-        return self._plugins
+        with self._lock:
+            if self._plugins is None:
+                self._plugins = {}
+                for point in sorted(entry_points(group=self.group), key=lambda p: p.name):
+                    if point.name in self._own or point.name in self._plugins:
+                        self._fail(point.name, f"another {self.kind} has that name")
+                    else:
+                        self._plugins[point.name] = point
+            return self._plugins
 
     def _load(self, name: str) -> bool:
         """Load a plug-in. If that fails, drop the plug-in and return False."""
-        try:
-            with ForeignCode(self._title(name)):
-                point = self._find_plugins()[name]
-                register_foreign(point.module, self._title(name))
-                entry: E = point.load()
-                self._check(name, entry)
-        except BaseException as error:
-            if is_interrupt(error):
-                raise
-            del self._find_plugins()[name]
-            # The boundary wraps the original error in an InputError.
-            self._fail(name, summarize_error(error.__cause__ or error))
-            return False
-        self._loaded[name] = entry
-        return True
+        with self._lock:
+            if name in self._loaded or name not in self._find_plugins():
+                return name in self._loaded
+            try:
+                with ForeignCode(self._title(name)):
+                    point = self._find_plugins()[name]
+                    register_foreign(point.module, self._title(name))
+                    entry: E = point.load()
+                    self._check(name, entry)
+            except BaseException as error:
+                if is_interrupt(error):
+                    raise
+                del self._find_plugins()[name]
+                # The boundary wraps the original error in an InputError.
+                self._fail(name, summarize_error(error.__cause__ or error))
+                return False
+            self._loaded[name] = entry
+            return True
 
     def _check(self, name: str, entry: Any) -> None:
         """Raise an error if an entry has another name or kind, or lacks an attribute.

@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 import itertools
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firstcontact.core import ChannelKind, Command, Contact, Finger, fingertip_layout
-from firstcontact.grasp import POLICIES, GraspLoop, Grip, Taxels, Truth
+from firstcontact.core import (
+    ChannelKind,
+    Command,
+    Contact,
+    Estimate,
+    Finger,
+    InputError,
+    fingertip_layout,
+)
+from firstcontact.grasp import POLICIES, GraspLoop, Grip, HandError, Policy, Taxels, Truth
 from firstcontact.grasp._taxels import REST
 from firstcontact.testing import make_estimate
 
@@ -29,6 +38,49 @@ def make_loop(name: str, deadline: float | None = None) -> tuple[GraspLoop, list
 
 def touch(loop: GraspLoop, sample: int = 100) -> None:
     loop.touched(Contact(Finger.INDEX, sample, sample + 3), True, (sample + 3) / RATE)
+
+
+class Failing(Policy):
+    """Policy with a method that raises an error of a hand."""
+
+    name = title = "failing"
+    deadline = 0.02
+    fails_in = ""
+
+    def __getattribute__(self, name: str) -> Any:
+        if name == type(self).fails_in:
+            return self.fail
+        return super().__getattribute__(name)
+
+    def fail(self, *_: object) -> Command | None:
+        raise HandError("not mine")
+
+    def estimated(self, estimate: Estimate) -> Command | None:
+        return None
+
+
+@pytest.mark.parametrize(
+    "method", ["begin", "touched", "estimated", "felt", "slipped", "late", "none"]
+)
+def test_policy_that_raises_is_named(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Failing, "fails_in", method)
+    sent: list[Command] = []
+    loop = GraspLoop(Failing(Grip()), sent.append, RATE)
+
+    def close() -> None:
+        loop.begin()
+        touch(loop)
+        loop.estimated(NARROW, 0.11)
+        loop.felt(0.0, 0.115)
+        loop.slipped(0.116)
+        loop.felt(0.0, 0.2)
+
+    if method == "none":
+        close()
+        return
+    with pytest.raises(InputError, match=r"'failing'.*not mine") as caught:
+        close()
+    assert caught.value.parameter == "policy"
 
 
 @given(st.integers(1, 60))

@@ -350,7 +350,9 @@ def test_the_hand_is_released_whatever_it_or_its_policy_raises(
     diary = tmp_path / "diary"
     hand = ("--hand", "bad", "--hand-port", diary, "--policy", "bad")
     assert run("live", *device, *hand) == 2
-    assert raised.partition("(")[0] in capsys.readouterr().err.splitlines()[-1]
+    last = capsys.readouterr().err.splitlines()[-1]
+    assert raised.partition("(")[0] in last
+    assert ("hand" in last, "polic" in last) == (word != "begin", word == "begin")
     words = diary.read_text().splitlines()
     assert words[-1] == "close"
     if word != "enter":

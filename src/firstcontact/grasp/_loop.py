@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from firstcontact.core import Command, Contact, Estimate, InputError
+from firstcontact.core import Command, Contact, Estimate, InputError, is_interrupt, summarize_error
 from firstcontact.grasp._policy import Policy
 
 
@@ -95,7 +95,7 @@ class GraspLoop:
         self._closing = True
         self._last = None
         self._forget_contact()
-        self._forward(self.policy.begin())
+        self._forward(self._ask(self.policy.begin))
 
     def _forget_contact(self) -> None:
         self._first = self._due = None
@@ -115,7 +115,7 @@ class GraspLoop:
             self._first = contact.sample / self._rate
             if self._deadline is not None:
                 self._due = self._first + self._deadline
-        self._forward(self.policy.touched(contact, first))
+        self._forward(self._ask(self.policy.touched, contact, first))
         self._check_deadline(now)
 
     def withdrawn(self) -> None:
@@ -132,7 +132,7 @@ class GraspLoop:
             self.counts.misses, self.counts.unused = self._before
         self._forget_contact()
         if self.policy.uses_piezos():  # other policies continue as before
-            self._forward(self.policy.begin())
+            self._forward(self._ask(self.policy.begin))
 
     def estimated(self, estimate: Estimate, now: float) -> bool:
         """Pass an estimate to the policy. Return True if the policy responded with a command.
@@ -144,7 +144,7 @@ class GraspLoop:
         if not self._closing or self._first is None or self._missed:
             self.counts.unused += 1
             return False
-        command = self.policy.estimated(estimate)
+        command = self._ask(self.policy.estimated, estimate)
         if command is None:  # the policy ignores this estimate and waits for another
             return False
         self._due = None
@@ -158,14 +158,14 @@ class GraspLoop:
         if not self._closing:
             return
         since = None if self._first is None else now - self._first
-        self._forward(self.policy.felt(volts, since))
+        self._forward(self._ask(self.policy.felt, volts, since))
         self._check_deadline(now)
 
     def slipped(self, now: float) -> None:
         """Pass a slip to the policy, also after the closing while the hand holds the object."""
         if self._closing or self._holding:
             self._check_deadline(now)
-            self._forward(self.policy.slipped())
+            self._forward(self._ask(self.policy.slipped))
 
     def finish(self, second: Contact | None = None) -> None:
         """End the closing. Count a missed deadline if the estimate is still missing.
@@ -197,17 +197,29 @@ class GraspLoop:
         self._due = None
         self._missed = True
         self.counts.misses += 1
-        self._forward(self.policy.late())
+        self._forward(self._ask(self.policy.late))
+
+    def _ask(self, method: Callable[..., Command | None], *arguments: object) -> Command | None:
+        """Call a method of the policy, and name the policy if the method fails."""
+        name = self.policy.name
+        try:
+            command = method(*arguments)
+        except BaseException as error:
+            if is_interrupt(error):
+                raise
+            raise InputError(
+                f"policy {name!r} raised {summarize_error(error)}: fix it or choose another policy",
+                parameter="policy",
+            ) from error
+        if command is not None and not isinstance(command, Command):
+            raise InputError(
+                f"policy {name!r} returned {type(command).__name__}: return a Command or None",
+                parameter="policy",
+            )
+        return command
 
     def _forward(self, command: Command | None) -> None:
-        if command is None:
-            return
-        if not isinstance(command, Command):
-            raise InputError(
-                f"policy {self.policy.name!r} returned {type(command).__name__}: return a Command "
-                "or None"
-            )
-        if command == self._last:
+        if command is None or command == self._last:
             return
         self._last = command
         self.counts.commands += 1

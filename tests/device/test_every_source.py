@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import replace
@@ -19,8 +20,10 @@ from firstcontact.device import (
     SOURCES,
     Arrival,
     ReplaySource,
+    ResampledSource,
     SourceKind,
     SourceOptions,
+    drain,
     source_kind,
 )
 from firstcontact.device._twin_device import TwinDevice
@@ -87,6 +90,26 @@ def test_registered_source_passes_the_conformance_check(name: str, recording: Pa
     with device(name, recording) as named:
         assert source_kind(named).name == name
         check_source(SOURCES[name], named)
+
+
+@pytest.mark.parametrize("name", SOURCES)
+def test_a_read_that_would_give_nothing_for_ever_is_refused(name: str, recording: Path) -> None:
+    with device(name, recording) as named:
+        source = SOURCES[name].make(named, SourceOptions())
+        with pytest.raises(InputError):
+            source.read(0.1)
+        with source:
+            resampled = ResampledSource(source, source.descriptor.layout.rate / 2)
+            for reader in (source, resampled):
+                for timeout in (math.nan, math.inf, 1e308):
+                    with pytest.raises(InputError) as caught:
+                        reader.read(timeout)
+                    assert caught.value.parameter == "timeout"
+        drain(source)
+        for reader in (source, resampled):
+            assert reader.ended
+            with pytest.raises(InputError, match="closed"):
+                reader.read(0.1)
 
 
 class Twice(ReplaySource):

@@ -23,6 +23,7 @@ class Inbox:
     def __init__(self) -> None:
         self.changed = threading.Condition()
         self.finished = False
+        self.is_drained = False  # True once a reader got nothing after the end
         self.error: InputError | None = None
         self._arrivals: deque[Arrival] = deque()
         self._waiting = 0  # number of samples in the queue
@@ -104,4 +105,5 @@ class Inbox:
             if not arrivals and self.error is not None:
                 self._raised = True
                 raise self.error
+            self.is_drained = self.finished and not arrivals
             return arrivals

@@ -13,7 +13,7 @@ from typing import Self
 
 from firstcontact.core import Block, Calibration, ClosingSpeed, InputError
 from firstcontact.device._opening import SourceOptions
-from firstcontact.device._source import Arrival, Descriptor, Health
+from firstcontact.device._source import Arrival, Descriptor, Health, check_readable
 from firstcontact.recording import Marker, PinchMark, Recording, read_recording
 
 #: Number of samples in a block at a finite speed, like the blocks of a device ...
@@ -62,7 +62,7 @@ class ReplaySource:
         self._next: tuple[Block, tuple[Marker, ...], tuple[PinchMark, ...]] | None = None
         self._ended = False
         self._closed = threading.Event()
-        self._is_open = False
+        self._is_open = self._is_drained = False
         self._began: float | None = None  # time of the first read
         self._paced = math.isfinite(speed)
         self._given = 0
@@ -116,7 +116,9 @@ class ReplaySource:
         """
         if not self._is_open:
             raise InputError(f"{self.name} is not open: use the source in a with block")
+        check_readable(self, timeout, is_drained=self._is_drained)
         if self._ended:
+            self._is_drained = self._closed.is_set()
             return []
         if self._began is None:
             self._began = time.monotonic()

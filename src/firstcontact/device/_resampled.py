@@ -117,7 +117,7 @@ class ResampledSource:
             pieces = [piece for arrival in arrivals for piece in self._take(arrival)]
             if pieces or not arrivals:
                 return pieces
-        return self._leftovers()
+        return self._leftovers() or self._source.read(timeout)  # refuses if it was closed
 
     def mark(self, text: str) -> None:
         """Attach a marker to the next sample of the source."""

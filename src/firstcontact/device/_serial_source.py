@@ -19,7 +19,7 @@ from firstcontact.device._device_predictions import DevicePrediction
 from firstcontact.device._inbox import Inbox
 from firstcontact.device._opening import SourceOptions
 from firstcontact.device._protocol import VERSION, FrameType, marker_text
-from firstcontact.device._source import Arrival, Descriptor, Health
+from firstcontact.device._source import Arrival, Descriptor, Health, check_readable
 from firstcontact.device._stream_checks import RateCheck
 from firstcontact.device._threaded import LONGEST_LOOK
 from firstcontact.device._transport import LinkError, SerialTransport, not_a_port
@@ -180,6 +180,7 @@ class SerialSource:
 
         Wait up to ``timeout`` s until there are at least ``least``.
         """
+        check_readable(self, timeout, is_drained=self._inbox.is_drained)
         until = time.monotonic() + timeout
         remaining = timeout
         self._looked = until - timeout  # the source's own thread gives way

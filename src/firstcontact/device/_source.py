@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import threading
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from typing import Any, Protocol, Self
@@ -253,7 +254,8 @@ class Source(Protocol):
         ------
         InputError
             Another device (with another layout) is now on the port, or the port is permanently
-            lost.
+            lost. Or the source is not open, or closed and an earlier read returned nothing, or the
+            timeout is NaN or too long.
         """
 
     def mark(self, text: str) -> None:
@@ -272,6 +274,20 @@ class Source(Protocol):
     def __enter__(self) -> Self: ...
 
     def __exit__(self, *exception: object) -> None: ...
+
+
+def check_readable(source: Source, timeout: float, *, is_drained: bool) -> None:
+    """Refuse a read that would give nothing for ever: see :meth:`Source.read`.
+
+    ``is_drained`` is True if the source was closed and an earlier read returned nothing.
+    """
+    source.descriptor  # noqa: B018  # refuses if the source is not open
+    if is_drained:
+        raise InputError(f"{source.name} is closed: open it again")
+    if not timeout <= threading.TIMEOUT_MAX:
+        raise InputError(
+            f"it is {timeout:g} s: give at most {threading.TIMEOUT_MAX:.3g} s", parameter="timeout"
+        )
 
 
 def drain(source: Source) -> list[Arrival]:

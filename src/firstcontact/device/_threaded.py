@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from firstcontact.core import Block, InputError, summarize_error
 from firstcontact.device._clock import ClockFit
 from firstcontact.device._inbox import Inbox
-from firstcontact.device._source import Arrival, Descriptor, Health
+from firstcontact.device._source import Arrival, Descriptor, Health, check_readable
 from firstcontact.device._stream_checks import LARGEST_SAMPLE, RateCheck, usable_samples
 from firstcontact.recording import Marker
 from firstcontact.signal import CausalResampler
@@ -135,8 +135,9 @@ class ThreadedSource(ABC):
         Raises
         ------
         InputError
-            The source is permanently lost.
+            See :meth:`Source.read`.
         """
+        check_readable(self, timeout, is_drained=self._inbox.is_drained)
         return self._inbox.read(timeout, least)
 
     def mark(self, text: str) -> None:

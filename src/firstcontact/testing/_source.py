@@ -96,8 +96,9 @@ def _remaining_arrivals(source: Source, patience: float) -> list[Arrival]:
     """Return the arrivals that can still be read from a closed source."""
     arrivals: list[Arrival] = []
     until = time.monotonic() + patience
-    while not source.ended and time.monotonic() < until:
-        arrivals += source.read(0.1)
+    with suppress(InputError):  # a closed source refuses to be read again once it gave nothing
+        while not source.ended and time.monotonic() < until:
+            arrivals += source.read(0.1)
     assert source.ended, f"the source has not ended {patience:g} s after closing"
     assert not source.read(0.0), "the source gives samples after its end"
     return arrivals

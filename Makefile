@@ -107,8 +107,8 @@ real: $(VENV)/.study ## the real sets in FIRSTCONTACT_DATA on one page: firstcon
 # --- live --------------------------------------------------------------------------------------
 
 .PHONY: live
-live: $(VENV)/.live ## the live page, with the simulated hand: open http://127.0.0.1:8765/
-	$(BIN)/firstcontact live --device twin --page
+live: $(VENV)/.live ## the live page, with a simulated hand to close and open: http://127.0.0.1:8765/
+	$(BIN)/firstcontact live --device twin --hand twin --page
 
 .PHONY: twin-model
 twin-model: $(VENV)/.live ## the model that ships for the simulated hand, anew (half a minute)

@@ -1,6 +1,6 @@
 """Film the live page for the README: ``python docs/film_page.py docs/images/page.gif``.
 
-The script runs ``firstcontact live --device twin --page``. It opens the page in a headless Chromium
+The script runs the command of ``make live``. It opens the page in a headless Chromium
 (``CHROMIUM``, ``CHROMEDRIVER``, or those on the path) and writes an animated GIF.
 """
 
@@ -33,8 +33,8 @@ def pictures(folder: Path) -> list[Image.Image]:
     """Return the pictures that a viewer sees, six per second."""
     command = [sys.executable, "-m", "firstcontact.cli.main", "live", "--device", "twin", "--page"]
     with subprocess.Popen(
-        [*command, "--port", "0", "--seed", "3"], stdout=subprocess.DEVNULL,
-        stderr=subprocess.PIPE, text=True,
+        [*command, "--hand", "twin", "--port", "0", "--seed", "3"], stdin=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
     ) as live:  # fmt: skip
         assert live.stderr is not None
         url = next(line.split("page: ")[1].strip() for line in live.stderr if "page: " in line)

@@ -21,10 +21,23 @@ from firstcontact_lab.grasping import sentences as grasp_sentences
 from firstcontact_lab.grasping.results import GraspResults
 from firstcontact_lab.report.results import SubjectResults, read_results
 from firstcontact_lab.report.state import SECONDS, named_subjects
-from firstcontact_lab.report.tables import Row, Table, markdown, row_table
+from firstcontact_lab.report.tables import (
+    ABSENT,
+    Cell,
+    Line,
+    Row,
+    Table,
+    format_cell,
+    markdown,
+    optional,
+    row_table,
+)
 from firstcontact_lab.study.noises import noise_tables
 from firstcontact_lab.study.page import read_study, rows
 from firstcontact_lab.study.parts import PARTS
+from firstcontact_lab.study.parts.answer_time import ANSWER
+from firstcontact_lab.study.parts.in_force import IN_FORCE
+from firstcontact_lab.study.parts.objects import OBJECTS, PUBLISHED
 from firstcontact_lab.study.sets import overview
 
 ROOT = Path(__file__).parents[1]
@@ -70,15 +83,43 @@ def read_subjects(path: Path) -> dict[str, SubjectResults]:
     return {name.replace("-", " "): results for name, results in named.items()}
 
 
+def front_table(subjects: Mapping[str, SubjectResults]) -> Table:
+    """Return the table of the README: a few results in plain words, each beside a yardstick.
+
+    Lines without results are left out.
+    """
+    by_paper = optional(lambda r: r[OBJECTS].get("svm"), lambda scores: scores.rmse)
+    by_mean = optional(lambda r: r[OBJECTS].get("train_mean"), lambda scores: scores.rmse)
+    by_package = optional(lambda r: r[IN_FORCE], lambda scores: scores.rmse)
+    ready = optional(lambda r: r[IN_FORCE], lambda scores: scores.share)
+    ready_window = optional(lambda r: r[ANSWER], lambda times: times.before_second)
+    error, mean = "Error for new objects, ", "if you always predict the mean"
+    entries = [
+        (f"{error}model of the paper", "paper rig", "one", by_paper,
+         lambda _: PUBLISHED["svm"], "published, on real objects"),
+        (f"{error}model of this package", "paper rig", "one", by_package, by_mean, mean),
+        ("The same in everyday conditions", "everyday", "one", by_package, by_mean, mean),
+        ("Estimate ready when the second finger touches", "everyday", "whole", ready,
+         ready_window, "with 15 ms of signal, as in the paper"),
+    ]  # fmt: skip
+    lines = []
+    for words, title, unit, value, yardstick, meaning in entries:
+        results = subjects.get(title)
+        cells = [format_cell(f(results) if results else None, unit) for f in (value, yardstick)]
+        if all(cell.text != ABSENT for cell in cells):
+            beside = Cell(f"{cells[1].text} {meaning}")
+            lines.append(Line([Cell(words), cells[0], beside]))
+    return Table("", ["on the simulated hand", "result", "yardstick"], lines)
+
+
 def study_tables(path: Path) -> dict[str, str]:
     """Return the tables of a study of the twin."""
     subjects = read_subjects(path)
     chosen = [row for name in PARTS if name != TIMED for row in rows(subjects, [name])]
-    headline = [row for row in chosen if row.headline]
     total = Row[SubjectResults]("The whole study", lambda results: results[SECONDS], "s")
     speed = [*rows(subjects, [TIMED]), total]
     return {
-        "headline": markdown(row_table(headline, subjects, intervals=False)),
+        "front": markdown(front_table(subjects)),
         "study": markdown(row_table(chosen, subjects, published=True)),
         "speed": markdown(row_table(speed, subjects, published=True)),
         **{name: made for name in PARTS if (made := part_tables(name, subjects))},
@@ -108,7 +149,7 @@ def ratio_table(path: Path) -> str:
 
 def tables(results: Path) -> dict[str, str]:
     """Return all tables by name, from the results that exist."""
-    names = ("headline", "study", "speed", "real", "impacts", "strikes", "sets", "noises")
+    names = ("front", "study", "speed", "real", "impacts", "strikes", "sets", "noises")
     names = (*names, "grasp_headline", "grasp_short", "benchmarks")
     made = dict.fromkeys((*names, *GRASP, *PARTS), "*Not run yet.*\n")
     if (results / "study.json").is_file():

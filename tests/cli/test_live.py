@@ -14,6 +14,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from websockets.sync.client import connect
 
 import forked
 from emulated_ability import EmulatedAbility
@@ -220,7 +221,7 @@ def test_an_output_that_cannot_be_written_is_no_success(
 
 @pytest.fixture
 def paged(environment: dict[str, str]) -> Iterator[tuple[subprocess.Popen[str], str]]:
-    arguments = ["--device", "twin", "--page", "--port", "0"]
+    arguments = ["--device", "twin", "--hand", "twin", "--page", "--port", "0"]
     process = started(environment, *arguments, stderr=subprocess.PIPE)
     assert process.stderr is not None
     address = next(line.split()[-1] for line in process.stderr if line.startswith("page: "))
@@ -229,11 +230,26 @@ def paged(environment: dict[str, str]) -> Iterator[tuple[subprocess.Popen[str], 
     process.communicate(timeout=LONG)
 
 
-def test_the_page_is_where_it_says(paged: tuple[subprocess.Popen[str], str]) -> None:
+def test_the_page_is_where_it_says_and_closes_the_hand(
+    paged: tuple[subprocess.Popen[str], str],
+) -> None:
     process, address = paged
     assert process.stdout is None
     with urllib.request.urlopen(address, timeout=LONG) as answer:
         assert "firstcontact" in answer.read().decode().lower().replace(" ", "")
+    with connect(address.replace("http", "ws") + "socket", compression=None) as viewer:
+        state = json.loads(viewer.recv(timeout=LONG))
+        assert state["hello"]["hand_asks"] == ["close", "open"]
+        viewer.send('{"do": "close"}')
+        seen: list[str] = []  # the reply, the command, and then the contact of its closing
+        while seen[-1:] != ["now"]:
+            message = viewer.recv(timeout=LONG)
+            state = json.loads(message) if isinstance(message, str) else {}
+            assert state.get("answer", {"ok": True})["ok"], state
+            seen += [part for part in ("answer", "hand") if state.get(part)]
+            if "hand" in seen and (state.get("now") or {}).get("estimates"):
+                seen.append("now")
+        assert sorted(seen) == ["answer", "hand", "now"]
 
 
 @pytest.mark.parametrize(

@@ -35,7 +35,9 @@ from firstcontact.cli.verbs import configuration
 
 #: Commands that build an environment or take long, and what runs them.
 ELSEWHERE = {
-    "firstcontact live --device twin --page": "tests/cli/test_live.py",
+    "firstcontact live --device twin --hand twin --page": "tests/cli/test_live.py",
+    "git clone ADDRESS firstcontact": "by hand: the reader knows the address",
+    "cd firstcontact": "as above",
     "firstcontact label long --out labelled": "tests/collect/test_label_page.py",
     "firstcontact simulate --out recordings --pinches-per-block 12 --pinches-per-object 0": (
         "tests/docs/test_docstrings.py, which also runs the examples"
@@ -109,7 +111,9 @@ ELSEWHERE = {
     "pip install .": "tests/cli/test_install.py",
     "pip install '.[audio,live]'": "make test, in editable form",
     "sudo apt install libportaudio2": ".ci/run, where it is missing",
+    "pip install '.[live]'": "tests/cli/test_install.py",
     "pip install '.[study,live]'": "make test, in editable form",
+    "pip install torch --index-url https://download.pytorch.org/whl/cpu": "make, where it can",
     "pip install '.[study,cluster]'": "make test, in editable form",
     "dask scheduler --host 10.0.0.1 --port 8786": "tests/dask_cluster.py",
     "dask worker tcp://10.0.0.1:8786 --nworkers auto --nthreads 1": "tests/dask_cluster.py",

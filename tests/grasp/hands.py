@@ -61,6 +61,11 @@ class RecordingHand:
             raise self.error
         self._record(command)
 
+    def start(self) -> None:
+        if self.error is not None:
+            raise self.error
+        self._record("start")
+
     def release(self) -> None:
         self._record("release")
 

@@ -25,6 +25,16 @@ SLOW = Command(0.01, 1.0)
 HOLD = Command(0.0, 1.0)
 
 
+def test_a_hand_that_cannot_start_is_released() -> None:
+    recorder = RecordingHand()
+    with SafeHand(recorder, silence=PATIENCE) as hand:
+        hand.start()
+        recorder.error = HandError("stuck")
+        with pytest.raises(HandError, match="stuck"):
+            hand.start()
+        assert recorder.orders == ["start", "release"]
+
+
 def test_commands_keep_their_order_and_the_last_is_sent() -> None:
     recorder = RecordingHand(HandLimits(speed=1000.0, force=5.0, rate=50.0, watchdog=inf))
     with SafeHand(recorder, silence=PATIENCE) as hand:

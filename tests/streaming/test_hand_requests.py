@@ -17,6 +17,8 @@ from firstcontact.streaming._grasping import SILENCE
 from firstcontact.streaming._hand_requests import HandRequests
 
 LAYOUT = fingertip_layout()
+#: Stands for a closing that the hand was requested to begin.
+STARTED = Command(-1.0, -1.0)
 
 
 class LoggedHand(Hand):
@@ -32,6 +34,9 @@ class LoggedHand(Hand):
 
     def send(self, command: Command) -> None:
         self.commands.append(command)
+
+    def start(self) -> None:
+        self.commands.append(STARTED)
 
     def release(self) -> None:
         self.commands.append(None)
@@ -92,6 +97,24 @@ def test_a_closing_is_begun_by_who_asks_and_held_until_it_is_opened() -> None:
     requests.ask(Ask.CLOSE, "keyboard")
     session.block()
     assert hand.commands[-1] == approach
+
+
+def test_a_hand_that_closes_by_itself_may_begin_its_next_closing_on_request() -> None:
+    hand = LoggedHand(Begins.OTHERS | Begins.HURRY)
+    session = driven(hand)
+    requests, approach = session.grasping.requests, session.grasping.loop.policy.grip.approach
+    assert requests.allowed == (Ask.CLOSE, Ask.OPEN)
+    for _ in range(2):  # it opens by itself, so that no request to open comes between
+        requests.ask(Ask.CLOSE, "viewer 1")
+        assert [(e.ask, e.by) for e in session.block()] == [(Ask.CLOSE, "viewer 1")]
+        assert hand.commands == [STARTED]
+        session.block(ClosingStart(session.sample, 0))
+        assert hand.commands == [STARTED, approach]
+        session.block(pinch(start=15, end=600))
+        hand.commands.clear()
+    requests.gone("viewer 1")
+    assert session.block() == []
+    assert hand.commands == [], "the hand is not theirs to open"
 
 
 def test_the_motor_of_an_opening_hand_begins_nothing() -> None:

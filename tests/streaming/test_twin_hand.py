@@ -61,6 +61,16 @@ def test_the_twin_hears_each_order_as_it_was_given(source: TwinSource, hand: Han
     assert orders(markers) == ["0.0123 4.500", "release"]
 
 
+def test_the_twin_closes_when_it_is_asked() -> None:
+    with TwinSource(objects=["block 29"], seed=4, speed=2) as source, TwinHand(source) as hand:
+        for _ in range(2):
+            hand.start()
+            markers = heard(source, lambda ms: any("peak" in m.text for m in ms))
+            (asked,) = (m.sample for m in markers if m.text.endswith("hand: close"))
+            starts = [m.sample for m in markers if held_object(m.text) and m.sample >= asked]
+            assert starts[0] - asked < 0.6 * FINGERTIP_RATE
+
+
 def test_what_only_the_twin_says_is_set_by_nobody_else(source: TwinSource) -> None:
     with pytest.raises(InputError, match="twin:"):
         source.mark("twin: apple 1")

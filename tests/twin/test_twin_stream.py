@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from firstcontact.core import ADC_COUNTS, FINGERTIP_RATE, TAXELS, Command, InputError
 from firstcontact.twin import BLOCKS, TwinStream
 from firstcontact.twin._objects import OBJECTS
-from firstcontact.twin._stream import StreamPinch
+from firstcontact.twin._stream import LONG_REST, StreamPinch
 
 CONDITIONS = ("paper-rig", "everyday")
 #: Six standard deviations between two readings of an unloaded sheet, counts.
@@ -281,6 +281,29 @@ def test_release_opens_at_once_and_leaves_later_closings() -> None:
             assert pinches[1].truth == ()
             assert pinches[1].peak == 0.0
         assert since_start(pinches[2]) == since_start(as_drawn[2])
+
+
+@pytest.mark.parametrize("place", ["rest", "start", "touched"])
+def test_request_begins_a_whole_closing_at_once_and_a_long_rest(place: str) -> None:
+    stream = TwinStream(seed=6)
+    while place != "rest" and not stream.pinches:
+        stream.read(STEP)
+    while place == "touched" and not stream.pinches[-1].truth:
+        stream.read(STEP)
+    earlier, requested = len(stream.pinches), stream.sample
+    stream.close()
+    while len(stream.pinches) == earlier or stream.pinches[-1].end is None:
+        stream.read(STEP)
+    pinch = stream.pinches[-1]
+    # Opening takes half a second at most, and a rest is longer.
+    assert pinch.start - requested < (0.02 if place == "rest" else 0.6) * FINGERTIP_RATE
+    assert {contact.finger for contact in pinch.truth} == {0, 1}
+    assert pinch.end is not None
+    stream.read(pinch.end + round(LONG_REST * FINGERTIP_RATE) - stream.sample)
+    assert stream.pinches[-1] is pinch
+    stream.close()
+    stream.read(round(0.1 * FINGERTIP_RATE))
+    assert stream.pinches[-1] is not pinch
 
 
 def test_command_without_a_closing_is_counted_as_ignored() -> None:

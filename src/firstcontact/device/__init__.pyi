@@ -47,6 +47,7 @@ from ._source import Source as Source
 from ._source import drain as drain
 from ._source import layout_to_send as layout_to_send
 from ._threaded import ThreadedSource as ThreadedSource
+from ._twin_words import CLOSE_ORDER as CLOSE_ORDER
 from ._twin_words import concerns_hand as concerns_hand
 from ._twin_words import held_object as held_object
 from ._twin_words import lost_object as lost_object

@@ -9,8 +9,8 @@ A marker answers each order. Markers that the host sends are never orders.
 
 The order "hand: 0.0500 2.000" commands 0.05 m/s and at most 2 N for the present closing. This
 command takes effect after the drive's latency and holds until the hand opens. "hand: release" opens
-the hand. After a closing the marker "twin: peak 3.4 N" states the closing's largest force, at the
-sample where the hand begins to open.
+the hand. "hand: close" begins the next closing immediately. After a closing the marker
+"twin: peak 3.4 N" states the closing's largest force, at the sample where the hand begins to open.
 """
 
 from __future__ import annotations

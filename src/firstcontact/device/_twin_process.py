@@ -30,6 +30,7 @@ from firstcontact.device._responder import Responder
 from firstcontact.device._source import Descriptor
 from firstcontact.device._twin_words import (
     ACCEPTED,
+    CLOSE_ORDER,
     HAND,
     OBJECT,
     TWIN,
@@ -184,6 +185,8 @@ class TwinProcess:
             if text.startswith(OBJECT):
                 name = text.removeprefix(OBJECT).strip()
                 self._stream.choose(None if name == "any" else name)
+            elif text == CLOSE_ORDER:
+                self._stream.close()
             elif text.startswith(HAND):
                 return self._move(text, read_order(text))
             else:

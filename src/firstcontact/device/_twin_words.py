@@ -16,6 +16,8 @@ TWIN = "twin: "
 #: Prefixes of an order to the hand, and of an order that selects the object.
 HAND = "hand:"
 OBJECT = "object:"
+#: Order to begin the next closing immediately.
+CLOSE_ORDER = f"{HAND} close"
 #: Prefix of the answer to an accepted order.
 ACCEPTED = f"{TWIN}told "
 #: Prefixes of the markers about the hand; other markers name an object.

@@ -48,6 +48,9 @@ class Begins(Flag):
     OTHERS = auto()
     #: This program begins a closing. The hand stays open until then.
     US = auto()
+    #: On request, a hand that closes by itself begins its next closing immediately
+    #: (:meth:`Hand.start`).
+    HURRY = auto()
 
 
 class Hand(ABC):
@@ -92,6 +95,19 @@ class Hand(ABC):
         HandError
             The hand is not open, or is known to be unreachable.
         """
+
+    def start(self) -> None:
+        """Begin the next closing immediately.
+
+        Override it for a hand with :attr:`Begins.HURRY`. The signal shows the start, and the hand
+        opens by itself.
+
+        Raises
+        ------
+        HandError
+            As in :meth:`send`.
+        """
+        raise HandError(f"the hand {self.name!r} begins no closing on request")
 
     @abstractmethod
     def release(self) -> None:

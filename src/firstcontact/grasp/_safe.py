@@ -109,6 +109,20 @@ class SafeHand(Hand):
             self._change.notify()
             self._check()
 
+    def start(self) -> None:
+        """Begin the next closing immediately.
+
+        Raises
+        ------
+        HandError
+            As in :meth:`send`.
+        """
+        with self._change:
+            self._check()
+            if not self._attempt(self._hand.start):
+                self._release()
+                self._check()
+
     def alive(self) -> None:
         """Confirm that the program runs and the last command still holds.
 

@@ -168,7 +168,10 @@ class Grasping:
         by = self.requests.by
         while request := self.requests.take():
             if request.ask is Ask.CLOSE:
-                if self.requests.by is None:
+                if Begins.HURRY in self.hand.begins:
+                    self.hand.start()  # the start of its motor then begins the closing
+                    events.append(HandCommand(Ask.CLOSE, request.by, block.end - 1, block.epoch))
+                elif self.requests.by is None:
                     self.requests.by = request.by
                     self._epoch, self._released = block.epoch, self._releases
                     self._taxels.begin()

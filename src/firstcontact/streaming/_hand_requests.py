@@ -63,7 +63,7 @@ class HandRequests:
     @property
     def allowed(self) -> tuple[Ask, ...]:
         """Possible requests to this hand."""
-        return tuple(Ask) if Begins.US in self._begins else (Ask.OPEN,)
+        return tuple(Ask) if self._begins & (Begins.US | Begins.HURRY) else (Ask.OPEN,)
 
     def ask(self, ask: Ask, by: str) -> None:
         """Add a request.

@@ -7,8 +7,8 @@ from math import inf
 from typing import Self
 
 from firstcontact.core import FINGERTIP_RATE, ClosingSpeed, Command, InputError
-from firstcontact.device import Source, order_text
-from firstcontact.grasp import Hand, HandError, HandLimits
+from firstcontact.device import CLOSE_ORDER, Source, order_text
+from firstcontact.grasp import Begins, Hand, HandError, HandLimits
 from firstcontact.twin import Drive
 
 #: Highest rate of commands, Hz: the twin makes its samples 5 ms at a time.
@@ -29,6 +29,7 @@ class TwinHand(Hand):
     name = "twin"
     limits = HandLimits(speed=Drive().speed, force=Drive().force, rate=RATE, watchdog=inf)
     real = False
+    begins = Begins.OTHERS | Begins.HURRY
     of_source = name
 
     def __init__(self, source: Source) -> None:
@@ -37,12 +38,11 @@ class TwinHand(Hand):
 
     def send(self, command: Command) -> None:
         """Send the command as an order."""
-        if not self._open:
-            raise HandError(f"the hand {self.name!r} is not open: use it in a with block")
-        try:
-            self._source.order(order_text(command))
-        except InputError as error:
-            raise HandError(str(error)) from error
+        self._order(order_text(command))
+
+    def start(self) -> None:
+        """Begin the next closing immediately. A present closing ends before."""
+        self._order(CLOSE_ORDER)
 
     def closing_speed(self, sample_time: float, host_time: float) -> ClosingSpeed | None:
         """Return the closing speed before a contact, from the positions of the twin's drives."""
@@ -69,6 +69,14 @@ class TwinHand(Hand):
         """Release the hand. The source stays open."""
         self.release()
         self._open = False
+
+    def _order(self, text: str) -> None:
+        if not self._open:
+            raise HandError(f"the hand {self.name!r} is not open: use it in a with block")
+        try:
+            self._source.order(text)
+        except InputError as error:
+            raise HandError(str(error)) from error
 
     def __enter__(self) -> Self:
         if self._source.descriptor.source != "twin":

@@ -28,6 +28,8 @@ from firstcontact.twin._stream_moves import PIECE, close_hand, open_hand, pieces
 
 #: Range of the time for which the open hand rests with its motor off, s.
 REST = (0.6, 1.0)
+#: Rest after a closing on request, s: time to look at its estimate, and to request another.
+LONG_REST = 10.0
 #: Time added to the drawn first contact, s. The contact then comes 200 to 220 ms after the motor's
 #: start, and the hand closes at full speed for at least the last 140 ms of them.
 LEAD = 0.04
@@ -132,6 +134,7 @@ class TwinStream:
         self.ignored = 0
         self.positions = Positions(generator(seed, condition_name, "stream", "positions"))
         self._run: PinchRun | None = None  # set while the hand takes commands
+        self._is_requested = False
         self._seed = seed
         self._rng = generator(seed, condition_name, "stream")
         self._chosen: Thing | None = None
@@ -194,6 +197,14 @@ class TwinStream:
             self._run.order(None, self._effect(self._run))
             self._run = None
 
+    def close(self) -> None:
+        """Begin the next closing immediately, after the present one has been released.
+
+        After this closing the hand rests for :data:`LONG_REST`, unless another one is requested.
+        """
+        self._is_requested = True
+        self.release()
+
     def _effect(self, run: PinchRun) -> int:
         return run.done - 1 - len(self._left) + self._drive.delay
 
@@ -220,9 +231,14 @@ class TwinStream:
 
     def _move(self) -> Iterator[NDArray[np.float64]]:
         """Yield the motion of the hand without end, in pieces like :meth:`PinchRun.advance`."""
+        was_requested = False
         while True:
-            for _ in range(pieces(self._rng.uniform(*REST))):
+            rest = self._rng.uniform(*REST)
+            for _ in range(pieces(LONG_REST if was_requested else rest)):
+                if self._is_requested:
+                    break
                 yield np.zeros((PIECE, 2, OUTPUTS))
+            was_requested, self._is_requested = self._is_requested, False
             coming = self._next()
             key = f"{coming.label.specimen} {coming.number}"
             draw = draw_pinch(self._seed, self._condition, SESSION, coming.specimen, key)

@@ -107,7 +107,7 @@ class Row(Generic[R]):
         Explanation in the report's comparison with the paper; None if the row is not in the
         comparison. The explanation can be a function of the results of all subjects by title.
     headline
-        True to show the row in the README and at the top of the report.
+        True to show the row at the top of the report.
     claim
         Published value with which the top of the report compares the row.
     """
@@ -204,7 +204,6 @@ def row_table(
     caption: str = "",
     *,
     published: bool = False,
-    intervals: bool = True,
     notes: bool = False,
 ) -> Table:
     """Return a table with a line for each row and a column for each subject.
@@ -217,8 +216,6 @@ def row_table(
         cells = [row.cell(results) for results in subjects.values()]
         if all(cell.text == ABSENT for cell in cells):
             continue
-        if not intervals:
-            cells = [Cell(cell.text) for cell in cells]
         beside = [Cell(row.published)] if published else []
         note = row.remark_on(subjects) if notes else ""
         lines.append(Line([Cell(row.label, note), *beside, *cells]))

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
 import socket
 import struct
 import time
 from collections.abc import Mapping
-from contextlib import suppress
 from dataclasses import dataclass
 from http import HTTPStatus
 from typing import Any
@@ -27,8 +27,11 @@ from firstcontact.streaming.page.serving import answer, plain, serve_page
 TICK = 0.05
 #: Largest number of viewers. It limits their total cost.
 VIEWERS = 16
-#: Time after which a viewer that reads nothing is disconnected, s.
-PATIENCE = 10.0
+#: Time without a reply to a ping after which a viewer is disconnected, and after which it gives its
+#: place to a new viewer, s. Data that wait for a slow viewer delay its replies.
+PATIENCE, GRACE = 10.0, 2.0
+#: Time from a reply to the next ping, s.
+PAUSE = 1.0
 #: Time after which a silent viewer that closed the hand is disconnected, s. The hand then opens.
 SILENCE = 1.5
 #: Number of waiting bytes above which a viewer skips updates.
@@ -44,6 +47,8 @@ class _Viewer:
     ----------
     name
         Name of the viewer as the origin of requests to the hand.
+    connection
+        Connection to the viewer.
     heard
         Time of the viewer's newest message, s of the monotonic clock.
     hello
@@ -52,13 +57,17 @@ class _Viewer:
         Handler of the viewer's requests.
     closes
         True if the viewer's last request to the hand was to close it.
+    pinged
+        Time of the ping without a reply, s of the monotonic clock; infinite if there is none.
     """
 
     name: str
+    connection: ServerConnection
     hello: str
     commands: Commands
     heard: float = 0.0
     closes: bool = False
+    pinged: float = math.inf
 
     async def watch(self) -> None:
         """Wait until the viewer has closed the hand and is silent, then raise TimeoutError.
@@ -69,6 +78,23 @@ class _Viewer:
         while not self.closes or time.monotonic() - self.heard < SILENCE:
             await asyncio.sleep(TICK)
         raise TimeoutError
+
+    async def ping(self) -> None:
+        """Ping the viewer until it does not reply because it reads nothing, then disconnect it."""
+        while True:
+            self.pinged = time.monotonic()
+            try:
+                async with asyncio.timeout(PATIENCE):
+                    await (await self.connection.ping())
+            except TimeoutError:
+                self.drop()
+                raise
+            self.pinged = math.inf
+            await asyncio.sleep(PAUSE)
+
+    def drop(self) -> None:
+        """Disconnect the viewer. It reads nothing, so it would not read a closing handshake."""
+        self.connection.transport.abort()
 
 
 class PageServer:
@@ -97,7 +123,7 @@ class PageServer:
         self._guard = guard
         self._files = files
         self._commands = {True: Commands(controls), False: Commands(None)}
-        self._viewers = 0
+        self._viewers: dict[str, _Viewer] = {}
         self._number = 0  # number of the newest viewer
 
     async def run(self, listening: socket.socket, stop: asyncio.Event) -> None:
@@ -107,8 +133,7 @@ class PageServer:
             listening,
             self._answer,
             LONGEST,
-            ping_interval=PATIENCE / 2,
-            ping_timeout=PATIENCE,
+            ping_interval=None,
             max_queue=4,
             write_limit=WAITING_BYTES,
         )
@@ -119,20 +144,29 @@ class PageServer:
         answered = answer(request, self._guard, self._files)
         # Nothing else runs between this check and `_view`, which counts the viewer. A test checks
         # that.
-        if answered is None and self._viewers >= VIEWERS:
+        if answered is None and len(self._viewers) >= VIEWERS and not self._make_room():
             return plain(
                 HTTPStatus.SERVICE_UNAVAILABLE,
                 f"{VIEWERS} viewers are watching: close one of them.",
             )
         return answered
 
+    def _make_room(self) -> bool:
+        """Disconnect the viewer whose reply has been missing longest. Return True if one was."""
+        slowest = min(self._viewers.values(), key=lambda viewer: viewer.pinged)
+        if time.monotonic() - slowest.pinged < GRACE:
+            return False
+        del self._viewers[slowest.name]
+        slowest.drop()
+        return True
+
     async def _view(self, connection: ServerConnection) -> None:
-        self._viewers += 1
         self._number += 1
         viewer = self._viewer(connection)
+        self._viewers[viewer.name] = viewer
         try:
             async with asyncio.TaskGroup() as tasks:
-                work = self._tell(connection, viewer), viewer.watch()
+                work = self._tell(connection, viewer), viewer.watch(), viewer.ping()
                 watchers = [tasks.create_task(coroutine) for coroutine in work]
                 await self._listen(connection, viewer)
                 for task in watchers:
@@ -140,7 +174,7 @@ class PageServer:
         except* (ConnectionClosed, TimeoutError):
             pass
         finally:
-            self._viewers -= 1
+            self._viewers.pop(viewer.name, None)
             viewer.commands.gone(viewer.name)
 
     def _viewer(self, connection: ServerConnection) -> _Viewer:
@@ -151,6 +185,7 @@ class PageServer:
         in_control = token == self._guard.token
         return _Viewer(
             f"viewer {self._number} of the page",
+            connection,
             self._state.hello if in_control else self._state.look_hello,
             self._commands[in_control],
         )
@@ -166,13 +201,13 @@ class PageServer:
             answer, wait = await viewer.commands.obey(message, allowance, viewer.name)
             if answer["ok"] and answer["do"] in ("close", "open"):
                 viewer.closes = answer["do"] == "close"
-            await self._send(connection, json.dumps({"answer": answer}))
+            await connection.send(json.dumps({"answer": answer}))
             # Messages of this viewer wait meanwhile at its end of the connection.
             await asyncio.sleep(wait)
 
     async def _tell(self, connection: ServerConnection, viewer: _Viewer) -> None:
         """Send changed parts of the state to a viewer, as fast as it reads them."""
-        await self._send(connection, f'{{"hello":{viewer.hello}}}')
+        await connection.send(f'{{"hello":{viewer.hello}}}')
         seen: dict[str, int] = {}
         column, skipped = -1, 0
         about: dict[str, Any] = {}
@@ -182,23 +217,13 @@ class PageServer:
                 skipped += first - column
             column = first + len(values)
             parts = self._state.changed(seen)
-            now = {"viewers": self._viewers, "skipped": skipped}
+            now = {"viewers": len(self._viewers), "skipped": skipped}
             if now != about:
                 parts["viewer"], about = json.dumps(now), now
             if len(values):
                 head = _HEAD.pack(values.shape[0], values.shape[1], first)
-                await self._send(connection, head + values.astype("<f4").tobytes())
+                await connection.send(head + values.astype("<f4").tobytes())
             if parts:
                 fields = ",".join(f'"{name}":{text}' for name, text in parts.items())
-                await self._send(connection, f"{{{fields}}}")
+                await connection.send(f"{{{fields}}}")
             await asyncio.sleep(TICK)
-
-    async def _send(self, connection: ServerConnection, message: str | bytes) -> None:
-        try:
-            async with asyncio.timeout(PATIENCE):
-                await connection.send(message)
-        except TimeoutError:
-            # The viewer does not read, so it would not read a closing handshake either.
-            with suppress(AttributeError):
-                connection.transport.abort()
-            raise

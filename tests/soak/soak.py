@@ -23,6 +23,7 @@ from random import Random
 from typing import Any
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 from soak_links import LINKS, Link
 
@@ -181,7 +182,10 @@ def main() -> int:
     options = parser.parse_args()
     if options.link is None:
         return soak(options.minutes, options.seed, options.links, options.out)
-    result = run_link(options.link, 60.0 * options.minutes, options.seed, options.folder)
+    try:
+        result = run_link(options.link, 60.0 * options.minutes, options.seed, options.folder)
+    except pytest.skip.Exception as error:
+        result = {"wrong": [f"{error}, or name the other links with --links"]}
     print(json.dumps(result))
     return 0
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from dataclasses import replace
@@ -58,6 +59,20 @@ def test_counts_that_do_not_add_up_are_findings(
     parts: list[tuple[int, int, int, int]], received: int, lost: int, tmp_path: Path
 ) -> None:
     assert findings(tmp_path, parts, received, lost)
+
+
+def test_link_that_cannot_run_here_is_a_finding_with_the_remedy(tmp_path: Path) -> None:
+    (tmp_path / "sounddevice.py").write_text("raise OSError('no library')")
+    program = Path(__file__).with_name("soak.py")
+    paths = os.pathsep.join(filter(None, [str(tmp_path), os.environ.get("PYTHONPATH")]))
+    soak = subprocess.run(
+        [sys.executable, program, "--links", "sound", "--out", str(tmp_path / "soak.json")],
+        env={**os.environ, "PYTHONPATH": paths},
+        capture_output=True,
+        text=True,
+    )
+    assert (soak.returncode, soak.stderr) == (1, "")
+    assert "libportaudio2" in soak.stdout
 
 
 @pytest.mark.slow

@@ -173,7 +173,8 @@ class Health:
     overflow_samples
         Number of lost samples that the device itself dropped, by its report.
     unusable_samples
-        Number of lost samples with a value that was NaN, infinite or beyond 32-bit integers.
+        Number of lost samples with a value that was NaN, infinite or beyond 32-bit integers, or
+        with a time stamp that jumps.
     lost_frames
         Number of frames missing in the device's count.
     bad_frames
@@ -215,6 +216,12 @@ class Health:
         """Text with the number of lost samples."""
         unknown = "" if self.losses_known else " or more (the device does not count its samples)"
         return f"{self.lost_samples}{unknown}"
+
+    @property
+    def unusable(self) -> str:
+        """Text with the number of unusable samples."""
+        count = self.unusable_samples
+        return f"{count} NaN, infinite, out of range, or with a time stamp that jumps"
 
 
 class Source(Protocol):

@@ -227,8 +227,9 @@ class ThreadedSource(ABC):
         self._wait()
         if not self._health.samples and self._silence >= REFUSE_AFTER:
             raise InputError(
-                f"{self.name} sends no usable sample (all {end} are NaN, infinite, damaged or "
-                f"beyond {LARGEST_SAMPLE:.3g}): check the sensor and the program that sends"
+                f"{self.name} sends no usable sample (all {end} are NaN, infinite, damaged, "
+                f"beyond {LARGEST_SAMPLE:.3g}, or without a valid time stamp): check the sensor "
+                "and the program that sends"
             )
 
     def _wait(self) -> bool:

@@ -121,7 +121,7 @@ class LinkLine(msgspec.Struct, frozen=True, kw_only=True, tag="link"):
     overflow_samples
         Number of lost samples that the device itself dropped, by its report.
     unusable_samples
-        Number of lost samples that were NaN, infinite or out of range.
+        Number of lost samples that were NaN, infinite or out of range, or whose time stamp jumps.
     lost_frames, bad_frames, doubled_frames
         Number of lost, damaged, and repeated frames.
     late_answers

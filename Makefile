@@ -119,7 +119,7 @@ twin-model: $(VENV)/.live ## the model that ships for the simulated hand, anew (
 
 # --- checks ------------------------------------------------------------------------------------
 
-.PHONY: test test-numba test-slow mutation fuzz soak lint format types layers docs bench
+.PHONY: test test-numba test-install test-oldest test-slow mutation fuzz soak lint format types layers docs bench
 # Tests of devices and of the page wait a third of their time: more processes than cores.
 TESTERS ?= $(shell expr 3 \* $$(getconf _NPROCESSORS_ONLN) / 2 + 1)
 # Hundreds of processes import the package: compiled once, it takes each 0.4 s less.
@@ -134,6 +134,21 @@ test-numba: $(VENV)/.dev ## the simulated hand with Numba, against the kernels
 	folder=$$(mktemp -d) && trap "rm -rf $$folder" EXIT && export PYTHONPATH=$$folder && \
 	$(call fetch,twin) --target $$folder && $(BIN)/python -c "import numba" && \
 	$(BIN)/python -m pytest tests/twin/test_twin_numba.py tests/twin/test_twin_kernels.py
+
+test-install: $(VENV)/.dev ## wheel and sdist, built and installed into empty environments
+	$(BIN)/python -m pytest -m slow tests/cli/test_install.py
+
+# EXTRAS without cnn leaves out 5 GB of PyTorch.
+EXTRAS ?= plot,sklearn,live,parquet,files,audio,hand,cluster,twin,cnn
+OLDEST ?= tests/core tests/recording tests/signal tests/contact tests/models tests/twin
+test-oldest: $(VENV)/.dev ## some tests (OLDEST) with the oldest packages that pyproject.toml allows
+	folder=$$(mktemp -d) && trap "rm -rf $$folder" EXIT && \
+	$(BIN)/uv build --quiet --sdist --out-dir $$folder . && \
+	$(BIN)/uv venv --quiet --python $(BIN)/python $$folder/venv && \
+	$(BIN)/uv pip install --quiet --python $$folder/venv --resolution lowest-direct \
+		"firstcontact[$(EXTRAS)] @ file://$$(echo $$folder/*.tar.gz)" \
+		$$(grep -E '^(pytest|pytest-timeout|hypothesis|jinja2)==' constraints.txt) && \
+	$$folder/venv/bin/python -m pytest $(OLDEST)
 
 test-slow: $(VENV)/.dev ## the long tests: paper size, soak, installed wheel, slow commands in the docs, all variants
 	$(BIN)/python -m pytest -m slow --timeout 3600

@@ -1,4 +1,4 @@
-"""The installed package, in an environment with the base install only."""
+"""The built wheel and sdist, installed into empty environments."""
 
 from __future__ import annotations
 
@@ -7,32 +7,111 @@ import shlex
 import shutil
 import subprocess
 import sys
+import tarfile
 import venv
+import zipfile
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).parents[2]
+PIP = ("-m", "pip", "--disable-pip-version-check", "--quiet")
+BUILD = (
+    "import sys; from setuptools import build_meta; getattr(build_meta, sys.argv[1])(sys.argv[2])"
+)
 pytestmark = pytest.mark.slow
 
 
-@pytest.fixture(scope="module")
-def base(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the ``bin`` folder of a fresh environment after ``pip install WHEEL``."""
-    folder = tmp_path_factory.mktemp("base")
-    source = folder / "source"  # building leaves files behind, and not in the checkout
-    shutil.copytree(ROOT / "src", source / "src", ignore=shutil.ignore_patterns("*.egg-info"))
-    for file in ("pyproject.toml", "README.md", "LICENSE"):
-        shutil.copy(ROOT / file, source)
-    pip = ["-m", "pip", "--disable-pip-version-check", "--quiet"]
-    wheel = [sys.executable, *pip, "wheel", "--no-deps", "--wheel-dir", folder, source]
-    subprocess.run(wheel, check=True, cwd=folder)
-    (built,) = folder.glob("firstcontact-*.whl")
-    venv.create(folder / "venv", with_pip=True, symlinks=True)
-    scripts = folder / "venv" / "bin"
-    install = [scripts / "python", *pip, "install", "-c", ROOT / "constraints.txt", built]
+def build(kind: str, source: Path, out: Path) -> Path:
+    """Build a wheel or an sdist with this environment's setuptools."""
+    command = [sys.executable, "-c", BUILD, f"build_{kind}", out]
+    subprocess.run(command, check=True, cwd=source, stdout=subprocess.DEVNULL)
+    (built,) = out.glob("firstcontact-*.whl" if kind == "wheel" else "firstcontact-*.tar.gz")
+    return built
+
+
+def installed(folder: Path, file: str) -> Path:
+    """Return the ``bin`` folder of a fresh environment after ``pip install FILE``."""
+    venv.create(folder, with_pip=True, symlinks=True)
+    install = [folder / "bin" / "python", *PIP, "install", "-c", ROOT / "constraints.txt", file]
     subprocess.run(install, check=True, cwd=folder)
-    return scripts
+    return folder / "bin"
+
+
+@pytest.fixture(scope="module")
+def wheel_and_sdist(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """Return a wheel and an sdist, built in a copy: building leaves files behind."""
+    folder = tmp_path_factory.mktemp("built")
+    source = folder / "source"
+    listed = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
+    names = subprocess.run(listed, cwd=ROOT, capture_output=True, check=True).stdout.decode()
+    for name in filter(None, names.split("\0")):
+        if (ROOT / name).is_file():
+            (source / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(ROOT / name, source / name)
+    return build("wheel", source, folder), build("sdist", source, folder)
+
+
+@pytest.fixture(scope="module")
+def base(wheel_and_sdist: tuple[Path, Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the ``bin`` folder of an environment with the wheel and no extra."""
+    return installed(tmp_path_factory.mktemp("base"), str(wheel_and_sdist[0]))
+
+
+@pytest.fixture(scope="module")
+def live(wheel_and_sdist: tuple[Path, Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the ``bin`` folder of an environment with the sdist and the extra for live."""
+    return installed(tmp_path_factory.mktemp("live"), f"{wheel_and_sdist[1]}[live]")
+
+
+def contents(wheel: Path) -> dict[str, bytes]:
+    with zipfile.ZipFile(wheel) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+def test_the_wheel_has_the_kernels_and_only_the_c_sources_that_are_exported(
+    wheel_and_sdist: tuple[Path, Path],
+) -> None:
+    wheel, _ = wheel_and_sdist
+    sources = {Path(name) for name in contents(wheel) if name.endswith((".c", ".h"))}
+    exported = ROOT / "src" / "firstcontact" / "export" / "c"
+    assert sources == {Path("firstcontact/export/c", path.name) for path in exported.iterdir()}
+    assert "firstcontact/core/_compiled.abi3.so" in contents(wheel)
+    assert wheel.stem.split("-")[2:4] == ["cp311", "abi3"]
+
+
+def test_the_sdist_builds_the_same_wheel(
+    wheel_and_sdist: tuple[Path, Path], tmp_path: Path
+) -> None:
+    wheel, sdist = wheel_and_sdist
+    with tarfile.open(sdist) as archive:
+        archive.extractall(tmp_path, filter="data")
+    (source,) = tmp_path.iterdir()
+    built, expected = contents(build("wheel", source, tmp_path)), contents(wheel)
+    assert built.keys() == expected.keys()
+    compiled = ("_compiled.abi3.so", "RECORD")  # they hold the folder of the build, and the hash
+    assert all(built[n] == expected[n] for n in built if not n.endswith(compiled))
+    assert (source / "CHANGELOG.md").is_file()
+    for folder in ("docs", "examples"):
+        tracked = subprocess.run(
+            ["git", "ls-files", "-z", folder], cwd=ROOT, capture_output=True, check=True
+        ).stdout.decode()
+        assert all((source / name).is_file() for name in filter(None, tracked.split("\0")))
+    assert not (source / "tests").exists()
+
+
+@pytest.mark.parametrize("environment", ["base", "live"])
+def test_the_installed_kernels_predict_a_live_pinch(
+    environment: str, request: pytest.FixtureRequest, tmp_path: Path
+) -> None:
+    scripts = request.getfixturevalue(environment)
+    loaded = "from firstcontact.core import kernels; raise SystemExit(kernels() is None)"
+    subprocess.run([scripts / "python", "-I", "-c", loaded], check=True, cwd=tmp_path)
+    page = ("--page", "--port", "0") if environment == "live" else ()
+    process = run(scripts, "live", "--device", "twin", "--pinches", "1", *page, cwd=tmp_path)
+    assert process.returncode == 0, process.stderr
+    assert "Shore A" in process.stdout
+    assert "compile" not in process.stderr
 
 
 def run(scripts: Path, *arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
@@ -55,10 +134,10 @@ def test_help_needs_no_extra(base: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "extra"),
     [
-        (["simulate", "--out", "out"], "twin"),
+        (["live", "--device", "twin", "--page"], "live"),
         (["study", "--out", "out"], "study"),
     ],
-    ids=["simulate", "study"],
+    ids=["live", "study"],
 )
 def test_a_missing_extra_is_one_sentence_and_exit_2(
     base: Path, tmp_path: Path, arguments: list[str], extra: str

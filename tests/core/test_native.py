@@ -26,18 +26,28 @@ def test_the_package_works_without_them() -> None:
     subprocess.run([sys.executable, "-c", BLOCKED], check=True)
 
 
-@pytest.mark.parametrize("age", [-60.0, 60.0])
-def test_a_module_older_than_its_sources_is_not_used(
-    age: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+@pytest.mark.parametrize(
+    ("age", "in_checkout", "is_used"),
+    [(-60.0, True, False), (60.0, True, True), (-60.0, False, True)],
+)
+def test_only_a_checkout_refuses_a_module_older_than_its_sources(
+    age: float,
+    in_checkout: bool,
+    is_used: bool,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
 ) -> None:
+    if not in_checkout:
+        monkeypatch.setattr(_native, "_CLONE", tmp_path)
     module = ModuleType("_compiled")
     module.__file__ = str(tmp_path / "_compiled.so")
     Path(module.__file__).touch()
     newest = max(p.stat().st_mtime for p in Path(_native.__file__).with_name("c").iterdir())
     os.utime(module.__file__, (newest + age, newest + age))
     monkeypatch.setitem(sys.modules, "firstcontact.core._compiled", module)
-    assert (_native._load() is module) == (age > 0)
-    assert len(caplog.records) == (age < 0)
+    assert (_native._load() is module) == is_used
+    assert len(caplog.records) == (not is_used)
 
 
 def detector(window: int = 110, line: int = 17) -> object:

@@ -114,6 +114,8 @@ ELSEWHERE = {
     "pip install '.[live]'": "tests/cli/test_install.py",
     "pip install '.[study,live]'": "make test, in editable form",
     "pip install torch --index-url https://download.pytorch.org/whl/cpu": "make, where it can",
+    "make test-install": ".ci/run",
+    "make test-oldest": "by hand, when a lower bound changes",
     "pip install '.[study,cluster]'": "make test, in editable form",
     "dask scheduler --host 10.0.0.1 --port 8786": "tests/dask_cluster.py",
     "dask worker tcp://10.0.0.1:8786 --nworkers auto --nthreads 1": "tests/dask_cluster.py",

@@ -8,9 +8,15 @@ from pathlib import Path
 from types import ModuleType
 
 from firstcontact.core._errors import InputError
-from firstcontact.core._extras import install_command, missing_modules
+from firstcontact.core._extras import _CLONE, install_command, missing_modules
 
 _log = logging.getLogger(__name__)
+
+
+def _is_stale(built: Path) -> bool:
+    firmware = _CLONE / "firmware" / "core"
+    sources = [*Path(__file__).with_name("c").glob("*.[ch]"), *firmware.glob("fc_c*.[ch]")]
+    return any(source.stat().st_mtime > built.stat().st_mtime for source in sources)
 
 
 def _load() -> ModuleType | None:
@@ -18,11 +24,9 @@ def _load() -> ModuleType | None:
         module = import_module("firstcontact.core._compiled")
     except ImportError:
         return None
-    # A checkout has the sources. Its compiled module stays where it is when the sources change.
-    built = Path(str(module.__file__)).stat().st_mtime
-    firmware = Path(__file__).parents[3] / "firmware" / "core"
-    sources = [*Path(__file__).with_name("c").glob("*.[ch]"), *firmware.glob("fc_c*.[ch]")]
-    if any(source.stat().st_mtime > built for source in sources):
+    # Only in a checkout can sources change after the build: what an installer writes has times
+    # without meaning.
+    if (_CLONE / "pyproject.toml").is_file() and _is_stale(Path(str(module.__file__))):
         _log.warning(
             "the compiled C functions are older than their source code, so slower NumPy code "
             "takes their place and live estimates come later: install the package again, with "

@@ -27,7 +27,6 @@ maintainer=firstcontact
 sentence=Contact and stiffness on the hand's microcontroller.
 paragraph=Written by firstcontact export-model: {parts}.
 category=Sensors
-url=https://pypi.org/project/firstcontact/
 architectures=*
 includes={includes}
 """

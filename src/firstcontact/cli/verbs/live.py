@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from firstcontact.cli.options import Condition, Option, choice, devices
 from firstcontact.contact import SLIP_DETECTORS
-from firstcontact.core import InputError, is_same_rate, require_modules
+from firstcontact.core import InputError, is_same_rate, kernels, require_modules
 from firstcontact.device import SOURCES, open_source, source_kind
 from firstcontact.grasp import HANDS, POLICIES, live_policies
 
@@ -89,6 +89,11 @@ class Live:
             import websockets.asyncio.server  # noqa: F401  # slow, so before samples come
         if self.lsl:
             require_modules("live", "pylsl")
+        if kernels() is None:
+            _say(
+                "this package was built without a C compiler, so estimates come later: install "
+                "one with Python's headers, and then this package again"
+            )
         from firstcontact.cli.live_models import (
             SHIPPED,
             device_model_line,

@@ -144,11 +144,12 @@ OLDEST ?= tests/core tests/recording tests/signal tests/contact tests/models tes
 test-oldest: $(VENV)/.dev ## some tests (OLDEST) with the oldest packages that pyproject.toml allows
 	folder=$$(mktemp -d) && trap "rm -rf $$folder" EXIT && \
 	$(BIN)/uv build --quiet --sdist --out-dir $$folder . && \
-	$(BIN)/uv venv --quiet --python $(BIN)/python $$folder/venv && \
-	$(BIN)/uv pip install --quiet --python $$folder/venv --resolution lowest-direct \
-		"firstcontact[$(EXTRAS)] @ file://$$(echo $$folder/*.tar.gz)" \
-		$$(grep -E '^(pytest|pytest-timeout|hypothesis|jinja2)==' constraints.txt) && \
-	$$folder/venv/bin/python -m pytest $(OLDEST)
+	tar -xzf $$folder/*.tar.gz -C $$folder --strip-components 1 && \
+	$(BIN)/uv venv --quiet --seed --python $(BIN)/python $$folder/.venv && \
+	$(BIN)/uv pip install --quiet --python $$folder/.venv --resolution lowest-direct \
+		--editable "$$folder[$(EXTRAS)]" \
+		$$(grep -E '^(pytest|pytest-timeout|hypothesis|jinja2|setuptools)==' constraints.txt) && \
+	PATH="$$folder/.venv/bin:$$PATH" python -m pytest -W ignore::DeprecationWarning $(OLDEST)
 
 test-slow: $(VENV)/.dev ## the long tests: paper size, soak, installed wheel, slow commands in the docs, all variants
 	$(BIN)/python -m pytest -m slow --timeout 3600

@@ -22,6 +22,13 @@ BUILD = (
 pytestmark = pytest.mark.slow
 
 
+def tracked(*paths: str) -> list[str]:
+    """Return the files below these paths that Git tracks or would track."""
+    listed = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard", *paths]
+    names = subprocess.run(listed, cwd=ROOT, capture_output=True, check=True).stdout.decode()
+    return [name for name in names.split("\0") if (ROOT / name).is_file()]
+
+
 def build(kind: str, source: Path, out: Path) -> Path:
     """Build a wheel or an sdist with this environment's setuptools."""
     command = [sys.executable, "-c", BUILD, f"build_{kind}", out]
@@ -43,12 +50,9 @@ def wheel_and_sdist(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Pat
     """Return a wheel and an sdist, built in a copy: building leaves files behind."""
     folder = tmp_path_factory.mktemp("built")
     source = folder / "source"
-    listed = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
-    names = subprocess.run(listed, cwd=ROOT, capture_output=True, check=True).stdout.decode()
-    for name in filter(None, names.split("\0")):
-        if (ROOT / name).is_file():
-            (source / name).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy2(ROOT / name, source / name)
+    for name in tracked():
+        (source / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy2(ROOT / name, source / name)
     return build("wheel", source, folder), build("sdist", source, folder)
 
 
@@ -80,24 +84,23 @@ def test_the_wheel_has_the_kernels_and_only_the_c_sources_that_are_exported(
     assert wheel.stem.split("-")[2:4] == ["cp311", "abi3"]
 
 
-def test_the_sdist_builds_the_same_wheel(
-    wheel_and_sdist: tuple[Path, Path], tmp_path: Path
+def test_the_sdist_has_what_readers_need_and_no_tests(wheel_and_sdist: tuple[Path, Path]) -> None:
+    with tarfile.open(wheel_and_sdist[1]) as archive:
+        names = {name.partition("/")[2] for name in archive.getnames()}
+    assert set(tracked("CHANGELOG.md", "docs", "examples", "firmware")) <= names
+    assert not any(name.startswith("tests") for name in names)
+
+
+def test_the_sdist_installs_what_the_wheel_has(
+    live: Path, wheel_and_sdist: tuple[Path, Path]
 ) -> None:
-    wheel, sdist = wheel_and_sdist
-    with tarfile.open(sdist) as archive:
-        archive.extractall(tmp_path, filter="data")
-    (source,) = tmp_path.iterdir()
-    built, expected = contents(build("wheel", source, tmp_path)), contents(wheel)
-    assert built.keys() == expected.keys()
-    compiled = ("_compiled.abi3.so", "RECORD")  # they hold the folder of the build, and the hash
-    assert all(built[n] == expected[n] for n in built if not n.endswith(compiled))
-    assert (source / "CHANGELOG.md").is_file()
-    for folder in ("docs", "examples"):
-        tracked = subprocess.run(
-            ["git", "ls-files", "-z", folder], cwd=ROOT, capture_output=True, check=True
-        ).stdout.decode()
-        assert all((source / name).is_file() for name in filter(None, tracked.split("\0")))
-    assert not (source / "tests").exists()
+    (site,) = live.parent.glob("lib/*/site-packages")
+    expected = contents(wheel_and_sdist[0])
+    package = {name for name in expected if ".dist-info" not in name}
+    files = (path for path in site.glob("firstcontact*/**/*.*") if ".dist-info" not in str(path))
+    assert {f.relative_to(site).as_posix() for f in files if f.suffix != ".pyc"} == package
+    package.remove("firstcontact/core/_compiled.abi3.so")  # it names the folder of its build
+    assert all((site / name).read_bytes() == expected[name] for name in package)
 
 
 @pytest.mark.parametrize("environment", ["base", "live"])

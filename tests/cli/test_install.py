@@ -19,6 +19,8 @@ PIP = ("-m", "pip", "--disable-pip-version-check", "--quiet")
 BUILD = (
     "import sys; from setuptools import build_meta; getattr(build_meta, sys.argv[1])(sys.argv[2])"
 )
+#: Without PYTHONPATH, in which pip would find a checkout's package as installed.
+ENVIRONMENT = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
 pytestmark = pytest.mark.slow
 
 
@@ -41,7 +43,7 @@ def installed(folder: Path, file: str) -> Path:
     """Return the ``bin`` folder of a fresh environment after ``pip install FILE``."""
     venv.create(folder, with_pip=True, symlinks=True)
     install = [folder / "bin" / "python", *PIP, "install", "-c", ROOT / "constraints.txt", file]
-    subprocess.run(install, check=True, cwd=folder)
+    subprocess.run(install, check=True, cwd=folder, env=ENVIRONMENT)
     return folder / "bin"
 
 
@@ -118,13 +120,12 @@ def test_the_installed_kernels_predict_a_live_pinch(
 
 
 def run(scripts: Path, *arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
-    environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
     return subprocess.run(
         [scripts / "firstcontact", *arguments],
         capture_output=True,
         text=True,
         cwd=cwd,
-        env=environment,
+        env=ENVIRONMENT,
     )
 
 

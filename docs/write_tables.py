@@ -66,14 +66,9 @@ def captioned(*tables: Table | None, title: str = "") -> str:
 
 def part_tables(name: str, subjects: Mapping[str, SubjectResults]) -> str:
     """Return the tables of a study part for each subject as Markdown."""
-    made = [
-        (title, table)
-        for make in PARTS[name].tables
-        for title, results in subjects.items()
-        if (table := make(results)) is not None
-    ]
-    several = len({title for title, _ in made}) > 1
-    texts = (captioned(table, title=title if several else "") for title, table in made)
+    made = {title: PARTS[name].made_tables(results) for title, results in subjects.items()}
+    several = sum(map(bool, made.values())) > 1
+    texts = (captioned(*tables, title=title if several else "") for title, tables in made.items())
     return "\n".join(filter(None, texts))
 
 

@@ -14,6 +14,7 @@ from firstcontact.models import (
     cluster_intervals,
     per_object,
     regression_scores,
+    share_interval,
 )
 
 
@@ -126,3 +127,50 @@ def test_a_single_class_has_a_confusion_of_one_number() -> None:
     scores = classification_scores(np.full(4, 10.0), np.full(4, 10.0), np.arange(4), 0)
     assert scores.confusion == [[4]]
     assert scores.classes == [10.0]
+
+
+@pytest.mark.parametrize("count", [0, 3, 10, 39, 40])
+def test_the_interval_of_independent_pinches_is_that_of_clopper_and_pearson(count: int) -> None:
+    from scipy.stats import binomtest
+
+    hits = np.arange(40) < count
+    exact = binomtest(count, 40).proportion_ci(0.95, "exact")
+    # With one pinch a cluster, only the estimated variance differs: by 40 / 39.
+    assert share_interval(hits, np.arange(40)) == pytest.approx(tuple(exact), abs=0.01)
+
+
+@given(
+    st.lists(st.booleans(), min_size=CLUSTERS, max_size=30), st.integers(1, 8), st.integers(0, 9)
+)
+def test_pinches_that_repeat_a_cluster_narrow_no_interval(
+    shared: list[bool], each: int, seed: int
+) -> None:
+    hits, clusters = np.repeat(shared, each), np.repeat(np.arange(len(shared)), each)
+    low, high = share_interval(hits, clusters) or (1.0, 0.0)
+    assert 0.0 <= low <= hits.mean() <= high <= 1.0
+    assert low < high
+    order = np.random.default_rng(seed).permutation(len(hits))
+    assert share_interval(hits[order], clusters[order]) == pytest.approx((low, high))
+    if 0 < sum(shared) < len(shared):
+        alone = share_interval(np.array(shared), np.arange(len(shared)))
+        assert alone is not None
+        assert high - low >= 0.98 * (alone[1] - alone[0])
+
+
+def test_shares_of_clustered_pinches_are_held_more_often_than_by_a_bootstrap() -> None:
+    rng = np.random.default_rng(3)
+    clusters, held = np.repeat(np.arange(12), 20), np.zeros(2)
+    for repeat in range(200):
+        hits = rng.random(240) < np.repeat(rng.beta(49, 1, 12), 20)  # a share of 0.98
+        columns = np.stack([np.ones(240), hits], axis=1)
+        plain = cluster_intervals(
+            columns, {"share": lambda s: s[..., 1] / s[..., 0]}, clusters, repeat
+        )["share"]
+        ours = share_interval(hits, clusters)
+        assert ours is not None
+        held += [low <= 0.98 <= high for low, high in (ours, plain)]
+    assert held[0] > max(held[1], 0.93 * 200)
+
+
+def test_a_share_of_few_clusters_has_no_interval() -> None:
+    assert share_interval(np.ones(40, bool), np.arange(40) % (CLUSTERS - 1)) is None

@@ -65,6 +65,7 @@ from ._metrics import cluster_intervals as cluster_intervals
 from ._metrics import per_object as per_object
 from ._metrics import regression_scores as regression_scores
 from ._metrics import resampled_sums as resampled_sums
+from ._metrics import share_interval as share_interval
 from ._model import Model as Model
 from ._model import load_model as load_model
 from ._model import require_dataset as require_dataset

@@ -137,14 +137,45 @@ def regression_scores(
     )
 
 
+def share_interval(hits: NDArray[np.bool_], clusters: NDArray[Any]) -> Ends | None:
+    """Return the Korn-Graubard interval of a share; None with fewer than five clusters.
+
+    It is the Clopper-Pearson interval of as many independent pinches as the pinches of the clusters
+    are worth (Korn and Graubard 1998, Survey Methodology 24, 193). A bootstrap gives an interval
+    without width if all pinches agree. Then the pinches count as independent.
+
+    Parameters
+    ----------
+    hits
+        True for the pinches that the share counts, shape (pinches,).
+    clusters
+        Session or specimen of each pinch, shape (pinches,).
+    """
+    from scipy.stats import beta, t
+
+    n, share = len(hits), float(hits.mean())
+    groups = len(sums := _sums(clusters, np.asarray(hits - share, float)[:, None]))
+    if groups < CLUSTERS:
+        return None
+    variance = groups / (groups - 1) * float((sums**2).sum()) / n**2
+    tail = (1 - CONFIDENCE) / 2
+    worth = min(n, share * (1 - share) / variance) if variance > 1e-12 else n
+    worth *= float(t.isf(tail, n - 1) / t.isf(tail, groups - 1)) ** 2
+    count = share * worth
+    low = 0.0 if not hits.any() else float(beta.ppf(tail, count, worth - count + 1))
+    return low, 1.0 if hits.all() else float(beta.isf(tail, count + 1, worth - count))
+
+
 def classification_scores(
     truth: Values, predicted: Values, clusters: NDArray[Any], seed: int
 ) -> ClassificationScores:
-    """Return the accuracy with its interval, and the confusion matrix."""
+    """Return the accuracy with its interval (:func:`share_interval`), and the confusion matrix.
+
+    ``seed`` is unused: the parameters are those of :func:`regression_scores`.
+    """
     from sklearn.metrics import confusion_matrix
 
-    right = (truth == predicted).astype(np.float64)
-    columns = np.stack([np.ones_like(right), right], axis=1)
+    right = truth == predicted
     classes = np.unique(np.concatenate([truth, predicted]))
     numbers = range(len(classes))  # scikit-learn refuses classes with fractional values
     with warnings.catch_warnings(action="ignore"):  # it warns if there is one class
@@ -156,9 +187,7 @@ def classification_scores(
         n=len(right),
         classes=classes.tolist(),
         confusion=confusion.tolist(),
-        intervals=cluster_intervals(
-            columns, {"accuracy": lambda s: s[..., 1] / s[..., 0]}, clusters, seed
-        ),
+        intervals={"accuracy": ends} if (ends := share_interval(right, clusters)) else {},
     )
 
 

@@ -1,15 +1,18 @@
-"""Chart of values with intervals, with one panel for each subject (dataset under study)."""
+"""Charts of values with intervals, and of predictions beside the truth."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
 
 from firstcontact.core import INK
 from firstcontact.models import Bounded
 from firstcontact_lab.report.findings import Figure
-from firstcontact_lab.report.style import SIZE, canvas, uri
+from firstcontact_lab.report.style import SIZE, boxes, canvas, uri
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,50 +39,98 @@ class Panel:
     lines: tuple[tuple[str, float], ...] = ()
 
 
-def dot_figure(
+def dot_figures(
     key: str,
     title: str,
     caption: str,
     axis: str,
     panels: Sequence[Panel],
     most: float | None = None,
-) -> Figure | None:
-    """Return a figure of values with intervals; None if the panels are empty.
+) -> list[Figure]:
+    """Return a figure of values with intervals for each panel that is not empty.
+
+    Parameters
+    ----------
+    key, title, caption
+        As in :class:`Figure`. The title of the panel is added to each title.
+    axis
+        Label of the values.
+    panels
+        Panels of the subjects. A model is in the same row in every panel.
+    most
+        Upper end of the axis; None to fit the axis to the values of all panels.
+    """
+    present = [panel for panel in panels if panel.dots]
+    names = tuple(dict.fromkeys(dot.name for panel in present for dot in panel.dots))
+    ends = [
+        value
+        for panel in present
+        for value in (
+            *(end for dot in panel.dots for end in (dot.value, *dot.ends)),
+            *(line for _, line in panel.lines),
+        )
+    ]
+    limit = 1.05 * max(ends, default=0.0) if most is None else most
+    return [
+        Figure(key, f"{title}, {panel.title}", caption, _draw(axis, panel, names, limit))
+        for panel in present
+    ]
+
+
+@lru_cache(maxsize=32)
+def _draw(axis: str, panel: Panel, names: tuple[str, ...], most: float) -> str:
+    """Return the image of a panel. It is cached, because reports often draw the same values."""
+    with canvas(size=(SIZE[0], 1.2 + 0.34 * len(names))) as (figure, axes):
+        ax = axes[0, 0]
+        for dot in panel.dots:
+            row = names.index(dot.name)
+            if dot.ends:
+                ax.plot(dot.ends, (row, row), color=dot.colour, lw=3, alpha=0.35)
+            ax.plot(dot.value, row, "o", color=dot.colour, ms=6)
+        for name, value in panel.lines:
+            ax.axvline(value, color=INK, ls="--", lw=1)
+            ax.text(value, -0.75, f" {name}", fontsize=8, va="center", color=INK)
+        ax.set(xlabel=axis, ylim=(len(names) - 0.5, -1.1), xlim=(0, most))
+        ax.set_yticks(range(len(names)), names)
+        return uri(figure)
+
+
+#: Truth, and predictions by the title of the model, of each group of pinches by its name.
+Groups = Mapping[str, tuple[float, Mapping[str, NDArray[np.float64]]]]
+
+
+def box_figure(
+    key: str, title: str, caption: str, axis: str, groups: Groups, colours: Mapping[str, str]
+) -> Figure:
+    """Return a figure with a bar at the true value of each group, and a box plot of each model.
 
     Parameters
     ----------
     key, title, caption
         As in :class:`Figure`.
     axis
-        Label of the values.
-    panels
-        Panels of the subjects, side by side. A model is in the same row in every panel.
-    most
-        Upper end of the axis; None to fit the axis to the values.
+        Label of the groups.
+    groups
+        Truth and predictions of each group, in Shore A.
+    colours
+        Colour of each model by its title.
     """
-    present = tuple(panel for panel in panels if panel.dots)
-    if not present:
-        return None
-    return Figure(key, title, caption, _draw(axis, present, most), wide=len(present) > 1)
-
-
-@lru_cache(maxsize=32)
-def _draw(axis: str, panels: tuple[Panel, ...], most: float | None) -> str:
-    """Return the image of the panels. It is cached, because reports often draw the same values."""
-    names = list(dict.fromkeys(dot.name for panel in panels for dot in panel.dots))
-    height = 1.5 + 0.34 * len(names)
-    size = (SIZE[0] * len(panels), height)
-    with canvas(1, len(panels), size, sharex=True, sharey=True) as (figure, axes):
-        for ax, panel in zip(axes[0], panels, strict=True):
-            for dot in panel.dots:
-                row = names.index(dot.name)
-                if dot.ends:
-                    ax.plot(dot.ends, (row, row), color=dot.colour, lw=3, alpha=0.35)
-                ax.plot(dot.value, row, "o", color=dot.colour, ms=6)
-            for name, value in panel.lines:
-                ax.axvline(value, color=INK, ls="--", lw=1)
-                ax.text(value, -0.75, f" {name}", fontsize=8, va="center", color=INK)
-            ax.set(title=panel.title, xlabel=axis, ylim=(len(names) - 0.5, -1.1))
-        axes[0, 0].set_yticks(range(len(names)), names)
-        axes[0, 0].set_xlim(0, most)  # shared: after all panels are drawn
-        return uri(figure)
+    with canvas(size=(max(SIZE[0], 0.5 * len(groups)), 4.2)) as (figure, axes):
+        ax = axes[0, 0]
+        for number, (model, colour) in enumerate(colours.items()):
+            shift = (number - (len(colours) - 1) / 2) * 0.8 / len(colours)
+            drawn = {
+                place + shift: predictions[model]
+                for place, (_, predictions) in enumerate(groups.values())
+                if model in predictions
+            }
+            boxes(ax, list(drawn.values()), list(drawn), 0.64 / len(colours), colour)
+            ax.plot([], [], color=colour, lw=6, alpha=0.45, label=model)
+        truths = [truth for truth, _ in groups.values()]
+        places = np.arange(len(groups))
+        ax.hlines(truths, places - 0.46, places + 0.46, color=INK, lw=2.5, label="true value")
+        ax.set_xticks(places, list(groups), rotation=30, ha="right")
+        ax.set(xlabel=axis, ylabel="Estimated Shore A")
+        ax.grid(axis="x", visible=False)
+        ax.legend(loc="upper left")
+        return Figure(key, title, caption, uri(figure))

@@ -22,15 +22,12 @@ class Figure:
         Explanation of how to read the figure.
     image
         Image as a data URI.
-    wide
-        True for a figure of double width.
     """
 
     key: str
     title: str
     caption: str
     image: str
-    wide: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -41,7 +41,7 @@ class Section:
     sentences
         Sentences about the results.
     figures, table
-        Figure and table that show all subjects together.
+        Figures of the subjects, and table of all subjects together.
     details
         Further tables and figures of each subject. They are hidden until the reader opens them.
     """
@@ -82,16 +82,12 @@ class Page:
         Reason why the numbers must not be quoted; empty if they may be quoted.
     notice
         Progress of an unfinished study: a short text and details.
-    claims
-        Table of published claims and main results, one line each.
-    terms
-        Definitions of words that the sections use.
-    compared, compared_text
-        Table of published and measured numbers, and a sentence about the table.
+    outcome
+        Sentences that state the outcome.
+    claims, claims_text
+        Table of published claims and main results, one line each, and sentences about the table.
     left_out
         Reasons why results are missing, by subject.
-    times
-        Time of each step.
     several
         True if the report is about several subjects.
     """
@@ -106,12 +102,10 @@ class Page:
     how: Sequence[tuple[str, Sequence[str]]]
     warning: str = ""
     notice: tuple[str, str] | None = None
+    outcome: Sequence[str] = ()
     claims: Table | None = None
-    terms: Sequence[tuple[str, str]] = ()
-    compared: Table | None = None
-    compared_text: str = ""
+    claims_text: str = ""
     left_out: Sequence[tuple[str, Sequence[str]]] = ()
-    times: Sequence[tuple[str, str]] = ()
     several: bool = False
 
     def html(self) -> str:

@@ -52,21 +52,17 @@ class Claim:
     value
         The value, in the unit of the row.
     tolerance
-        Largest difference at which the value counts as reproduced. None if only the direction of
-        the difference is meaningful, such as for times on another computer.
+        Largest difference at which the value counts as reproduced.
     lower
         True if lower values are better.
-    note
-        Text that replaces the verdict if a comparison is meaningless, such as "input of the twin".
     """
 
     value: float
-    tolerance: float | None = None
+    tolerance: float
     lower: bool = False
-    note: str = ""
 
     def verdict(self, value: Value, unit: str) -> str:
-        """Return the claim's note, if it has one, or a comparison with the published value.
+        """Return a comparison with the published value.
 
         An example is "worse by 2.20 Shore A, not excluded".
 
@@ -75,15 +71,11 @@ class Claim:
         """
         if value is None or isinstance(value, str):
             return ""
-        if self.note:
-            return self.note
         bounded = value if isinstance(value, Bounded) else Bounded(value)
-        direction = "better" if (bounded.value < self.value) == self.lower else "worse"
-        if self.tolerance is None:
-            return direction
         difference = abs(bounded.value - self.value)
         if difference <= self.tolerance + 1e-9:
             return "reproduced"
+        direction = "better" if (bounded.value < self.value) == self.lower else "worse"
         low, high = bounded.ends or (bounded.value, bounded.value)
         included = ", not excluded" if low <= self.value <= high else ""
         return f"{direction} by {_DIFFERENCES.get(unit, UNITS[unit])(difference)}{included}"
@@ -98,35 +90,31 @@ class Row(Generic[R]):
     label
         Name of the number.
     value
-        Function that returns the number from the results of one subject.
+        Function that returns the number from the results of one subject; None without its data.
     unit
         Key of ``UNITS``.
     published
         Value that the paper reports.
-    remark
-        Explanation in the report's comparison with the paper; None if the row is not in the
-        comparison. The explanation can be a function of the results of all subjects by title.
     headline
         True to show the row at the top of the report.
     claim
         Published value with which the top of the report compares the row.
+    note
+        Function that returns what the verdict must not hide, such as the score of a detector that
+        never fires. Without a claim, the note is the verdict.
     """
 
     label: str
     value: Callable[[R], Value]
     unit: str = "count"
     published: str = ABSENT
-    remark: str | Callable[[Mapping[str, R]], str] | None = None
     headline: bool = False
     claim: Claim | None = None
+    note: Callable[[R], str] | None = None
 
     def cell(self, results: R) -> Cell:
         """Return the cell with the value of one subject and its interval."""
         return format_cell(self.value(results), self.unit)
-
-    def remark_on(self, subjects: Mapping[str, R]) -> str:
-        """Return the remark on the values of these subjects."""
-        return self.remark(subjects) if callable(self.remark) else self.remark or ""
 
 
 def number(value: float, digits: int, sign: str = "") -> str:
@@ -169,10 +157,9 @@ _DIFFERENCES: Mapping[str, Callable[[float], str]] = {
 SHARE_TOLERANCE, ERROR_TOLERANCE = 0.02, 0.1
 #: Explanation of the verdicts.
 VERDICTS = (
-    f"Reproduced: a share differs from the published one by at most {100 * SHARE_TOLERANCE:.0f} "
-    f"percentage points, an error by at most {100 * ERROR_TOLERANCE:.0f} %. Not excluded: our "
-    "value differs by more, but its 95 % interval includes the published one. Over few objects or "
-    "sessions, intervals are wide, so this is no confirmation."
+    f"Reproduced: a share within {100 * SHARE_TOLERANCE:.0f} points, an error within "
+    f"{100 * ERROR_TOLERANCE:.0f} %. Not excluded: our 95 % interval (small numbers, bars) "
+    "includes the published value."
 )
 
 
@@ -204,12 +191,10 @@ def row_table(
     caption: str = "",
     *,
     published: bool = False,
-    notes: bool = False,
 ) -> Table:
     """Return a table with a line for each row and a column for each subject.
 
-    Rows without a value for any subject are left out. If ``notes``, each row's label is followed by
-    the row's remark on the subjects.
+    Rows without a value for any subject are left out.
     """
     lines = []
     for row in rows:
@@ -217,36 +202,42 @@ def row_table(
         if all(cell.text == ABSENT for cell in cells):
             continue
         beside = [Cell(row.published)] if published else []
-        note = row.remark_on(subjects) if notes else ""
-        lines.append(Line([Cell(row.label, note), *beside, *cells]))
+        lines.append(Line([Cell(row.label), *beside, *cells]))
     return Table(caption, ["", *(["published"] if published else []), *subjects], lines)
 
 
 def claims_table(rows: Iterable[Row[R]], subjects: Mapping[str, R]) -> Table:
-    """Return a table with a line for each row that has a claim or is a headline.
+    """Return a table with a line for each row that has a claim or a note, or is a headline.
 
     The columns are the published value, the value of each subject, and the verdict.
     """
-    lines = []
-    for row in rows:
-        cells = [Cell(row.cell(results).text) for results in subjects.values()]
-        if not (row.claim or row.headline) or all(cell.text == ABSENT for cell in cells):
-            continue
-        verdict = "not in the paper"
-        if row.claim is not None:
-            verdicts = {
-                title: text
-                for title, results in subjects.items()
-                if (text := row.claim.verdict(row.value(results), row.unit))
-            }
-            same = len(set(verdicts.values())) == 1
-            verdict = (
-                next(iter(verdicts.values()))
-                if same
-                else "; ".join(f"{title.lower()} {text}" for title, text in verdicts.items())
-            )
-        lines.append(Line([Cell(row.label), Cell(row.published), *cells, Cell(verdict)]))
-    return Table("", ["", "published", *subjects, "verdict"], lines)
+    chosen = [row for row in rows if row.claim or row.note or row.headline]
+    table = row_table(chosen, subjects, published=True)
+    by_label = {row.label: row for row in chosen}
+    lines = [
+        Line([*line.cells, Cell(_verdict(by_label[line.cells[0].text], subjects))])
+        for line in table.lines
+    ]
+    return Table("", [*table.head, "verdict"], lines)
+
+
+def _verdict(row: Row[R], subjects: Mapping[str, R]) -> str:
+    """Return the comparison with the claim, and then the note in parentheses."""
+    values = {title: row.value(results) for title, results in subjects.items()}
+    compared = {t: row.claim.verdict(v, row.unit) for t, v in values.items() if row.claim}
+    notes = {t: row.note(subjects[t]) for t, v in values.items() if row.note and v is not None}
+    verdict, note = _joined(compared), _joined(notes)
+    if verdict and note:
+        return f"{verdict} ({note})"
+    return verdict or note or "not in the paper"
+
+
+def _joined(texts: Mapping[str, str]) -> str:
+    """Return the texts with the titles of their subjects, or a text that all subjects share."""
+    present = {title: text for title, text in texts.items() if text}
+    if len(set(present.values())) == 1:
+        return next(iter(present.values()))
+    return "; ".join(f"{title.lower()}: {text}" for title, text in present.items())
 
 
 def beside(tables: Mapping[str, Table], heads: Sequence[str] = ()) -> Table:
@@ -328,13 +319,13 @@ def lifted(
     prefix: str,
     find: Callable[[R], S | None],
     published: str = ABSENT,
-    remark: str | Callable[[Mapping[str, R]], str] | None = None,
     headline: bool = False,
     claim: Claim | None = None,
+    note: Callable[[R], str] | None = None,
 ) -> Row[R]:
     """Return a row definition for results, made from that of a record in the results."""
     value = optional(find, row.value)
-    return Row(prefix + row.label, value, row.unit, published, remark, headline, claim)
+    return Row(prefix + row.label, value, row.unit, published, headline, claim, note)
 
 
 def markdown(table: Table) -> str:

@@ -62,8 +62,7 @@ def delay_figure(
     return Figure(
         "delays",
         "Time of the first detection",
-        f"Time from the {zero} (dashed line) to the detector's first decision, on either finger. "
-        f"Decisions left of the line came too early{late}. The outermost bars contain all "
+        f"Decisions left of the line ({zero}) came too early{late}. The outermost bars contain all "
         f"decisions beyond the axis.{counted}",
         image,
     )
@@ -147,8 +146,8 @@ def detectors_figure(
     return Figure(
         "detectors",
         "Decisions of the detectors in one pinch",
-        "One pinch, zoomed to its noise. Below, each circle is a 20 ms window, drawn at its end. A "
-        "filled circle means that the detector reports a contact. "
+        "Each circle is a 20 ms window, drawn at its end; filled where the detector reports a "
+        "contact. "
         + (
             f"The dashed line is the label, up to {1e3 * early:g} ms after the contact; a filled "
             "circle further left than that is a false alarm."

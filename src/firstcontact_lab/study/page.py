@@ -15,14 +15,12 @@ from firstcontact_lab.report.results import NOTHING, SubjectResults, read_result
 from firstcontact_lab.report.state import STUDY, State, StudyResults, duration
 from firstcontact_lab.report.tables import (
     VERDICTS,
-    Cell,
-    Line,
     Row,
     Table,
     beside,
     claims_table,
-    row_table,
 )
+from firstcontact_lab.study.outcome import outcome
 from firstcontact_lab.study.part import Part, Subjects
 from firstcontact_lab.study.parts import PARTS
 from firstcontact_lab.study.parts.blocks import BLOCKS
@@ -54,20 +52,9 @@ def rows(subjects: Subjects, parts: Sequence[str] = ()) -> list[Row[SubjectResul
     return [row for name in parts or PARTS for row in PARTS[name].rows(subjects)]
 
 
-def comparison(subjects: Subjects) -> Table:
-    """Return a table of published and measured numbers, with remarks."""
-    compared = {row.label: row for row in rows(subjects) if row.remark is not None}
-    table = row_table(compared.values(), subjects, published=True)
-    lines = [
-        Line([*line.cells, Cell(compared[line.cells[0].text].remark_on(subjects))])
-        for line in table.lines
-    ]
-    return Table("", [*table.head, "remark"], lines)
-
-
 def claims(subjects: Subjects) -> Table:
     """Return a table of the paper's claims with verdicts, then of further main results."""
-    chosen = sorted(rows(subjects), key=lambda row: row.claim is None)
+    chosen = sorted(rows(subjects), key=lambda row: not (row.claim or row.note))
     return claims_table(chosen, subjects)
 
 
@@ -83,42 +70,35 @@ def _section(
 ) -> Section | None:
     """Return a section of the report; None if it has no content.
 
-    One figure and one table show all subjects. Further figures and tables are hidden until opened.
+    Figures that the part draws from the results are open. Without them, one figure of each subject
+    and one table of all subjects are open. The rest is hidden until opened.
     """
     tables: dict[str, list[Table]] = {}
     figures: dict[str, list[Figure]] = {}
     for findings in all_findings:
-        made = (make(findings.results) for make in part.tables)
-        tables[findings.title] = [table for table in made if table]
+        tables[findings.title] = part.made_tables(findings.results)
         figures[findings.title] = list(findings.figures.get(name, {}).values())
     if not any(tables.values()) and not any(figures.values()):
         return None
-    drawn = part.figure(subjects)
-    lead = (
-        [drawn] if drawn else [_titled(title, each[0]) for title, each in figures.items() if each]
-    )
-    first = {title: each[0] for title, each in tables.items() if each}
+    drawn = list(part.figures(subjects))
+    open_count = 0 if drawn else 1
+    lead = [
+        replace(figure, title=f"{figure.title}, {title}")
+        for title, each in figures.items()
+        for figure in each[:open_count]
+    ]
+    first = {title: each[0] for title, each in tables.items() if each[:open_count]}
     details = [
-        Column(
-            title,
-            tables[title][1:],
-            figures[title] if drawn else figures[title][1:],
-        )
-        for title in tables
+        Column(title, tables[title][open_count:], figures[title][open_count:]) for title in tables
     ]
     return Section(
         part.name,
         part.title,
         part.text(subjects),
-        figures=lead,
+        figures=drawn or lead,
         table=beside(first, part.columns) if first else None,
         details=[column for column in details if column.tables or column.figures],
     )
-
-
-def _titled(title: str, figure: Figure) -> Figure:
-    """Return a figure with the name of its subject in the title."""
-    return replace(figure, title=f"{figure.title}, {title}")
 
 
 def subject_title(findings: Findings) -> str:
@@ -130,6 +110,7 @@ def render(state: State) -> str:
     """Return the report of a study so far, HTML."""
     all_findings = [findings for findings in state.findings if findings.results is not NOTHING]
     subjects = {subject_title(findings): findings.results for findings in all_findings}
+    by_title = {findings.title: findings.results for findings in all_findings}
     twin = any(map(is_twin, subjects.values()))
     data = kind(subjects)
     few = "few pinches" if twin else "few folds"
@@ -141,45 +122,32 @@ def render(state: State) -> str:
         badges=[data, *subjects, state.started, elapsed(state), f"seed {state.settings['seed']}"],
         warning=quick if state.quick else "",
         notice=notice(state),
-        claims=claims({findings.title: findings.results for findings in all_findings}),
-        terms=_TERMS,
-        compared=comparison(subjects),
-        compared_text=f"{_TWIN_COMPARED if twin else _COMPARED} {VERDICTS}",
+        outcome=outcome(by_title),
+        claims=claims(by_title),
+        claims_text=f"{_TWIN_CLAIMS if twin else _CLAIMS} {VERDICTS}",
         sections=sections(all_findings),
         left_out=[(subject_title(f), f.left_out) for f in all_findings if f.left_out],
         command=state.command,
-        how=_how(state, subjects, twin),
+        how=_how(state, subjects),
         versions=installed_versions(),
-        times=[(title, duration(seconds)) for title, seconds in state.part_seconds.items()],
         several=len(subjects) > 1,
     ).html()
 
 
-_TERMS = [
-    (
-        "Baseline",
-        "a prediction that ignores the shape of the signal: the training mean, the most "
-        "frequent class, or the peak amplitude alone",
-    ),
-    ("Chance", "the accuracy of the best constant prediction"),
-    ("Interval", "95 % bootstrap interval over sessions or objects, in small numbers or as a bar"),
-]
 _TWIN_HEADING = "First contact: stiffness in the first 15 ms"
 _HEADING = "First contact: stiffness from the first 15 ms after contact"
 _TWIN_INTRO = (
-    "Every experiment of “At First Contact” (Pimpalkar, Slepyan, Thakor), repeated on pinches of "
-    "a simulated hand (the twin). The results show what the method does under the assumptions of "
-    "the simulation, not what a real hand reaches."
+    "Every experiment of “At First Contact” (Pimpalkar, Slepyan, Thakor), repeated on a simulated "
+    "hand (the twin). The results follow from the simulation's assumptions: a real hand may differ."
 )
 _INTRO = (
     "The experiments of “At First Contact” (Pimpalkar, Slepyan, Thakor) that the labels of these "
     "recordings permit."
 )
-_TWIN_COMPARED = (
-    "The published numbers come from one real hand; those here from its twin. Read them side by "
-    "side: no parameter of the twin was set by a score."
+_TWIN_CLAIMS = (
+    "The published numbers come from one real hand; no score set a parameter of the twin."
 )
-_COMPARED = "The published numbers come from another hand and its objects."
+_CLAIMS = "The published numbers come from another hand and its objects."
 
 
 def elapsed(state: State) -> str:
@@ -199,20 +167,14 @@ def notice(state: State) -> tuple[str, str] | None:
     return "Still running.", f"{progress} Not done yet: {pending}. Load the page again for more."
 
 
-def _how(state: State, subjects: Subjects, twin: bool) -> list[tuple[str, list[str]]]:
-    scope = "" if twin else ", not on these recordings"
+def _how(state: State, subjects: Subjects) -> list[tuple[str, list[str]]]:
     estimators = (
-        "Hyper-parameters are searched inside the training side of each split: no training and no "
-        "search uses the test side. Fixed choices (gamma, cost and youngest contact of "
-        "the SVM detector, the form of the stiffness SVM's input, the size of the network) were "
-        f"made beforehand on twin sessions of seeds 11 and 77{scope}."
+        "No training and no search of hyper-parameters uses the test side of a split. Fixed "
+        "choices were made on twin sessions of seeds 11 and 77."
     )
     brief = _briefly(subjects) if state.quick else ""
     notes = [(title, results[DATA]) for title, results in subjects.items()]
     return [
-        ("Seed", [f"{state.settings['seed']} (twin, splits, searches, networks and intervals)"]),
-        ("Workers", [f"{state.settings['workers']}, one thread each"]),
-        ("Time", [elapsed(state)]),
         ("Estimators", [estimators + brief]),
         ("Data on both sides", list(filter(None, [shared(subjects)]))),
         *((title, list(data.notes)) for title, data in notes if data),

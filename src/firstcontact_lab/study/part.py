@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
 from firstcontact.core import Runner
 from firstcontact_lab.report.findings import Figure, PartResult
-from firstcontact_lab.report.results import SubjectResults
+from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.tables import Row, Table
 from firstcontact_lab.study._subject import Subject
 from firstcontact_lab.study.settings import StudySettings
 
+T = TypeVar("T")
 #: Results of each subject by the title of the subject.
 Subjects = Mapping[str, SubjectResults]
 #: Measurement of a subject.
@@ -66,9 +68,9 @@ def no_rows(subjects: Subjects) -> Sequence[Row[SubjectResults]]:
     return ()
 
 
-def no_figure(subjects: Subjects) -> Figure | None:
-    """Return None, the figure of a part without one."""
-    return None
+def no_figures(subjects: Subjects) -> Sequence[Figure]:
+    """Return (), the figures of a part that draws none from the results of all subjects."""
+    return ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,17 +90,17 @@ class Part:
     text
         Function that returns the introduction to the section, from the results so far.
     tables
-        Functions that make tables of one subject. They return None if the subject has no such
-        results. The report shows the first table with the subjects side by side, and hides the
-        other tables until the reader opens them.
+        Functions that make tables of one subject. They return None or a table without lines if
+        the subject has no such results. In the first open table, subjects are side by side.
     rows
         Function that returns row definitions: numbers for the docs tables, the README and the
-        comparison with the paper.
+        top of the report.
     columns
         Columns of the first table that the report shows; all if empty.
-    figure
-        Function that draws one figure of all subjects. If it returns None, the report shows the
-        first figure of each subject. Other figures are hidden until opened.
+    figures
+        Function that draws a figure of each subject from the results. If it returns none, the
+        report shows the first figure and the first table of each subject. All other figures and
+        tables are hidden until opened.
     needs
         Names of parts whose results the measurements use. These parts run first.
     by_default
@@ -112,15 +114,26 @@ class Part:
     tables: Sequence[Callable[[SubjectResults], Table | None]] = ()
     rows: Callable[[Subjects], Sequence[Row[SubjectResults]]] = no_rows
     columns: Sequence[str] = ()
-    figure: Callable[[Subjects], Figure | None] = no_figure
+    figures: Callable[[Subjects], Sequence[Figure]] = no_figures
     needs: Sequence[str] = ("data", "contacts")
     by_default: bool = True
 
+    def made_tables(self, results: SubjectResults) -> list[Table]:
+        """Return the tables of one subject that have lines."""
+        made = (make(results) for make in self.tables)
+        return [table for table in made if table and table.lines]
 
-def per_subject(subjects: Subjects, describe: Callable[[SubjectResults], str | None]) -> list[str]:
-    """Return "title: description" for each subject for which ``describe`` returns a text."""
-    texts = ((title, describe(results)) for title, results in subjects.items())
-    return [f"{title}: {text}" for title, text in texts if text]
+
+def titled(subjects: Subjects, field: Field[T | None], draw: Callable[[T], Figure]) -> list[Figure]:
+    """Return a figure of each subject that has this result, with the subject in the title."""
+    present = {
+        title: value for title, results in subjects.items() if (value := results[field]) is not None
+    }
+    return [
+        replace(figure, title=f"{figure.title}, {title}")
+        for title, value in present.items()
+        for figure in (draw(value),)
+    ]
 
 
 def distinct(values: Iterable[str]) -> list[str]:

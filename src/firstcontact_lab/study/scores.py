@@ -19,6 +19,7 @@ from firstcontact.models import (
     Touches,
     Values,
     cluster_intervals,
+    share_interval,
 )
 from firstcontact.signal import samples_in
 
@@ -118,6 +119,8 @@ def anytime_scores(
         )
         total = columns.sum(axis=0)
         ends = cluster_intervals(columns, _STATISTICS, clusters, seed)
+        if inside := share_interval(is_inside, clusters):
+            ends["coverage"] = inside
         for name, statistic in _STATISTICS.items():
             scores[name][str(ms)] = float(statistic(total))
             if name in ends:

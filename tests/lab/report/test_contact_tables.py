@@ -45,11 +45,12 @@ def test_late_labels_and_look_ahead_are_stated() -> None:
 
 def test_the_start_of_steady_states_is_stated() -> None:
     ways = {"rest": 7, "first_sample": 3}
-    table = contact_table(results(contact={"svm": {**SCORES, "too_soon": 2}, "steady_state": ways}))
+    contacts = results(contact={"svm": {**SCORES, "too_soon": 2}, "steady_state": ways})
+    table = contact_table(contacts, details=True)
     assert table is not None
     text = "Steady states begin where the motor is heard above the rest before it (7), with the"
     assert f"{text} first sample (3)." in table.caption
-    assert texts(table)["pinches: contact too soon to be seen"] == ["2"]
+    assert texts(table)["pinches: steady state not yet known"] == ["2"]
 
 
 def test_shared_specimens_are_stated() -> None:

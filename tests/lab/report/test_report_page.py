@@ -40,7 +40,7 @@ def page(subjects: int) -> str:
     """Return a report of some subjects. The first one has a figure that the others lack."""
     errors = RegressionScores(rmse=1.0, mae=1.0, mse=1.0, bias=0.0, n=3, intervals={})
     scores = {"svm": WindowErrors(blocks=errors)}
-    alone = lengths_figure("svm", {"3": scores, "15": scores})
+    alone = lengths_figure({"3": scores, "15": scores})
     both = offset_figure(np.array([5.0, 12.0, 20.0]))
     findings = []
     for number in range(subjects):

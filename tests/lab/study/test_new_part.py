@@ -21,9 +21,10 @@ from firstcontact_lab.report.findings import Findings
 from firstcontact_lab.report.results import FIELDS
 from firstcontact_lab.report.state import State
 from firstcontact_lab.study import _protocol as protocol
-from firstcontact_lab.study.page import read_study
+from firstcontact_lab.study.page import read_study, sections
 from firstcontact_lab.study.parts import PARTS
 from firstcontact_lab.study.settings import StudySettings
+from partial import results
 
 ROOT = Path(__file__).parents[3]
 
@@ -66,24 +67,31 @@ def test_a_new_part_is_in_report_results_and_docs_table(
     state = State("study", asdict(settings), True, [Findings("recordings")], titles)
     protocol.run(jobs, state, tmp_path)
 
-    result = json.loads((tmp_path / "results.json").read_text())["loudness"]
-    assert result["mean"] > 0
-    assert result["n"] > 0
+    found = json.loads((tmp_path / "results.json").read_text())["loudness"]
+    assert found["mean"] > 0
+    assert found["n"] > 0
 
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     section = page.split('<section id="loudness">')[1].split("</section>")[0]
     assert "data:image/svg+xml" in section
-    number = f"{result['mean']:.3f}"
+    number = f"{found['mean']:.3f}"
     assert number in section
-    comparison = page.split('<details id="compare">')[1].split("</details>")[0]
-    assert number in comparison
+    claims = page.split('<section id="claims">')[1].split("</section>")[0]
+    assert number in claims
+    assert "not published" in claims
 
-    results = tmp_path / "docs"
-    results.mkdir()
-    (results / "study.json").write_bytes((tmp_path / "results.json").read_bytes())
-    made = write_tables.tables(results)
+    docs = tmp_path / "docs"
+    docs.mkdir()
+    (docs / "study.json").write_bytes((tmp_path / "results.json").read_bytes())
+    made = write_tables.tables(docs)
     assert any(number in line and "RMS" in line for line in made["study"].splitlines())
     assert number in made["loudness"]
+
+
+def test_a_part_without_results_is_nowhere(loudness: None) -> None:
+    empty = Findings("recordings", results(data={}))
+    assert [section.anchor for section in sections([empty])] == ["data"]
+    assert write_tables.part_tables("loudness", {"here": empty.results}) == ""
 
 
 def test_results_of_a_part_that_is_not_installed_are_refused(tmp_path: Path) -> None:

@@ -161,11 +161,10 @@ def _text(subjects: Subjects) -> str:
     place = (
         "label of the first contact" if Accepted.from_results(subjects).early else "first contact"
     )
-    text = f"Time from the {place} to a complete window"
     answers = (results[ANSWER] for results in subjects.values())
     if any(times and times.with_second for times in answers):
-        return f"{text}, and the share of pinches in which the other finger touches later."
-    return f"{text}."
+        return f"Windows from the {place} that are complete before the other finger touches."
+    return f"Time from the {place} to a complete window."
 
 
 def answer_table(results: SubjectResults) -> Table | None:
@@ -197,15 +196,11 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
             f"From the {label} to the end of a 15 ms window, median",
             optional(lambda r: r[ANSWER], lambda a: a.median),
             "ms",
-            remark="Including the look-ahead of the filters and the wait for the decision, but not "
-            "the computing of the estimate.",
         ),
         Row(
             "15 ms window complete before the second contact",
             optional(lambda r: r[ANSWER], lambda a: a.before_second),
             "share",
-            remark="Of all pinches with a known second contact. A missed, early or wrong-finger "
-            "trigger counts as not complete. Computing and transport are not included.",
         ),
     ]
 
@@ -217,4 +212,5 @@ PART = Part(
     _text,
     [answer_table],
     _rows,
+    ("Samples before second contact",),
 )

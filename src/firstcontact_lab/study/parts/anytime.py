@@ -43,7 +43,7 @@ from firstcontact_lab.report.tables import (
     optional,
 )
 from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.part import Part, Step, Subjects
+from firstcontact_lab.study.part import Part, Step, Subjects, titled
 from firstcontact_lab.study.parts.answer_time import before_second, waits
 from firstcontact_lab.study.parts.objects import UNSEEN
 from firstcontact_lab.study.scores import (
@@ -160,7 +160,7 @@ def anytime(subject: Subject, settings: StudySettings, runner: Runner) -> PartRe
         estimator=RIG_ESTIMATOR.name,
         other_estimators=by_estimator,
     )
-    return PartResult([ANYTIME(results)], [anytime_figure(results)])
+    return PartResult([ANYTIME(results)])
 
 
 def _none(why: str) -> PartResult:
@@ -306,7 +306,7 @@ def anytime_figure(results: AnytimeResults) -> Figure:
         "anytime",
         f"Error and interval by the time after contact: {look.title.lower()}",
         "No estimate uses signal after its time or after the second contact. Bands are 95 % "
-        "bootstrap intervals over specimens or sessions.",
+        "intervals.",
         image,
     )
 
@@ -325,25 +325,25 @@ ANYTIME = Field.optional("anytime", AnytimeResults)
 
 
 def anytime_table(results: SubjectResults) -> Table | None:
-    """Return a table of error, interval coverage and width, and share out of range, by time."""
+    """Return a table of error, and coverage and width of the interval, by time."""
     by_time = results[ANYTIME]
     if by_time is None:
         return None
-    lines = _side(by_time, _SIDES[by_time.pinches][1])
+    lines = [
+        _error_line(by_time, _SIDES[by_time.pinches][1]),
+        Line([Cell("Coverage of the interval"), *_cells(by_time, "coverage", "share")]),
+        Line(
+            [
+                Cell("Width of the interval, Shore A"),
+                *(format_cell(width, "shore") for width in by_time.width.values()),
+            ]
+        ),
+    ]
     if by_time.fixed is not None:
         title = names.estimator(by_time.fixed.estimator).title
         empty = [Cell(ABSENT)] * (len(by_time.rmse) - 1)
         last = format_cell(bounded(by_time.fixed, "rmse"), "shore")
         lines.insert(1, Line([Cell(f"RMSE, {title}", "whole window"), *empty, last], True))
-    if by_time.blocks is not None:
-        lines += _side(by_time.blocks, _SIDES["blocks"][1])
-    for name, scores in (by_time.other_estimators or {}).items():
-        title = names.estimator(name).title
-        lines.append(
-            _error_line(scores.unseen, f"{title}, {_SIDES[by_time.pinches][1]}", quiet=True)
-        )
-        if scores.blocks is not None:
-            lines.append(_error_line(scores.blocks, f"{title}, {_SIDES['blocks'][1]}", quiet=True))
     caption = f"{names.estimator(by_time.estimator).title}, by time after contact."
     if by_time.before_second is not None:
         caption += (
@@ -359,29 +359,37 @@ def anytime_table(results: SubjectResults) -> Table | None:
     return Table(caption, ["", *(f"{ms} ms" for ms in by_time.rmse)], lines)
 
 
+def others_table(results: SubjectResults) -> Table | None:
+    """Return a table of the errors on blocks and of the other estimators, by time."""
+    by_time = results[ANYTIME]
+    if by_time is None:
+        return None
+    lines = []
+    for name, scores in by_time.by_estimator().items():
+        title = names.estimator(name).title
+        if name != by_time.estimator:
+            lines.append(_error_line(scores.unseen, f"{title}, {_SIDES[by_time.pinches][1]}"))
+        if scores.blocks is not None:
+            lines.append(_error_line(scores.blocks, f"{title}, {_SIDES['blocks'][1]}"))
+    caption = "Blocks of other sessions, and other estimators."
+    return Table(caption, ["", *(f"{ms} ms" for ms in by_time.rmse)], lines) if lines else None
+
+
 def _cells(scores: AnytimeScores, key: str, unit: str) -> list[Cell]:
     ends, values = scores.intervals.get(key, {}), getattr(scores, key)
     return [format_cell(Bounded(value, ends.get(ms)), unit) for ms, value in values.items()]
 
 
-def _error_line(scores: AnytimeScores, queries: str, *, quiet: bool = False) -> Line:
+def _error_line(scores: AnytimeScores, queries: str) -> Line:
     small = f"{queries}, {counted(scores.n, 'pinch')}"
-    return Line([Cell("RMSE, Shore A", small), *_cells(scores, "rmse", "shore")], quiet)
-
-
-def _side(scores: AnytimeScores, queries: str) -> list[Line]:
-    return [
-        _error_line(scores, queries),
-        Line([Cell("Coverage of the interval", queries), *_cells(scores, "coverage", "share")]),
-        Line([Cell("Width of the interval, Shore A", queries), *_cells(scores, "width", "shore")]),
-        Line([Cell("Out of range", queries), *_cells(scores, "out_of_range", "share")]),
-    ]
+    return Line([Cell("RMSE, Shore A", small), *_cells(scores, "rmse", "shore")])
 
 
 def _rmse(estimator: str, ms: str) -> Callable[[SubjectResults], Value]:
     def value(by_time: AnytimeResults) -> Value:
         entry = by_time.by_estimator().get(estimator)
-        if entry is None or ms not in entry.unseen.rmse:
+        # Without unseen objects the scores are of blocks, to which the row does not apply.
+        if by_time.pinches != "objects" or entry is None or ms not in entry.unseen.rmse:
             return None
         return Bounded(entry.unseen.rmse[ms], entry.unseen.intervals.get("rmse", {}).get(ms))
 
@@ -392,8 +400,6 @@ BEFORE_SECOND = Row[SubjectResults](
     "Pinches with enough signal for a first estimate before the second contact",
     optional(lambda r: r[ANYTIME], lambda a: a.before_second),
     "share",
-    remark="First estimate at 2 ms, by the model that is conditioned on the rig. Computing and "
-    "transport are not counted.",
 )
 
 
@@ -421,9 +427,9 @@ PART = Part(
     [Step("estimates at any time", anytime, cost=4)],
     lambda subjects: (
         "One pre-trained network, conditioned on block pinches of the rig, predicts at any time. "
-        "Its prediction is averaged with that of a regression on the same pinches. No estimate "
-        "uses signal after its time, or after the second contact."
+        "Its prediction is averaged with that of a regression on the same pinches."
     ),
-    [anytime_table],
+    [anytime_table, others_table],
     _rows,
+    figures=lambda subjects: titled(subjects, ANYTIME, anytime_figure),
 )

@@ -29,10 +29,10 @@ from firstcontact.models import (
     window_estimators,
 )
 from firstcontact_lab.report import names
-from firstcontact_lab.report.charts import Dot, Panel, dot_figure
+from firstcontact_lab.report.charts import Dot, Panel, box_figure, dot_figures
 from firstcontact_lab.report.findings import Figure, PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
-from firstcontact_lab.report.style import boxes, canvas, uri
+from firstcontact_lab.report.style import canvas, uri
 from firstcontact_lab.report.tables import (
     ABSENT,
     SHARE_TOLERANCE,
@@ -44,7 +44,7 @@ from firstcontact_lab.report.tables import (
     matrix,
 )
 from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.part import Part, Step, Subjects, distinct, per_subject
+from firstcontact_lab.study.part import Part, Step, Subjects, distinct
 from firstcontact_lab.study.parts.contacts import is_learned
 from firstcontact_lab.study.settings import StudySettings
 from firstcontact_lab.study.splits import learns_one_value, never_learned, random_90_10
@@ -307,41 +307,25 @@ def confusion_figure(model: str, split: str, scores: SplitScores, unit: str = "S
 
 def leave_one_out_figure(drawn: Mapping[str, tuple[LabelledWindows, Values]]) -> Figure:
     """Draw predictions of pinches by models that were trained without the pinch's Shore A."""
-    with canvas() as (figure, axes):
-        ax = axes[0, 0]
-        levels = np.unique(next(iter(drawn.values()))[0].y)
-        gap = float(np.diff(levels).min())
-        ax.plot(
-            [levels[0], levels[-1]],
-            [levels[0], levels[-1]],
-            color=INK,
-            lw=1,
-            ls="--",
-            label="true value",
-        )
-        for number, (model, (data, predicted)) in enumerate(drawn.items()):
-            look = names.estimator(model)
-            shift = (number - (len(drawn) - 1) / 2) * 0.32 * gap
-            groups = [predicted[data.y == level] for level in levels]
-            boxes(ax, groups, [level + shift for level in levels], 0.26 * gap, look.colour)
-            ax.plot(
-                [],
-                [],
-                color=look.colour,
-                lw=6,
-                alpha=0.45,
-                label=look.title,
-            )
-        ax.set_xticks(levels, [f"{level:g}" for level in levels])
-        ax.set(xlabel="True Shore A, left out of training", ylabel="Estimated Shore A")
-        ax.legend(loc="upper left")
-        image = uri(figure)
-    return Figure(
+    looks = {model: names.estimator(model) for model in drawn}
+    levels = np.unique(next(iter(drawn.values()))[0].y)
+    return box_figure(
         "levels",
-        "A Shore level left out",
-        "Each level is estimated by models that were trained on the other levels only. The "
-        "softest and the stiffest level lie outside of the training range.",
-        image,
+        "A Shore A level left out",
+        "Models of the other levels estimate each level. The softest and the stiffest lie outside "
+        "of the training range.",
+        "True Shore A, left out of training",
+        {
+            f"{level:g}": (
+                float(level),
+                {
+                    looks[model].title: predicted[data.y == level]
+                    for model, (data, predicted) in drawn.items()
+                },
+            )
+            for level in levels
+        },
+        {look.title: look.colour for look in looks.values()},
     )
 
 
@@ -351,21 +335,15 @@ PUBLISHED = {"svm": 0.972, "cnn": 0.986}
 
 _ACCURACY = Row[SplitScores]("accuracy", lambda s: bounded(s, "accuracy"), "share")
 _RMSE = Row[SplitScores]("RMSE", lambda s: bounded(s, "rmse"), "shore")
-_SCORES = (
-    _ACCURACY,
-    _RMSE,
-    Row[SplitScores]("MAE", lambda s: bounded(s, "mae"), "shore"),
-    Row[SplitScores]("MSE", lambda s: bounded(s, "mse"), "square"),
-    Row[SplitScores]("Bias", lambda s: bounded(s, "bias"), "bias"),
-)
+_BIAS = Row[SplitScores]("Bias", lambda s: bounded(s, "bias"), "bias")
 _CAPTIONS = {
-    RANDOM: "Random 90/10, as published. Sessions and specimens lie on both sides.",
-    SESSION: "By session: whole sessions held out. Specimens may lie on both sides.",
-    LEVEL: "One Shore A level left out, sessions on both sides (regression).",
+    RANDOM: "Random 90/10, as published; sessions lie on both sides.",
+    SESSION: "Whole sessions held out.",
+    LEVEL: "One Shore A level left out of training.",
 }
 
 
-def accuracy_figure(subjects: Subjects) -> Figure | None:
+def accuracy_figures(subjects: Subjects) -> list[Figure]:
     """Draw the accuracy of all estimators on held-out sessions, and chance as a line."""
     panels = []
     for title, results in subjects.items():
@@ -379,7 +357,7 @@ def accuracy_figure(subjects: Subjects) -> Figure | None:
                 classes = len(scores.classes or ())
         lines = (("chance", 1.0 / classes),) if classes else ()
         panels.append(Panel(title, tuple(dots), lines))
-    return dot_figure(
+    return dot_figures(
         "accuracy",
         "Accuracy in held-out sessions",
         "Bars are 95 % intervals over sessions.",
@@ -395,22 +373,24 @@ def able(slow: bool) -> list[str]:
     return [n for n, kind in entries if kind.slow == slow and not missing_modules(kind.modules)]
 
 
-def block_table(results: SubjectResults, split: str, variants: bool = True) -> Table | None:
+def block_table(
+    results: SubjectResults, split: str, columns: Sequence[Row[SplitScores]]
+) -> Table | None:
     """Return a table of the scores of all estimators in one split.
 
-    If ``variants``, include scores on windows that start at the known contacts.
+    It includes scores on windows that start at the known contacts.
     """
     entries = []
     for name in names.estimators(results[BLOCKS], True):
         scores, title = results[BLOCKS][name], names.estimator(name).title
         entries.append((Cell(title), scores.split(split), names.is_baseline(name)))
-        if scores.strip_aligned and variants:
+        if scores.strip_aligned:
             aligned = Cell(title, "window starts at the known contact")
             entries.append((aligned, scores.strip_aligned.split(split), False))
     caption = _CAPTIONS[split]
     if split == LEVEL and is_learned(results):
         caption += " The detector that places the windows was trained on that level too."
-    return matrix(caption, _SCORES, entries)
+    return matrix(caption, columns, entries)
 
 
 def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
@@ -424,49 +404,16 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
             return lambda results: results[BLOCKS].get(name, BlockScores()).split(split_name)
 
         prefix, published = f"Blocks, {names.estimator(name).title}, ", PUBLISHED.get(name)
-        is_published = published is not None
-        random = f"{prefix}random 90/10: "
-        session = f"{prefix}by session: "
+        random, session = f"{prefix}random 90/10: ", f"{prefix}by session: "
+        text = ABSENT if published is None else percent(published)
+        claim = None if published is None else Claim(published, SHARE_TOLERANCE)
         rows += [
-            lifted(
-                _ACCURACY,
-                random,
-                split(RANDOM),
-                ABSENT if published is None else percent(published),
-                None if published is None else _interval_remark(name, subjects, published),
-                claim=None if published is None else Claim(published, SHARE_TOLERANCE),
-            ),
-            lifted(
-                _ACCURACY,
-                session,
-                split(SESSION),
-                remark="Whole sessions held out, as a new session would be."
-                if is_published
-                else None,
-            ),
+            lifted(_ACCURACY, random, split(RANDOM), text, claim=claim),
+            lifted(_ACCURACY, session, split(SESSION)),
             lifted(_RMSE, session, split(SESSION)),
+            lifted(_RMSE, f"{prefix}level left out: ", split(LEVEL)),
         ]
     return rows
-
-
-def _interval_remark(name: str, subjects: Subjects, value: float) -> str:
-    """Return a remark: the published value is inside, above or below each subject's interval."""
-
-    def place(results: SubjectResults) -> str | None:
-        scores = results[BLOCKS].get(name, BlockScores()).random_90_10
-        ends = scores and scores.intervals.get("accuracy")
-        if not scores or not ends:
-            return None
-        interval_place = (
-            "inside" if ends[0] <= value <= ends[1] else "above" if value > ends[1] else "below"
-        )
-        return f"{interval_place} ({scores.n:,} test pinches)"
-
-    mixes = "The split ignores sessions and specimens: they lie on both sides."
-    places = per_subject(subjects, place)
-    if not places:
-        return mixes
-    return f"The published value and the 95 % interval: {'; '.join(places)}. {mixes}"
 
 
 PART = Part(
@@ -490,12 +437,10 @@ PART = Part(
         "Shore A (regression). Pale lines are baselines."
     ),
     [
-        lambda results: block_table(results, SESSION, variants=False),
-        lambda results: block_table(results, SESSION),
-        lambda results: block_table(results, RANDOM),
-        lambda results: block_table(results, LEVEL),
+        lambda results: block_table(results, SESSION, (_ACCURACY, _RMSE)),
+        lambda results: block_table(results, RANDOM, (_ACCURACY, _RMSE)),
+        lambda results: block_table(results, LEVEL, (_RMSE, _BIAS)),
     ],
     _rows,
-    ("accuracy", "RMSE"),
-    accuracy_figure,
+    figures=accuracy_figures,
 )

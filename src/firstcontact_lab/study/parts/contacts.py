@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -25,7 +24,7 @@ from firstcontact_lab.report.tables import SHARE_TOLERANCE, Claim, Row, Table, l
 from firstcontact_lab.study._contact_figures import delay_figure, detectors_figure
 from firstcontact_lab.study._subject import Subject
 from firstcontact_lab.study.detection import detection_splits, judge_detectors, trigger_delays
-from firstcontact_lab.study.part import Part, Step, Subjects, distinct, per_subject
+from firstcontact_lab.study.part import Part, Step, Subjects, distinct
 from firstcontact_lab.study.parts.data import DATA
 from firstcontact_lab.study.settings import StudySettings
 
@@ -64,29 +63,11 @@ class Accepted:
         return f"−{self.early + self.tolerance:g} to +{self.tolerance:g} ms from its label"
 
     @property
-    def placed_fully(self) -> str:
-        """Accepted placements as the end of a sentence, after "placing the contact"."""
-        if not self.early:
-            return f"within ±{self.tolerance:g} ms of the known contact"
-        return (
-            f"from {self.early + self.tolerance:g} ms before its label, which may come up to "
-            f"{self.early:g} ms late, to {self.tolerance:g} ms after it"
-        )
-
-    @property
     def decided(self) -> str:
         """Text about accepted decisions, such as "within 3 ms"."""
         if not self.early:
             return f"within {self.tolerance:g} ms"
         return f"−{self.early:g} to +{self.tolerance:g} ms from its label"
-
-    @property
-    def decided_fully(self) -> str:
-        """Accepted decisions as the end of a sentence, after "the trigger came"."""
-        if not self.early:
-            late = f"{self.tolerance:g} ms after it"
-            return f"no earlier than the known contact and no later than {late}"
-        return f"from {self.early:g} ms before its label to {self.tolerance:g} ms after it"
 
 
 class DetectionFolds(Record, frozen=True, kw_only=True):
@@ -220,21 +201,6 @@ CONTACT: Field[ContactResults] = Field("contact", ContactResults, ByName({}, Con
 PUBLISHED = {"three_sigma": 0.906, "svm": 1.0}
 
 
-class Target(NamedTuple):
-    """Target of a detector: smallest shares of right windows and pinches, largest median delay.
-
-    The delay is in ms.
-    """
-
-    windows: float
-    pinches: float
-    delay: float
-
-
-#: The project's own target for the detector that is perfect in the paper.
-TARGET = {"svm": Target(windows=0.999, pinches=0.995, delay=3.0)}
-
-
 def window_starts(subjects: Subjects) -> list[str]:
     """Return the detectors at whose contacts windows start; "known" stands for known contacts."""
     starts = (results[CONTACT].about.windows_start_at for results in subjects.values())
@@ -247,79 +213,36 @@ def is_learned(results: SubjectResults) -> bool:
 
 
 def _start_text(start: str) -> str:
-    windows = "the windows for stiffness start"
+    if start not in DETECTORS:
+        return "No detector could be trained: windows start at the known contacts."
     title = names.detector(start).title
-    if names.learned(start):
-        return (
-            f"The contact of each pinch comes from a detector ({title}) that was not trained on "
-            f"this pinch, and {windows} there."
-        )
-    if start in DETECTORS:
-        return f"{windows.capitalize()} where the {title} fires, which needs no training."
-    return f"No detector could be trained: {windows} at the known contacts."
+    kind = "trained on other pinches" if names.learned(start) else "which needs no training"
+    return f"Windows for stiffness start at contacts of the {title} detector, {kind}."
 
 
 def _text(subjects: Subjects) -> str:
-    sentences = [
-        "Detectors decide on windows of 20 ms.",
-        *map(_start_text, window_starts(subjects)),
-    ]
-    if any(names.detectors(results[CONTACT]) for results in subjects.values()):
-        sentences.append(
-            "A detector decides later than the contact that it places. Both times are scored."
-        )
-    return " ".join(sentences)
+    return " ".join(
+        ["Detectors decide on windows of 20 ms.", *map(_start_text, window_starts(subjects))]
+    )
 
 
 def detector_rows(accepted: Accepted) -> list[Row[DetectionScores]]:
-    """Return the row definitions of one detector. Remarks explain how each number was counted."""
+    """Return the row definitions of one detector."""
     suffix = " after its label" if accepted.early else ""
     return [
-        Row("windows right", lambda s: s.window_accuracy, "share", remark="of all 20 ms windows"),
-        Row(
-            "contact windows found",
-            lambda s: s.contact_windows_found,
-            "share",
-            remark="The first window that includes at least 1 ms after the contact, at most one "
-            "per pinch. If it is missed, the next window may find the contact, but later.",
-        ),
-        Row(
-            f"placed {accepted.placed}",
-            lambda s: s.pinch_success,
-            "share",
-            remark="Share of pinches whose first trigger is on the right finger and places the "
-            f"contact {accepted.placed_fully}.",
-        ),
-        Row(
-            f"and decided {accepted.decided}",
-            lambda s: s.decided_within_3_ms,
-            "share",
-            remark=f"A stricter count: the decision also comes {accepted.decided_fully}.",
-        ),
-        Row(
-            "false alarms a minute",
-            lambda s: s.false_alarms_per_minute,
-            "rate",
-            remark="of closing without contact",
-        ),
-        Row(
-            f"median delay of the decision{suffix}",
-            lambda s: s.median_delay,
-            "ms",
-            remark="All first triggers on the right finger that are not early.",
-        ),
+        Row("windows right", lambda s: s.window_accuracy, "share"),
+        Row("contact windows found", lambda s: s.contact_windows_found, "share"),
+        Row(f"placed {accepted.placed}", lambda s: s.pinch_success, "share"),
+        Row(f"and decided {accepted.decided}", lambda s: s.decided_within_3_ms, "share"),
+        Row("false alarms a minute", lambda s: s.false_alarms_per_minute, "rate"),
+        Row(f"median delay of the decision{suffix}", lambda s: s.median_delay, "ms"),
     ]
 
 
-#: Further rows of one detector, for the report's table.
+#: Further rows of one detector.
 _DETAILS: Sequence[Row[DetectionScores]] = (
     Row("95th percentile of the delay", lambda s: s.delay_ms.p95 if s.delay_ms else None, "ms"),
-    Row("quiet windows silent", lambda s: s.quiet_windows_silent, "share"),
-    Row(
-        "pinches: contact too soon to be seen",
-        lambda s: s.too_soon,
-        remark="before the motor had settled and its steady state was known; also counted below",
-    ),
+    Row("pinches: steady state not yet known", lambda s: s.too_soon),
     Row("pinches: placed too early", lambda s: s.false_alarms),
     Row("pinches: wrong finger", lambda s: s.wrong_finger),
     Row("pinches: placed too late", lambda s: s.late),
@@ -327,19 +250,16 @@ _DETAILS: Sequence[Row[DetectionScores]] = (
 )
 
 
-def contact_table(results: SubjectResults, notes: bool = True) -> Table | None:
-    """Return a table of the scores of all detectors, per window and per pinch."""
+def contact_table(results: SubjectResults, *, details: bool = False) -> Table | None:
+    """Return a table of the scores of all detectors, or of what went wrong in detail."""
     detectors = {
         names.detector(name).title: results[CONTACT][name]
         for name in names.detectors(results[CONTACT])
     }
     if not detectors:
         return None
-    rows = detector_rows(Accepted.from_results({"": results}))
-    caption = _caption(results, next(iter(detectors.values())))
-    if not notes:
-        return row_table(rows, detectors, caption)
-    return row_table([*rows, *_DETAILS], detectors, caption, notes=True)
+    rows = _DETAILS if details else detector_rows(Accepted.from_results({"": results}))
+    return row_table(rows, detectors, _caption(results, next(iter(detectors.values()))))
 
 
 def _caption(results: SubjectResults, scores: DetectionScores) -> str:
@@ -374,69 +294,25 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
     rows = []
     for name in DETECTORS.names:
         prefix, published = f"Contact, {names.detector(name).title}: ", PUBLISHED.get(name)
-        for place, row in enumerate(detector_rows(accepted)):
+        first, *others = detector_rows(accepted)
 
-            def find(results: SubjectResults, name: str = name) -> DetectionScores | None:
-                return results[CONTACT].get(name)
+        def find(results: SubjectResults, name: str = name) -> DetectionScores | None:
+            return results[CONTACT].get(name)
 
-            if published is None:
-                rows.append(lifted(row, prefix, find))
-            elif place == 0:
-                remark = (
-                    "The paper does not define its accuracy; windows are the closest reading. "
-                    f"{_silence(name, subjects)}".strip()
-                )
-                claim = Claim(published, SHARE_TOLERANCE)
-                rows.append(lifted(row, prefix, find, percent(published), remark, claim=claim))
-            else:
-                target = _target_remark(name, subjects, accepted) if row.unit == "ms" else ""
-                rows.append(lifted(row, prefix, find, remark=f"{row.remark} {target}".strip()))
+        def silence(results: SubjectResults, name: str = name) -> str:
+            scores = results[CONTACT].get(name)
+            if scores is None or not scores.windows:
+                return ""
+            return f"never firing scores {percent(scores.quiet_windows / scores.windows)}"
+
+        if published is None:
+            rows.append(lifted(first, prefix, find))
+        else:
+            claim = Claim(published, SHARE_TOLERANCE)
+            text = percent(published)
+            rows.append(lifted(first, prefix, find, text, claim=claim, note=silence))
+        rows += [lifted(row, prefix, find) for row in others]
     return rows
-
-
-def _silence(name: str, subjects: Subjects) -> str:
-    """Return a sentence with the accuracy that a detector would have if it never fired."""
-
-    def quiet(results: SubjectResults) -> str | None:
-        scores = results[CONTACT].get(name)
-        return percent(scores.quiet_windows / scores.windows) if scores and scores.windows else None
-
-    shares = per_subject(subjects, quiet)
-    return f"Scores of a detector that never fires: {', '.join(shares)}." if shares else ""
-
-
-def _missed(scores: DetectionScores, target: Target) -> list[str]:
-    """Return the names of the quantities, such as "delay", that do not reach the target."""
-    windows, delay = scores.window_accuracy, scores.median_delay
-    reached = {
-        "windows": windows is not None and windows >= target.windows,
-        "pinches": scores.pinch_success >= target.pinches,
-        "delay": delay is not None and delay <= target.delay,
-    }
-    return [part for part, is_reached in reached.items() if not is_reached]
-
-
-def _target_remark(name: str, subjects: Subjects, accepted: Accepted) -> str:
-    """Return a sentence on the target of a detector, and on the subjects that reach it."""
-    target = TARGET.get(name)
-    if accepted.early or target is None:
-        return ""  # the count is less strict than the target
-
-    def verdict(results: SubjectResults) -> str | None:
-        scores = results[CONTACT].get(name)
-        if scores is None:
-            return None
-        missed = _missed(scores, target)
-        return f"not reached ({', '.join(missed)})" if missed else "reached"
-
-    verdicts = per_subject(subjects, verdict)
-    if not verdicts:
-        return ""
-    return (
-        f"Target of at least {percent(target.windows)} of windows, "
-        f"{percent(target.pinches)} of pinches placed within ±3 ms, and a median delay of at "
-        f"most {target.delay:g} ms: {'; '.join(verdicts)}."
-    )
 
 
 PART = Part(
@@ -444,7 +320,7 @@ PART = Part(
     "Contact detection",
     [Step("contact detection", contacts, cost=25)],
     _text,
-    [lambda results: contact_table(results, notes=False), contact_table],
+    [contact_table, lambda results: contact_table(results, details=True)],
     _rows,
     needs=("data",),
 )

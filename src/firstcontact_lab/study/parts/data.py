@@ -24,7 +24,16 @@ from firstcontact.models import DURATION, distinct_specimens
 from firstcontact_lab.report.findings import Figure, PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import canvas, uri, vibration_axis
-from firstcontact_lab.report.tables import Cell, Claim, Line, Row, Table, Value, optional
+from firstcontact_lab.report.tables import (
+    SHARE_TOLERANCE,
+    Cell,
+    Claim,
+    Line,
+    Row,
+    Table,
+    Value,
+    optional,
+)
 from firstcontact_lab.study._subject import Subject
 from firstcontact_lab.study.part import Part, Step, Subjects
 
@@ -61,8 +70,40 @@ class Offsets(Record, frozen=True, kw_only=True):
     n: int
 
 
+class EarlyForce(Record, frozen=True, kw_only=True):
+    """Force of the first finger just before the second contact, over ``n`` pinches.
+
+    Each force is a share of the finger's largest force after that contact. ``median`` and ``p95``
+    are quantiles over pinches.
+    """
+
+    median: float
+    p95: float
+    n: int
+
+
+def early_force(pinch: Pinch) -> float | None:
+    """Return the share of its later force that the first finger has just before the second contact.
+
+    Forces are means over taxels, above their mean in the 20 ms before the first contact. The result
+    is None without contacts, force channels, or force.
+    """
+    first, second = pinch.first, pinch.second
+    if first is None or second is None or first.finger is None:
+        return None
+    if not pinch.layout.columns(ChannelKind.FORCE, first.finger):
+        return None
+    start, end = (contact.sample - pinch.first_sample for contact in (first, second))
+    force = pinch.force(first.finger).mean(axis=1)
+    rest = force[max(0, start - round(0.02 * pinch.layout.rate)) : start]
+    if not len(rest) or not start < end < len(force):
+        return None
+    largest = float(force[end:].max() - rest.mean())
+    return float(force[end - 1] - rest.mean()) / largest if largest > 0 else None
+
+
 def describe(subject: Subject) -> PartResult:
-    """Describe the data: counts, distribution of offsets, and timing of one pinch."""
+    """Describe the data: counts, offsets, force before the second contact, timing of one pinch."""
     dataset = subject.dataset
     recorded, rate = dataset.recorded_rate, float(dataset.layout.rate)
     summary = DataSummary(
@@ -102,7 +143,12 @@ def describe(subject: Subject) -> PartResult:
         left_out.append(
             "Offset between the contacts: no pinch has a known first and second contact."
         )
-    return PartResult([DATA(summary), OFFSET(spread)], figures, left_out)
+    shares = [share for pinch in dataset.pinches if (share := early_force(pinch)) is not None]
+    force = None
+    if shares:
+        median, p95 = map(float, np.quantile(shares, (0.5, 0.95)))
+        force = EarlyForce(median=median, p95=p95, n=len(shares))
+    return PartResult([DATA(summary), OFFSET(spread), EARLY_FORCE(force)], figures, left_out)
 
 
 def _merged(notes: Sequence[str], most: int = 12) -> list[str]:
@@ -165,11 +211,18 @@ def timing_figure(pinch: Pinch, before_s: float = 0.030, after_s: float = 0.110)
     sensor = pinch.layout.vibration[0].sensor
     content = f"{sensor} and force" if rows == 2 else sensor
     name = pinch.label.specimen or pinch.label.object or "an object"
+    share = early_force(pinch)
+    force = (
+        ""
+        if share is None
+        else f" Just before the second contact, the first finger has {percent(share)} of its later "
+        "force: one finger alone only feels the object's inertia and its holder."
+    )
     return Figure(
         "timing",
         "One pinch, both fingers",
-        f"A pinch of {name}, the one whose offset is closest to the mean: {content} over time. "
-        "Dashed lines are the known contacts, in the colour of the finger.",
+        f"The pinch with the offset closest to the mean ({name}): {content}. Dashed lines are the "
+        f"known contacts.{force}",
         image,
     )
 
@@ -219,14 +272,15 @@ def offset_figure(offsets: NDArray[np.float64]) -> Figure:
     return Figure(
         "offsets",
         "Time between the two contacts",
-        f"{len(offsets):,} pinches. In {percent(share, 0)} of them (pale bars) the second contact "
-        "falls inside the 15 ms window from which the stiffness is estimated.",
+        f"In {percent(share, 0)} of the pinches (pale bars) the second contact falls inside the "
+        "15 ms window.",
         image,
     )
 
 
 DATA = Field.optional("data", DataSummary)
 OFFSET = Field.optional("offset_ms", Offsets)
+EARLY_FORCE = Field.optional("force_before_second", EarlyForce)
 #: Time from the first to the second contact, ms (section IV of the paper).
 PUBLISHED_MEAN, PUBLISHED_SD = 16.65, 10.35
 
@@ -253,11 +307,6 @@ def kind(subjects: Subjects) -> str:
     return _SOURCES.get(data.source, (f"Source: {data.source}", ""))[0]
 
 
-def _text(subjects: Subjects) -> str:
-    timed = any(results[OFFSET] for results in subjects.values())
-    return f"The touched objects{' and the times of both contacts' if timed else ''}."
-
-
 def data_table(results: SubjectResults) -> Table | None:
     """Return a table of source, size and rate of the data."""
     data = results[DATA]
@@ -266,13 +315,10 @@ def data_table(results: SubjectResults) -> Table | None:
     rate = f"{data.sample_rate_hz:g} Hz"
     if data.model_rate_hz is not None:
         rate += f", resampled to {data.model_rate_hz:g} Hz"
-    pinches = (
-        f"{data.pinches:,} ({data.train_pinches:,} for training, "
-        f"{data.test_pinches:,} of unseen objects)"
-    )
     texts = {
         "Source": _SOURCES.get(data.source, ("", data.source))[1],
-        "Pinches": pinches,
+        "Pinches for training": f"{data.train_pinches:,}",
+        "Pinches of unseen objects": f"{data.test_pinches:,}",
         "Specimens": f"{data.specimens:,}",
         "Sessions": f"{data.sessions:,}",
         "Rate": rate,
@@ -281,16 +327,14 @@ def data_table(results: SubjectResults) -> Table | None:
 
 
 def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
-    source = (
-        "The published value is an input of the twin, so agreement proves nothing."
-        if any(map(is_twin, subjects.values()))
-        else "Another hand or closing speed gives another distribution."
-    )
-
     note = "input of the twin" if any(map(is_twin, subjects.values())) else "another hand"
 
     def offset(value: Callable[[Offsets], Value]) -> Callable[[SubjectResults], Value]:
         return optional(lambda results: results[OFFSET], value)
+
+    def force_note(results: SubjectResults) -> str:
+        force = results[EARLY_FORCE]
+        return "" if force is None else f"5 % of pinches above {percent(force.p95)}"
 
     return [
         Row("Pinches", optional(lambda r: r[DATA], lambda d: d.pinches), "count", "2500 + objects"),
@@ -299,22 +343,23 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
             offset(lambda o: o.mean),
             "ms",
             f"{PUBLISHED_MEAN} ms",
-            source,
-            claim=Claim(PUBLISHED_MEAN, note=note),
+            note=lambda results: note,
         ),
         Row(
             "First to second contact, SD",
             offset(lambda o: o.sd),
             "ms",
             f"{PUBLISHED_SD} ms",
-            source,
-            claim=Claim(PUBLISHED_SD, note=note),
+            note=lambda results: note,
         ),
+        Row("Second contact within 15 ms", offset(lambda o: o.share_below_15), "share"),
         Row(
-            "Second contact within 15 ms",
-            offset(lambda o: o.share_below_15),
+            "Force before the second contact, median share of the later force",
+            optional(lambda results: results[EARLY_FORCE], lambda force: force.median),
             "share",
-            remark="The paper gives mean and SD only.",
+            "absent",
+            claim=Claim(0.0, SHARE_TOLERANCE, lower=True),
+            note=force_note,
         ),
     ]
 
@@ -323,8 +368,7 @@ PART = Part(
     "data",
     "The data",
     [Step("data", lambda subject, settings, runner: describe(subject), vital=True, cost=15)],
-    _text,
-    [data_table],
-    _rows,
+    tables=[data_table],
+    rows=_rows,
     needs=(),
 )

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from itertools import chain
-from math import sqrt
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from msgspec.structs import asdict, replace
 from numpy.typing import NDArray
 
-from firstcontact.core import ByName, Dataset, Record, Runner, counted
+from firstcontact.core import ByName, Dataset, Record, Runner
 from firstcontact.models import (
     DURATION,
     ESTIMATORS,
@@ -27,21 +25,19 @@ from firstcontact.models import (
     per_object,
     regression_scores,
 )
+from firstcontact.recording import figure_label
 from firstcontact_lab.report import names
-from firstcontact_lab.report.charts import Dot, Panel, dot_figure
+from firstcontact_lab.report.charts import box_figure
 from firstcontact_lab.report.findings import Figure, PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.tables import (
-    ABSENT,
     ERROR_TOLERANCE,
     Cell,
     Claim,
-    Line,
     Row,
     Table,
     lifted,
     matrix,
-    number,
 )
 from firstcontact_lab.study._subject import Subject
 from firstcontact_lab.study.part import (
@@ -49,7 +45,6 @@ from firstcontact_lab.study.part import (
     Step,
     Subjects,
     distinct,
-    per_subject,
 )
 from firstcontact_lab.study.parts.blocks import WindowCounts, able
 from firstcontact_lab.study.scores import MeanErrors, over_objects
@@ -132,7 +127,16 @@ def objects(
         shares=shares or None,
     )
     reasons = ["Unseen objects: sessions are not known and may be shared by both roles."]
-    return PartResult([OBJECTS(ByName(scores_by_model, about))], (), reasons if shares else [])
+    drawn = {
+        model: subject.predictions[model, UNSEEN]
+        for model in PUBLISHED
+        if (model, UNSEEN) in subject.predictions
+    }
+    return PartResult(
+        [OBJECTS(ByName(scores_by_model, about))],
+        [objects_figure(drawn)] if drawn else [],
+        reasons if shares else [],
+    )
 
 
 def object_splits(subject: Subject, data: LabelledWindows) -> list[Split]:
@@ -200,87 +204,44 @@ PUBLISHED = {"svm": 4.17, "cnn": 2.39}
 _RMSE = Row[ObjectScores]("RMSE", lambda s: bounded(s, "rmse"), "shore")
 _MAE = Row[ObjectScores]("MAE", lambda s: bounded(s, "mae"), "shore")
 _MSE = Row[ObjectScores]("MSE", lambda s: bounded(s, "mse"), "square")
-_SCORES = (
-    _RMSE,
-    _MAE,
-    _MSE,
-    Row[ObjectScores]("Bias", lambda s: bounded(s, "bias"), "bias"),
-    Row[ObjectScores]("RMSE of means", lambda s: s.over_objects.rmse, "shore"),
-)
+_BIAS = Row[ObjectScores]("Bias", lambda s: bounded(s, "bias"), "bias")
 
 
-def errors_figure(subjects: Subjects) -> Figure | None:
-    """Draw the RMSE on unseen objects of all estimators, with the training mean as a line."""
-    panels = []
-    for title, results in subjects.items():
-        scores = results[OBJECTS]
-        dots = []
-        for name in names.estimators(scores):
-            error = bounded(scores[name], "rmse")
-            if error is not None:
-                look = names.estimator(name)
-                dots.append(Dot.from_bounded(look.title, error, look.colour))
-        mean = scores.get("train_mean")
-        lines = () if mean is None else (("training mean", mean.rmse),)
-        panels.append(Panel(title, tuple(dots), lines))
-    return dot_figure(
+def objects_figure(drawn: Mapping[str, tuple[LabelledWindows, Values]]) -> Figure:
+    """Draw the predictions for each unseen object by each estimator, beside the true Shore A."""
+    looks = {model: names.estimator(model) for model in drawn}
+    boxed: dict[str, tuple[float, dict[str, Values]]] = {}
+    for model, (data, predicted) in drawn.items():
+        specimens = specimen_names(data)
+        for specimen in np.unique(specimens):
+            chosen = (specimens == specimen) & np.isfinite(predicted)
+            if chosen.any():
+                name = figure_label(str(specimen).replace("_", " "))
+                truth = float(data.y[chosen].mean())
+                entry = boxed.setdefault(name, (truth, {}))
+                entry[1][looks[model].title] = predicted[chosen]
+    return box_figure(
         "objects",
-        "Error on unseen objects",
-        "Bars are 95 % intervals over whole objects. The line is the error if the mean of the "
-        "training data is predicted for each object.",
-        "RMSE (Shore A)",
-        panels,
+        "Estimates of each unseen object",
+        "Boxes hold the middle half of an object's pinches. No model was trained on these objects.",
+        "",
+        dict(sorted(boxed.items(), key=lambda item: item[1][0])),
+        {look.title: look.colour for look in looks.values()},
     )
 
 
-def _text(subjects: Subjects) -> str:
-    scores = [s for results in subjects.values() for s in results[OBJECTS].values()]
-    counts = distinct(str(s.over_objects.n) for s in scores)
-    many = f" ({' and '.join(counts)} here)" if counts else ""
-    return (
-        "No model was trained on these objects. Small numbers are 95 % bootstrap intervals over "
-        f"whole objects{many}."
-    )
+def object_table(results: SubjectResults) -> Table | None:
+    """Return a table of the scores of all estimators on unseen objects.
 
-
-def object_table(results: SubjectResults, variants: bool = True) -> Table | None:
-    """Return a table of the scores of all estimators on unseen objects."""
+    It includes scores on windows that start at the known contacts.
+    """
     entries: list[tuple[Cell, ObjectScores | None, bool]] = []
     for name in names.estimators(results[OBJECTS], True):
         scores, title = results[OBJECTS][name], names.estimator(name).title
         aligned = Cell(title, "window starts at the known contact")
         entries.append((Cell(title), scores, names.is_baseline(name)))
-        if variants:
-            entries.append((aligned, scores.strip_aligned, False))
-    return matrix("Objects on which no model was trained; Shore A.", _SCORES, entries)
-
-
-def per_object_table(results: SubjectResults) -> Table | None:
-    """Return a table of mean prediction, spread and bias by object and estimator.
-
-    Baselines are left out.
-    """
-    each = {n: results[OBJECTS][n].per_object for n in names.estimators(results[OBJECTS])}
-    if not each:
-        return None
-    first = next(iter(each.values()))
-    lines = []
-    for name in sorted(first, key=lambda name: (first[name].true, name)):
-        object_errors = first[name]
-        cells = [
-            Cell(name.replace("_", " "), counted(object_errors.n, "pinch")),
-            Cell(f"{object_errors.true:g}"),
-        ]
-        for errors in (scores.get(name) for scores in each.values()):
-            if errors is None:
-                cells += [Cell(ABSENT), Cell(ABSENT)]
-                continue
-            spread = "" if errors.sd is None else f" ± {errors.sd:.1f}"
-            cells.append(Cell(f"{errors.mean:.1f}{spread}", f"RMSE {errors.rmse:.2f}"))
-            cells.append(Cell(number(errors.bias, 1, "+")))
-        lines.append(Line(cells))
-    heads = [(f"{names.estimator(n).title}, mean ± SD", "bias") for n in each]
-    return Table("Each object by itself; Shore A.", ["", "True", *chain(*heads)], lines)
+        entries.append((aligned, scores.strip_aligned, False))
+    return matrix("Shore A.", (_RMSE, _BIAS), entries)
 
 
 def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
@@ -295,46 +256,14 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
         if published is None:
             rows += [lifted(row, prefix, find) for row in (_RMSE, _MAE, _MSE)]
             continue
-        remark, headline = _error_remark(name, subjects, published), name == ESTIMATORS.default
+        claim = Claim(published, ERROR_TOLERANCE * published, lower=True)
+        headline, text = name == ESTIMATORS.default, f"{published} “MSE”"
         rows += [
-            lifted(
-                _RMSE,
-                prefix,
-                find,
-                f"{published} “MSE”",
-                remark,
-                headline,
-                Claim(published, ERROR_TOLERANCE * published, lower=True),
-            ),
-            lifted(_MAE, prefix, find, remark="Shore A. Not published."),
-            lifted(_MSE, prefix, find, f"{published} “MSE”", _MSE_REMARK),
+            lifted(_RMSE, prefix, find, text, headline, claim),
+            lifted(_MAE, prefix, find),
+            lifted(_MSE, prefix, find, text),
         ]
     return rows
-
-
-_MSE_REMARK = (
-    "Shore A squared. The paper calls its number an MSE but gives it in Shore A: compare with both "
-    "the RMSE and the MSE."
-)
-
-
-def _error_remark(name: str, subjects: Subjects, value: float) -> str:
-    root = sqrt(value)
-
-    def verdict(results: SubjectResults) -> str | None:
-        scores = results[OBJECTS].get(name)
-        if scores is None:
-            return None
-        above, below = scores.rmse > value, scores.rmse < root
-        return "above both" if above else "below both" if below else "between"
-
-    verdicts = per_subject(subjects, verdict)
-    if not verdicts:
-        return "Shore A."
-    return (
-        f"Shore A. The published {value} stands for an RMSE of {root:.2f} if it is an MSE, and of "
-        f"{value} if it is an RMSE; {'; '.join(verdicts)}."
-    )
 
 
 PART = Part(
@@ -353,13 +282,6 @@ PART = Part(
             cost=6,
         ),
     ],
-    _text,
-    [
-        lambda results: object_table(results, variants=False),
-        object_table,
-        per_object_table,
-    ],
-    _rows,
-    ("RMSE", "MAE", "Bias"),
-    errors_figure,
+    tables=[object_table],
+    rows=_rows,
 )

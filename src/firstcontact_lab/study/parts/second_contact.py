@@ -18,7 +18,7 @@ from firstcontact.models import (
 )
 from firstcontact.signal import Conditioner, samples_in
 from firstcontact_lab.report import names
-from firstcontact_lab.report.charts import Dot, Panel, dot_figure
+from firstcontact_lab.report.charts import Dot, Panel, dot_figures
 from firstcontact_lab.report.findings import Figure, PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.tables import Cell, Row, Table, matrix
@@ -123,24 +123,15 @@ def samples_to_spare(subject: Subject) -> Values:
 
 
 SECOND_CONTACT = Field.optional("second_contact_in_window", dict[str, SecondContact])
-#: Content of a window, by its key in the results.
-_WHERE = {
-    "with": "the second contact is in the window",
-    "without": "the second contact is not in the window",
-    "misplaced": "the window does not begin at the first contact: early, late or wrong finger",
-}
 #: Contents of a window that the figure shows.
 _DRAWN = ("with", "without")
 _SCORES: Sequence[Row[RegressionScores]] = (
     Row("RMSE", lambda s: bounded(s, "rmse"), "shore"),
-    Row("MAE", lambda s: bounded(s, "mae"), "shore"),
-    Row("MSE", lambda s: bounded(s, "mse"), "square"),
-    Row("Bias", lambda s: bounded(s, "bias"), "bias"),
     Row("Pinches", lambda s: s.n),
 )
 
 
-def second_figure(subjects: Subjects) -> Figure | None:
+def second_figures(subjects: Subjects) -> list[Figure]:
     """Draw the RMSE with and without the second contact in the window.
 
     A group with a single pinch gets no dot.
@@ -157,32 +148,34 @@ def second_figure(subjects: Subjects) -> Figure | None:
                     Dot.from_bounded(f"{side}, {look.title}, {content}", error, look.colour)
                 )
         panels.append(Panel(title, tuple(dots)))
-    return dot_figure(
+    return dot_figures(
         "second",
         "With and without the second contact in the window",
-        "The same predictions, in two groups: the other finger touched within the 15 ms window, or "
-        "not. Bars are 95 % intervals. Blocks are split by session, objects are unseen.",
+        "Windows of 15 ms with or without the second contact. Blocks are of other sessions. Bars "
+        "are 95 % intervals.",
         "RMSE (Shore A)",
         panels,
     )
 
 
-def second_table(results: SubjectResults, variants: bool = True) -> Table | None:
-    """Return a table of errors with and without the second contact in the window.
-
-    If ``variants``, include misplaced windows, and estimators without published values.
-    """
+def second_table(results: SubjectResults) -> Table | None:
+    """Return a table of errors with and without the second contact in the window."""
     divided = results[SECOND_CONTACT]
     entries = [
         (
-            Cell(f"{side.capitalize()}, {names.estimator(name).title}", _WHERE[content]),
+            Cell(f"{side.capitalize()}, {names.estimator(name).title}, {content}"),
             scores,
             False,
         )
         for name, side, content, scores in by_side(divided or {})
-        if variants or (name in PUBLISHED and content in _DRAWN)
+        if name in PUBLISHED
     ]
-    return matrix("The same predictions, by what the window contains; Shore A.", _SCORES, entries)
+    return matrix(
+        "Windows with or without the second contact, and misplaced windows, which do not begin at "
+        "the first contact; Shore A.",
+        _SCORES,
+        entries,
+    )
 
 
 PART = Part(
@@ -195,8 +188,7 @@ PART = Part(
             late=True,
         )
     ],
-    tables=[lambda results: second_table(results, variants=False), second_table],
-    columns=("RMSE", "Pinches"),
-    figure=second_figure,
+    tables=[second_table],
+    figures=second_figures,
     needs=("blocks", "objects"),
 )

@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 from firstcontact.core import INK, Record
 from firstcontact.models import DURATION, LabelledWindows
 from firstcontact_lab.report.findings import Figure, PartResult
-from firstcontact_lab.report.results import Field
+from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import canvas, shades, uri, vibration_unit
+from firstcontact_lab.report.tables import ERROR_TOLERANCE, Row
 from firstcontact_lab.study._subject import Subject
 from firstcontact_lab.study.part import (
     Part,
@@ -68,8 +69,7 @@ def response_figure(blocks: LabelledWindows, unit: str) -> Figure:
     return Figure(
         "responses",
         "Response by stiffness",
-        "Median over the pinches of each level (line) and the middle half of them (band), after "
-        "filtering, as the models see it.",
+        "Median of each level (line) and the middle half of its pinches (band), after filtering.",
         image,
     )
 
@@ -105,17 +105,47 @@ def peak_figure(shore_a: NDArray[np.float64], peaks: NDArray[np.float64], unit: 
     return Figure(
         "peaks",
         "Peak amplitude against stiffness",
-        "Each point is a pinch. Points are spread sideways so that they do not cover each other. "
-        "The peak alone cannot distinguish levels that overlap.",
+        "Each point is a pinch.",
         image,
     )
 
 
 PEAK = Field.optional("peak_v", dict[str, PeakVoltage])
 
+
+def peak_power(results: SubjectResults) -> float | None:
+    """Return the power of Shore A with which the mean peak amplitude grows; None if unknown.
+
+    The power is the slope of a line through the logarithms. It is 1 for proportional amplitudes.
+    """
+    levels, means = _mean_peaks(results)
+    if len(levels) < 2 or levels[0] <= 0 or means.min() <= 0:
+        return None
+    return float(np.polyfit(np.log(levels), np.log(means), 1)[0])
+
+
+def _mean_peaks(results: SubjectResults) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    peaks = results[PEAK] or {}
+    levels = sorted(peaks, key=float)
+    return np.array([float(level) for level in levels]), np.array([peaks[k].mean for k in levels])
+
+
+def _proportional(results: SubjectResults) -> str:
+    power = peak_power(results)
+    if power is not None and abs(power - 1.0) <= ERROR_TOLERANCE:
+        return "reproduced"
+    if not (np.diff(_mean_peaks(results)[1]) > 0).all():
+        return "does not rise with every level"
+    return "rises with every level, but not in proportion"
+
+
+PROPORTIONAL = Row[SubjectResults](
+    "Peak amplitude grows as Shore A to the power", peak_power, "rho", "1", note=_proportional
+)
+
 PART = Part(
     "waveforms",
     "Signals after contact",
     [Step("waveforms", lambda subject, settings, runner: waveforms(subject))],
-    lambda subjects: "The first 15 ms of vibration of the finger that touched.",
+    rows=lambda subjects: [PROPORTIONAL],
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from msgspec.structs import replace
@@ -22,9 +22,9 @@ from firstcontact_lab.report import names
 from firstcontact_lab.report.findings import Figure, PartResult
 from firstcontact_lab.report.results import Field, SubjectResults
 from firstcontact_lab.report.style import canvas, uri
-from firstcontact_lab.report.tables import Cell, Row, Table, Value, matrix
+from firstcontact_lab.report.tables import Cell, Row, Table, matrix
 from firstcontact_lab.study._subject import Subject
-from firstcontact_lab.study.part import Part, Step
+from firstcontact_lab.study.part import Part, Step, titled
 from firstcontact_lab.study.parts.objects import object_splits, specimen_names
 from firstcontact_lab.study.settings import StudySettings
 from firstcontact_lab.study.splits import learns_one_value
@@ -93,13 +93,12 @@ def window_length(subject: Subject, settings: StudySettings, runner: Runner) -> 
         WINDOW_LENGTH(lengths),
         WINDOW_SEARCH(None if searched is None else WindowSearch(windows=searched)),
     ]
-    return PartResult(results, [lengths_figure(model, lengths)], left_out)
+    return PartResult(results, (), left_out)
 
 
-def lengths_figure(
-    model: str, scores_by_length: Mapping[str, Mapping[str, WindowErrors]]
-) -> Figure:
-    """Draw the RMSE of a model against the window length, ms, for blocks and for objects."""
+def lengths_figure(scores_by_length: Mapping[str, Mapping[str, WindowErrors]]) -> Figure:
+    """Draw the RMSE of the model against the window length, ms, for blocks and for objects."""
+    (model,) = names.estimators(next(iter(scores_by_length.values())))
     title = names.estimator(model).title
     with canvas() as (figure, axes):
         ax = axes[0, 0]
@@ -139,7 +138,7 @@ def lengths_figure(
     return Figure(
         f"lengths-{model}",
         f"Error against window length, {title}",
-        f"{title} regression; bands are 95 % bootstrap intervals over sessions or objects.",
+        "Bands are 95 % intervals over sessions or objects.",
         image,
     )
 
@@ -148,18 +147,14 @@ WINDOW_LENGTH = Field.optional("window_length_ms", dict[str, dict[str, WindowErr
 WINDOW_SEARCH = Field.optional("window_length_search", WindowSearch)
 
 
-def _errors(side: str) -> list[Row[WindowErrors]]:
-    def error(key: str) -> Callable[[WindowErrors], Value]:
-        return lambda errors: bounded(getattr(errors, side), key)
-
-    units = {"rmse": "shore", "mae": "shore", "mse": "square"}
-    return [
-        Row(f"{side.capitalize()} {key.upper()}", error(key), unit) for key, unit in units.items()
-    ]
+_ROWS: Sequence[Row[WindowErrors]] = (
+    Row("Blocks RMSE", lambda errors: bounded(errors.blocks, "rmse"), "shore"),
+    Row("Objects RMSE", lambda errors: bounded(errors.objects, "rmse"), "shore"),
+)
 
 
 def length_table(results: SubjectResults) -> Table | None:
-    """Return a table of RMSE, MAE and MSE by window length."""
+    """Return a table of the RMSE by window length."""
     lengths = results[WINDOW_LENGTH]
     if not lengths:
         return None
@@ -169,18 +164,15 @@ def length_table(results: SubjectResults) -> Table | None:
     )
     search = results[WINDOW_SEARCH]
     if search:
-        caption += (
-            f" Hyper-parameters are searched on up to {search.windows} windows here, and on more "
-            "in other sections, so the row of 15 ms can differ from the number above."
-        )
+        caption += f" Hyper-parameters are searched on up to {search.windows} windows here."
     entries = [(Cell(f"{ms} ms"), lengths[ms][model], False) for ms in sorted(lengths, key=float)]
-    return matrix(caption, [*_errors("blocks"), *_errors("objects")], entries)
+    return matrix(caption, _ROWS, entries)
 
 
 PART = Part(
     "length",
     "Window length",
     [Step("window length", window_length, late=True, cost=15)],
-    tables=[length_table, length_table],
-    columns=("Blocks RMSE", "Objects RMSE"),
+    tables=[length_table],
+    figures=lambda subjects: titled(subjects, WINDOW_LENGTH, lengths_figure),
 )

@@ -169,9 +169,10 @@ def share_interval(hits: NDArray[np.bool_], clusters: NDArray[Any]) -> Ends | No
 def classification_scores(
     truth: Values, predicted: Values, clusters: NDArray[Any], seed: int
 ) -> ClassificationScores:
-    """Return the accuracy with its interval (:func:`share_interval`), and the confusion matrix.
+    """Return the accuracy with its interval, and the confusion matrix.
 
-    ``seed`` is unused: the parameters are those of :func:`regression_scores`.
+    The interval is that of :func:`share_interval`. ``seed`` is unused: the parameters are those of
+    :func:`regression_scores`.
     """
     from sklearn.metrics import confusion_matrix
 

@@ -1,4 +1,4 @@
-"""Charts of values with intervals, and of predictions beside the truth."""
+"""Charts of values with intervals, and of predictions next to the truth."""
 
 from __future__ import annotations
 

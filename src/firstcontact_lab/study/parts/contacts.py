@@ -294,7 +294,7 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
     rows = []
     for name in DETECTORS.names:
         prefix, published = f"Contact, {names.detector(name).title}: ", PUBLISHED.get(name)
-        first, *others = detector_rows(accepted)
+        first, *further = detector_rows(accepted)
 
         def find(results: SubjectResults, name: str = name) -> DetectionScores | None:
             return results[CONTACT].get(name)
@@ -311,7 +311,7 @@ def _rows(subjects: Subjects) -> list[Row[SubjectResults]]:
             claim = Claim(published, SHARE_TOLERANCE)
             text = percent(published)
             rows.append(lifted(first, prefix, find, text, claim=claim, note=silence))
-        rows += [lifted(row, prefix, find) for row in others]
+        rows += [lifted(row, prefix, find) for row in further]
     return rows
 
 

@@ -95,11 +95,11 @@ def early_force(pinch: Pinch) -> float | None:
         return None
     start, end = (contact.sample - pinch.first_sample for contact in (first, second))
     force = pinch.force(first.finger).mean(axis=1)
-    rest = force[max(0, start - round(0.02 * pinch.layout.rate)) : start]
-    if not len(rest) or not start < end < len(force):
+    quiet = force[max(0, start - round(0.02 * pinch.layout.rate)) : start]
+    if not len(quiet) or not start < end < len(force):
         return None
-    largest = float(force[end:].max() - rest.mean())
-    return float(force[end - 1] - rest.mean()) / largest if largest > 0 else None
+    largest = float(force[end:].max() - quiet.mean())
+    return float(force[end - 1] - quiet.mean()) / largest if largest > 0 else None
 
 
 def describe(subject: Subject) -> PartResult:

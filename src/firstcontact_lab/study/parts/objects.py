@@ -208,7 +208,7 @@ _BIAS = Row[ObjectScores]("Bias", lambda s: bounded(s, "bias"), "bias")
 
 
 def objects_figure(drawn: Mapping[str, tuple[LabelledWindows, Values]]) -> Figure:
-    """Draw the predictions for each unseen object by each estimator, beside the true Shore A."""
+    """Draw each estimator's predictions for the unseen objects, and the true Shore A."""
     looks = {model: names.estimator(model) for model in drawn}
     boxed: dict[str, tuple[float, dict[str, Values]]] = {}
     for model, (data, predicted) in drawn.items():

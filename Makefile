@@ -1,4 +1,5 @@
-# Needs python3 (3.11 or later), python3-venv and make; everything else is fetched into .venv.
+# Needs python3 (3.11 or later) with python3-venv and python3-dev, make, gcc and libc6-dev; everything
+# else is fetched into .venv.
 # `make` alone lists the targets.
 
 PYTHON ?= python3
@@ -33,8 +34,6 @@ layers = $(foreach layer,$(1),--requirement requirements/$(layer).txt)
 fetch  = $(PIP) install --quiet --no-compile --no-deps --only-binary :all: --require-hashes $(call layers,$(1))
 # The package itself, built with what is there already.
 itself = $(PIP) install --quiet --no-deps --no-build-isolation --editable .
-# Numba runs the simulated hand where no C compiler built the package's kernels.
-twin   = $(BIN)/python -c "from firstcontact.core import kernels; exit(0 if kernels() else 3)" || { [ $$? = 3 ] && $(call fetch,twin); }
 # With estimators of another package, which studies and tests treat as those of this one.
 plugin = $(itself) --editable examples/plugin_estimators
 # Built for CPUs only where pip is told of a place that has it, else that of PyPI with CUDA.
@@ -49,19 +48,16 @@ $(BIN)/pip:
 $(VENV)/.study: $(PINS) | $(BIN)/pip
 	$(call both,base study)
 	$(plugin)
-	$(twin)
 	@touch $@
 
 $(VENV)/.dev: $(PINS) | $(BIN)/pip
 	$(call both,base study live dev)
 	$(plugin)
-	$(twin)
 	@touch $(VENV)/.study $(VENV)/.live $@
 
 $(VENV)/.live: $(PINS) | $(BIN)/pip
 	$(call fetch,base live)
 	$(itself)
-	$(twin)
 	@touch $@
 
 .PHONY: install constraints
@@ -119,28 +115,21 @@ twin-model: $(VENV)/.live ## the model that ships for the simulated hand, anew (
 
 # --- checks ------------------------------------------------------------------------------------
 
-.PHONY: test test-numba test-install test-oldest test-slow mutation fuzz soak lint format types layers docs bench
+.PHONY: test test-install test-oldest test-slow mutation fuzz soak lint format types layers docs bench
 # Tests of devices and of the page wait a third of their time: more processes than cores.
 TESTERS ?= $(shell expr 3 \* $$(getconf _NPROCESSORS_ONLN) / 2 + 1)
 # Hundreds of processes import the package: compiled once, it takes each 0.4 s less.
 test: $(VENV)/.dev ## the tests, side by side on all cores
-	@# Compiled beforehand, the tests, and the twin where Numba compiles it: else each process does so.
-	[ -d tests/__pycache__ ] || $(BIN)/python -m pytest --collect-only -qq >/dev/null & \
-	$(BIN)/python -c "from firstcontact.twin import *; DeviceFilter().update(TwinStream(seed=0).read(9000))" && wait
+	@# Compiled beforehand: else each process does so.
+	[ -d tests/__pycache__ ] || $(BIN)/python -m pytest --collect-only -qq >/dev/null
 	$(BIN)/python -m pytest --numprocesses $(TESTERS) --dist worksteal
-
-# Numba goes to a folder beside .venv, which has none where a C compiler built the kernels.
-test-numba: $(VENV)/.dev ## the simulated hand with Numba, against the kernels
-	folder=$$(mktemp -d) && trap "rm -rf $$folder" EXIT && export PYTHONPATH=$$folder && \
-	$(call fetch,twin) --target $$folder && $(BIN)/python -c "import numba" && \
-	$(BIN)/python -m pytest tests/twin/test_twin_numba.py tests/twin/test_twin_kernels.py
 
 test-install: $(VENV)/.dev ## wheel and sdist, built and installed into empty environments
 	$(BIN)/python -m pytest -m slow tests/cli/test_install.py
 
 # EXTRAS without cnn leaves out 5 GB of PyTorch. Warnings of new packages about old ones are no
 # faults, and the test that is left out expects the package of this checkout.
-EXTRAS ?= plot,sklearn,live,parquet,files,audio,hand,cluster,twin,cnn
+EXTRAS ?= plot,sklearn,live,parquet,files,audio,hand,cluster,cnn
 OLDEST ?= tests/core tests/recording tests/signal tests/contact tests/models tests/twin
 test-oldest: $(VENV)/.dev ## some tests (OLDEST) with the oldest packages that pyproject.toml allows
 	folder=$$(mktemp -d) && trap "rm -rf $$folder" EXIT && \

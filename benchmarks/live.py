@@ -271,9 +271,6 @@ def main() -> dict[str, float]:
 
         print(one_answer(anytime, settings.seed))
         engines = {"NumPy": None, "compiled kernels": kernels()}
-        if engines["compiled kernels"] is None:
-            print("the kernels are not compiled here: install a C compiler, then the package again")
-            del engines["compiled kernels"]
         for engine, size, predictor in itertools.product(
             engines, (LONG, FRAME), (network, windows)
         ):

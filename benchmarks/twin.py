@@ -1,6 +1,6 @@
 """Speed of the twin, convergence of its time step, and memory at paper size.
 
-Compilation happens before any measurement. The reference for speed and waveform is SciPy's
+The reference for speed and waveform is SciPy's
 ``solve_ivp`` with the derivative in Python. Run it on an idle machine: ``OMP_NUM_THREADS=1 python
 benchmarks/twin.py``.
 """
@@ -10,6 +10,7 @@ from __future__ import annotations
 import argparse
 import os
 import resource
+import sys
 import tempfile
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -28,13 +29,11 @@ from firstcontact.twin import (
     EVERYDAY_OBJECTS,
     FINGER_STATES,
     PAPER_RIG,
-    STATES,
     SUBSTEPS,
     Condition,
     PinchDraw,
     PinchJob,
     TwinObject,
-    _derivative,
     draw_pinch,
     draw_specimen,
     excerpt,
@@ -44,6 +43,9 @@ from firstcontact.twin import (
 )
 from firstcontact.twin import _pinch as pinch_module
 from firstcontact.twin import _run as run_module
+
+sys.path.append(str(Path(__file__).parents[1] / "tests" / "twin"))
+from reference import Piece, derivative
 
 
 def drawn(kind: TwinObject, number: int, condition: Condition = PAPER_RIG) -> PinchDraw:
@@ -67,32 +69,29 @@ def halving(pinches: int) -> float:
     return worst
 
 
-def captured(draw: PinchDraw) -> tuple[object, ...]:
-    """Return the arguments with which :func:`integrate_pinch` calls the compiled kernel."""
-    taken: list[tuple[object, ...]] = []
-    kernel = run_module.integrate
-    run_module.integrate = lambda *arguments: taken.append(arguments) or len(arguments[-1])
+def captured(draw: PinchDraw) -> Piece:
+    """Return the piece that :func:`integrate_pinch` passes to the compiled kernel."""
+    taken: list[Piece] = []
+    kernel = run_module.integrate_all
+    run_module.integrate_all = lambda pieces: taken.extend(pieces) or [len(pieces[0].times)]
     try:
         integrate_pinch(draw)
     finally:
-        run_module.integrate = kernel
+        run_module.integrate_all = kernel
     return taken[0]
 
 
 def plain(draw: PinchDraw) -> np.ndarray:
     """Return the buffers' voltages of a pinch from ``solve_ivp``, shape (samples, 2)."""
-    index, thumb, o, stiffness, touch, times, noise, noise_dt, _, speeds, *more = captured(draw)
-    motor_force, start = more[0], more[6]
-    gap = np.full(2, np.nan)
-    dx = np.empty(STATES)
-    grid = np.arange(noise.shape[1]) * noise_dt
+    piece = captured(draw)._replace(back_damping=0.0, gap=np.full(2, np.nan))
+    times, touch, gap = piece.times, piece.touch, piece.gap
+    grid = np.arange(piece.noise.shape[1]) * piece.noise_dt
 
     def rhs(t: float, x: np.ndarray) -> np.ndarray:
-        push = [np.interp(t, grid, line) for line in noise]
-        _derivative(x, dx, index, thumb, o, stiffness, gap, *push, speeds[0], motor_force, 0.0)
-        return dx.copy()
+        push = np.array([np.interp(t, grid, line) for line in piece.noise])
+        return derivative(x, piece, push, piece.speeds[0])
 
-    x = start.copy()
+    x = piece.x.copy()
     out = np.empty((times.size, 2))
     order = np.argsort(touch)
     edges = [times[0], *touch[order], times[-1]]
@@ -103,7 +102,7 @@ def plain(draw: PinchDraw) -> np.ndarray:
         # The step must not exceed the spacing of the noise samples.
         solved = solve_ivp(
             rhs, (begin, end), x, "RK45", np.r_[times[inside], [] if last else end],
-            max_step=noise_dt, rtol=1e-6, atol=1e-12,
+            max_step=piece.noise_dt, rtol=1e-6, atol=1e-12,
         )  # fmt: skip
         out[inside] = solved.y[[11, FINGER_STATES + 11], : inside.sum()].T
         x = solved.y[:, -1]
@@ -146,7 +145,7 @@ def main() -> dict[str, float]:
         begin = time.perf_counter()
         simulate(home / "warm", "paper-rig", 1, 1, 0, 1)
         ready = time.perf_counter() - begin
-        print(f"loading or compiling the kernel, not included in the times below: {ready:.1f} s")
+        print(f"loading the kernel, not included in the times below: {ready:.1f} s")
         step = 1e6 / FINGERTIP_RATE / SUBSTEPS
         print(f"step {step:.0f} us; halved, waveforms move by at most {100 * halving(5):.2f} %")
         for workers in (1, 2):

@@ -6,7 +6,6 @@ added there. Each package stands in one file, each file is a layer:
     base    what studies and live both need, and what builds the package
     study   what only studies need
     live    what only live needs
-    twin    what runs the simulated hand without a C compiler
     dev     what only tests, checks and docs need
     cuda    the PyTorch of PyPI, and the CUDA that it brings along
     cpu     the same PyTorch built for CPUs only, for pips that are told where to find it
@@ -26,7 +25,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 CONSTRAINTS = ROOT / "constraints.txt"
-LAYERS = ("base", "study", "live", "twin", "dev", "cuda")
+LAYERS = ("base", "study", "live", "dev", "cuda")
 #: PyTorch, and what only its CUDA build asks for.
 CUDA = ("torch", "cuda-", "nvidia-", "triton")
 _HEAD = "# Made by `make constraints`: do not edit.\n"
@@ -106,15 +105,12 @@ def main() -> int:
     )
     wheels = parser.parse_args().wheels
     study, live, dev = resolve("study"), resolve("live"), resolve("dev")
-    everything = resolve("dev", "twin")
     layers: dict[str, dict[str, str]] = {layer: {} for layer in LAYERS}
-    for package, entry in everything.items():
+    for package, entry in dev.items():
         if package.startswith(CUDA):
             layer = "cuda"
         elif package in study and package in live:
             layer = "base"
-        elif package not in dev:
-            layer = "twin"
         else:
             layer = "study" if package in study else "live" if package in live else "dev"
         layers[layer][package] = entry
@@ -122,13 +118,13 @@ def main() -> int:
         write(layer, [with_hashes(e, _HASH.findall(e)) for _, e in sorted(packages.items())])
     cpu = ROOT / "requirements" / "cpu.txt"
     pinned = entries(cpu.read_text()).get("torch", "") if cpu.exists() else ""
-    entry = for_cpus(everything["torch"], wheels, pinned)
+    entry = for_cpus(dev["torch"], wheels, pinned)
     if entry:
         write("cpu", [entry])
     else:  # with an empty one pip would be content
         cpu.unlink(missing_ok=True)
     head = [line for line in CONSTRAINTS.read_text().splitlines() if line.startswith("#")]
-    pins = [f"{package}=={version(entry)}" for package, entry in sorted(everything.items())]
+    pins = [f"{package}=={version(entry)}" for package, entry in sorted(dev.items())]
     CONSTRAINTS.write_text("\n".join((*head, *pins)) + "\n")
     return 0
 

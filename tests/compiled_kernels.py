@@ -31,7 +31,8 @@ OPTIONS = (
 @cache
 def built_kernels() -> ModuleType:
     """Return the kernels of this checkout, whether or not it was installed with them."""
-    return _native._load() or compiled_kernels()
+    module = _native._load()
+    return compiled_kernels() if isinstance(module, str) else module
 
 
 def compiled_kernels() -> ModuleType:
@@ -63,9 +64,9 @@ def compiled_kernels() -> ModuleType:
 
 
 @contextmanager
-def using(module: ModuleType | None) -> Iterator[None]:
-    """Use these kernels within the block, or NumPy if ``module`` is None."""
-    usual, _native._compiled = _native._compiled, module
+def using(module: ModuleType | str | None) -> Iterator[None]:
+    """Use these kernels within the block, NumPy if None, or fail with a message."""
+    usual, _native._compiled = _native._compiled, module  # type: ignore[assignment]
     try:
         yield
     finally:

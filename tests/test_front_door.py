@@ -54,7 +54,6 @@ def test_importing_it_imports_no_arrays() -> None:
         "numpy",
         "scipy",
         "sklearn",
-        "numba",
         "torch",
         "msgspec",
     }

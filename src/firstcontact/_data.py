@@ -162,9 +162,6 @@ def simulate(
     >>> len(data), data.source
     (10, 'twin')
     """
-    from firstcontact.core import require_twin
-
-    require_twin()
     from firstcontact.twin import read_noise
     from firstcontact.twin import simulate as simulate_set
 

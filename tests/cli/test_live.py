@@ -17,7 +17,6 @@ import pytest
 from websockets.sync.client import connect
 
 import forked
-from compiled_kernels import using
 from emulated_ability import EmulatedAbility
 from firstcontact.cli.main import main
 from firstcontact.core import Block
@@ -48,14 +47,6 @@ def live(environment: dict[str, str], *arguments: str) -> subprocess.CompletedPr
 
 def started(environment: dict[str, str], *arguments: str, **streams: int) -> forked.Program:
     return forked.Program("command", "live", *arguments, env=environment, **streams)
-
-
-def test_missing_kernels_are_reported(
-    recorded: tuple[Path, list[tuple[float, ...]]], capsys: pytest.CaptureFixture[str]
-) -> None:
-    with using(None):
-        assert main(["live", "--device", str(recorded[0]), "--speed", "inf"]) == 0
-    assert "C compiler" in capsys.readouterr().err
 
 
 def estimates(text: str) -> list[tuple[float, ...]]:

@@ -126,7 +126,7 @@ def test_the_overview_imports_next_to_nothing() -> None:
 def test_the_help_of_a_verb_imports_that_verb_and_no_arrays(verb: str) -> None:
     modules = loaded(verb, "--help")
     assert configuration(verb).__module__ in modules
-    assert not modules & {"numpy", "scipy", "sklearn", "mcap", "msgspec", "h5py", "torch", "numba"}
+    assert not modules & {"numpy", "scipy", "sklearn", "mcap", "msgspec", "h5py", "torch"}
     verbs = {configuration(other).__module__ for other in verb_places()} & modules
     assert verbs <= {configuration(verb).__module__, "firstcontact.cli.verbs.train"}
 

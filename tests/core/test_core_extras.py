@@ -53,9 +53,9 @@ Metadata-Version: 2.4
 Name: firstcontact
 Version: 0.1.0
 Requires-Dist: numpy>=2.0
-Requires-Dist: numba>=0.60; extra == "twin"
+Requires-Dist: matplotlib>=3.9; extra == "plot"
 Requires-Dist: torch>=2.6; extra == "cnn"
-Requires-Dist: firstcontact[cnn,twin]; extra == "study"
+Requires-Dist: firstcontact[cnn,plot]; extra == "study"
 Requires-Dist: jinja2>=3.1; extra == "study"
 Requires-Dist: firstcontact[study]; extra == "dev"
 Requires-Dist: pytest>=8; extra == "dev"
@@ -82,17 +82,17 @@ def install_words(site: Path, origin: str | None, extra: str) -> list[str]:
 
 
 def test_install_command_names_the_path_of_a_clone() -> None:
-    *words, target = shlex.split(install_command("twin"))
+    *words, target = shlex.split(install_command("plot"))
     assert words[-3:] == ["pip", "install", "-e"]
-    assert target == f"{PROJECT.parent}[twin]"
+    assert target == f"{PROJECT.parent}[plot]"
 
 
 def test_install_command_names_the_path_of_a_wheel(tmp_path: Path) -> None:
     wheel = tmp_path / "our wheels" / "firstcontact-0.1.0-py3-none-any.whl"
     wheel.parent.mkdir()
     wheel.touch()
-    words = install_words(tmp_path / "site", wheel.as_uri(), "twin")
-    assert words[-3:] == ["pip", "install", f"{wheel}[twin]"]
+    words = install_words(tmp_path / "site", wheel.as_uri(), "plot")
+    assert words[-3:] == ["pip", "install", f"{wheel}[plot]"]
 
 
 @pytest.mark.parametrize("origin", [None, "file:///gone/firstcontact.whl", "https://a.b/c.whl"])
@@ -100,7 +100,7 @@ def test_install_command_without_a_path_names_the_packages(
     tmp_path: Path, origin: str | None
 ) -> None:
     words = install_words(tmp_path / "site", origin, "study")
-    assert words[-4:] == ["install", "torch>=2.6", "numba>=0.60", "jinja2>=3.1"]
+    assert words[-4:] == ["install", "torch>=2.6", "matplotlib>=3.9", "jinja2>=3.1"]
 
 
 def test_docs_install_only_from_a_path() -> None:

@@ -74,7 +74,6 @@ ELSEWHERE = {
     "make quick-embedded": ".ci/run",
     "make readme-numbers": "by hand before a release; its script: tests/docs/test_tables.py",
     "make test": ".ci/run",
-    "make test-numba": ".ci/run",
     "make lint": ".ci/run",
     "make types": ".ci/run",
     "make layers": ".ci/run",

@@ -13,7 +13,6 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 #: Extras that users install; ``dev`` may hold more than the package imports.
 FOR_USERS = (
-    "twin",
     "plot",
     "cnn",
     "sklearn",
@@ -56,11 +55,8 @@ def test_every_module_that_is_imported_is_declared() -> None:
     for module, file in imported():
         if module in sys.stdlib_module_names or module == "firstcontact":
             continue
-        # Numba is installed only where no C compiler builds the kernels.
-        assert module in of_module or module == "numba", (
-            f"{file.relative_to(ROOT)} imports {module}: run make install"
-        )
-        if not {normal(name) for name in of_module.get(module, [module])} & declared_names:
+        assert module in of_module, f"{file.relative_to(ROOT)} imports {module}: run make install"
+        if not {normal(name) for name in of_module[module]} & declared_names:
             missing.add(f"{module} in {file.relative_to(ROOT)}")
     assert not missing
 

@@ -76,11 +76,6 @@ def test_what_a_target_promises_is_in_its_files(target: str, layers: str) -> Non
     assert " ".join(fetched) == layers
 
 
-def test_the_twin_without_a_compiler_is_a_separate_layer() -> None:
-    assert dependencies("twin") - dependencies() <= pins(FOLDER / "twin.txt").keys()
-    assert not dependencies("dev") & pins(FOLDER / "twin.txt").keys()
-
-
 def wheel(folder: Path) -> str:
     """Write an empty wheel. Return its SHA-256."""
     folder.mkdir()

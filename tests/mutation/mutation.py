@@ -66,8 +66,6 @@ def outcome(fault: Fault, copy: Path, words: list[str]) -> tuple[str, str]:
         return "stale", ""
     try:
         path.write_text(text.replace(fault.old, fault.new), encoding="utf-8")
-        # Numba's stored functions do not see a change in the functions that they call.
-        shutil.rmtree(path.parent / "__pycache__", ignore_errors=True)
         if path.suffix == ".c":
             build(copy)
         test = failed_test(fault.tests, copy, words)

@@ -20,7 +20,7 @@ from firstcontact.twin import (
     draw_specimen,
     simulate_pinch,
 )
-from firstcontact.twin._mechanics import OUTPUTS, integrate
+from firstcontact.twin._mechanics import OUTPUTS, Piece, integrate_all
 from firstcontact.twin._parameters import FingerParameters, ObjectParameters
 
 SEED = 20
@@ -55,11 +55,11 @@ def integrated(
 ) -> NDArray[np.float64]:  # fmt: skip
     """Integrate a motion without noise. Change ``x`` and ``gap`` in place."""
     out = np.empty((times.size, 2, OUTPUTS))
-    steps = integrate(
+    piece = Piece(
         *fingers, o, np.array([contact_stiffness(p, o) for p in fingers]), np.array(touch), times,
         np.zeros((2, 2)), 1.0, substeps, np.array([[p.speed for p in fingers]]),
         fingers[0].drive_force, back_damping, 0.0, math.inf, math.inf, 1, x,
         np.full(2, np.nan) if gap is None else gap, np.full(2, np.nan), out,
     )  # fmt: skip
-    assert steps == times.size
+    assert integrate_all([piece]) == [times.size]
     return out

@@ -1,21 +1,20 @@
-"""The twin's kernels give the bits of the Python code and of Numba, and check their arguments."""
+"""The twin's kernels compute what the reference does, and check their arguments."""
 
 from __future__ import annotations
 
 import math
-import subprocess
-import sys
 import threading
 from collections.abc import Callable
 from functools import cache
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pytest
-from pinches import drawn, simulated
+import reference
+from pinches import drawn
 
-from compiled_kernels import built_kernels, using
-from firstcontact.core import Command, _native
+from compiled_kernels import built_kernels
+from firstcontact.core import Command
 from firstcontact.twin import (
     BLOCKS,
     BRITTLE,
@@ -26,16 +25,13 @@ from firstcontact.twin import (
     excerpt,
 )
 from firstcontact.twin import _run as run_module
-from firstcontact.twin._compiled import _by_numba
 from firstcontact.twin._drive import Drive
-from firstcontact.twin._filter import DeviceFilter, _filter_scans, _smooth
-from firstcontact.twin._mechanics import integrate
-from firstcontact.twin._noise import RUBBING, _filtered, _tones
-from firstcontact.twin._outcome import slide
+from firstcontact.twin._filter import DeviceFilter
+from firstcontact.twin._mechanics import Piece, integrate_all
+from firstcontact.twin._noise import RUBBING
 from firstcontact.twin._parameters import FingerParameters
 from firstcontact.twin._run import PinchRun
-from firstcontact.twin._sensor import _force_counts, _piezo_counts
-from firstcontact.twin._slip_sound import PLACES, _slide_patches
+from firstcontact.twin._slip_sound import PLACES
 
 Arguments = tuple[Any, ...]
 
@@ -49,17 +45,23 @@ def arrays(arguments: Arguments) -> list[bytes]:
     return [a.tobytes() for a in arguments if isinstance(a, np.ndarray)]
 
 
+def assert_close(arguments: Arguments, expected: Arguments) -> None:
+    for a, b in zip(arguments, expected, strict=True):
+        if isinstance(a, np.ndarray):
+            np.testing.assert_allclose(a, b, rtol=1e-8, atol=1e-8 * np.nanmax(np.abs(b), initial=0))
+
+
 @cache
-def pieces() -> dict[str, Arguments]:
-    """Return the arguments of :func:`integrate` for pieces of several pinches."""
+def pieces() -> list[Arguments]:
+    """Return pieces of several pinches to integrate, as plain tuples."""
     taken: list[Arguments] = []
 
-    def take(*arguments: Any) -> int:
-        taken.append(copied(arguments))
-        return integrate(*arguments)
+    def take(given: list[Piece]) -> list[int]:
+        taken.extend(copied(piece) for piece in given)
+        return integrate_all(given)
 
-    with pytest.MonkeyPatch.context() as patch, using(built_kernels()):
-        patch.setattr(run_module, "integrate", take)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(run_module, "integrate_all", take)
         for i, condition in enumerate((PAPER_RIG, EVERYDAY)):
             draw = excerpt(drawn(BLOCKS[2 * i], i, condition), 0.003)
             PinchRun(draw, 0.006, 2).advance(30)
@@ -75,11 +77,17 @@ def pieces() -> dict[str, Arguments]:
             run.advance(300)
         draw = drawn(BRITTLE[0])
         PinchRun(draw, 0.02, 3, at_rest=True).advance(4)
-    return {f"piece {i} of {a[5].size}": a for i, a in enumerate(taken)}
+    return taken
 
 
-def calls() -> dict[str, tuple[Callable[..., Any], Arguments]]:
-    """Return each compiled function with arguments that take all of its branches."""
+def integrate(*arguments: Any) -> int:
+    """Integrate one piece with the kernel."""
+    (taken,) = built_kernels().integrate_all([arguments])
+    return int(taken)
+
+
+def calls() -> dict[str, tuple[str, Arguments]]:
+    """Return the name of each kernel with arguments that take all of its branches."""
     rng = np.random.default_rng(8)
     n = 250
     force = 3.0 * np.abs(rng.standard_normal(n)).cumsum() / n
@@ -101,77 +109,69 @@ def calls() -> dict[str, tuple[Callable[..., Any], Arguments]]:
     )  # fmt: skip
     light = copied((*pad[:3], 1e-6, *pad[4:]))
     return {
-        "tones": (_tones, (lines, turns, rng.random(6), rng.random(6), rng.random(n))),
-        "filtered": (_filtered, (RUBBING, rng.standard_normal(n), np.zeros(n))),
-        "piezo": (_piezo_counts, (2.5 * rng.standard_normal(n), np.zeros(n, np.uint16))),
+        "tones": ("tones", (lines, turns, rng.random(6), rng.random(6), rng.random(n))),
+        "filtered": ("filtered", (RUBBING, rng.standard_normal(n), np.zeros(n))),
+        "piezo": ("piezo_counts", (2.5 * rng.standard_normal(n), np.zeros(n, np.uint16))),
         "force": (
-            _force_counts,
+            "force_counts",
             (
                 force, rng.dirichlet(np.ones(6)), VelostatParameters(),
                 0.01 * rng.standard_normal(n), 2e-4, np.zeros((2, 6)), 5, np.zeros(n, np.uint16),
             ),
         ),
-        "filter": (_filter_scans, (scans, *filters, np.zeros((n, 16), np.int16))),
-        "smooth": (_smooth, (scans[:, 0].copy(), np.zeros(n, np.int16))),
+        "filter": ("filter_scans", (scans, *filters, np.zeros((n, 16), np.int16))),
+        "smooth": ("smooth", (scans[:, 0].copy(), np.zeros(n, np.int16))),
         "slide": (
-            slide,
+            "slide",
             (rng.random((n, 2)), rng.random(n), 0.2, 0.4, 1e-3, np.zeros(2), np.ones((n, 2))),
         ),
-        "slip": (_slide_patches, pad),
-        "slip of a light object": (_slide_patches, light),
+        "slip": ("slide_patches", pad),
+        "slip of a light object": ("slide_patches", light),
     }  # fmt: skip
 
 
-def kernel(function: Callable[..., Any]) -> Callable[..., Any]:
-    return cast(Callable[..., Any], getattr(built_kernels(), function.__name__.lstrip("_")))
+@cache
+def all_calls() -> dict[str, tuple[str, Arguments]]:
+    return calls() | {"integrate": ("integrate", pieces()[0])}
+
+
+def kernel(name: str) -> Callable[..., Any]:
+    function: Callable[..., Any] = (
+        integrate if name == "integrate" else getattr(built_kernels(), name)
+    )
+    return function
 
 
 @pytest.mark.parametrize("name", calls())
-def test_a_kernel_gives_the_bits_of_python(name: str) -> None:
+def test_a_kernel_gives_the_numbers_of_the_reference(name: str) -> None:
     function, arguments = calls()[name]
-    compiled, reference = copied(arguments), copied(arguments)
+    compiled, expected = copied(arguments), copied(arguments)
     kernel(function)(*compiled)
-    function.__wrapped__(*reference)  # type: ignore[attr-defined]
-    assert arrays(compiled) == arrays(reference) != arrays(arguments)
+    getattr(reference, function)(*expected)
+    assert_close(compiled, expected)
+    assert arrays(compiled) != arrays(arguments)
 
 
-def test_pieces_of_pinches_have_the_bits_of_python() -> None:
+def test_pieces_of_pinches_have_the_numbers_of_the_reference() -> None:
     sizes = set()
-    for arguments in pieces().values():
-        compiled, reference = copied(arguments), copied(arguments)
-        if arguments[5].size > 40:
+    for arguments in pieces():
+        compiled, expected = copied(arguments), Piece(*copied(arguments))
+        if expected.times.size > 40:
             continue
-        assert built_kernels().integrate(*compiled) == integrate.__wrapped__(*reference)  # type: ignore[attr-defined]
-        assert arrays(compiled) == arrays(reference) != arrays(arguments)
-        sizes.add(arguments[5].size)
+        assert integrate(*compiled) == reference.integrate(expected)
+        assert_close(compiled, expected)
+        assert arrays(compiled) != arrays(arguments)
+        sizes.add(expected.times.size)
     assert len(sizes) > 4
 
 
 def test_pieces_side_by_side_have_the_same_bits() -> None:
-    alone, together = ([copied(a) for a in pieces().values()] for _ in range(2))
-    taken = [built_kernels().integrate(*a) for a in alone]
+    alone, together = ([copied(a) for a in pieces()] for _ in range(2))
+    taken = [integrate(*a) for a in alone]
     assert built_kernels().integrate_all(together) == taken
     assert [arrays(a) for a in together] == [arrays(a) for a in alone]
     assert any(t < a[5].size for t, a in zip(taken, alone, strict=True))  # one broke
     assert built_kernels().integrate_all([]) == []
-
-
-def test_numba_gives_the_same_bits() -> None:
-    pytest.importorskip("numba")
-    for function, arguments in [*calls().values(), *((integrate, a) for a in pieces().values())]:
-        compiled, by_numba = copied(arguments), copied(arguments)
-        assert kernel(function)(*compiled) == _by_numba(function.__wrapped__)(*by_numba)  # type: ignore[attr-defined]
-        assert arrays(compiled) == arrays(by_numba)
-    pinches = []
-    for module in (built_kernels(), None):
-        with using(module):
-            pinches.append(simulated(BLOCKS[1]))
-    assert pinches[0].data.tobytes() == pinches[1].data.tobytes()
-
-
-@cache
-def all_calls() -> dict[str, tuple[Callable[..., Any], Arguments]]:
-    return calls() | {"integrate": (integrate, next(iter(pieces().values())))}
 
 
 @pytest.mark.parametrize("name", [*calls(), "integrate"])
@@ -230,7 +230,7 @@ def test_pieces_that_are_not_arguments_are_refused(fault: object) -> None:
 
 
 def test_a_wrong_piece_leaves_the_others_alone() -> None:
-    good, bad = (copied(a) for a in list(pieces().values())[:2])
+    good, bad = (copied(a) for a in pieces()[:2])
     contents = arrays(good)
     with pytest.raises(ValueError, match=r"."):
         built_kernels().integrate_all([good, (*bad[:-1], np.zeros(3))])
@@ -238,8 +238,8 @@ def test_a_wrong_piece_leaves_the_others_alone() -> None:
 
 
 def test_a_list_of_pieces_that_shrinks_is_read_whole() -> None:
-    listed = [copied(a) for a in list(pieces().values())[:2]]
-    taken = [built_kernels().integrate(*copied(a)) for a in listed]
+    listed = [copied(a) for a in pieces()[:2]]
+    taken = [integrate(*copied(a)) for a in listed]
 
     class Emptying:
         def __float__(self) -> float:
@@ -276,20 +276,3 @@ def test_a_place_that_changes_during_the_call_is_not_used() -> None:
         filters.join()
         results.append((out.tobytes(), *arrays(mine)))
     assert results[0] == results[1]
-
-
-WITHOUT_NUMBA = """
-import sys
-sys.modules["numba"] = None
-from firstcontact.twin import DeviceFilter, TwinStream
-print(DeviceFilter().update(TwinStream(seed=1).read(6000)).std() > 0)
-"""
-
-
-def test_the_twin_needs_no_numba() -> None:
-    if _native._load() is None:
-        pytest.skip("the package was installed without its kernels")
-    result = subprocess.run(
-        [sys.executable, "-W", "error", "-c", WITHOUT_NUMBA], capture_output=True, text=True
-    )
-    assert (result.returncode, result.stdout, result.stderr) == (0, "True\n", "")

@@ -40,12 +40,11 @@ def twin_model(condition: str, seed: int) -> Path:
     folder = cache_folder() / f"twin-{version('firstcontact')}.{RECIPE}-{condition}-{seed}"
     if (folder / "model.json").is_file():
         return folder
-    from firstcontact.core import require_twin, temporary_path
+    from firstcontact.core import temporary_path
     from firstcontact.models import train
     from firstcontact.recording import load_dataset
     from firstcontact.twin import simulate
 
-    require_twin()
     print(
         f"no --model is given: training one on the twin, kept in {folder} for the next start",
         file=sys.stderr,

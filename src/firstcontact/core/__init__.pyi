@@ -73,7 +73,6 @@ from ._layout import VibrationSensor as VibrationSensor
 from ._layout import finger_name as finger_name
 from ._layout import fingertip_layout as fingertip_layout
 from ._native import kernels as kernels
-from ._native import require_twin as require_twin
 from ._numbers import parse_float as parse_float
 from ._numbers import parse_int as parse_int
 from ._onnx_runtime import import_onnxruntime as import_onnxruntime

@@ -90,7 +90,7 @@ def _requirements(extra: str) -> list[str]:
     """Return the requirements of an extra and of the extras that it includes."""
     requirements = []
     for line in metadata.requires(_PACKAGE) or []:
-        # "numba>=0.60; extra == 'twin'" or "firstcontact[twin,plot]; extra == 'study'"
+        # "matplotlib>=3.9; extra == 'plot'" or "firstcontact[plot,cnn]; extra == 'study'"
         requirement, _, marker = line.partition(";")
         if not re.fullmatch(rf"""\s*extra\s*==\s*["']{extra}["']\s*""", marker):
             continue

@@ -13,7 +13,6 @@ PACKAGES = (
     "scipy",
     "scikit-learn",
     "torch",
-    "numba",
     "onnxruntime",
     "matplotlib",
 )

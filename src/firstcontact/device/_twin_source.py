@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Self
 
-from firstcontact.core import FINGERTIP_RATE, require_twin
+from firstcontact.core import FINGERTIP_RATE, kernels
 from firstcontact.device._opening import SourceOptions
 from firstcontact.device._serial_source import SerialSource
 from firstcontact.device._twin_device import TwinDevice
@@ -69,7 +69,7 @@ class TwinSource(SerialSource):
 
 def from_name(name: str, options: SourceOptions) -> TwinSource:
     """Return the twin with the user's options. Raise InputError if it cannot run here."""
-    require_twin()
+    kernels()
     return TwinSource(options.condition, [options.objects], options.seed, options.speed)
 
 
@@ -79,9 +79,8 @@ def shore_a(name: str) -> float:
     Raises
     ------
     InputError
-        The object is unknown, or the twin cannot run here.
+        The object is unknown.
     """
-    require_twin()
     from firstcontact.twin import find_object
 
     return find_object(name).shore_a

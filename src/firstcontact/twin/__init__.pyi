@@ -27,7 +27,6 @@ from ._mechanics import BUFFER as BUFFER
 from ._mechanics import FINGER_STATES as FINGER_STATES
 from ._mechanics import INDENTATION as INDENTATION
 from ._mechanics import STATES as STATES
-from ._mechanics import _derivative as _derivative
 from ._mechanics import contact_stiffness as contact_stiffness
 from ._objects import BLOCKS as BLOCKS
 from ._objects import BRITTLE as BRITTLE

@@ -1,6 +1,7 @@
 """Filters of the microcontroller, which turn raw scans into samples.
 
-They use integer arithmetic, so that the firmware gives the same bits.
+They use integer arithmetic, so that the firmware gives the same bits. The loops are compiled:
+``core/c/fingertips.c``.
 """
 
 from __future__ import annotations
@@ -11,8 +12,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import ADC_COUNTS, SUBCOUNTS, TAXELS, fingertip_layout
-from firstcontact.twin._compiled import compiled, inlined
+from firstcontact.core import TAXELS, fingertip_layout, kernels
 from firstcontact.twin._sensor import SCAN, VelostatParameters, open_reading
 
 #: Number of readings of a taxel in the sliding mean.
@@ -20,59 +20,7 @@ FORCE_READINGS = 8
 #: Number of scans after which every sliding mean holds new readings only.
 ROUND = TAXELS * FORCE_READINGS
 _COLUMNS = fingertip_layout().width
-
-
-@inlined
-def _clipped(count: int) -> int:
-    """Return the reading, limited to the range of a 10-bit converter."""
-    return min(int(count), ADC_COUNTS - 1)
-
-
-@compiled
-def _filter_scans(
-    scans: NDArray[np.uint16],
-    place: NDArray[np.int64],
-    smoothed: NDArray[np.int64],
-    readings: NDArray[np.int64],
-    sums: NDArray[np.int64],
-    out: NDArray[np.int16],
-) -> None:
-    """Filter scans and write the samples to ``out``.
-
-    ``place`` is the position of the next scan in a cycle of ``TAXELS * FORCE_READINGS`` scans, -1
-    before the first scan. The function changes ``place`` and the filters' states ``smoothed``,
-    ``readings`` and ``sums`` in place.
-    """
-    for i in range(len(scans)):
-        if place[0] < 0:
-            for f in range(2):
-                smoothed[f] = _clipped(scans[i, f]) * SUBCOUNTS
-            place[0] = 0
-        taxel = place[0] % TAXELS
-        slot = place[0] // TAXELS
-        for f in range(2):
-            smoothed[f] = (smoothed[f] + _clipped(scans[i, f]) * SUBCOUNTS) >> 1
-            count = _clipped(scans[i, 2 + f])
-            if readings[f, taxel, 0] < 0:
-                for k in range(FORCE_READINGS):
-                    readings[f, taxel, k] = count
-                sums[f, taxel] = FORCE_READINGS * count
-            sums[f, taxel] += count - readings[f, taxel, slot]
-            readings[f, taxel, slot] = count
-            out[i, f] = smoothed[f]
-            for k in range(TAXELS):
-                out[i, 2 + TAXELS * f + k] = sums[f, k] * (SUBCOUNTS // FORCE_READINGS)
-            out[i, 2 + 2 * TAXELS + f] = 1 if scans[i, 4 + f] else 0
-        place[0] = (place[0] + 1) % (TAXELS * FORCE_READINGS)
-
-
-@compiled
-def _smooth(counts: NDArray[np.uint16], out: NDArray[np.int16]) -> None:
-    """Write the smoothed counts of one piezo to ``out``."""
-    state = _clipped(counts[0]) * SUBCOUNTS
-    for i in range(counts.size):
-        state = (state + _clipped(counts[i]) * SUBCOUNTS) >> 1
-        out[i] = state
+_kernels = kernels()
 
 
 def smoothed(counts: NDArray[np.uint16]) -> NDArray[np.int16]:
@@ -82,7 +30,7 @@ def smoothed(counts: NDArray[np.uint16]) -> NDArray[np.int16]:
     :class:`DeviceFilter`.
     """
     out = np.empty(counts.size, np.int16)
-    _smooth(np.ascontiguousarray(counts), out)
+    _kernels.smooth(np.ascontiguousarray(counts), out)
     return out
 
 
@@ -104,6 +52,7 @@ class DeviceFilter:
 
     def reset(self) -> None:
         """Clear the state, as a restart of the device does."""
+        # Position of the next scan in a cycle of ROUND scans, -1 before the first scan.
         self._place = np.full(1, -1, np.int64)
         self._smoothed = np.zeros(2, np.int64)
         self._readings = np.full((2, TAXELS, FORCE_READINGS), -1, np.int64)
@@ -137,7 +86,7 @@ class DeviceFilter:
             raise ValueError(f"scans have shape {scans.shape}, not (n, {len(SCAN)})")
         out = np.empty((len(scans), _COLUMNS), np.int16)
         taken = np.ascontiguousarray(scans, np.uint16)
-        _filter_scans(taken, self._place, self._smoothed, self._readings, self._sums, out)
+        _kernels.filter_scans(taken, self._place, self._smoothed, self._readings, self._sums, out)
         return out
 
 

@@ -62,7 +62,7 @@ class Fingertips(ABC):
         Parameters
         ----------
         motion
-            Output of :func:`firstcontact.twin._mechanics.integrate`, shape (n, 2, 5).
+            Output of a :class:`firstcontact.twin._mechanics.Piece`, shape (n, 2, 5).
 
         Returns
         -------

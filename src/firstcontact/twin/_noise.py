@@ -13,12 +13,12 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import FINGERTIP_RATE
-from firstcontact.twin._compiled import compiled
+from firstcontact.core import FINGERTIP_RATE, kernels
 
 #: Points per sampling interval of the force series.
 OVERSAMPLING = 4
 _RATE = OVERSAMPLING * FINGERTIP_RATE
+_kernels = kernels()
 #: Frequency band of friction, Hz.
 RUBBING_BAND = (30.0, 1500.0)
 #: Second-order sections of that Butterworth band-pass at the series' rate: designing it needs
@@ -78,44 +78,6 @@ class MotorNoise:
         )
 
 
-@compiled
-def _tones(
-    lines: NDArray[np.complex128],
-    turns: NDArray[np.complex128],
-    amplitudes: NDArray[np.float64],
-    depth: NDArray[np.float64],
-    out: NDArray[np.float64],
-) -> None:
-    """Add spectral lines to ``out``.
-
-    ``lines`` has a rotating phasor for each line and, at the end, one for the slow shaft, which
-    modulates the amplitudes of the lines.
-    """
-    # Each line is a rotating phasor: one multiplication per point instead of a sine.
-    for i in range(out.size):
-        beat = lines[-1].imag
-        for k in range(amplitudes.size):
-            out[i] += amplitudes[k] * (1.0 + depth[k] * beat) * lines[k].imag
-        for k in range(lines.size):
-            lines[k] *= turns[k]
-
-
-@compiled
-def _filtered(
-    sections: NDArray[np.float64], x: NDArray[np.float64], out: NDArray[np.float64]
-) -> None:
-    """Filter samples by second-order sections into ``out``, like ``scipy.signal.sosfilt``."""
-    state = np.zeros((len(sections), 2))
-    for i in range(x.size):
-        y = x[i]
-        for k in range(len(sections)):
-            section_input = y
-            y = sections[k, 0] * section_input + state[k, 0]
-            state[k, 0] = sections[k, 1] * section_input - sections[k, 4] * y + state[k, 1]
-            state[k, 1] = sections[k, 2] * section_input - sections[k, 5] * y
-        out[i] = y
-
-
 def _rubbing_band(rate: float) -> NDArray[np.float64]:
     if rate == _RATE:
         return RUBBING
@@ -157,7 +119,7 @@ def phalanx_force(
     dt = 1 / rate
     white = rng.standard_normal(n + 200)
     rubbing = np.empty_like(white)
-    _filtered(_rubbing_band(rate), white, rubbing)
+    _kernels.filtered(_rubbing_band(rate), white, rubbing)
     rubbing = rubbing[200:]
     knots = rng.standard_normal(max(int(duration / 0.02), 2) + 2)
     cell, part = _knot_places(n, dt)
@@ -173,8 +135,10 @@ def phalanx_force(
                            noise.mesh, noise.mains])  # fmt: skip
     depth = np.array([0.1, 0.1, 0.1, 0.6, 0.6, 0.0])
     phases = rng.uniform(0, 2 * math.pi, rates.size)
+    # A rotating phasor for each line, and one for the slow shaft, which modulates the lines.
     lines = np.exp(1j * np.append(phases, phases[0]))
-    _tones(lines, np.exp(2j * math.pi * dt * np.append(rates, r / 23)), amplitudes, depth, out)
+    turns = np.exp(2j * math.pi * dt * np.append(rates, r / 23))
+    _kernels.tones(lines, turns, amplitudes, depth, out)
     for _ in range(rng.poisson(noise.click_rate * duration)):
         start = int(rng.uniform(0, n))
         length = max(int(rng.uniform(0.3e-3, 1.2e-3) * rate), 2)

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import FINGERTIP_RATE, GRAVITY
-from firstcontact.twin._compiled import compiled
+from firstcontact.core import FINGERTIP_RATE, kernels
 
 #: Factor by which the grip force of a stable grasp exceeds the holding force.
 SAFETY = 1.25
@@ -18,6 +17,7 @@ SMOOTHED = 0.010
 STEADY = 15.0
 #: Distance of slip from which an object counts as dropped, m.
 DROPPED = 0.010
+_kernels = kernels()
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +59,6 @@ class GraspOutcome:
         return self.second_contact is not None and not (self.dropped or self.broken)
 
 
-@compiled
 def slide(
     forces: NDArray[np.float64],
     hanging: NDArray[np.float64],
@@ -86,16 +85,7 @@ def slide(
     out
         Array for the distance and speed after each sample, shape (samples, 2).
     """
-    distance, speed = slid[0], slid[1]
-    for i in range(len(forces)):
-        friction_acceleration = friction * (forces[i, 0] + forces[i, 1]) / mass
-        gravity = GRAVITY * hanging[i]
-        if speed > 0.0 or friction_acceleration < gravity:
-            change = (gravity - friction_acceleration) * dt
-            new = max(speed + change, 0.0)
-            distance += 0.5 * (speed + new) * dt
-            speed = new
-        out[i, 0], out[i, 1] = distance, speed
+    _kernels.slide(forces, hanging, mass, friction, dt, slid, out)
 
 
 def stable_since(grip: NDArray[np.float64], needed: float) -> int | None:

@@ -46,7 +46,7 @@ def integrate_pinch(
     -------
     tuple
         Sampling instants (s, the first contact at ``draw.timing.first``), shape (samples,), and
-        :func:`firstcontact.twin._mechanics.integrate`'s output, shape (samples, 2, 5).
+        Output of a :class:`firstcontact.twin._mechanics.Piece`, shape (samples, 2, 5).
     """
     run = PinchRun(draw, duration, BURN_IN, substeps=substeps)
     out = run.advance(run.times.size)

@@ -21,7 +21,6 @@ from firstcontact.twin._mechanics import (
     STATES,
     Piece,
     contact_stiffness,
-    integrate,
     integrate_all,
 )
 from firstcontact.twin._noise import PhalanxNoise
@@ -230,7 +229,7 @@ class PinchRun:
         Returns
         -------
         ndarray
-            See :func:`firstcontact.twin._mechanics.integrate`, shape (samples, 2, 5).
+            See ``out`` of :class:`firstcontact.twin._mechanics.Piece`, shape (samples, 2, 5).
 
         Raises
         ------
@@ -249,7 +248,7 @@ class PinchRun:
                 self._obey(self._orders.popleft()[1], begin)
             stop = min(end, self._orders[0][0] + 1) if self._orders else end
             piece = self._piece(begin, stop)
-            pieces.append(self._keep(begin, piece, integrate(*piece)))
+            pieces.append(self._keep(begin, piece, *integrate_all([piece])))
         return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
 
     @property
@@ -271,7 +270,7 @@ class PinchRun:
 
     def _keep(self, begin: int, piece: Piece, taken: int) -> NDArray[np.float64]:
         """Go on to the end of an integrated piece, and return its motion that is new."""
-        out: NDArray[np.float64] = piece[-1][:taken]
+        out = piece.out[:taken]
         if max(out[-1, 0, CONTACT_FORCE], out[-1, 1, CONTACT_FORCE]) > self._strength:
             self.broken_at = begin + taken - 1
             self._set_object(stiffened(self._held, CRUSHED))
@@ -283,12 +282,12 @@ class PinchRun:
         self, begin: int, stop: int, speeds: NDArray[np.float64], state: NDArray[np.float64],
         touched: NDArray[np.float64], limit: float, damping: float,
     ) -> Piece:  # fmt: skip
-        """Return the arguments of :func:`integrate` for a piece."""
-        index, thumb = self._fingers
-        return (
-            index, thumb, self._held, self._stiffness, self._approach.touch, self.times[begin:stop],
-            self._noise.points, self._noise.dt, self._substeps, speeds, self._reference.force,
-            damping, self.nominal_speed if self._placed else 0.0, limit,
+        """Return a piece to integrate."""
+        return Piece(
+            *self._fingers, self._held, self._stiffness, self._approach.touch,
+            self.times[begin:stop], self._noise.points, self._noise.dt,
+            self._substeps, speeds, self._reference.force, damping,
+            self.nominal_speed if self._placed else 0.0, limit,
             CALM if self._placed else math.inf, self._calm_steps,
             state, self._gap, touched, np.empty((stop - begin, 2, OUTPUTS)),
         )  # fmt: skip
@@ -317,11 +316,10 @@ class PinchRun:
             speed, self.speed = self.speed, self.nominal_speed
             stop = int(np.searchsorted(self.times, self._approach.touch.max())) + 1
             speeds = np.tile(self._speeds, (stop - begin, 1))
-            integrate(
-                *self._arguments(
-                    begin, stop, speeds, self._state.copy(), self._touched.copy(), math.inf, 0.0
-                )
+            piece = self._arguments(
+                begin, stop, speeds, self._state.copy(), self._touched.copy(), math.inf, 0.0
             )
+            integrate_all([piece])
             self._reference.hold(speed)
             self._places[begin] = self._gap.copy()
         self._approach.touch = np.full(2, math.inf)
@@ -331,8 +329,7 @@ class PinchRun:
 def whole_motions(runs: Sequence[PinchRun]) -> list[NDArray[np.float64]]:
     """Return the motion of several fresh runs without orders, from begin to end.
 
-    The compiled kernels integrate them side by side, which is faster. The bits are those of
-    :meth:`PinchRun.advance`.
+    Side by side is faster. The bits are those of :meth:`PinchRun.advance`.
     """
     pieces = [run._piece(0, run.times.size) for run in runs]
     taken = integrate_all(pieces)

@@ -11,11 +11,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import ADC_COUNTS, ADC_VOLTS, PIEZO_OFFSET_VOLTS, TAXELS
-from firstcontact.twin._compiled import compiled, inlined
+from firstcontact.core import TAXELS, kernels
 
 #: Columns of a scan, uint16.
 SCAN = ("piezo_index", "piezo_thumb", "force_index", "force_thumb", "strip_index", "strip_thumb")
+_kernels = kernels()
 
 
 class VelostatParameters(NamedTuple):
@@ -48,14 +48,6 @@ class VelostatParameters(NamedTuple):
 OPTIMISTIC = VelostatParameters(threshold=0.0, rise=0.005, fall=0.010, creep_share=0.0)
 
 
-@compiled
-def _piezo_counts(volts: NDArray[np.float64], out: NDArray[np.uint16]) -> None:
-    """Write the ADC counts of a piezo's voltage to ``out``."""
-    for i in range(volts.size):
-        count = int(np.floor((volts[i] + PIEZO_OFFSET_VOLTS) * (ADC_COUNTS / ADC_VOLTS)))
-        out[i] = min(max(count, 0), ADC_COUNTS - 1)
-
-
 def piezo_readings(volts: NDArray[np.float64]) -> NDArray[np.uint16]:
     """Convert the piezo's voltage into ADC counts.
 
@@ -70,33 +62,8 @@ def piezo_readings(volts: NDArray[np.float64]) -> NDArray[np.uint16]:
         ADC counts, 0 to 1023.
     """
     out = np.empty(volts.size, np.uint16)
-    _piezo_counts(np.ascontiguousarray(volts), out)
+    _kernels.piezo_counts(np.ascontiguousarray(volts), out)
     return out
-
-
-@compiled
-def _force_counts(
-    force: NDArray[np.float64], shares: NDArray[np.float64], p: VelostatParameters,
-    noise: NDArray[np.float64], dt: float, state: NDArray[np.float64], first: int,
-    out: NDArray[np.uint16],
-) -> None:  # fmt: skip
-    """Write the readings of one force array to ``out``. See :func:`force_readings`."""
-    quick, late = state[0], state[1]
-    for i in range(force.size):
-        for k in range(TAXELS):
-            load = max(force[i] * shares[k] - p.threshold, 0.0)
-            tau = p.rise if load > quick[k] else p.fall
-            quick[k] += (load - quick[k]) * dt / tau
-            late[k] += (load - late[k]) * dt / p.creep
-        taxel = (first + i) % TAXELS
-        # Row neighbours: taxels 2r and 2r + 1 share a row.
-        neighbour = taxel + 1 if taxel % 2 == 0 else taxel - 1
-        out[i] = _divider_count(
-            p,
-            _conductance(p, quick[taxel], late[taxel]),
-            _conductance(p, quick[neighbour], late[neighbour]),
-            noise[i],
-        )
 
 
 def force_readings(
@@ -134,7 +101,7 @@ def force_readings(
         ADC counts, 0 to 1023, shape (samples,).
     """
     out = np.empty(force.size, np.uint16)
-    _force_counts(
+    _kernels.force_counts(
         np.ascontiguousarray(force), np.ascontiguousarray(shares), p,
         np.ascontiguousarray(noise), dt, state, first, out,
     )  # fmt: skip
@@ -143,21 +110,5 @@ def force_readings(
 
 def open_reading(p: VelostatParameters) -> int:
     """Return the ADC count of every taxel of an unloaded force array, without noise."""
-    return _divider_count(p, p.leak, p.leak, 0.0)
-
-
-@inlined
-def _conductance(p: VelostatParameters, quick: float, late: float) -> float:
-    """Return the conductance of a taxel, S, from its fast and its slow response, N."""
-    response = (1.0 - p.creep_share) * quick + p.creep_share * late
-    return p.leak + p.conductance * float(response**p.exponent)
-
-
-@inlined
-def _divider_count(
-    p: VelostatParameters, conductance: float, neighbour: float, noise: float
-) -> int:
-    """Return the ADC count of a taxel from conductances in S and noise in V."""
-    g = conductance + p.crosstalk * neighbour
-    volts = ADC_VOLTS * p.resistor * g / (1.0 + p.resistor * g) + noise
-    return min(max(int(np.floor(volts * (ADC_COUNTS / ADC_VOLTS))), 0), ADC_COUNTS - 1)
+    nothing, state = np.zeros(1), np.zeros((2, TAXELS))
+    return int(force_readings(nothing, np.zeros(TAXELS), p, nothing, 1.0, state, 0)[0])

@@ -15,21 +15,18 @@ the pads. A force along the pad acts on the piezo as a normal force does, times 
 from __future__ import annotations
 
 import copy
-import math
 from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import FINGERTIP_RATE, GRAVITY
-from firstcontact.twin._compiled import compiled
+from firstcontact.core import GRAVITY, kernels
 from firstcontact.twin._parameters import FingerParameters
 
-#: Steps per sampling interval.
-STEPS = 20
 #: Number of drawn friction values along the path of each patch. They repeat after that.
 PLACES = 64
 _Vector = NDArray[np.float64]
+_kernels = kernels()
 
 
 class SlipParameters(NamedTuple):
@@ -53,79 +50,6 @@ class SlipParameters(NamedTuple):
     """Distance between drawn friction values along the object, m."""
     coupling: float = 0.1
     """Piezo voltage per newton along the pad, divided by the voltage per newton normal to it."""
-
-
-@compiled
-def _slide_patches(
-    normal: _Vector, speed: _Vector, pull: _Vector, mass: float, friction: float,
-    p: SlipParameters, finger: FingerParameters, factors: _Vector, patches: _Vector,
-    state: _Vector, out: _Vector,
-) -> None:  # fmt: skip
-    """Advance the patches of one finger by the next samples.
-
-    ``patches``, shape (patches, 4), has offset, speed, sticking flag and path position of each
-    patch. ``state``, shape (7,), has seven values: the last normal force, the last sliding speed,
-    the last pull of the object's weight, offset and speed of the object as the pads shear, voltage
-    of the piezo, voltage of the buffer. Both arrays are changed in place.
-    """
-    dt = 1.0 / (FINGERTIP_RATE * STEPS)
-    k, m = p.stiffness / p.patches, p.mass / p.patches
-    c = 2.0 * p.damping * math.sqrt(k * m)
-    shear = 2.0 * p.stiffness / mass  # both pads hold the object
-    loss = 2.0 * p.damping * math.sqrt(shear)
-    # A light object swings faster than a step can follow, so use its equilibrium position.
-    stiff = shear * dt * dt > 0.04
-    volts_per_newton = p.coupling * finger.piezo_volts_per_newton
-    leak = 1.0 - math.exp(-dt / finger.piezo_time_constant)
-    open_buffer = 1.0 - math.exp(-2.0 * math.pi * finger.buffer_cutoff * dt)
-    for i in range(normal.size):
-        for step in range(STEPS):
-            part = (step + 1.0) / STEPS
-            press = max(state[0] + part * (normal[i] - state[0]), 0.0) / p.patches
-            slides = state[1] + part * (speed[i] - state[1])
-            load = state[2] + part * (pull[i] - state[2])
-            if stiff:
-                wanted = load / p.stiffness
-                state[4] = (wanted - state[3]) / dt
-                state[3] = wanted
-            else:
-                state[4] += (shear * (load / p.stiffness - state[3]) - loss * state[4]) * dt
-                state[3] += state[4] * dt
-            surface = slides + state[4]
-            along = 0.0
-            for j in range(p.patches):
-                place = int(patches[j, 3])
-                between = patches[j, 3] - place
-                left, right = factors[j, place % PLACES], factors[j, (place + 1) % PLACES]
-                static = friction * (left + between * (right - left)) * press
-                back = k * patches[j, 0] + c * patches[j, 1]
-                if patches[j, 2] > 0.0:
-                    patches[j, 1] = surface
-                    patches[j, 0] += surface * dt
-                    back = k * patches[j, 0] + c * surface
-                    if abs(back) > static:
-                        patches[j, 2] = 0.0
-                else:
-                    off = surface - patches[j, 1]
-                    kinetic = static / p.ratio
-                    drag = kinetic + (static - kinetic) * math.exp(-abs(off) / p.weakening)
-                    previous = off
-                    patches[j, 1] += ((drag if off > 0.0 else -drag) - back) / m * dt
-                    patches[j, 0] += patches[j, 1] * dt
-                    patches[j, 3] += abs(off) * dt / p.grain
-                    off = surface - patches[j, 1]
-                    if off * previous <= 0.0 and abs(k * patches[j, 0]) <= static:
-                        patches[j, 2] = 1.0
-                        patches[j, 1] = surface
-                along += back
-            pressed = volts_per_newton * along
-            state[5] += leak * (pressed - state[5])
-            state[6] += open_buffer * (finger.gain * (pressed - state[5]) - state[6])
-        state[0], state[1], state[2] = normal[i], speed[i], pull[i]
-        for j in range(3, 7):
-            if abs(state[j]) < 1e-30:  # numbers too small to be normal are slow
-                state[j] = 0.0
-        out[i] = state[6]
 
 
 class SlipSound:
@@ -156,8 +80,11 @@ class SlipSound:
         self._p = parameters
         shape = (2, parameters.patches, PLACES)
         self._factors = np.exp(parameters.scatter * rng.standard_normal(shape))
+        # Offset, speed, sticking flag and path position of each patch.
         self._patches = np.zeros((2, parameters.patches, 4))
         self._patches[..., 2] = 1.0
+        # Last normal force, sliding speed and pull of the weight; offset and speed of the object
+        # as the pads shear; voltages of piezo and buffer.
         self._state = np.zeros((2, 7))
 
     def hear(self, forces: _Vector, speeds: _Vector, hanging: _Vector) -> _Vector:
@@ -180,7 +107,7 @@ class SlipSound:
         out = np.empty((2, len(forces)))
         pull = 0.5 * self._mass * GRAVITY * hanging
         for f, finger in enumerate(self._fingers):
-            _slide_patches(
+            _kernels.slide_patches(
                 np.ascontiguousarray(forces[:, f]), speeds, pull, self._mass, self._friction,
                 self._p, finger, self._factors[f], self._patches[f], self._state[f], out[f],
             )  # fmt: skip

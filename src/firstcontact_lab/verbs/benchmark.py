@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from firstcontact.cli import Option
-from firstcontact.core import InputError, require_modules, require_twin
+from firstcontact.core import InputError, require_modules
 
 
 @dataclass(frozen=True)
@@ -43,8 +43,6 @@ class Benchmark:
         from firstcontact.models import check_seed
 
         require_modules("study", "matplotlib", "jinja2")
-        if self.recordings is None:
-            require_twin()
         check_seed(self.seed)
         if self.recordings is not None and (self.condition is not None or self.quick):
             raise InputError(

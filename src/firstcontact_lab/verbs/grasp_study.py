@@ -10,7 +10,7 @@ from typing import Annotated
 
 from firstcontact.cli import Option, choice, on_cluster
 from firstcontact.contact import DETECTORS
-from firstcontact.core import require_modules, require_twin
+from firstcontact.core import require_modules
 from firstcontact.models import ESTIMATORS
 
 
@@ -39,7 +39,6 @@ class GraspStudy:
         from firstcontact.models import check_seed
 
         require_modules("study", "matplotlib", "jinja2")
-        require_twin()
         check_seed(self.seed)
         from firstcontact_lab.grasping.run import run_grasp_study
         from firstcontact_lab.grasping.settings import GraspStudySettings

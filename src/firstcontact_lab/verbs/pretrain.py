@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from firstcontact.core import require_modules, require_twin
+from firstcontact.core import require_modules
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,6 @@ class Pretrain:
         if self.rigs < 10 or self.epochs < 1:
             raise InputError("--rigs must be 10 or more, and --epochs 1 or more")
         check_seed(self.seed)
-        require_twin()
         require_modules("cnn", "torch")
         from firstcontact_lab.pretraining.pretrain import Size, pretrain
 

@@ -10,7 +10,7 @@ from typing import Annotated
 
 from firstcontact.cli import Option, choice, on_cluster
 from firstcontact.contact import DETECTORS
-from firstcontact.core import InputError, require_modules, require_twin
+from firstcontact.core import InputError, require_modules
 from firstcontact_lab.study.parts import PARTS
 
 
@@ -52,8 +52,6 @@ class Study:
         from firstcontact_lab.study.settings import StudySettings
 
         require_modules("study", "matplotlib", "jinja2")
-        if self.recordings is None:
-            require_twin()
         check_seed(self.seed)
         if not 0 <= self.early_ms <= 10:
             raise InputError("--early-ms must be from 0 to 10")

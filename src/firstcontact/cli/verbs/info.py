@@ -53,7 +53,7 @@ def _libraries() -> list[str]:
     """Return the names of all packages that the package and its extras require, except ``dev``."""
     names = []
     for need in requires("firstcontact") or []:
-        # "numba>=0.60; extra == 'twin'"
+        # "matplotlib>=3.9; extra == 'plot'"
         requirement, _, when = need.partition(";")
         name = requirement.strip()
         for end in "<>=!~ [(":

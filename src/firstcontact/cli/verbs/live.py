@@ -89,11 +89,7 @@ class Live:
             import websockets.asyncio.server  # noqa: F401  # slow, so before samples come
         if self.lsl:
             require_modules("live", "pylsl")
-        if kernels() is None:
-            _say(
-                "this package was built without a C compiler, so estimates come later: install "
-                "one with Python's headers, and then this package again"
-            )
+        kernels()  # an error before the session, if they are missing
         from firstcontact.cli.live_models import (
             SHIPPED,
             device_model_line,

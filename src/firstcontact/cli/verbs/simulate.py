@@ -8,7 +8,7 @@ from typing import Annotated
 
 from firstcontact.cli.cluster import on_cluster
 from firstcontact.cli.options import Condition, Option
-from firstcontact.core import counted, require_twin
+from firstcontact.core import counted
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,6 @@ class Simulate:
     def run(self) -> None:
         """Simulate with a progress bar."""
         # fc.simulate also loads what it wrote, which may be larger than the memory.
-        require_twin()
         from firstcontact.twin import read_noise, simulate
 
         noise = None if self.noise is None else read_noise(self.noise)

@@ -437,7 +437,7 @@ static PyObject *listen(PyObject *self, PyObject *const *args, Py_ssize_t n)
 static PyMethodDef methods[] = {
     METHOD(detector), METHOD(judge), METHOD(quiet_steps), METHOD(network), METHOD(rig), METHOD(predict),
     METHOD(ear), METHOD(listen), METHOD(decode_samples),
-    TWIN(integrate), TWIN(integrate_all), TWIN(tones), TWIN(filtered), TWIN(piezo_counts),
+    TWIN(integrate_all), TWIN(tones), TWIN(filtered), TWIN(piezo_counts),
     TWIN(force_counts), TWIN(filter_scans), TWIN(smooth), TWIN(slide), TWIN(slide_patches),
     {NULL, NULL, 0, NULL},
 };

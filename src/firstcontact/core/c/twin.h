@@ -1,4 +1,4 @@
-/* Steps of the simulated hand. The Python code of the twin is the reference: the same bits. */
+/* Steps of the simulated hand. tests/twin/reference.py has them in Python. */
 #ifndef FIRSTCONTACT_TWIN_H
 #define FIRSTCONTACT_TWIN_H
 
@@ -21,7 +21,7 @@ enum {
     PLACES = 64       /* drawn friction values of a patch */
 };
 
-/* Piece of a pinch to integrate. Arrays as in firstcontact.twin._mechanics.integrate. */
+/* Piece of a pinch to integrate. Arrays as in firstcontact.twin._mechanics.Piece. */
 typedef struct {
     double finger[2][FINGER], object[OBJECT];
     const double *stiffness, *touch, *times, *noise, *speeds;

@@ -146,20 +146,6 @@ static bool get_piece(PyObject *const *args, Py_ssize_t n, argument *a, fc_pinch
     return false;
 }
 
-PyObject *twin_integrate(PyObject *self, PyObject *const *args, Py_ssize_t n)
-{
-    argument a[PIECE_ARGUMENTS];
-    fc_pinch pinch;
-    (void)self;
-    if (!get_piece(args, n, a, &pinch))
-        return NULL;
-    Py_BEGIN_ALLOW_THREADS
-    fc_integrate(&pinch, 1);
-    Py_END_ALLOW_THREADS
-    release(a, n);
-    return PyLong_FromLongLong(pinch.taken);
-}
-
 PyObject *twin_integrate_all(PyObject *self, PyObject *const *args, Py_ssize_t n)
 {
     (void)self;

@@ -1,4 +1,4 @@
-/* Python functions of the twin's steps. Each has the arguments of the Python function of its name. */
+/* Python functions of the twin's steps. */
 #ifndef FIRSTCONTACT_TWIN_MODULE_H
 #define FIRSTCONTACT_TWIN_MODULE_H
 
@@ -6,7 +6,6 @@
 
 #define TWIN_FUNCTION(name) PyObject *twin_##name(PyObject *, PyObject *const *, Py_ssize_t)
 
-TWIN_FUNCTION(integrate);
 TWIN_FUNCTION(integrate_all);
 TWIN_FUNCTION(tones);
 TWIN_FUNCTION(filtered);

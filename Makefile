@@ -130,7 +130,7 @@ test-install: $(VENV)/.dev ## wheel and sdist, built and installed into empty en
 # EXTRAS without cnn leaves out 5 GB of PyTorch. Warnings of new packages about old ones are no
 # faults, and the test that is left out expects the package of this checkout.
 EXTRAS ?= plot,sklearn,live,parquet,files,audio,hand,cluster,cnn
-OLDEST ?= tests/core tests/recording tests/signal tests/contact tests/models tests/twin
+OLDEST ?= tests/core tests/recording tests/signal tests/contact tests/models tests/twin tests/streaming
 test-oldest: $(VENV)/.dev ## some tests (OLDEST) with the oldest packages that pyproject.toml allows
 	folder=$$(mktemp -d) && trap "rm -rf $$folder" EXIT && \
 	$(BIN)/uv build --quiet --sdist --out-dir $$folder . && \
@@ -138,7 +138,7 @@ test-oldest: $(VENV)/.dev ## some tests (OLDEST) with the oldest packages that p
 	$(BIN)/uv venv --quiet --seed --python $(BIN)/python $$folder/.venv && \
 	$(BIN)/uv pip install --quiet --python $$folder/.venv --resolution lowest-direct \
 		--editable "$$folder[$(EXTRAS)]" \
-		$$(grep -E '^(pytest|pytest-timeout|hypothesis|jinja2|setuptools)==' constraints.txt) && \
+		$$(grep -E '^(pytest|pytest-timeout|hypothesis|selenium|jinja2|setuptools)==' constraints.txt) && \
 	PATH="$$folder/.venv/bin:$$PATH" python -m pytest -W ignore::DeprecationWarning $(OLDEST) \
 		--deselect tests/core/test_core_extras.py::test_install_command_names_the_path_of_a_clone
 

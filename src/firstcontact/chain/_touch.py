@@ -1,0 +1,132 @@
+"""The chain's arithmetic for contacts that are already cut out of recordings."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from firstcontact.chain._extension import chain_extension
+from firstcontact.chain._image import LINES, Image
+
+Array = NDArray[Any]
+#: Number of the network's inputs, of a contact's traits, and of the hints among the inputs.
+INPUTS, TRAITS, HINTS = 241, 16, 5
+
+
+def predict_touches(
+    image: Image,
+    signals: Array,
+    valid: Array,
+    fingers: Array,
+    speeds: Array,
+    errors: Array,
+    radii: Array,
+    *,
+    is_regression: bool = False,
+) -> NDArray[np.float64]:
+    """Predict from contacts.
+
+    Parameters
+    ----------
+    image
+        Image with a model.
+    signals
+        Signals before and after the contacts, V, shape (n, before + 74).
+    valid
+        Number of samples after each contact that may be used, shape (n,).
+    fingers
+        Number of each contact's finger, shape (n,).
+    speeds, errors
+        Measured closing speed, m/s, and its relative error; NaN where unknown, shape (n,).
+    radii
+        Radius of the object, m; infinite for a flat one, NaN if unknown, shape (n,).
+    is_regression
+        True to predict with the regression on the rig's own pinches alone. Only value and spread
+        are then valid.
+
+    Returns
+    -------
+    ndarray
+        Value, low, high, half width, spread, and 1 if out of range, shape (n, 6). NaN if a
+        prediction is not finite.
+    """
+    out = np.full((len(signals), 6), np.nan)
+    chain_extension().predict(
+        image.handle,
+        np.ascontiguousarray(signals, np.float32),
+        np.ascontiguousarray(valid, np.int32),
+        np.ascontiguousarray(fingers, np.int32),
+        np.nan_to_num(np.ascontiguousarray(speeds, np.float64)),
+        np.nan_to_num(np.ascontiguousarray(errors, np.float64), posinf=1e9),
+        np.ascontiguousarray(radii, np.float64),
+        is_regression,
+        out,
+    )
+    return out
+
+
+def touch_inputs(
+    signals: Array, valid: Array, before: int, level: Array, sign: Array, hints: Array
+) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+    """Return the network's inputs and the traits of contacts.
+
+    Parameters
+    ----------
+    signals, valid
+        As in :func:`predict_touches`.
+    before
+        Samples before each contact.
+    level, sign
+        Level (V) and sign of each contact's rig, shape (n,).
+    hints
+        Inputs for closing speed and radius, shape (n, 5).
+
+    Returns
+    -------
+    inputs, traits : ndarray
+        Shape (n, 241) and (n, 16).
+    """
+    n = len(signals)
+    inputs, traits = np.empty((n, INPUTS), np.float32), np.empty((n, TRAITS))
+    chain_extension().inputs(
+        np.ascontiguousarray(signals, np.float32),
+        np.ascontiguousarray(valid, np.int32),
+        before,
+        np.ascontiguousarray(level, np.float64),
+        np.ascontiguousarray(sign, np.float64),
+        np.ascontiguousarray(hints, np.float64),
+        inputs,
+        traits,
+    )
+    return inputs, traits
+
+
+def spectra(
+    signals: Array, sine: Array, fade: Array, part: Array, cell: Array
+) -> NDArray[np.float32]:
+    """Return the spectra of signals before contacts, shape (n, 400).
+
+    ``signals`` has one column per value of ``fade``. For the constants see ``fc_ear`` in C.
+    """
+    out = np.empty((len(signals), LINES), np.float32)
+    chain_extension().spectra(
+        np.ascontiguousarray(signals, np.float32), len(fade), sine, fade, part, cell, out
+    )
+    return out
+
+
+def shifts(
+    heard: NDArray[np.float32], reference: NDArray[np.float32]
+) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
+    """Return the shift of each spectrum against a reference, in points, and the correlation."""
+    n = len(heard)
+    shift, correlation = np.empty(n, np.int32), np.empty(n, np.float32)
+    chain_extension().shifts(
+        np.ascontiguousarray(heard, np.float32),
+        np.ascontiguousarray(reference, np.float32),
+        shift,
+        correlation,
+    )
+    return shift, correlation

@@ -1,0 +1,143 @@
+/* The chain: samples in, events out. It finds closings, contacts and their stiffness, one sample after
+   the other. It allocates nothing and does no input or output.
+
+   Computer, hand and exported library run this code, and get the same bits. */
+#ifndef FC_CHAIN_H
+#define FC_CHAIN_H
+
+#include "fc_image.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum {
+    FC_MOMENTS_MOST = 80    /* moments of a model */
+};
+
+/* Kinds of events. */
+enum {
+    FC_CLOSING_BEGAN = 1,   /* sample: its first sample */
+    FC_CONTACT_FOUND,       /* sample: its first sample */
+    FC_CONTACT_WITHDRAWN,   /* sample: that of the first contact */
+    FC_ESTIMATED,           /* sample: that of the first contact */
+    FC_NOT_ESTIMATED,       /* no estimate can follow, and there is none; reason: why */
+    FC_SKIPPED,             /* a later estimate was due already */
+    FC_CLOSING_ENDED        /* sample: the first sample after it; reason: why */
+};
+
+/* Flags of events. */
+enum {
+    FC_IS_FIRST = 1,        /* first contact of a closing */
+    FC_IS_FINAL = 2,        /* no further estimate follows, or stands */
+    FC_IS_OUT_OF_RANGE = 4
+};
+
+/* Reasons of FC_CLOSING_ENDED and FC_NOT_ESTIMATED. */
+enum {
+    FC_DONE,                /* the time after the first contact is over */
+    FC_RESTED,              /* the motor rests */
+    FC_LOST,                /* samples were lost, or an epoch began */
+    FC_STREAM_ENDED,
+    FC_TOO_EARLY,           /* there is too little signal before the contact */
+    FC_NO_SIGNAL,           /* the signal is constant or not finite */
+    FC_SECOND_TOUCHED,      /* the second finger touched before the first moment */
+    FC_NOT_FINITE           /* the model predicts no finite number */
+};
+
+typedef struct {
+    int32_t kind, reason, flags;
+    int32_t channel;        /* vibration channel of a contact; -1 for none */
+    int64_t sample;
+    int64_t known;          /* last sample that the event depends on */
+    int32_t samples;        /* after the contact, which an estimate uses */
+    fc_estimate estimate;
+} fc_event;
+
+struct fc_chain;
+
+/* Functions of the program around the chain; NULL for those that it lacks. */
+typedef struct {
+    void *context;
+    void (*emit)(void *context, const fc_event *event);
+    /* Decisions of all channels for the window that ends before sample `end`. */
+    void (*window)(void *context, int64_t end, const int64_t *onsets);
+    /* Number of further samples that already wait. */
+    int32_t (*waiting)(void *context);
+    /* Predict in place of the image's model. Return false without a finite number. */
+    bool (*predict)(void *context, const struct fc_chain *chain, int32_t samples, fc_estimate *out);
+    fc_judge judge;         /* for a detector of the kind FC_DETECTOR_PROGRAM */
+} fc_program;
+
+/* Channels of the samples. */
+typedef struct {
+    int32_t channels, taxels;
+    int32_t finger[FC_CHANNELS_MOST];   /* number of the finger, -1 for none */
+    double alpha[FC_CHANNELS_MOST];     /* exponential smoothing; 1 if the device has smoothed */
+    bool is_by_hand;        /* a person moves a sensor, so no motor is heard */
+    bool has_floors;        /* noise at rest is known. Otherwise each epoch is one closing. */
+    double floors[FC_CHANNELS_MOST];    /* V */
+    bool keeps_first_state; /* judge by the first steady state only, without withdrawals */
+} fc_stream;
+
+typedef struct fc_chain {
+    const fc_image *image;
+    fc_stream stream;
+    fc_program program;
+    fc_gate gate;
+    fc_past past;
+    fc_detector detector;
+    bool has_smoothed;
+    double smoothed[FC_CHANNELS_MOST];
+    bool has_begun;
+    int64_t next;           /* number of the next sample */
+
+    bool is_open;           /* a closing runs */
+    int64_t start;          /* its first sample */
+    int64_t resettle;       /* end of the samples after which the steady state is measured again */
+    bool is_confirmed, is_waiting; /* contacts stand; the first one waits for its confirmation */
+    int64_t not_before;     /* earlier onsets repeat a withdrawn contact */
+    bool is_latched[FC_CHANNELS_MOST];
+
+    bool has_first, has_second, is_over; /* contacts, and the end of the pinch */
+    int32_t channel;        /* of the first contact */
+    int64_t first, decided, second;
+    bool is_touch_ready, is_settled;
+    double baseline;
+    fc_hints hints;
+    fc_touch touch;
+    float before[FC_BEFORE_MOST];
+    fc_touch_room room;
+    bool varies;            /* the signal of the contact is not constant */
+    int32_t predicted;      /* samples of the newest estimate */
+    bool is_predicted[FC_MOMENTS_MOST], is_skipped[FC_MOMENTS_MOST];
+    fc_estimate estimates[FC_MOMENTS_MOST];
+} fc_chain;
+
+/* Bytes of work memory for a chain, at an address that is a multiple of 8. */
+size_t fc_chain_bytes(const fc_image *image, const fc_stream *stream);
+
+/* Set up a chain. Image and memory must outlive it. */
+void fc_chain_init(fc_chain *c, const fc_image *image, const fc_stream *stream,
+                   const fc_program *program, void *memory);
+
+/* Continue at sample `next`, after lost samples or in a new epoch. Call this before the first sample,
+   too. */
+void fc_chain_restart(fc_chain *c, int64_t next, bool is_same_epoch);
+
+/* Process one sample, in volts: vibration channels, and taxels. */
+void fc_chain_take(fc_chain *c, const double *vibration, const double *loads);
+
+/* End the closing in progress, because the stream has ended. */
+void fc_chain_finish(fc_chain *c);
+
+/* Set the measured closing speed of this closing, or of the next one, and the radius of objects. */
+void fc_chain_hint(fc_chain *c, const fc_hints *hints);
+
+/* Number of samples until the next event is possible, at most `most`. */
+int32_t fc_chain_due(const fc_chain *c, int32_t most);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

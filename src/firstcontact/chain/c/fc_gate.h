@@ -1,0 +1,49 @@
+/* Gate that finds closings: times in which the motor runs and the hand holds no object. */
+#ifndef FC_GATE_H
+#define FC_GATE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+enum {
+    FC_CHANNELS_MOST = 6,   /* vibration channels: one per finger, and one without a finger */
+    FC_TAXELS_MOST = 64,    /* force channels */
+    FC_GATE_STEPS = 13      /* steps over which rest and the settling of the motor are judged */
+};
+
+typedef enum { FC_GATE_STAYS, FC_GATE_OPENS, FC_GATE_SHUTS, FC_GATE_SHUTS_AND_OPENS } fc_gate_turn;
+
+/* State of the gate. */
+typedef struct {
+    int32_t channels, taxels;
+    int32_t step;              /* samples of a step */
+    int32_t rearm;             /* samples from a contact by hand until the gate may open again */
+    bool is_by_hand;           /* a person moves the sensor: the gate opens at rest */
+    double limit[FC_CHANNELS_MOST]; /* largest power at rest, V^2 */
+
+    int32_t state;
+    bool is_open;
+    int64_t steps, since, held; /* numbers of steps: all so far, start of the state, last load */
+    int32_t refused;           /* motor starts under load since the gate last opened */
+    int64_t grid;              /* number of the first sample of the step in progress */
+    int32_t skipped;           /* samples to skip until this step begins */
+    int32_t waiting;           /* samples of this step so far */
+    bool is_due;               /* a contact by hand waits for `due`, the first sample to open at */
+    int64_t due;
+    int32_t newest;            /* position of the newest step in the sums */
+    double sums[FC_GATE_STEPS][2][FC_CHANNELS_MOST]; /* volts and squares of the newest steps */
+    double load_sums[FC_TAXELS_MOST];
+    bool has_unloaded;
+    double unloaded[FC_TAXELS_MOST];  /* lowest voltage of each taxel at rest */
+} fc_gate;
+
+/* Restart at sample `first`, after a gap or in a new epoch. */
+void fc_gate_restart(fc_gate *g, int64_t first, bool is_same_epoch);
+
+/* Report a contact that began with this sample. */
+void fc_gate_touched(fc_gate *g, int64_t sample);
+
+/* Process one sample in volts. The closing opens or shuts after this sample. */
+fc_gate_turn fc_gate_take(fc_gate *g, const double *vibration, const double *loads);
+
+#endif

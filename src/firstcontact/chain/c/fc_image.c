@@ -1,0 +1,294 @@
+#include "fc_image.h"
+
+#include <string.h>
+
+#include "fc_math.h"
+
+static const char CUT[] = "the model is not complete";
+static const char WRONG[] = "the numbers of the model do not fit together";
+static const char OVERFLOWS[] = "the numbers of the model are too large";
+
+uint32_t fc_image_checksum(const uint8_t *bytes, size_t n)
+{
+    uint32_t sum = 0xffffffffu;
+    for (size_t k = 0; k < n; k++) {
+        sum ^= bytes[k];
+        for (int32_t bit = 0; bit < 8; bit++)
+            sum = (sum >> 1) ^ (0xedb88320u & (0u - (sum & 1u)));
+    }
+    return ~sum;
+}
+
+typedef struct {
+    const uint8_t *bytes;
+    size_t left;
+    bool is_cut;
+} cursor;
+
+/* Return the next array, which takes a multiple of 8 bytes. After the end, return NULL. */
+static const void *take(cursor *c, int64_t count, size_t size)
+{
+    const size_t bytes = ((size_t)count * size + 7) / 8 * 8;
+    if (c->is_cut || count < 0 || (uint64_t)count > c->left || bytes > c->left) {
+        c->is_cut = true;
+        return NULL;
+    }
+    const void *const here = c->bytes;
+    c->bytes += bytes;
+    c->left -= bytes;
+    return here;
+}
+
+static const int32_t *integers(cursor *c, int64_t n)
+{
+    return take(c, n, sizeof(int32_t));
+}
+
+static const float *floats(cursor *c, int64_t n)
+{
+    const float *const x = take(c, n, sizeof *x);
+    for (int64_t k = 0; x != NULL && k < n; k++)
+        c->is_cut |= !(fabsf(x[k]) < 1e30f);
+    return c->is_cut ? NULL : x;
+}
+
+static const double *doubles(cursor *c, int64_t n)
+{
+    const double *const x = take(c, n, sizeof *x);
+    for (int64_t k = 0; x != NULL && k < n; k++)
+        c->is_cut |= !(fabs(x[k]) < 1e100);
+    return c->is_cut ? NULL : x;
+}
+
+static bool are_positive(const float *x, int32_t n)
+{
+    for (int32_t k = 0; k < n; k++)
+        if (!(x[k] > 0.0f))
+            return false;
+    return true;
+}
+
+static bool ascend(const int32_t *x, int32_t n, int32_t low, int32_t high)
+{
+    for (int32_t k = 0; k < n; k++)
+        if (x[k] < low || x[k] > high || (k > 0 && x[k] <= x[k - 1]))
+            return false;
+    return n > 0;
+}
+
+/* Read a matrix. `reach` is the largest magnitude of its inputs, and becomes that of its outputs. */
+static bool read_matrix(cursor *c, fc_matrix *m, int32_t columns, double *reach)
+{
+    const int32_t *const shape = integers(c, 2);
+    double most = 0.0;
+    if (shape == NULL || shape[0] < 1 || shape[0] > FC_WIDTH_MOST || shape[1] != columns)
+        return false;
+    const int32_t padded = (columns + 3) / 4 * 4;
+    m->rows = shape[0];
+    m->columns = columns;
+    m->weight = take(c, (int64_t)m->rows * padded, sizeof *m->weight);
+    m->scale = floats(c, m->rows);
+    for (int32_t i = 0; !c->is_cut && i < m->rows; i++) {
+        int32_t sum = 0;
+        for (int32_t k = 0; k < padded; k++) {
+            const int32_t weight = m->weight[i * padded + k];
+            sum += weight < 0 ? -weight : weight;
+            if (sum > 65535 || (k >= columns && weight != 0))
+                return false;
+        }
+        const double out = sum * fabs((double)m->scale[i]) * *reach;
+        most = out > most ? out : most;
+    }
+    *reach = most;
+    return !c->is_cut;
+}
+
+static double largest(const float *x, int32_t n)
+{
+    double most = 0.0;
+    for (int32_t k = 0; k < n; k++)
+        most = fabs((double)x[k]) > most ? fabs((double)x[k]) : most;
+    return most;
+}
+
+/* Read the network. Refuse numbers that could overflow in a prediction. */
+static const char *read_network(cursor *c, fc_network *n)
+{
+    /* Inputs are clipped to 6. Terms of rigs are at most 1e6. */
+    double reach = 6.0;
+    int32_t columns = n->inputs = FC_INPUTS;
+    n->mean = floats(c, FC_INPUTS);
+    n->sd = floats(c, FC_INPUTS);
+    if (c->is_cut || !are_positive(n->sd, FC_INPUTS))
+        return WRONG;
+    for (int32_t i = 0; i < FC_LAYERS; i++) {
+        fc_layer *const layer = n->layers + i;
+        if (!read_matrix(c, &layer->into, columns, &reach))
+            return WRONG;
+        reach += i == FC_RIG_LAYER ? 1e6 : 0.0;
+        if (!(reach < 1e25) || !read_matrix(c, &layer->out, layer->into.rows, &reach))
+            return reach < 1e25 ? WRONG : OVERFLOWS;
+        columns = layer->out.rows;
+        layer->bias = floats(c, columns);
+        if (c->is_cut)
+            return CUT;
+        reach += largest(layer->bias, columns);
+        if (!(reach < 1e25))
+            return OVERFLOWS;
+    }
+    n->answer = floats(c, 3 * FC_COMPONENTS * columns);
+    n->answer_bias = floats(c, 3 * FC_COMPONENTS);
+    if (c->is_cut)
+        return CUT;
+    reach *= columns * largest(n->answer, 3 * FC_COMPONENTS * columns);
+    return reach + largest(n->answer_bias, 3 * FC_COMPONENTS) < 1e25 ? NULL : OVERFLOWS;
+}
+
+static const char *read_rig(cursor *c, const fc_model *m, fc_rig *r)
+{
+    const int32_t *const numbers = integers(c, 6);
+    const double *const scalars = doubles(c, 8);
+    if (c->is_cut)
+        return CUT;
+    const int32_t rank = m->network.layers[FC_RIG_LAYER].into.rows, n = numbers[4];
+    r->finger = numbers[0];
+    r->has_level = numbers[1] != 0;
+    r->has_pitch = numbers[2] != 0;
+    r->has_speeds = numbers[3] != 0;
+    r->pinches = n;
+    r->level = scalars[0];
+    r->sign = scalars[1];
+    r->usual_pitch = scalars[2];
+    r->usual_speed = scalars[3];
+    r->speed_spread = scalars[4];
+    r->heard_error = scalars[5];
+    r->centre = scalars[6];
+    r->unit = scalars[7];
+    r->rig_terms = floats(c, (int64_t)m->stages * rank);
+    if (c->is_cut)
+        return CUT;
+    if (!(r->level >= 1e-9 && r->level <= 1e9) || fabs(r->sign) != 1.0 || n < 0
+        || n > FC_PINCHES_MOST || largest(r->rig_terms, m->stages * rank) > 1e6
+        || (r->has_speeds && !(r->usual_speed > 0.0 && r->speed_spread > 0.0)))
+        return WRONG;
+    if (r->has_pitch)
+        r->reference = floats(c, FC_LINES);
+    if (n > 0)
+        r->processes = (const uint8_t *)floats(
+            c, (int64_t)m->stages * (2 * FC_KNOWN + FC_KNOWN * n + n + n * (n + 1) / 2 + 1));
+    return c->is_cut ? CUT : NULL;
+}
+
+static const char *read_model(cursor *c, fc_model *m)
+{
+    const int32_t *const sizes = integers(c, 8);
+    if (sizes == NULL)
+        return CUT;
+    m->before = sizes[0];
+    m->guard = sizes[1];
+    m->baseline = sizes[2];
+    m->moments = sizes[3];
+    m->stages = sizes[4];
+    m->rigs = sizes[5];
+    m->ear.samples = sizes[6];
+    if (m->before < 4 || m->before > FC_BEFORE_MOST || m->guard < 0 || m->baseline < 1
+        || m->guard + m->baseline > m->before || m->ear.samples < 2 || m->ear.samples > m->before
+        || m->moments < 1 || m->stages < 1 || m->rigs < 1 || m->rigs > FC_RIGS_MOST)
+        return WRONG;
+    m->moment = integers(c, m->moments);
+    m->stage = integers(c, m->stages);
+    if (c->is_cut || !ascend(m->moment, m->moments, 2, FC_POINTS)
+        || !ascend(m->stage, m->stages, 1, FC_POINTS))
+        return WRONG;
+    m->factors = doubles(c, m->stages);
+    m->familiar = floats(c, (int64_t)m->stages * FC_TRAITS);
+    m->whitening = floats(c, (int64_t)m->stages * FC_TRIANGLE);
+    m->limit = doubles(c, m->stages);
+    const double *const step = doubles(c, 1);
+    if (c->is_cut)
+        return CUT;
+    m->pitch_step = *step;
+    const char *fault = read_network(c, &m->network);
+    if (fault != NULL)
+        return fault;
+    m->ear.sine = floats(c, FC_TURN / 4 + 1);
+    m->ear.fade = floats(c, m->ear.samples);
+    m->ear.part = floats(c, FC_LINES);
+    m->ear.cell = integers(c, FC_LINES);
+    for (int32_t k = 0; !c->is_cut && k < FC_LINES; k++)
+        if (m->ear.cell[k] < 0 || m->ear.cell[k] >= FC_TURN / 2)
+            return WRONG;
+    bool has_any = false;
+    for (int32_t k = 0; fault == NULL && k < m->rigs; k++) {
+        fault = read_rig(c, m, m->rig + k);
+        has_any |= m->rig[k].finger < 0;
+    }
+    return fault != NULL ? fault : has_any ? NULL : WRONG;
+}
+
+static bool is_detector(const fc_detector_constants *d)
+{
+    const int32_t look = d->window - (d->looks - 1) * d->step;
+    if (d->kind < FC_DETECTOR_NONE || d->kind > FC_DETECTOR_PROGRAM)
+        return false;
+    if (d->window < 2 * FC_LEAST_LOUD || d->window > FC_WINDOW_MOST || d->step < 1
+        || d->step > d->window || d->steady < d->window - d->step || d->steady > FC_WINDOW_MOST
+        || d->search < 0 || d->looks < 1 || d->looks > FC_LOOKS_MOST)
+        return d->kind == FC_DETECTOR_NONE;
+    if (d->kind != FC_DETECTOR_LOGISTIC)
+        return true;
+    return d->steady > 2 * FC_ORDER && look > d->lengths[FC_PARTS] + FC_ORDER && d->floor > 0.0
+           && ascend(d->lengths, FC_PARTS + 1, 1, look);
+}
+
+/* Return true if the samples in memory suffice for all that looks back. */
+static bool is_long_enough(const fc_image *image)
+{
+    const int32_t capacity = image->timing->capacity;
+    return image->detector->window <= capacity
+           && image->detector->steady + image->timing->age <= capacity
+           && (!image->has_model || image->model.before + 2 * FC_POINTS <= capacity);
+}
+
+static bool is_timing(const fc_timing *t)
+{
+    const bool is_power = t->capacity > 0 && (t->capacity & (t->capacity - 1)) == 0;
+    return is_power && t->gate_step > 0 && t->rearm >= 0 && t->every > 0 && t->age >= 0
+           && t->confirmed > 0 && t->lasting > 0 && t->lasting <= t->confirmed && t->lag > 0
+           && t->lag < t->confirmed && t->guard >= 0 && t->before > t->guard && t->after > 0
+           && t->before + t->confirmed < t->capacity;
+}
+
+const char *fc_image_read(const uint8_t *bytes, size_t n, fc_image *image)
+{
+    uint32_t head[4];
+    memset(image, 0, sizeof *image);
+    if (n < sizeof head || memcmp(bytes, "FCCH", 4) != 0)
+        return "this is no image of a model";
+    memcpy(head, bytes, sizeof head);
+    if (head[1] != FC_IMAGE_VERSION)
+        return "the image of the model has another version than this program reads";
+    if (head[2] != n)
+        return CUT;
+    if (head[3] != fc_image_checksum(bytes + sizeof head, n - sizeof head))
+        return "the image of the model is damaged: its checksum differs";
+    cursor c = {bytes + sizeof head, n - sizeof head, false};
+    const double *const rate = doubles(&c, 1);
+    image->timing = take(&c, 1, sizeof *image->timing);
+    image->detector = take(&c, 1, sizeof *image->detector);
+    image->floors = doubles(&c, FC_CHANNELS_MOST);
+    const int32_t *const flags = integers(&c, 2);
+    if (c.is_cut)
+        return CUT;
+    image->rate = *rate;
+    image->text_bytes = (uint32_t)flags[0];
+    if (!is_timing(image->timing) || !is_detector(image->detector) || flags[0] < 0
+        || flags[0] > FC_IMAGE_TEXT)
+        return WRONG;
+    image->text = take(&c, flags[0], 1);
+    image->has_model = flags[1] != 0;
+    const char *const fault = image->has_model ? read_model(&c, &image->model) : NULL;
+    if (fault != NULL || c.is_cut)
+        return fault != NULL ? fault : CUT;
+    return c.left == 0 && is_long_enough(image) ? NULL : WRONG;
+}

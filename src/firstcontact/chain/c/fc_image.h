@@ -1,0 +1,44 @@
+/* Image of a model: all constants of a chain in one block of bytes, which is read in place. */
+#ifndef FC_IMAGE_H
+#define FC_IMAGE_H
+
+#include <stddef.h>
+
+#include "fc_detector.h"
+#include "fc_touch.h"
+
+enum {
+    FC_IMAGE_VERSION = 2,
+    FC_IMAGE_TEXT = 300     /* longest description, bytes */
+};
+
+/* Lengths in samples at the rate of the image. */
+typedef struct {
+    int32_t gate_step, rearm;   /* see fc_gate */
+    int32_t every, age;         /* distance of two steady states, and age of their newest sample */
+    int32_t confirmed, lasting; /* signal that confirms a contact, and its newest part */
+    int32_t lag;                /* distance of two samples whose change is judged */
+    int32_t before, guard;      /* signal before the contact, and the part left out */
+    int32_t after;              /* from the first contact to the end of the pinch */
+    int32_t capacity;           /* samples in memory, a power of 2 */
+    int32_t unused;
+} fc_timing;
+
+typedef struct {
+    double rate;
+    const fc_timing *timing;
+    const fc_detector_constants *detector;
+    const double *floors;       /* noise of each channel at rest, V; 0 if unknown */
+    const char *text;           /* description, printable ASCII */
+    uint32_t text_bytes;
+    bool has_model;
+    fc_model model;
+} fc_image;
+
+/* Read an image at an address that is a multiple of 8. Return NULL, or what is wrong with it. */
+const char *fc_image_read(const uint8_t *bytes, size_t n, fc_image *image);
+
+/* Checksum (CRC-32) of n bytes. */
+uint32_t fc_image_checksum(const uint8_t *bytes, size_t n);
+
+#endif

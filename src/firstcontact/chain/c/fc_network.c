@@ -1,0 +1,145 @@
+#include "fc_network.h"
+
+#include "fc_math.h"
+
+#if defined(__ARM_FEATURE_SIMD32)
+#include <arm_acle.h>
+#endif
+
+/* Standard deviations from the mean at which inputs are clipped. */
+static const float FARTHEST = 6.0f;
+/* Shore A is CENTRE + UNIT times an output. Bounds of ln(standard deviation / UNIT). */
+static const double CENTRE = 40.0, UNIT = 40.0, MEAN_SCALE = 0.6, NARROWEST = -4.0, WIDEST = 2.0;
+
+/* Round n numbers to 15 bits. Return the unit of the integers. */
+static float round_all(const float *x, int32_t n, int16_t *rounded)
+{
+    float most = 0.0f;
+    for (int32_t k = 0; k < n; k++) {
+        const float size = fabsf(x[k]);
+        most = size > most ? size : most;
+    }
+    const float each = most > 1e-30f ? 32767.0f / most : 0.0f;
+    for (int32_t k = 0; k < n; k++) {
+        const float y = x[k] * each;
+        rounded[k] = (int16_t)(int32_t)(y < 0.0f ? y - 0.5f : y + 0.5f);
+    }
+    for (int32_t k = n; k % 4 != 0; k++)
+        rounded[k] = 0;
+    return most / 32767.0f;
+}
+
+#if defined(__ARM_FEATURE_SIMD32)
+/* Add a[0] b[0] + a[1] b[1]: one instruction. */
+static inline int32_t add_pair(const int16_t *a, const int16_t *b, int32_t sum)
+{
+    int16x2_t x, y;
+    memcpy(&x, a, sizeof x);
+    memcpy(&y, b, sizeof y);
+    return __smlad(x, y, sum);
+}
+
+/* Four rows at a time, so that inputs are read once for all four. */
+static void multiply(const fc_matrix *m, const int16_t *x, int32_t *sums)
+{
+    const int32_t columns = (m->columns + 3) / 4 * 4;
+    int32_t i = 0;
+    for (; i + 4 <= m->rows; i += 4) {
+        const int16_t *a = m->weight + i * columns, *b = a + columns, *c = b + columns;
+        const int16_t *d = c + columns, *y = x;
+        int32_t p = 0, q = 0, r = 0, s = 0;
+        for (; y != x + columns; y += 4, a += 4, b += 4, c += 4, d += 4) {
+            p = add_pair(a + 2, y + 2, add_pair(a, y, p));
+            q = add_pair(b + 2, y + 2, add_pair(b, y, q));
+            r = add_pair(c + 2, y + 2, add_pair(c, y, r));
+            s = add_pair(d + 2, y + 2, add_pair(d, y, s));
+        }
+        sums[i] = p;
+        sums[i + 1] = q;
+        sums[i + 2] = r;
+        sums[i + 3] = s;
+    }
+    for (; i < m->rows; i++) {
+        int32_t sum = 0;
+        for (int32_t k = 0; k < columns; k += 2)
+            sum = add_pair(m->weight + i * columns + k, x + k, sum);
+        sums[i] = sum;
+    }
+}
+#else
+FC_WIDE static void multiply(const fc_matrix *m, const int16_t *restrict x, int32_t *restrict sums)
+{
+    const int32_t columns = (m->columns + 3) / 4 * 4;
+    for (int32_t i = 0; i < m->rows; i++) {
+        const int16_t *const row = m->weight + i * columns;
+        int32_t sum = 0;
+        for (int32_t k = 0; k < columns; k++)
+            sum += (int32_t)row[k] * x[k];
+        sums[i] = sum;
+    }
+}
+#endif
+
+/* Multiply `x` by a matrix. */
+static void apply(const fc_matrix *m, const float *x, fc_network_room *room, float *out)
+{
+    const float unit = round_all(x, m->columns, room->rounded);
+    multiply(m, room->rounded, room->sums);
+    for (int32_t i = 0; i < m->rows; i++)
+        out[i] = (float)room->sums[i] * (m->scale[i] * unit);
+}
+
+FC_WIDE static void silu(float *x, int32_t n)
+{
+    for (int32_t k = 0; k < n; k++)
+        x[k] = x[k] / (1.0f + fc_expf(-x[k]));
+}
+
+/* Mean and standard deviation of a mixture of normal distributions. */
+static void moments(const float *raw, double *mean_of_all, double *spread_of_all)
+{
+    double sum = 0.0, value = 0.0, square = 0.0;
+    float most = raw[0];
+    for (int32_t k = 1; k < FC_COMPONENTS; k++)
+        most = raw[k] > most ? raw[k] : most;
+    for (int32_t k = 0; k < FC_COMPONENTS; k++) {
+        const double weight = fc_exp((double)raw[k] - most);
+        const double mean = raw[FC_COMPONENTS + k] * (UNIT * MEAN_SCALE) + CENTRE;
+        const double sd
+            = UNIT * fc_exp(fc_bounded(raw[2 * FC_COMPONENTS + k], NARROWEST, WIDEST));
+        sum += weight;
+        value += weight * mean;
+        square += weight * (sd * sd + mean * mean);
+    }
+    value /= sum;
+    const double variance = square / sum - value * value;
+    *mean_of_all = value;
+    *spread_of_all = sqrt(variance > 1e-4 ? variance : 1e-4);
+}
+
+void fc_network_predict(const fc_network *n, const float *rig_term, fc_network_room *room,
+                        double *mean, double *spread)
+{
+    float *const x = room->values, raw[3 * FC_COMPONENTS];
+    for (int32_t k = 0; k < n->inputs; k++) {
+        const float y = (x[k] - n->mean[k]) / n->sd[k];
+        x[k] = y > -FARTHEST ? (y < FARTHEST ? y : FARTHEST) : -FARTHEST; /* NaN becomes finite */
+    }
+    for (int32_t i = 0; i < FC_LAYERS; i++) {
+        const fc_layer *const layer = n->layers + i;
+        apply(&layer->into, x, room, room->thin);
+        for (int32_t k = 0; i == FC_RIG_LAYER && k < layer->into.rows; k++)
+            room->thin[k] += rig_term[k];
+        apply(&layer->out, room->thin, room, x);
+        for (int32_t k = 0; k < layer->out.rows; k++)
+            x[k] += layer->bias[k];
+        silu(x, layer->out.rows);
+    }
+    const int32_t last = n->layers[FC_LAYERS - 1].out.rows;
+    for (int32_t i = 0; i < 3 * FC_COMPONENTS; i++) {
+        raw[i] = n->answer_bias[i];
+        for (int32_t k = 0; k < last; k++)
+            raw[i] += n->answer[i * last + k] * x[k];
+    }
+    moments(raw, mean, spread);
+}

@@ -1,0 +1,48 @@
+/* Network that predicts stiffness from one contact, conditioned on a rig. Its weights are integers
+   whose sums are exact, so every machine computes the same bits. */
+#ifndef FC_NETWORK_H
+#define FC_NETWORK_H
+
+#include <stdint.h>
+
+enum {
+    FC_LAYERS = 4,          /* layers with a SiLU after each; the rig enters in the second */
+    FC_RIG_LAYER = 1,
+    FC_COMPONENTS = 3,      /* normal distributions of the predicted mixture */
+    FC_WIDTH_MOST = 256     /* inputs or outputs of a layer */
+};
+
+/* Matrix of integers with a scale for each row. Rows are padded with zeros to a multiple of 4. The
+   magnitudes of a row add up to 65535 at most, so sums fit into 32 bits. */
+typedef struct {
+    int32_t rows, columns;
+    const int16_t *weight;
+    const float *scale;
+} fc_matrix;
+
+/* Thin layer: outputs = out . (into . inputs + rig term) + bias. */
+typedef struct {
+    fc_matrix into, out;
+    const float *bias;
+} fc_layer;
+
+typedef struct {
+    int32_t inputs;
+    const float *mean, *sd; /* of the inputs */
+    fc_layer layers[FC_LAYERS];
+    const float *answer, *answer_bias; /* (3 * FC_COMPONENTS, outputs of the last layer), and bias */
+} fc_network;
+
+/* Room for one prediction. */
+typedef struct {
+    float values[FC_WIDTH_MOST], thin[FC_WIDTH_MOST];
+    int16_t rounded[FC_WIDTH_MOST + 4];
+    int32_t sums[FC_WIDTH_MOST];
+} fc_network_room;
+
+/* Predict from the inputs in room->values, which are changed. rig_term: what the rig adds in the layer
+   FC_RIG_LAYER. Write mean and standard deviation in Shore A. */
+void fc_network_predict(const fc_network *n, const float *rig_term, fc_network_room *room,
+                        double *mean, double *spread);
+
+#endif

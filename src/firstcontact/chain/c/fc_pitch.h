@@ -1,0 +1,31 @@
+/* Pitch of the motor before a contact. Rotor, gears and harmonics rise with the closing speed, so the
+   whole spectrum shifts on a logarithmic axis of frequency. */
+#ifndef FC_PITCH_H
+#define FC_PITCH_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+enum {
+    FC_TURN = 2048,         /* samples of the Fourier transform */
+    FC_LINES = 400,         /* points of the spectrum, evenly spaced in ln(frequency) */
+    FC_SHIFT_MOST = 88      /* largest shift that is searched, in points */
+};
+
+/* Constants of the spectrum at one rate. */
+typedef struct {
+    int32_t samples;        /* before the contact that are analysed, at most FC_TURN */
+    const float *sine;      /* first quarter of a sine: FC_TURN / 4 + 1 */
+    const float *fade;      /* window function over the samples, per count of the converter */
+    const float *part;      /* position of a point between two lines: FC_LINES */
+    const int32_t *cell;    /* line of the transform below each point: FC_LINES */
+} fc_ear;
+
+/* Write the peaks of a spectrum above its smooth part: FC_LINES values with mean 0. `signal` is in
+   V. `work` has room for FC_TURN floats. */
+void fc_spectrum(const fc_ear *e, const float *signal, float *work, float *lines);
+
+/* Find the shift of `lines` against a reference that fits best, and the correlation there. */
+void fc_shift(const float *lines, const float *reference, int32_t *shift, float *correlation);
+
+#endif

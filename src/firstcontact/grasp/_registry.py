@@ -53,7 +53,7 @@ def make_hand(kind: type[Hand], port: str | None = None, source: object = None) 
 
 
 def find_hand(hand: object) -> type[Hand] | Hand:
-    """Return the class of hands with a name, or the hand itself if it is one.
+    """Return the class of hands with a name, or the hand itself, without its wrapper.
 
     Raises
     ------
@@ -67,7 +67,7 @@ def find_hand(hand: object) -> type[Hand] | Hand:
             f"{hand!r} is no hand: give a name, or an instance of firstcontact.grasp.Hand",
             parameter="hand",
         )
-    return hand
+    return hand._hand if isinstance(hand, SafeHand) else hand
 
 
 def open_hand(

@@ -63,7 +63,6 @@ class SafeHand(Hand):
         self.name = hand.name  # type: ignore[misc]  # same as the wrapped hand
         self.limits = hand.limits
         self.begins = hand.begins  # type: ignore[misc]
-        self.needs_live_samples = hand.needs_live_samples  # type: ignore[method-assign]
         self._hand = hand
         self._clock = clock
         self._pacer = Pacer(hand.limits, silence)

@@ -32,7 +32,6 @@ from pathlib import Path
 import numpy as np
 from machine import machine_name
 
-from firstcontact.cli.twin_model import twin_model
 from firstcontact.contact import Detector, detect
 from firstcontact.core import (
     Block,
@@ -57,7 +56,7 @@ from firstcontact.models import (
     svm_machine,
 )
 from firstcontact.signal import contact_windows, samples_in
-from firstcontact.streaming import NetworkPredictor, PinchDone, Pipeline, WindowLadder
+from firstcontact.streaming import NetworkPredictor, PinchDone, Pipeline, WindowLadder, twin_model
 from firstcontact.twin import DeviceFilter, TwinStream
 
 LAYOUT = fingertip_layout()

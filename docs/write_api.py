@@ -44,7 +44,7 @@ PUBLIC = {
         "train_final_model usable"
     ),
     "twin": "CONDITIONS TwinStream",
-    "grasp": "Grip HANDS Hand HandError HandLimits POLICIES Policy open_hand",
+    "grasp": "Grip HANDS Hand HandError HandLimits POLICIES Policy SafeHand open_hand",
     "device": "Arrival Descriptor Health SOURCES Source SourceKind open_source",
     "testing": "check_detector check_estimator check_hand check_policy check_source make_estimate",
 }

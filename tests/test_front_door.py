@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import types
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,7 +14,8 @@ import pytest
 
 import firstcontact as fc
 from firstcontact import plugins
-from firstcontact.core import write_calibration
+from firstcontact.core import Command, write_calibration
+from firstcontact.grasp import Hand, HandLimits, SafeHand
 
 pytestmark = pytest.mark.usefixtures("small_searches")
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -92,14 +94,17 @@ def test_a_model_predicts_the_same_after_saving(
 ) -> None:
     again = fc.load_model(model.save(tmp_path / "rig"))
     assert again.moments == model.moments
-    for at in (0.003, 0.015):
-        predictions, selected = model.predict(data, at=at), again.predict(data, at=at)
+    assert again.estimators == model.estimators
+    for estimator, at in (("combined", 0.003), (None, 0.015)):
+        predictions, selected = (
+            m.predict(data, at=at, estimator=estimator) for m in (model, again)
+        )
         assert np.array_equal(predictions.value, selected.value, equal_nan=True)
         assert np.array_equal(predictions.low, selected.low, equal_nan=True)
 
 
 def test_predictions_hold_one_row_a_pinch(data: fc.Dataset, model: fc.Model) -> None:
-    predictions = model.predict(data, at=0.005)
+    predictions = model.predict(data, at=0.005, estimator="combined")
     is_predicted = np.isfinite(predictions.value)
     assert len(predictions) == len(data)
     assert is_predicted.mean() > 0.8
@@ -125,8 +130,12 @@ def test_too_early_is_refused_by_the_name_of_the_parameter(
 
 
 def test_the_predictor_is_chosen_by_its_name(data: fc.Dataset, model: fc.Model) -> None:
-    window = model.predict(data, estimator=model.windows[0].model.kind)
+    """The estimator that was asked for predicts by default, and the predictions name it."""
+    window = model.predict(data)
     assert set(window.elapsed[np.isfinite(window.elapsed)]) == {0.015}
+    early = model.predict(data, at=0.005, estimator="combined")
+    assert (window.estimator, early.estimator) == model.estimators == ("svm", "combined")
+    assert any(note.startswith("svm predicts") for note in model.notes)
     with pytest.raises(fc.InputError) as caught:
         model.predict(data, estimator="nobody")
     assert caught.value.parameter == "estimator"
@@ -159,6 +168,63 @@ def test_what_is_no_dataset_is_refused_by_name(data: fc.Dataset, model: fc.Model
     assert caught.value.parameter == "source"
 
 
+def test_each_wrong_value_is_refused_where_it_enters(
+    data: fc.Dataset, model: fc.Model, tmp_path: Path
+) -> None:
+    nul, out = "a\0b", tmp_path / "out"
+    with fc.open("twin", speed=4.0) as source:
+        calls: list[tuple[str, Callable[[], object]]] = [
+            ("detector", lambda: fc.detect(data, 3)),  # type: ignore[arg-type]
+            ("source", lambda: fc.calibrate("x")),  # type: ignore[arg-type]
+            ("source", lambda: fc.record("x", out)),  # type: ignore[arg-type]
+            ("session", lambda: fc.record(source, out, session=3)),  # type: ignore[arg-type]
+            ("", lambda: source.mark(3)),  # type: ignore[arg-type]
+            ("hand", lambda: next(fc.live(source, hand=3))),  # type: ignore[arg-type]
+            ("shore_a", lambda: fc.Label(shore_a=float("nan"))),
+            ("speed", lambda: fc.open("twin", speed=1e308).__enter__()),
+            ("path", lambda: fc.load(nul)),
+            ("path", lambda: fc.import_recordings(nul, out)),
+            ("out", lambda: fc.import_recordings(tmp_path, nul)),
+            ("out", lambda: fc.simulate(nul)),
+            ("out", lambda: fc.record(source, nul, object="block 29")),
+            ("out", lambda: fc.export_model(model, nul, to="c")),
+            ("device", lambda: fc.open(nul)),
+            ("model", lambda: fc.load_model(nul)),
+            ("folder", lambda: model.save(nul)),
+            ("calibration", lambda: next(fc.live(source, calibration=nul))),
+        ]
+        for parameter, call in calls:
+            with pytest.raises(fc.InputError) as caught:
+                call()
+            assert caught.value.parameter == parameter
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_hand_of_ones_own_is_driven_and_released() -> None:
+    class MyHand(Hand):
+        name = "mine"
+        limits = HandLimits(speed=0.5, force=20.0, rate=200.0, watchdog=float("inf"))
+        real = False
+
+        def __init__(self) -> None:
+            self.calls: list[str] = []
+
+        def send(self, command: Command) -> None:
+            self.calls.append("send")
+
+        def release(self) -> None:
+            self.calls.append("release")
+
+        def close(self) -> None:
+            self.release()
+
+    for wrap in (lambda hand: hand, SafeHand):
+        hand = MyHand()
+        with fc.open("twin", speed=4.0) as source:
+            list(fc.live(source, hand=wrap(hand), pinches=1))
+        assert hand.calls[-1] == "release"
+
+
 @pytest.mark.parametrize(
     ("parameter", "value"),
     [("level", 0.2), ("seed", -1), ("windows", (5.0,)), ("windows", ()), ("contacts", "known")],
@@ -178,7 +244,7 @@ def test_training_names_the_parameter_that_is_wrong(
 
 
 def test_evaluation_scores_each_predictor_apart(data: fc.Dataset, model: fc.Model) -> None:
-    network, window = fc.evaluate(model, data)
+    window, network = fc.evaluate(model, data)
     assert network.groups[0].title == "seen in training"
     assert set(network.groups[0].rmse) == {0.002, 0.003, 0.005, 0.008, 0.015}
     assert set(window.groups[0].rmse) == {0.015}

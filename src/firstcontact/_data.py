@@ -162,12 +162,15 @@ def simulate(
     >>> len(data), data.source
     (10, 'twin')
     """
+    from firstcontact.core import given_path
     from firstcontact.twin import read_noise
     from firstcontact.twin import simulate as simulate_set
 
     recorded = None if noise is None else read_noise(Path(noise))
     sizes = pinches_per_block, pinches_per_object
-    simulate_set(Path(out), condition, *sizes, seed, workers, progress, recorded, positions)
+    simulate_set(
+        given_path(out, "out"), condition, *sizes, seed, workers, progress, recorded, positions
+    )
     return load(out)
 
 
@@ -213,4 +216,9 @@ def detect(data: Dataset, detector: Detector | Model | str | None = None) -> lis
         detector = detector.own_detector
     elif isinstance(detector, str):
         detector = fit_detector(data, detector)
+    elif not hasattr(detector, "judge"):
+        raise InputError(
+            f"{detector!r} is no detector: give a fitted one, a model, or a name",
+            parameter="detector",
+        )
     return list(detect_alignment(data, detector).contacts)

@@ -12,6 +12,7 @@ from firstcontact.core import InputError
 if TYPE_CHECKING:
     from firstcontact.core import Calibration
     from firstcontact.device import Source
+    from firstcontact.grasp import Hand
     from firstcontact.models import Model
     from firstcontact.streaming import Event
 
@@ -67,7 +68,7 @@ def live(
     calibration: Calibration | str | os.PathLike[str] | None = None,
     shape: str | float | None = None,
     estimator: str | None = None,
-    hand: str | None = None,
+    hand: str | Hand | None = None,
     hand_port: str | None = None,
     policy: str | None = None,
     record: str | os.PathLike[str] | None = None,
@@ -83,19 +84,21 @@ def live(
         An open source. It is closed when the iteration ends. Its samples are resampled if the model
         needs another rate.
     model
-        Model or its folder. By default the model of the package: it is not adapted to your rig, so
-        its intervals are wide.
+        Model or its folder. By default the twin's own model for the twin. For other sources it is
+        the model of the package, which is not adapted to your rig, so its intervals are wide.
     calibration
         Calibration with the noise floors, or its file. By default they are measured first; keep the
         hand still meanwhile.
     shape
         Shape at the contact if it is the same for all objects: "flat", or a radius in mm.
     estimator
-        Name of the estimator that predicts, such as "svm". By default the network, if the model has
-        one.
+        Name of the estimator that predicts, such as "svm". By default the first of
+        ``model.estimators``. ``Estimate.model`` names the estimator.
     hand, hand_port, policy
-        Hand to drive, its port, and the grasp policy. The hand is always released at the end, also
-        after an error.
+        Hand to drive, its port, and the grasp policy. The hand is a name, or an instance of your
+        own subclass of :class:`firstcontact.grasp.Hand` that is not open yet. It is wrapped in
+        :class:`firstcontact.grasp.SafeHand`, so it is always released at the end, also after an
+        error.
     record
         Folder for a recording of all samples.
     seconds, pinches
@@ -125,17 +128,12 @@ def live(
     1
     """
     from firstcontact.core import given_calibration
-    from firstcontact.device import ResampledSource, measure_noise
-    from firstcontact.grasp import HANDS, Begins
-    from firstcontact.models import Model, load_model, shipped_model
-    from firstcontact.streaming import check_hand, live_predictor, live_session
+    from firstcontact.device import ResampledSource, measure_noise, require_source
+    from firstcontact.grasp import Begins, find_hand
+    from firstcontact.models import Model, load_model
+    from firstcontact.streaming import check_hand, default_model, live_predictor, live_session
 
-    if not hasattr(type(source), "descriptor"):
-        raise InputError(
-            f"the source must be an open one, not a {type(source).__name__}: make one with "
-            "open(device)",
-            parameter="source",
-        )
+    require_source(source)
     if real_time is None:
         real_time = getattr(source, "speed", 1.0) == 1.0
     for name, noun, bound in (
@@ -146,16 +144,16 @@ def live(
             raise InputError(f"{noun} is {bound:g}: give a number above 0", parameter=name)
     recorded = hasattr(source, "calibration")
     is_live = real_time and not recorded
-    if hand is not None and HANDS.find(hand).begins is Begins.US:
+    if hand is not None and (kind := find_hand(hand)).begins is Begins.US:
         raise InputError(
-            f"{hand} closes only on request, and this function cannot send requests: run "
-            f"`firstcontact live --hand {hand}` instead",
+            f"{kind.name} closes only on request, and this function cannot send requests: run "
+            f"`firstcontact live --hand {kind.name}` instead",
             parameter="hand",
         )
     floors = given_calibration(calibration)
     check_hand(hand, hand_port, policy, device=source.name, is_live=is_live)
     if model is None:
-        model = shipped_model()
+        model = default_model(source)
     elif not isinstance(model, Model):
         model = load_model(model)
     detector = model.own_detector

@@ -151,6 +151,17 @@ def test_a_csv_may_hold_every_channel(tmp_path):
 def test_an_unknown_column_is_reported(tmp_path):
     dataset = imported(long_csv(tmp_path, shore=[1] * 10), tmp_path / "out")
     assert any("unknown columns were left out: shore" in n for n in dataset.notes)
+    assert not any("did you mean" in n for n in dataset.notes)  # the file has a shore_a
+    misspelt = imported(long_csv(tmp_path, shore_a=None, shore=[1] * 10), tmp_path / "other")
+    assert any("did you mean shore_a" in note for note in misspelt.notes)
+
+
+@pytest.mark.parametrize(("peak", "is_told"), [(500.0, True), (5.0, False)])
+def test_more_than_ten_volts_are_taken_with_a_warning(tmp_path, capsys, peak, is_told):
+    """A file in millivolts has values that no piezo reaches in volts."""
+    path = long_csv(tmp_path, piezo_index=[0.0, peak] * 5)
+    imported(path, tmp_path / "out")
+    assert ("warning: " in capsys.readouterr().out) is is_told
 
 
 def test_an_empty_output_folder_is_used(tmp_path):

@@ -127,12 +127,13 @@ def test_a_network_of_another_rate_beside_them_is_named_and_left_out(
     alone = LiveOutput(capsys, path, "--model", fast_model)
     model = load_model(fast_model)
     network = NetworkPredictor(pretrained())
-    folder = replace(model, predictors=(*model.predictors, network)).save(tmp_path / "both")
+    folder = replace(model, predictors=(network, *model.predictors)).save(tmp_path / "both")
     both = LiveOutput(capsys, path, "--model", folder)
     assert (alone.code, both.code) == (0, 0), both.messages
     assert alone.contacts == both.contacts != []
+    assert "svm predicts" in alone.messages
     assert "network" not in alone.messages
-    assert "the network takes 4936 samples a second" in both.messages
+    assert "network takes 4936 samples a second" in both.messages
     assert {e["model"] for e in both.select("estimate")} == {"svm"}
 
 

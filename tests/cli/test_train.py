@@ -47,7 +47,8 @@ def test_a_model_knows_what_it_learned_and_what_was_held_out(
     assert run("train", data, "--out", tmp_path / "m") == 0
     output = capsys.readouterr().out
     card = load_card(tmp_path / "m")
-    part, _ = card["predictors"]
+    default, part = card["predictors"]  # nothing was asked for: the network predicts
+    assert default["kind"] == "combined"
     record = part["record"]
     assert part["kind"] == "svm"
     assert record["pinches"] == card["trained_on"]["pinches"] == 60  # and none of role "test"

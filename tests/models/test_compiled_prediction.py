@@ -14,7 +14,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from compiled_kernels import built_kernels, using
-from firstcontact.cli.twin_model import SHIPPED
 from firstcontact.core import fingertip_layout
 from firstcontact.models import (
     BEFORE,
@@ -29,6 +28,7 @@ from firstcontact.models import (
 from firstcontact.models._combined import CombinedModel
 from firstcontact.models._motor_pitch import MotorPitch, spectra
 from firstcontact.signal import samples_in
+from firstcontact.streaming import SHIPPED_HAND, twin_model
 
 RATE = fingertip_layout().rate
 LEAD, SAMPLES = samples_in(BEFORE, RATE), samples_in(LONGEST, RATE)
@@ -37,7 +37,7 @@ LEAD, SAMPLES = samples_in(BEFORE, RATE), samples_in(LONGEST, RATE)
 @pytest.fixture(scope="module")
 def models() -> dict[str, InContextModel]:
     """Return the network with an unknown rig, with a known one, and with a regression."""
-    unknown, combined = shipped_model().network, load_model(SHIPPED).network
+    unknown, combined = shipped_model().network, load_model(twin_model(*SHIPPED_HAND)).network
     assert unknown is not None
     assert combined is not None
     return {

@@ -97,6 +97,23 @@ def test_scores_cover_all_pinches_that_were_not_in_the_training(
     assert training.rmse == training.coverage == training.width == {}
 
 
+def test_known_contacts_are_warned_of_if_the_model_learned_from_detected_ones(
+    blocks: fc.Dataset, objects: fc.Dataset
+) -> None:
+    model = fc.adapt(blocks)
+    scores = {
+        contacts: fc.evaluate(model, objects, contacts=contacts)[0]
+        for contacts in ("known", "detected")
+    }
+    added = set(scores["known"].warnings) - set(scores["detected"].warnings)
+    assert len([warning for warning in added if "detected contacts" in warning]) == 1
+    learned = fc.train(blocks, "network", contacts="known")
+    assert not any(
+        "detected contacts" in warning
+        for warning in fc.evaluate(learned, objects, contacts="known")[0].warnings
+    )
+
+
 def test_objects_that_share_a_specimen_name_are_scored_apart(objects: fc.Dataset) -> None:
     model = fc.adapt()
     named = fc.evaluate(model, objects, contacts="known")[0].groups[0]

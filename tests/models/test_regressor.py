@@ -101,11 +101,16 @@ def test_train_takes_an_instance_and_a_name(data: Dataset, tmp_path: Path) -> No
         model = fc.train(data, estimator=estimator, windows=windows[number])
         loaded = fc.load_model(model.save(tmp_path / str(number)))
         assert [w.model.kind for w in loaded.windows] == ["sklearn"] * len(windows[number])
-        values = loaded.predict(data, estimator="sklearn").value
-        np.testing.assert_array_equal(values, model.predict(data, estimator="sklearn").value)
+        # The regressor predicts by default, and is named by its class or as it was given.
+        assert loaded.estimators == ("Ridge", "combined")
+        predictions = loaded.predict(data)
+        assert predictions.estimator == "Ridge"
+        values = predictions.value
+        for name in (None, "Ridge", RIDGE):
+            np.testing.assert_array_equal(values, model.predict(data, estimator=name).value)
         assert np.isfinite(values).all()
         predicted.append(values)
-    assert fc.evaluate(loaded, data)[-1].groups[0].rmse
+    assert fc.evaluate(loaded, data)[0].predictor == "Ridge"
     assert not hasattr(instance, "coef_")  # a copy was trained
     np.testing.assert_array_equal(predicted[0], predicted[1])
     np.testing.assert_array_equal(predicted[0], predicted[2])

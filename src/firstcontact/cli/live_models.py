@@ -1,11 +1,11 @@
-"""Choice of the model for ``firstcontact live``: on the device, in a folder, or the shipped one."""
+"""Remarks of ``firstcontact live`` on the model that predicts, and facts from it."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from firstcontact.core import InputError
+from firstcontact.core import InputError, is_same_rate
 
 if TYPE_CHECKING:
     from firstcontact.core import Calibration
@@ -20,34 +20,18 @@ SHIPPED = (
 )
 
 
-def live_model(folder: Path | None, detector: Path | None) -> Model:
-    """Return the model in ``folder``, or else the shipped model.
-
-    The detector in the folder ``detector`` replaces the model's own.
-    """
-    from dataclasses import replace
-
-    from firstcontact.contact import load_detector
-    from firstcontact.models import load_model, shipped_model
-
-    separate_detector = None if detector is None else load_detector(detector)
-    if folder is not None:
-        return load_model(folder, separate_detector)
-    model = shipped_model()
-    return model if separate_detector is None else replace(model, detector=separate_detector)
-
-
-def left_out(model: Model, predictor: Predictor | None, estimator: str | None) -> str:
-    """Return a note if the network cannot predict because of its sampling rate, else ""."""
-    network = model.network
-    if estimator is not None or network is None or predictor is None:
-        return ""
-    if predictor.name == network.model.kind:
-        return ""
-    return (
-        f"{predictor.name} predicts, because the network takes {network.model.rate:g} samples a "
-        "second and the detector another number: train both together to use the network"
-    )
+def who_predicts(model: Model, predictor: Predictor, estimator: str | None) -> str:
+    """Return a note that names the estimator that predicts, and the model's others."""
+    default = model.predictors[0]
+    fitting = [p.name for p in model.predictors if is_same_rate(p.rate, predictor.rate)]
+    others = [name for name in dict.fromkeys(fitting) if name != predictor.name]
+    if estimator is None and default.name != predictor.name:
+        return (
+            f"{predictor.name} predicts, because {default.name} takes {default.rate:g} samples a "
+            f"second and the detector another number: train both together to use {default.name}"
+        )
+    choice = f"; to change that, add --estimator {' or '.join(others)}" if others else ""
+    return f"{predictor.name} predicts{choice}"
 
 
 def landmarks(model: Model) -> dict[str, float]:

@@ -21,7 +21,7 @@ from firstcontact.core import (
     InputError,
     finger_name,
 )
-from firstcontact.device import LinkNews, Source, measure_noise, wait_for_arrivals
+from firstcontact.device import LinkNews, Source, measure_noise, require_source, wait_for_arrivals
 
 Say = Callable[[str], object]
 
@@ -89,6 +89,7 @@ def calibrate(
     >>> [sensor.finger.name for sensor in calibration.piezo]
     ['INDEX', 'THUMB']
     """
+    require_source(source)
     shortest, longest = SECONDS
     if not shortest <= seconds <= longest:
         raise InputError(

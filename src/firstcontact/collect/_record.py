@@ -23,9 +23,10 @@ from firstcontact.core import (
     check_text,
     counted,
     given_calibration,
+    given_path,
     progress_steps,
 )
-from firstcontact.device import REST, Source, measure_noise, source_kind
+from firstcontact.device import REST, Source, measure_noise, require_source, source_kind
 
 
 def record(
@@ -99,10 +100,11 @@ def record(
     >>> len(data), float(data.shore_a[0])
     (1, 29.0)
     """
-    check_text(session)
+    check_text(session, "session")
+    require_source(source)
     items = _items(source, object, pinches, shore_a, specimen, role, plan)
     calibration = given_calibration(calibration)
-    folder = Path(out)
+    folder = given_path(out, "out")
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -30,6 +30,7 @@ from ._extras import require_modules as require_modules
 from ._files import AnyPath as AnyPath
 from ._files import creating as creating
 from ._files import files_below as files_below
+from ._files import given_path as given_path
 from ._files import open_regular as open_regular
 from ._files import read_regular as read_regular
 from ._files import replacing as replacing

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from firstcontact.core._calibration import Calibration
 from firstcontact.core._errors import InputError
-from firstcontact.core._files import AnyPath, read_regular, try_replacing, write_json
+from firstcontact.core._files import AnyPath, given_path, read_regular, try_replacing, write_json
 from firstcontact.core._layout import finger_name
 from firstcontact.core._records import LONGEST, read_record
 
@@ -88,7 +88,7 @@ def given_calibration(calibration: Calibration | AnyPath | None) -> Calibration 
         See :func:`read_calibration`.
     """
     if isinstance(calibration, str | os.PathLike):
-        return read_calibration(Path(calibration))
+        return read_calibration(given_path(calibration, "calibration"))
     return calibration
 
 

@@ -23,6 +23,24 @@ _NO_LINKS = (errno.EPERM, errno.ENOTSUP, errno.EMLINK, errno.ENOSYS)
 MOST_ENTRIES = 100_000
 
 
+def given_path(path: object, parameter: str = "path") -> Path:
+    """Return a path that a caller gave, which no library was asked for yet.
+
+    Raises
+    ------
+    InputError
+        The value is no path, or holds a zero byte.
+    """
+    if not isinstance(path, str | os.PathLike):
+        raise InputError(f"{path!r} is no path: give the path as text", parameter=parameter)
+    if "\0" in os.fspath(path):
+        raise InputError(
+            f"{os.fspath(path)!r} holds a zero byte, which no path may: remove it",
+            parameter=parameter,
+        )
+    return Path(path)
+
+
 def resolve_path(path: Path) -> Path:
     """Return the absolute path without links. The path need not exist.
 

@@ -48,7 +48,7 @@ class Label:
     role: Role = Role.TRAIN
 
     def __post_init__(self) -> None:
-        if self.shore_a is not None and (self.shore_a < 0 or self.shore_a > 100):  # false of NaN
+        if self.shore_a is not None and not 0 <= self.shore_a <= 100:
             raise InputError(
                 f"the Shore A is {self.shore_a:g}: give a value from 0 to 100, or None if unknown",
                 parameter="shore_a",

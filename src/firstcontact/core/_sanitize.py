@@ -26,18 +26,22 @@ def one_line(text: str) -> str:
     return sanitize(text).replace("\n", "\\n")
 
 
-def check_text(text: str) -> None:
-    """Raise an error for a command-line text that is not UTF-8. No recording could store it.
+def check_text(text: object, parameter: str = "") -> None:
+    """Raise an error for a value that no recording could store as text.
 
     Raises
     ------
     InputError
-        The text contains surrogates, which stand for bytes that are not UTF-8.
+        The value is no text, or contains surrogates, which stand for bytes that are not UTF-8.
     """
+    if not isinstance(text, str):
+        raise InputError(f"{text!r} is no text: put it in quotes", parameter=parameter)
     try:
         text.encode()
     except UnicodeEncodeError as error:
-        raise InputError(f"{text!r} is not text in UTF-8: type it again") from error
+        raise InputError(
+            f"{text!r} is not text in UTF-8: type it again", parameter=parameter
+        ) from error
 
 
 def _lacking(error: UnicodeError) -> tuple[str, int]:

@@ -46,6 +46,7 @@ from ._source import Health as Health
 from ._source import Source as Source
 from ._source import drain as drain
 from ._source import layout_to_send as layout_to_send
+from ._source import require_source as require_source
 from ._threaded import ThreadedSource as ThreadedSource
 from ._twin_words import CLOSE_ORDER as CLOSE_ORDER
 from ._twin_words import concerns_hand as concerns_hand

@@ -13,7 +13,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from firstcontact.core import AnyPath, InputError, Registry
+from firstcontact.core import AnyPath, InputError, Registry, given_path
 
 if TYPE_CHECKING:
     from firstcontact.device._source import Source
@@ -231,6 +231,7 @@ def open_source(
         The recording cannot be replayed, a speed is given for a real device, or a required package
         is missing.
     """
+    given_path(device, "device")
     device = os.fspath(device)
     _log.info("opening %s", device)
     kind = source_kind(device)

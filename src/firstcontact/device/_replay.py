@@ -68,6 +68,8 @@ class ReplaySource:
         self._given = 0
         self._lost = 0
         self._end: Block | None = None
+        #: Condition and random seed of the simulated hand; None if a real hand was recorded.
+        self.twin_hand: tuple[str, int] | None = None
 
     @property
     def speed(self) -> float:
@@ -222,4 +224,7 @@ def _pieces(
 
 def from_path(path: str, options: SourceOptions) -> ReplaySource:
     """Return the replay of a recording at the requested speed."""
-    return ReplaySource(Path(path), options.speed)
+    source = ReplaySource(Path(path), options.speed)
+    if source.descriptor.source == "twin":
+        source.twin_hand = options.condition, options.seed
+    return source

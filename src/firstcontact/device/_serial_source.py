@@ -12,7 +12,7 @@ from typing import Self
 
 import numpy as np
 
-from firstcontact.core import Block, InputError
+from firstcontact.core import Block, InputError, check_text
 from firstcontact.device._assembler import Assembled, Assembler
 from firstcontact.device._clock import ClockFit
 from firstcontact.device._device_predictions import DevicePrediction
@@ -215,8 +215,9 @@ class SerialSource:
         Raises
         ------
         InputError
-            The device is not connected, or the marker begins like the twin's own markers.
+            The device is not connected, or the marker is no text, or begins like the twin's own.
         """
+        check_text(text)
         if text.startswith(TWIN.strip()) and self.descriptor.source == "twin":
             raise InputError(
                 f"a marker that begins with {TWIN.strip()!r} is reserved for the twin: "

@@ -297,6 +297,16 @@ def check_readable(source: Source, timeout: float, *, is_drained: bool) -> None:
         )
 
 
+def require_source(source: object) -> None:
+    """Raise InputError if the value is no source, such as the name of a device."""
+    if not hasattr(type(source), "descriptor"):
+        raise InputError(
+            f"the source must be an open one, not a {type(source).__name__}: make one with "
+            "open(device)",
+            parameter="source",
+        )
+
+
 def drain(source: Source) -> list[Arrival]:
     """Close a source and return the received samples that were not read yet."""
     source.close()

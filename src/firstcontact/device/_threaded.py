@@ -12,7 +12,7 @@ from typing import Any, NoReturn, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Block, InputError, summarize_error
+from firstcontact.core import Block, InputError, check_text, summarize_error
 from firstcontact.device._clock import ClockFit
 from firstcontact.device._inbox import Inbox
 from firstcontact.device._source import Arrival, Descriptor, Health, check_readable
@@ -146,8 +146,9 @@ class ThreadedSource(ABC):
         Raises
         ------
         InputError
-            The source is not connected.
+            The source is not connected, or the marker is no text.
         """
+        check_text(text)
         with self._inbox.changed:
             if not self._health.connected:
                 raise InputError(

@@ -24,6 +24,8 @@ from typing import Self
 from firstcontact.core import Child, ClosingSpeed, InputError
 from firstcontact.twin import LATENCY
 
+#: Largest speed, as a multiple of real time. No host reaches it.
+FASTEST = 1e6
 #: Longest wait for the first start, which compiles the simulation, s. Later starts take a second.
 START = 120.0
 #: Longest wait for an answer, and for the end of the process, s.
@@ -71,9 +73,10 @@ class TwinDevice:
         speed: float = 1.0,
         latency: float = LATENCY,
     ) -> None:
-        if not 0 < speed < float("inf"):
+        if not 0 < speed <= FASTEST:
             raise InputError(
-                f"the speed of the simulated hand is {speed}: use a finite number above 0",
+                f"the speed of the simulated hand is {speed:g}: use a number above 0 and at most "
+                f"{FASTEST:g}",
                 parameter="speed",
             )
         options = [f"--condition={condition}", f"--seed={seed}", f"--speed={speed}"]

@@ -39,6 +39,8 @@ class TwinSource(SerialSource):
         self.device: TwinDevice | None = None
         #: Multiple of real time.
         self.speed = speed
+        #: Condition and random seed of the simulated hand.
+        self.twin_hand = condition, seed
         if (
             speed > 1.0
         ):  # the device then waits for the reader, so that orders take effect without a long delay

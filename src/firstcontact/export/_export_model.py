@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
-from firstcontact.core import AnyPath, Dataset, InputError, replacing_folder, require_extra
+from firstcontact.core import (
+    AnyPath,
+    Dataset,
+    InputError,
+    given_path,
+    replacing_folder,
+    require_extra,
+)
 from firstcontact.export._budget import small_enough
 from firstcontact.export._exporters import MODEL_EXPORTERS
 from firstcontact.export._trained import exported_parts
@@ -54,7 +59,7 @@ def export_model(
     """
     exporter = MODEL_EXPORTERS.find(to)
     require_extra(exporter)
-    place = Path(out)
+    place = given_path(out, "out")
     if place.exists() and (not place.is_dir() or any(place.iterdir())):
         raise InputError("the folder is not empty: give an empty or a new folder", parameter="out")
     if budget_us is not None and not 0.0 < budget_us <= 1e6:
@@ -70,7 +75,13 @@ def export_model(
     trained = small_enough(parts, learned, budget_us, exporter.parts)
     with replacing_folder(place) as making, MODEL_EXPORTERS.calling(to):
         lines = list(exporter.write(trained, making))
-    if loaded.network is not None and isinstance(loaded.network.model, CombinedModel):
+    network = None if loaded.network is None else loaded.network.model
+    if network is not None and any(rig.speeds is not None for rig in network.rigs.values()):
+        lines.append(
+            "the exported network uses no measured closing speeds: it predicts as `live` does for "
+            "a hand that reports none"
+        )
+    if isinstance(network, CombinedModel):
         lines.append(
             "the exported network predicts alone: its average with the regression on the rig's "
             "pinches cannot be exported"

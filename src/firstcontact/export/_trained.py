@@ -50,7 +50,7 @@ class Trained:
     @property
     def parts(self) -> list[str]:
         """Descriptions of the parts, one for each."""
-        descriptions = [f"{m.name}: {m.model.kind}, {m.model.spec.task}" for m in self.models]
+        descriptions = [f"{m.name}: {m.model.name}, {m.model.spec.task}" for m in self.models]
         if self.detector is not None:
             descriptions.append(f"detector: {self.detector.name}")
         return descriptions + ([] if self.anytime is None else [f"anytime: {self.anytime.kind}"])

@@ -14,6 +14,7 @@ from ._policy import SensorVariant as SensorVariant
 from ._policy import Task as Task
 from ._policy import Truth as Truth
 from ._registry import HANDS as HANDS
+from ._registry import find_hand as find_hand
 from ._registry import make_hand as make_hand
 from ._registry import open_hand as open_hand
 from ._safe import SafeHand as SafeHand

@@ -52,17 +52,35 @@ def make_hand(kind: type[Hand], port: str | None = None, source: object = None) 
         return SeparateHand(kind, port) if kind.separate else made(port)
 
 
+def find_hand(hand: object) -> type[Hand] | Hand:
+    """Return the class of hands with a name, or the hand itself, without its wrapper.
+
+    Raises
+    ------
+    InputError
+        No hand has that name, or the value is neither a name nor a hand.
+    """
+    if isinstance(hand, str):
+        return HANDS.find(hand)
+    if not isinstance(hand, Hand):
+        raise InputError(
+            f"{hand!r} is no hand: give a name, or an instance of firstcontact.grasp.Hand",
+            parameter="hand",
+        )
+    return hand._hand if isinstance(hand, SafeHand) else hand
+
+
 def open_hand(
-    name: str, port: str | None = None, *, source: object = None, silence: float = 1.0
+    hand: str | Hand, port: str | None = None, *, source: object = None, silence: float = 1.0
 ) -> SafeHand:
     """Return a hand with a watchdog. Open it with ``with``.
 
     Parameters
     ----------
-    name
-        One of :data:`HANDS`.
+    hand
+        Name in :data:`HANDS`, or a hand that is not open yet.
     port, source
-        As in :func:`make_hand`.
+        As in :func:`make_hand`. A hand that exists already uses neither.
     silence
         Time without a call from the program after which the hand is released, s.
 
@@ -72,4 +90,7 @@ def open_hand(
         No hand has that name, its port, source or package is missing, or ``silence`` is not above
         0.
     """
-    return SafeHand(make_hand(HANDS.find(name), port, source), silence=silence)
+    if isinstance(hand, SafeHand):
+        return hand
+    made = hand if isinstance(hand, Hand) else make_hand(HANDS.find(hand), port, source)
+    return SafeHand(made, silence=silence)

@@ -175,7 +175,7 @@ def evaluate(
     Returns
     -------
     tuple of Evaluation
-        The network first, then window models, the shortest window first.
+        In the order of ``model.predictors``: the estimator that predicts by default first.
 
     Raises
     ------
@@ -214,20 +214,22 @@ def evaluate(
                 at_rate[rate] = dataset, detect_alignment(dataset, model.own_detector)
         return at_rate[rate]
 
-    networks = () if model.network is None else (model.network,)
-    out = []
+    out, trained_at = [], model.trained_on.contacts.partition(" ")[0]
     overlap = train_overlap(data, model.trained_on, model.digests)
     with progress_steps(progress, len(model.predictors), "model", "scoring") as step:
-        for predictor in (*networks, *model.windows):
-            target = "shore_a" if predictor in networks else model.trained_on.target
-            out.append(_evaluation(predictor, target, overlap, *aligned(predictor.rate)))
+        for predictor in model.predictors:
+            is_network = isinstance(predictor, NetworkPredictor)
+            target: Target = "shore_a" if is_network else model.trained_on.target
+            at = aligned(predictor.rate)
+            out.append(_evaluation(predictor, target, overlap, trained_at, *at))
             step(1)
     if not any(evaluation.scored for evaluation in out):
+        shortest = min(p.moments[0] for p in model.predictors)
         raise InputError(
             f"none of {len(data)} pinches has a contact ({out[0].contacts}), a "
             f"{model.trained_on.target} that the model knows, and "
-            f"{1e3 * model.moments[0]:.3g} ms of signal before its second contact: check the "
-            "labels and the contacts",
+            f"{1e3 * shortest:.3g} ms of signal before its second contact: check the labels and "
+            "the contacts",
             parameter="data",
         )
     return tuple(out)
@@ -237,6 +239,7 @@ def _evaluation(
     predictor: Predictor,
     target: Target,
     overlap: TrainOverlap,
+    trained_at: str,
     dataset: Dataset,
     aligned: Alignment,
 ) -> Evaluation:
@@ -249,6 +252,11 @@ def _evaluation(
     has_both = np.isfinite(values).all(axis=0) & np.isfinite(truth)
     is_known = np.isin(truth, predictor.classes) if predictor.classes else has_both
     warnings = overlap.warnings(np.flatnonzero(has_both))
+    if trained_at == "detected" and aligned.how.startswith("known"):
+        warnings.append(
+            "warning: the model learned from detected contacts, which come a little later than "
+            "known ones, so these errors are too large: score it with detected contacts"
+        )
     groups = []
     for title, members in overlap.groups().items():
         unknown = int((members & has_both & ~is_known).sum())
@@ -262,7 +270,7 @@ def _evaluation(
             groups.append(_group(title, predictor, predictions, truth, dataset, rows))
     scored = sum(group.n for group in groups)
     return Evaluation(
-        predictor=predictor.model.kind,
+        predictor=predictor.name,
         target=target,
         contacts=aligned.how,
         scored=scored,
@@ -297,7 +305,7 @@ def _group(
             out_of_range[at] = float(answer.out_of_range.mean())
     return GroupScores(
         title=title,
-        predictor=predictor.model.kind,
+        predictor=predictor.name,
         n=len(truth),
         scores=scores,
         coverage=coverage,

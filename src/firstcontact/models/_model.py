@@ -19,6 +19,7 @@ from firstcontact.core import (
     Contact,
     Dataset,
     InputError,
+    given_path,
     replacing_folder,
 )
 from firstcontact.models._alignment import Contacts, at_known_contacts, detect_alignment
@@ -34,11 +35,11 @@ from firstcontact.models._model_file import (
 )
 from firstcontact.models._predictions import Predictions
 from firstcontact.models._predictors import (
-    MOMENTS,
     NetworkPredictor,
     Predictor,
     WindowPredictor,
 )
+from firstcontact.models._regressor import class_name
 from firstcontact.models._train_overlap import Digests
 from firstcontact.signal import resample_contacts, resample_dataset, restore_contacts
 
@@ -52,7 +53,8 @@ class Model:
     detector
         Fitted contact detector; None if its file is missing from the folder.
     predictors
-        Window models, the shortest window first, and the network conditioned on the rig.
+        Window models, the shortest window first, and the network conditioned on the rig. The
+        estimator of the first entry predicts by default.
     trained_on
         Training data.
     digests
@@ -93,9 +95,9 @@ class Model:
 
     def __repr__(self) -> str:
         parts = [f"detector={None if self.detector is None else self.detector.name!r}"]
-        parts += [f"{w.model.kind!r} at {1e3 * w.duration:.3g} ms" for w in self.windows]
-        if self.network is not None:
-            parts.append(f"{self.network.model.kind!r} from 2 to 15 ms")
+        for p in self.predictors:
+            at = f"at {1e3 * p.duration:.3g}" if isinstance(p, WindowPredictor) else "from 2 to 15"
+            parts.append(f"{p.name!r} {at} ms")
         return f"Model({', '.join(parts)})"
 
     @property
@@ -119,9 +121,15 @@ class Model:
         return self.predictors[0].rate
 
     @property
+    def estimators(self) -> tuple[str, ...]:
+        """Names of the estimators. The first one predicts by default."""
+        return tuple(dict.fromkeys(p.name for p in self.predictors))
+
+    @property
     def moments(self) -> tuple[float, ...]:
-        """Elapsed times after a contact at which the model predicts, s, ascending."""
-        return tuple(sorted({moment for p in self.predictors for moment in p.moments}))
+        """Elapsed times after a contact at which the default estimator predicts, s, ascending."""
+        chosen = [p for p in self.predictors if p.name == self.estimators[0]]
+        return tuple(sorted({moment for p in chosen for moment in p.moments}))
 
     def predict(
         self,
@@ -133,9 +141,9 @@ class Model:
     ) -> Predictions:
         """Predict the stiffness of each pinch.
 
-        The network predicts if the model has one, otherwise the longest window that fits into
-        ``at``. As in live sessions, no sample after a known second contact is used. There is no
-        prediction if the window reaches the second contact.
+        The estimator that :func:`train` was asked for predicts; window models with the longest
+        window that fits into ``at``. As in live sessions, no sample after a known second contact is
+        used. There is no prediction if the window reaches the second contact.
 
         Parameters
         ----------
@@ -149,7 +157,7 @@ class Model:
             "known": they start at the contacts from strips or labels. Or the first contact of each
             pinch, in the sample numbers of ``data``.
         estimator
-            Name of the predictor to use, such as "svm". The ``repr`` of the model lists them.
+            Name of another estimator to use; :attr:`estimators` lists them.
 
         Raises
         ------
@@ -157,8 +165,8 @@ class Model:
             ``at`` is out of range, ``contacts`` do not fit ``data``, or the model cannot predict.
         """
         require_dataset(data)
-        if estimator is not None:
-            return self.only(estimator).predict(data, at, contacts)
+        if len(self.estimators) > 1 or estimator is not None:
+            return self.only(estimator or self.estimators[0]).predict(data, at, contacts)
         given: list[Contact | None] | None
         if isinstance(contacts, str):
             is_known = at_known_contacts(contacts, data)
@@ -196,28 +204,25 @@ class Model:
             given = restore_contacts(firsts, data, self.rate)
         else:
             firsts = resample_contacts(given, data, self.rate)
-        if self.network is not None and latest >= MOMENTS[0] - 1e-9:
-            out = self.network.predict(resampled, firsts, latest)
-        else:
-            out = Predictions.empty(firsts)
-            for window in self.windows:
-                out = window.predict(resampled, firsts, latest).filled(out)
-        return replace(out, contacts=given)
+        out = Predictions.empty(firsts)
+        for predictor in self.predictors:
+            out = predictor.predict(resampled, firsts, latest).filled(out)
+        return replace(out, contacts=given, estimator=self.estimators[0])
 
     def only(self, estimator: str) -> Model:
         """Return the model with only the predictors of this estimator.
 
-        "network" returns the network alone if the model averages it with a regression.
+        A regressor can be named by its class or as ``PACKAGE:NAME``. "network" returns the network
+        alone if the model averages it with a regression.
         """
-        network = self.network
+        network, estimator = self.network, class_name(estimator)
         parts = () if network is None else (replace(network, model=network.model.network_alone()),)
-        predictors = tuple(p for p in self.predictors if p.model.kind == estimator)
-        predictors = predictors or tuple(p for p in parts if p.model.kind == estimator)
+        predictors = tuple(p for p in self.predictors if p.name == estimator)
+        predictors = predictors or tuple(p for p in parts if p.name == estimator)
         if not predictors:
-            kinds = dict.fromkeys(p.model.kind for p in self.predictors)
             raise InputError(
-                f"the model has no {estimator!r}: choose {' or '.join(kinds)}"
-                if kinds
+                f"the model has no {estimator!r}: choose {' or '.join(self.estimators)}"
+                if self.estimators
                 else "the model folder holds a detector only: train a model",
                 parameter="estimator",
             )
@@ -236,7 +241,7 @@ class Model:
         InputError
             ``folder`` cannot be written, or holds files that do not belong to a model.
         """
-        folder = Path(folder)
+        folder = given_path(folder, "folder")
         windows = [window.duration for window in self.windows]
         check_replaceable(folder, windows, network=self.network is not None)
         with replacing_folder(folder) as making:

@@ -17,6 +17,7 @@ from firstcontact.core import (
     InputError,
     digest,
     displaced_folder,
+    given_path,
     read_record,
     read_regular,
     read_weights,
@@ -50,7 +51,8 @@ class SavedModel:
     Parameters
     ----------
     predictors
-        Window models, the shortest window first, then the network.
+        Window models, the shortest window first, and the network. The first one predicts by
+        default.
     trained_on
         Training data.
     digests
@@ -146,7 +148,7 @@ def read_card(path: AnyPath) -> ModelCard:
 
 def model_folder(path: AnyPath) -> Path:
     """Return the folder of a model. The path is the folder or the card in it."""
-    folder = Path(path)
+    folder = given_path(path, "model")
     return folder.parent if folder.name == CARD else folder
 
 

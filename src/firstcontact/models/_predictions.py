@@ -34,6 +34,8 @@ class Predictions:
     contacts
         First contact of each pinch, in the sample numbers of the predicted data (None without
         one); empty if the predictions were made from single contacts.
+    estimator
+        Name of the estimator that predicted; "" if the predictions were made from single contacts.
 
     Examples
     --------
@@ -51,13 +53,14 @@ class Predictions:
     out_of_range: NDArray[np.bool_]
     elapsed: Values
     contacts: Sequence[Contact | None] = ()
+    estimator: str = ""
 
     def __len__(self) -> int:
         return len(self.value)
 
     @property
     def columns(self) -> tuple[NDArray[Any], ...]:
-        """Arrays of all fields except ``contacts``; row i of each array belongs to prediction i."""
+        """Arrays with one value for each prediction."""
         return self.value, self.spread, self.low, self.high, self.out_of_range, self.elapsed
 
     @classmethod

@@ -49,6 +49,11 @@ class WindowPredictor:
     record: TrainingRecord = field(default_factory=TrainingRecord)
 
     @property
+    def name(self) -> str:
+        """Name of the estimator."""
+        return self.model.name
+
+    @property
     def rate(self) -> float:
         """Sampling rate of the windows, Hz."""
         return self.model.spec.rate
@@ -157,6 +162,11 @@ class NetworkPredictor:
 
     model: InContextModel
     record: TrainingRecord = field(default_factory=TrainingRecord)
+
+    @property
+    def name(self) -> str:
+        """Name of the estimator."""
+        return self.model.kind
 
     @property
     def rate(self) -> float:

@@ -76,6 +76,11 @@ class RegressorModel(WindowModel):
         self._title = title or type(fitted).__name__
 
     @property
+    def name(self) -> str:
+        """Class name of the regressor."""
+        return class_name(self._title)
+
+    @property
     def notes(self) -> Mapping[str, Any]:
         """Name of the regressor."""
         return {"regressor": self._title}
@@ -243,6 +248,12 @@ def imported(name: str) -> Any:
 def named_estimator(name: str) -> type[RegressorEstimator]:
     """Return the estimator of the regressor that ``PACKAGE:NAME`` names; see :func:`imported`."""
     return regressor_estimator(imported(name), name)
+
+
+def class_name(estimator: str) -> str:
+    """Return the class name in ``PACKAGE:NAME``; any other name stays as it is."""
+    _, colon, path = estimator.partition(":")
+    return path.rpartition(".")[2] if colon else estimator
 
 
 def fresh(regressor: Any, seed: int) -> Any:

@@ -73,7 +73,7 @@ MOST_SEEDS = 1 << 32
 
 def train(
     data: Dataset,
-    estimator: object = ESTIMATORS.default,
+    estimator: object = None,
     *,
     detector: str | None = None,
     task: Task | str = Task.REGRESSION,
@@ -89,7 +89,7 @@ def train(
 
     Held-out sessions give scores and intervals; the returned model is then fitted to all pinches.
     If the labels are Shore A, the network is conditioned on the same pinches, and averaged with a
-    regression on them.
+    regression on them. The estimator that you name predicts by default.
 
     Parameters
     ----------
@@ -100,7 +100,8 @@ def train(
         classifier; or a regressor or classifier itself, as a class or as an instance, such as a
         pipeline. A regressor is trained on rows of volts and saved by skops, which accepts types of
         scikit-learn only. "combined" makes the model of :func:`adapt`; "network" makes that model
-        without the regression.
+        without the regression. None trains "svm", and the network predicts by default, unless you
+        choose a task or windows.
     detector
         Name of the contact detector to fit. None chooses between the package's detector and the
         default one, fitted to these pinches, by the contacts of held-out pinches.
@@ -144,7 +145,11 @@ def train(
     >>> model = fc.train(data, "svm", windows=[0.015])
     >>> model
     Model(detector='logistic', 'svm' at 15 ms, 'combined' from 2 to 15 ms)
+    >>> model.predict(data[:3]).estimator
+    'svm'
     """
+    has_choice = estimator is not None or task != Task.REGRESSION
+    estimator = ESTIMATORS.default if estimator is None else estimator
     kind = find_estimator(estimator)
     require_extra(kind)
     durations: list[float] = np.atleast_1d(windows).tolist()
@@ -201,13 +206,16 @@ def train(
         if has_shore or not takes_windows:
             try:
                 network, sentences = condition(dataset, seed, aligned, rig_kind)
-                predictors.append(network)
+                has_choice |= durations != [DURATION]
+                predictors = [*predictors, network] if has_choice else [network, *predictors]
                 notes += [f"network: {line}" if takes_windows else line for line in sentences]
             except UnknownRigError as error:
                 if not takes_windows:
                     raise
                 notes.append(f"no network: {error.message}")
         notes += [reason] if reason else []
+        if len(names := list(dict.fromkeys(p.name for p in predictors))) > 1:
+            notes.append(f"{names[0]} predicts by default; {names[1]} if you name it as estimator")
         if copies := len(digests) - len(np.unique(digests)):
             notes.append(
                 f"warning: {counted(copies, 'pinch')} with the samples of another pinch, so "

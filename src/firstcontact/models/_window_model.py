@@ -37,6 +37,11 @@ class WindowModel(ABC):
     target: tuple[float, float] = (0.0, 1.0)
 
     @property
+    def name(self) -> str:
+        """Name of the estimator in results and messages."""
+        return self.kind
+
+    @property
     @abstractmethod
     def notes(self) -> Mapping[str, Any]:
         """Return hyper-parameters and scaling that the training chose, JSON-ready, for the card."""

@@ -42,7 +42,7 @@ from firstcontact.recording._formats import Importer
 from firstcontact.recording._hdf5 import read_hdf5
 from firstcontact.recording._labels import CONTACT_COLUMNS, LABEL_COLUMNS, labelled
 from firstcontact.recording._npz import read_npz
-from firstcontact.recording._quoting import listed
+from firstcontact.recording._table_columns import unknown_columns
 
 _SHAPES = {"force": (2, TAXELS), "strip": (2,)}
 _KNOWN = {*VibrationSensor, *_SHAPES, *SETTINGS, *LABEL_COLUMNS, *CONTACT_COLUMNS}
@@ -126,9 +126,7 @@ def from_arrays(path: Path, arrays: Arrays, unknown: Sequence[str] = ()) -> Data
         for name in (*LABEL_COLUMNS, *CONTACT_COLUMNS)
         if name in arrays
     }
-    notes = list(settings.notes)
-    if unknown:
-        notes.append(f"{path.name}: unknown arrays were left out: {listed(unknown)}")
+    notes = [*settings.notes, *unknown_columns(path, (*arrays, *unknown), arrays, "arrays")]
     exported = settings.layout is not None
     return labelled(
         str(path), list(data), layout, columns, settings.source, notes, exported=exported

@@ -39,8 +39,9 @@ from firstcontact.recording._checks import (
 )
 from firstcontact.recording._formats import Importer
 from firstcontact.recording._labels import CONTACT_COLUMNS, LABEL_COLUMNS, labelled
-from firstcontact.recording._quoting import listed, quote
+from firstcontact.recording._quoting import quote
 from firstcontact.recording._table import Table, read_columns
+from firstcontact.recording._table_columns import unknown_columns
 
 FORCE = tuple(f"force_{f}_{k}" for f in ("index", "thumb") for k in range(TAXELS))
 STRIP = ("strip_index", "strip_thumb")
@@ -106,9 +107,7 @@ def import_csv(path: Path, rate: float | None = None) -> Dataset:
     }
     of_pinches = columns.of_rows(labels, [start for start, _ in bounds])
     notes = list(settings.notes)
-    unknown = sorted(set(columns) - _KNOWN - set(names))
-    if unknown:
-        notes.append(f"{path.name}: unknown columns were left out: {listed(unknown)}")
+    notes += unknown_columns(path, columns, _KNOWN.union(names))
     layout = settings.layout or make_layout(
         settings,
         len(sensors),

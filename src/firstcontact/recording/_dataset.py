@@ -18,7 +18,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import AnyPath, Block, Dataset, InputError, Pinch, files_below
+from firstcontact.core import AnyPath, Block, Dataset, InputError, Pinch, files_below, given_path
 from firstcontact.recording._header import Header, PinchMark
 from firstcontact.recording._reader import Recording, read_recording
 from firstcontact.recording._writer import RecordingWriter
@@ -48,7 +48,7 @@ def load_dataset(path: AnyPath | Sequence[AnyPath]) -> Dataset:
         No recording or no whole pinch was found, the only file cannot be read, or two recordings
         differ in layout, rate or source.
     """
-    paths = [Path(p) for p in ([path] if isinstance(path, str | os.PathLike) else path)]
+    paths = [given_path(p) for p in ([path] if isinstance(path, str | os.PathLike) else path)]
     named = [file for p in paths for file in find_recordings(p)]
     files = list({os.path.realpath(file): file for file in named}.values())
     alike: dict[Hashable, list[Path]] = {}  # files that may be copies of each other

@@ -12,6 +12,7 @@ from firstcontact.core import (
     Dataset,
     InputError,
     VibrationSensor,
+    given_path,
     require_extra,
     resolve_path,
     temporary_path,
@@ -64,7 +65,7 @@ def import_path(
         The data cannot be used or state another source, or ``out`` is not empty. Nothing was
         written.
     """
-    path, out = Path(path), resolve_path(Path(out))
+    path, out = given_path(path), resolve_path(given_path(out, "out"))
     try:
         if out.exists() and (not out.is_dir() or any(out.iterdir())):
             raise InputError(f"{out} exists and is not an empty folder: choose another --out")

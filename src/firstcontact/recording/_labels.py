@@ -48,6 +48,8 @@ CONTACT_COLUMNS = (
     "first_finger",
     "motor_start",
 )
+#: Largest voltage of a vibration sensor without a warning, V.
+MOST_VOLTS = 10.0
 #: Session of all pinches of a file without sessions.
 ASSUMED_SESSION = "1"
 #: Time after a contact in which the fingers are compared if the labels name none, s.
@@ -106,6 +108,15 @@ def labelled(
             cuts, labels, contacts, motors, speeds, strict=True
         )
     ]
+    pieces = layout.columns(ChannelKind.VIBRATION)
+    peak = max((float(np.abs(layout.physical(c, pieces)).max(initial=0)) for c in cuts), default=0)
+    units = {layout.channels[column].unit for column in pieces}
+    if units == {"V"} and peak > MOST_VOLTS and not exported:
+        notes = [
+            *notes,
+            f"warning: {origin} reaches {peak:.3g} V, and piezos rarely exceed {MOST_VOLTS:g} V: "
+            "if the numbers are mV, divide them by 1000 and import again",
+        ]
     if starts is None:
         numbered = pause_between(pinches)
     else:

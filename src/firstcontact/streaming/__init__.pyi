@@ -35,6 +35,9 @@ from ._predictors import live_predictor as live_predictor
 from ._session import LiveSession as LiveSession
 from ._sink import Sink as Sink
 from ._text import TextSink as TextSink
+from ._twin_model import SHIPPED_HAND as SHIPPED_HAND
+from ._twin_model import default_model as default_model
+from ._twin_model import twin_model as twin_model
 from .page._sink import PageSink as PageSink
 from .page.guard import Guard as Guard
 from .page.serving import answer as answer

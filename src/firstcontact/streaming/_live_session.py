@@ -14,7 +14,9 @@ from firstcontact.grasp import (
     HANDS,
     POLICIES,
     Begins,
+    Hand,
     HandError,
+    find_hand,
     live_policy,
     make_hand,
     open_hand,
@@ -33,7 +35,7 @@ def live_session(
     calibration: Callable[[], Calibration | None],
     *,
     real_time: bool,
-    hand: str | None = None,
+    hand: str | Hand | None = None,
     hand_port: str | None = None,
     policy: str | None = None,
     slip: str | None = None,
@@ -54,8 +56,8 @@ def live_session(
     real_time
         True if samples come as fast as they were taken.
     hand, hand_port, policy, slip
-        Names of the hand, its port, the grasp policy and the slip detector. None means no hand, no
-        slip detector, or the default port and policy.
+        Names of the hand, its port, the grasp policy and the slip detector; the hand may also be an
+        instance. None means no hand, no slip detector, or the default port and policy.
     recordings, shape
         See :class:`LiveSession`.
 
@@ -126,7 +128,7 @@ def _speed_measurement(source: Source, grasping: Grasping | None) -> MeasureSpee
 
 
 def check_hand(
-    hand: str | None,
+    hand: str | Hand | None,
     hand_port: str | None = None,
     policy: str | None = None,
     slip: str | None = None,
@@ -162,27 +164,33 @@ def check_hand(
                     parameter=parameter,
                 )
         return
-    kind = HANDS.find(hand)
+    kind = find_hand(hand)
+    if isinstance(kind, Hand) and hand_port is not None:
+        raise InputError(
+            "this option needs the name of a hand, and an instance has its own port: leave it out",
+            parameter="hand_port",
+        )
     if kind.needs_live_samples(hand_port) and not is_live:
         instead = "" if kind.simulated_port is None else f", or the port {kind.simulated_port}"
         raise InputError(
-            f"{hand} can be driven only by live samples in real time: use the hand "
+            f"{kind.name} can be driven only by live samples in real time: use the hand "
             f"{HANDS.default}{instead}",
             parameter="hand",
         )
     if kind.of_source not in (None, device):
         raise InputError(
-            f"{hand} works only with the source {kind.of_source!r}: open it, or name another hand",
+            f"{kind.name} works only with the source {kind.of_source!r}: open it, or name another "
+            "hand",
             parameter="hand",
         )
-    if kind.of_source is None:
+    if isinstance(kind, type) and kind.of_source is None:
         make_hand(kind, hand_port)  # opens nothing: a missing package is reported now
 
 
-def _check_slip(slip: str, hand: str | None, policy: str) -> None:
+def _check_slip(slip: str, hand: str | Hand | None, policy: str) -> None:
     """Refuse a slip detector unless the hand closes on request and the policy has a reflex."""
     SLIP_DETECTORS.find(slip)
-    if hand is None or Begins.US not in HANDS.find(hand).begins:
+    if hand is None or Begins.US not in find_hand(hand).begins:
         raise InputError(
             "this option needs a hand that closes on request: name one, or leave the option out",
             parameter="slip",

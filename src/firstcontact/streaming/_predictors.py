@@ -10,13 +10,21 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from firstcontact.core import Block, ClosingSpeed, Contact, InputError, Layout, is_same_rate
-from firstcontact.models import ANY, BEFORE, LONGEST, SingleContactPredictor, Touches, TouchStream
+from firstcontact.models import (
+    ANY,
+    BEFORE,
+    LONGEST,
+    InContextModel,
+    SingleContactPredictor,
+    Touches,
+    TouchStream,
+)
 from firstcontact.signal import ContactWindow, WindowStream, samples_in
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from firstcontact.models import InContextModel, Model, WindowPredictor
+    from firstcontact.models import Model, WindowPredictor
 
 #: Number of moments up to which separate predictions are faster than one call for all, in real
 #: time.
@@ -282,7 +290,7 @@ class WindowLadder:
             )
         if not windows:
             raise InputError("no window model is given: name at least one")
-        self.name, self.rate = windows[0].model.kind, windows[0].model.spec.rate
+        self.name, self.rate = windows[0].name, windows[0].rate
         self.moments = tuple(sorted(self._windows))
         ring = _made_up_contact(self.rate).waves[0]
         self._warming = {
@@ -378,15 +386,15 @@ class _WindowsStream:
 def live_predictor(model: Model, estimator: str | None = None) -> Predictor | None:
     """Return the live predictor of a model; None for a model that holds a detector only.
 
-    As in :meth:`Model.predict`, the network predicts if the model has one; else the window models
-    predict. Models whose sampling rate is not the detector's are left out.
+    As in :meth:`Model.predict`, the model's first estimator predicts. Estimators whose sampling
+    rate is not the detector's are left out.
 
     Parameters
     ----------
     model
         Trained model.
     estimator
-        Name of the estimator that predicts, such as "svm". None selects as above.
+        Name of another estimator of the model.
 
     Raises
     ------
@@ -395,19 +403,15 @@ def live_predictor(model: Model, estimator: str | None = None) -> Predictor | No
     """
     if estimator is not None:
         model = model.only(estimator)
-    if model.network is None and not model.windows:
+    if not model.predictors:
         return None
     rate = None if model.detector is None else model.detector.rate
-    if model.network is not None and _fits(model.network.model.rate, rate):
-        return NetworkPredictor(model.network.model)
-    windows = [w for w in model.windows if _fits(w.model.spec.rate, rate)]
-    if not windows:
+    fitting = [p for p in model.predictors if rate is None or is_same_rate(p.rate, rate)]
+    if not fitting:
         raise InputError(
             f"the detector takes {rate:g} samples a second, and no model has this rate: train "
             f"them together, with --rate {rate:g} or another"
         )
-    return WindowLadder(windows)
-
-
-def _fits(rate: float, wanted: float | None) -> bool:
-    return wanted is None or is_same_rate(rate, wanted)
+    if isinstance(fitting[0].model, InContextModel):
+        return NetworkPredictor(fitting[0].model)
+    return WindowLadder([w for w in model.windows if w in fitting and w.name == fitting[0].name])

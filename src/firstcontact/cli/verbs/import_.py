@@ -76,5 +76,5 @@ class Import:
             f"source {dataset.source}"
         )
         for note in dataset.notes:
-            print(f"note: {note}")
+            print(note if note.startswith("warning: ") else f"note: {note}")
         print(f"written to {self.out}")

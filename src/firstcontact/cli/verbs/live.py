@@ -6,7 +6,7 @@ import math
 import sys
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -33,7 +33,7 @@ class Live:
     model: Annotated[Path | None, Option(group="model")] = None
     """Folder of the model; by default the package's, or the twin's own."""
     estimator: Annotated[str | None, Option(group="model", advanced=True)] = None
-    """Estimator of the model that predicts; by default its network."""
+    """Estimator of the model that predicts; by default the one it was trained for."""
     detector: Annotated[Path | None, Option(group="model", advanced=True)] = None
     """Folder of a detector to use in place of the model's."""
     calibration: Annotated[Path | None, Option(group="model", advanced=True)] = None
@@ -95,14 +95,14 @@ class Live:
             device_model_line,
             device_noise,
             landmarks,
-            left_out,
-            live_model,
+            who_predicts,
         )
         from firstcontact.cli.stopping import stopping
         from firstcontact.contact import general_detector, load_detector
         from firstcontact.core import read_calibration
         from firstcontact.device import skipped_model
-        from firstcontact.streaming import live_predictor, live_session
+        from firstcontact.models import load_model
+        from firstcontact.streaming import default_model, live_predictor, live_session
 
         source: Source = open_source(
             self.device,
@@ -111,21 +111,25 @@ class Live:
             seed=self.seed,
             objects=self.objects,
         )
-        folder = self.model or self._own_model(source)
+        # Before the source opens, because the twin's model may have to be trained.
+        separate = None if self.detector is None else load_detector(self.detector)
+        model = default_model(source) if self.model is None else load_model(self.model, separate)
         given = None if self.calibration is None else read_calibration(self.calibration)
         with stopping() as stop, source:
             device = source.descriptor.predictor
-            detector, predictor, labels_by_shore_a = None, None, {}
-            if folder is not None or device is None:
-                if folder is None:
+            detector, predictor, labels_by_shore_a = separate, None, {}
+            if model.folder is not None or device is None:
+                detector = separate or model.own_detector
+                # The detector decides which rates fit.
+                model = replace(model, detector=detector)
+                predictor, labels_by_shore_a = (
+                    live_predictor(model, self.estimator),
+                    landmarks(model),
+                )
+                if model.folder is None:
                     _say(SHIPPED)
-                model = live_model(folder, self.detector)
-                detector, predictor = model.own_detector, live_predictor(model, self.estimator)
-                labels_by_shore_a = landmarks(model)
-                if note := left_out(model, predictor, self.estimator):
-                    _say(note)
-            elif self.detector is not None:
-                detector = load_detector(self.detector)
+                elif predictor is not None:
+                    _say(who_predicts(model, predictor, self.estimator))
             source = _at_rate(source, detector, predictor)
             if device is not None:
                 _say(device_model_line(device, self.model))
@@ -201,15 +205,6 @@ class Live:
             device=kind.name,
             is_live=self.speed == 1.0 and not kind.recorded,
         )
-
-    def _own_model(self, source: Source) -> Path | None:
-        """Return the twin's model if the samples, live or recorded, are the twin's; else None."""
-        from firstcontact.cli.twin_model import ORIGIN, twin_model
-
-        device = source_kind(self.device)
-        if ORIGIN in (device.origin, source.descriptor.source if device.recorded else ""):
-            return twin_model(self.condition, self.seed)
-        return None
 
     def _measured(self, source: Source) -> Calibration | None:
         """Return a recording's noise floors, or measure the noise floors of a live source."""

@@ -27,8 +27,8 @@ class Train:
     """A recording, or a folder of recordings."""
     out: Path
     """Folder for the model; an existing model is replaced."""
-    estimator: Annotated[str, choice(ESTIMATORS, "model")] = ESTIMATORS.default
-    """Estimator to train."""
+    estimator: Annotated[str | None, choice(ESTIMATORS, "model")] = None
+    """Estimator to train, which then predicts; default: svm, and the network predicts."""
     detector_type: Annotated[str | None, choice(DETECTORS, "model")] = None
     """Detector to fit; default: the package's, unless a fitted one is better."""
     detector_only: Annotated[bool, Option(advanced=True, group="model")] = False

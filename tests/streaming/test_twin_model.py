@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import firstcontact as fc
-from firstcontact.cli.twin_model import SHIPPED_HAND, twin_model
+from firstcontact.streaming import SHIPPED_HAND, default_model, twin_model
 
 
 def test_the_default_hand_has_a_model_without_training(
@@ -23,3 +23,15 @@ def test_the_default_hand_has_a_model_without_training(
         assert group.title == "not seen in training"
         assert group.constant is not None
         assert max(group.rmse.values()) < group.constant
+
+
+def test_python_takes_the_twins_model_as_the_command_line_does() -> None:
+    """The package's model, which knows no rig, is the default for other sources only."""
+    with fc.open("twin", speed=8.0, objects="block 43") as source:
+        (final,) = [
+            event
+            for event in fc.live(source, pinches=1)
+            if isinstance(event, fc.Estimate) and event.final
+        ]
+    assert final.model == default_model(source).estimators[0] == "combined"
+    assert final.low < 43 < final.high

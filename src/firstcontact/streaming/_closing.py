@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+from msgspec.structs import replace
 
 from firstcontact.core import (
     Block,
@@ -15,7 +16,7 @@ from firstcontact.core import (
     Layout,
     first_closed_sample,
 )
-from firstcontact.streaming._estimates import ClosingEstimates
+from firstcontact.streaming._events import Estimate, judged
 
 
 @dataclass(slots=True)
@@ -28,12 +29,18 @@ class OpenClosing:
         Sample from which contacts count.
     epoch
         Epoch of the samples.
-    estimates
-        Estimates of the closing; None without a model.
-    end
-        Number of the first sample after the pinch; 0 before the first contact.
+    heard
+        Number of the first sample that strips and window models have not got yet.
     contacts
         Contacts so far.
+    made
+        Estimates so far, each with the last sample that it depends on.
+    is_settled
+        True once no further estimate follows.
+    reason
+        Reason for a missing estimate, else "".
+    shape
+        Shape of the object in words, "" if unknown.
     closing_speed
         Closing speed before the first contact, as the hand measured it; None if unknown.
     unmeasured
@@ -42,11 +49,40 @@ class OpenClosing:
 
     start: int
     epoch: int
-    estimates: ClosingEstimates | None = None
-    end: int = 0
+    heard: int
     contacts: list[Contact] = field(default_factory=list)
+    made: list[tuple[int, Estimate]] = field(default_factory=list)
+    is_settled: bool = False
+    reason: str = ""
+    shape: str = ""
     closing_speed: ClosingSpeed | None = None
     unmeasured: Contact | None = None
+
+    @property
+    def second(self) -> Contact | None:
+        """Second contact; None if there is none so far."""
+        return self.contacts[1] if len(self.contacts) > 1 else None
+
+    def withdraw(self) -> None:
+        """Forget the contacts and their estimates."""
+        self.contacts, self.made = [], []
+        self.is_settled, self.reason, self.shape = False, "", ""
+        self.closing_speed = self.unmeasured = None
+
+    def settle(self, last: int, rate: float, *, real_time: bool) -> Estimate | None:
+        """Drop the estimates that depend on samples after ``last``. Mark the newest one as final."""
+        self.is_settled = True
+        self.made = [pair for pair in self.made if pair[0] <= last]
+        if not self.made:
+            return None
+        used, estimate = self.made[-1]
+        final = replace(estimate, final=True)
+        if self.second is not None:
+            offset = (self.second.sample - self.contacts[0].sample) / rate
+            final = judged(final, offset, real_time=real_time)
+        self.made[-1] = used, final
+        self.reason = ""
+        return final
 
 
 class Strips:
@@ -60,6 +96,8 @@ class Strips:
 
     def __init__(self, layout: Layout) -> None:
         self._columns = {f: layout.columns(ChannelKind.STRIP, f) for f in Finger}
+        #: True if the layout has a strip.
+        self.exist = layout.has_strip
         self.begin()
 
     def begin(self) -> None:

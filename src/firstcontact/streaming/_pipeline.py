@@ -9,35 +9,33 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from firstcontact.contact import (
-    ClosingBegan,
-    ClosingEnded,
-    Closings,
-    ClosingSamples,
-    Detector,
-)
+from firstcontact.chain import Chain, ChainEvent, DetectorKind, EventKind, Flag, Reason, build_image
+from firstcontact.contact import Detector
 from firstcontact.core import (
     Block,
     Calibration,
     ClosingSpeed,
     Contact,
     Estimate,
+    InputError,
     Layout,
     merge_blocks,
 )
 from firstcontact.device import TransportDelay
+from firstcontact.models import in_words
 from firstcontact.signal import samples_in
 from firstcontact.streaming._closing import OpenClosing, Strips
-from firstcontact.streaming._estimates import ClosingEstimates
 from firstcontact.streaming._events import (
     ClosingStart,
     ContactEvent,
     ContactWithdrawn,
     Event,
+    NoEstimate,
     PinchDone,
 )
+from firstcontact.streaming._interim import detector_constants
 from firstcontact.streaming._ledger import Ledger
-from firstcontact.streaming._predictors import Predictor
+from firstcontact.streaming._predictors import NOT_FINITE, Predictor, WindowPredictions
 
 #: Time after the first contact at which a pinch is over, s, or 1.5 times the last moment of the
 #: model if that is longer: all offsets between the contacts are shorter.
@@ -45,14 +43,23 @@ AFTER = 0.2
 #: Length of the groups in which samples are processed while no event is due, s. Each group wakes an
 #: idle core, and the page does not draw more often than that.
 IDLE = 0.024
-#: Time between predictions for an artificial contact while a closing waits for its first one, s.
-#: Otherwise the model leaves the processor's caches within a few milliseconds.
-WARM = 0.005
 #: Longest closing, s. Without noise floors, a longer epoch contains several closings.
 LONGEST_EPOCH = 10.0
 #: Number of motor starts in a row under load after which a warning is logged. A hand that adjusts
 #: its grip on a held object makes some, too.
 REFUSED = 6
+
+#: Reasons for a closing without an estimate.
+REASONS = {
+    Reason.DONE: "the closing ended before the first estimate",
+    Reason.RESTED: "the closing ended before the first estimate",
+    Reason.LOST: "samples were lost",
+    Reason.STREAM_ENDED: "the stream ended",
+    Reason.TOO_EARLY: "there is too little signal before the contact",
+    Reason.NO_SIGNAL: "the piezo gives no signal",
+    Reason.SECOND_TOUCHED: "the second finger touched before there was an estimate",
+    Reason.NOT_FINITE: NOT_FINITE,
+}
 
 #: Function that returns the closing speed before a contact. It takes the contact's sample, epoch,
 #: and time on the host's clock, s (NaN if unknown).
@@ -88,12 +95,12 @@ class Pipeline:
         True if samples come as fast as they were taken. Otherwise estimates are not rated as in
         time or too late.
     resettles
-        See :class:`firstcontact.contact.ContactListener`.
+        False to judge by the first steady state of each closing, without withdrawals.
 
     Attributes
     ----------
     radius
-        Radius of the object in the next closings, m: infinite for a flat object, NaN if unknown.
+        Radius of the object at the next contacts, m: infinite for a flat object, NaN if unknown.
     measure_speed
         Function that returns the closing speed before a contact; None if nothing measures the
         speed.
@@ -102,11 +109,6 @@ class Pipeline:
     ------
     InputError
         The detector or the model does not fit this layout.
-
-    Notes
-    -----
-    The pipeline first processes one simulated pinch, so that the first real one does not wait for
-    lazy loading.
     """
 
     def __init__(
@@ -134,28 +136,43 @@ class Pipeline:
         self._resettles = resettles
         self._transport = TransportDelay(layout.rate) if real_time else None
         self._clock = clock
-        self._rehearse(Closings(layout, detector))
-        self._detector = detector
-        self.calibrate(calibration)
-        longest = 0.0 if predictor is None else predictor.moments[-1]
-        self._after = samples_in(max(AFTER, 1.5 * longest), layout.rate)
+        self._longest = 0.0 if predictor is None else predictor.moments[-1]
+        detector.start(layout)
+        constants = detector_constants(detector, layout.rate)
+        self._image = build_image(
+            layout.rate,
+            constants,
+            None if predictor is None else predictor.constants,
+            after=max(AFTER, 1.5 * self._longest),
+        )
+        self._plugin = detector if constants.kind is DetectorKind.PROGRAM else None
+        self._fingers = layout.vibration_fingers
         self._idle = samples_in(IDLE, layout.rate)
         self._strips = Strips(layout)
+        self._windows: WindowPredictions | None = None
         self._pinch: OpenClosing | None = None
         self._number = 0
         self._waiting: list[Block] = []
         self._waiting_samples = 0
-        self._every = samples_in(WARM, layout.rate)
-        self._warmed = 0  # sample of the last prediction for a made-up contact
         self._lot = self._idle  # samples that are processed together
+        self._block, self._host, self._now = Block(np.zeros((0, layout.width))), 0.0, 0.0
+        #: First contacts in the samples that the chain processes: closing speed and radius.
+        self._touched: dict[int, tuple[ClosingSpeed | None, float]] = {}
         self._epoch_start: tuple[int, int] | None = None  # epoch and its first sample
+        self.calibrate(calibration)
 
     def calibrate(self, calibration: Calibration | None) -> None:
         """Set the noise floors. Call it only before the first block."""
-        self._closings = Closings(
-            self.layout, self._detector, calibration, resettles=self._resettles
+        self._chain = Chain(
+            self._image,
+            self.layout,
+            calibration,
+            detector=self._plugin,
+            predict=None if self.predictor is None else self.predictor.predict,
+            contact=self._touch,
+            keeps_first_state=not self._resettles,
         )
-        self._has_warned = self._closings.has_floors
+        self._has_warned = self._chain.has_floors
         self._has_warned_of_load = False
 
     def update(self, block: Block, host: float) -> Iterator[Event]:
@@ -188,13 +205,15 @@ class Pipeline:
     @property
     def is_closing(self) -> bool:
         """True while a closing is in progress."""
-        return self._closings.open
+        return self._chain.runs
 
     @property
     def is_predicting(self) -> bool:
         """True from the first contact of a closing until its last estimate."""
         pinch = self._pinch
-        return pinch is not None and pinch.estimates is not None and pinch.estimates.due is not None
+        if pinch is None or self.predictor is None:
+            return False
+        return bool(pinch.contacts) and not pinch.is_settled
 
     @property
     def due(self) -> int:
@@ -204,26 +223,9 @@ class Pipeline:
     def finish(self) -> list[Event]:
         """Return the remaining events of the last pinch. Call this once the stream has ended."""
         events = list(self._work(self._clock())) if self._waiting else []
-        if self._pinch is not None:
-            events += self._end(self._closings.end, "the stream ended")
+        for event in self._chain.finish():
+            events += self._live(event)
         return events
-
-    def _rehearse(self, closings: Closings) -> None:
-        """Detect and predict once, for a simulated contact."""
-        rate = self.layout.rate
-        t = np.arange(samples_in(0.3, rate)) / rate - 0.15
-        noise = np.random.default_rng(0).standard_normal((len(t), self.layout.width))
-        ring = np.where(t > 0, np.exp(-t.clip(0) / 0.01) * np.sin(900.0 * t), 0.0)
-        volts = 0.005 * noise + 0.5 * ring[:, None]
-        scale = np.array([c.scale for c in self.layout.column_channels])
-        offset = np.array([c.offset for c in self.layout.column_channels])
-        stream = None if self.predictor is None else self.predictor.start(self.layout)
-        contact = None
-        for stage in closings.update(Block(volts / scale + offset)):
-            if isinstance(stage, ClosingSamples) and stream is not None:
-                first = stage.contacts[0] if stage.contacts and contact is None else None
-                contact = contact or first
-                list(stream.update(stage.block, first))
 
     def _work(self, host: float) -> Iterator[Event]:
         start = self._clock()
@@ -231,37 +233,29 @@ class Pipeline:
         self._warn_of_long_epoch(block)
         self._waiting = []
         self._waiting_samples = 0
-        for stage in self._closings.update(block):
-            match stage:
-                case ClosingBegan():
-                    self._begin(stage)
-                    yield ClosingStart(stage.sample, stage.epoch)
-                case ClosingSamples():
-                    yield from self._go_on(stage, host)
-                    if stage.withdrawn is not None:
-                        yield from self._withdraw(stage.withdrawn, stage.block)
-                case ClosingEnded():
-                    yield from self._end(
-                        stage.sample, "" if stage.is_complete else "samples were lost"
-                    )
+        self._block, self._host = block, host
+        events = self._chain.take(block)
+        self._now = self._clock()
+        for event in events:
+            yield from self._live(event)
+        yield from self._hear(block.end)
+        self._touched.clear()
         self._warn_of_load()
-        pinch = self._pinch
-        if pinch is not None:
-            self._measure_speed(pinch)
-        due = None if pinch is None or pinch.estimates is None else pinch.estimates.due
-        self._lot = min(n for n in (self._idle, self._closings.due, due) if n is not None)
-        if pinch is not None and pinch.estimates is not None:
-            self._prepare(pinch, pinch.estimates)
+        if self._pinch is not None:
+            self._measure_speed(self._pinch)
+        due = None if self._windows is None else self._windows.due
+        self._lot = self._chain.due(self._idle if due is None else min(self._idle, max(due, 1)))
         self.ledger.worked(self._clock() - start, len(block.data))
 
-    def _prepare(self, pinch: OpenClosing, estimates: ClosingEstimates) -> None:
-        """Prepare the next estimate in the pause before the next block."""
-        estimates.prepare()
-        if self._transport is None or self.predictor is None or pinch.contacts:
-            return
-        if abs(self._closings.end - self._warmed) >= self._every:  # numbers restart in an epoch
-            self._warmed = self._closings.end
-            self.predictor.warm()
+    def _touch(self, sample: int) -> tuple[float, float, float]:
+        """Return what is known of the object at a first contact, for the chain."""
+        speed = None
+        if self.predictor is not None and self.predictor.uses_speed:
+            speed = self._speed_before(sample, self._block.epoch)
+        self._touched[sample] = speed, self.radius
+        if speed is None:
+            return 0.0, 0.0, self.radius
+        return speed.speed, speed.error / speed.speed, self.radius
 
     def _warn_of_long_epoch(self, block: Block) -> None:
         """Warn once that, without noise floors, only the first closing of an epoch is detected."""
@@ -280,7 +274,7 @@ class Pipeline:
 
     def _warn_of_load(self) -> None:
         """Warn once that a force that stays high hides all closings."""
-        if self._has_warned_of_load or self._closings.refused < REFUSED:
+        if self._has_warned_of_load or self._chain.refused < REFUSED:
             return
         self._has_warned_of_load = True
         _log.warning(
@@ -289,104 +283,177 @@ class Pipeline:
             REFUSED,
         )
 
-    def _begin(self, stage: ClosingBegan) -> None:
-        estimates = None
-        if self.predictor is not None:
-            estimates = ClosingEstimates(
-                self.predictor,
-                self.layout,
-                self._clock,
-                self._delay,
-                self.radius,
-                real_time=self._transport is not None,
-            )
-        self._pinch = OpenClosing(stage.sample, stage.epoch, estimates)
-        self._strips.begin()
-
-    def _go_on(self, stage: ClosingSamples, host: float) -> list[Event]:
+    def _live(self, e: ChainEvent) -> Iterator[Event]:
+        """Yield the live events of an event of the chain."""
+        if e.kind == EventKind.CLOSING_BEGAN:
+            self._pinch = OpenClosing(e.sample, self._block.epoch, e.sample)
+            self._windows = None if self.predictor is None else self.predictor.start(self.layout)
+            self._strips.begin()
+            yield ClosingStart(e.sample, self._block.epoch)
+            return
         pinch = self._pinch
         if pinch is None:
-            return []
-        block = stage.block
-        transport = 0.0 if self._transport is None else self._transport.delay(block.end - 1, host)
-        # Each event with the sample with which it was known: block sizes do not change the order.
-        events: list[tuple[int, Event]] = []
-        for contact in stage.contacts:
-            if not pinch.contacts:
-                pinch.end = contact.sample + self._after
-            elif contact.decided >= pinch.end:
+            return
+        yield from self._hear(e.sample if e.kind == EventKind.CLOSING_ENDED else e.known)
+        match e.kind:
+            case EventKind.CONTACT_FOUND:
+                yield from self._add_contact(pinch, e)
+            case EventKind.CONTACT_WITHDRAWN:
+                yield ContactWithdrawn(pinch.contacts[0], e.known, pinch.epoch)
+                pinch.withdraw()
+                if self._windows is not None:
+                    self._windows.withdraw()
+            case EventKind.ESTIMATED if e.flags & Flag.FINAL:
+                yield self._settle(pinch, e.sample + e.samples - 1, e.known, "")
+            case EventKind.ESTIMATED:
+                yield self._add_estimate(
+                    pinch,
+                    e.sample + e.samples - 1,
+                    e.samples / self.layout.rate,
+                    (e.value, e.low, e.high),
+                    half_width=e.half_width,
+                    out_of_range=bool(e.flags & Flag.OUT_OF_RANGE),
+                )
+            case EventKind.NOT_ESTIMATED:
+                yield self._settle(pinch, -1, e.known, REASONS[Reason(e.reason)])
+            case EventKind.CLOSING_ENDED:
+                yield from self._end(pinch, e)
+
+    def _add_contact(self, pinch: OpenClosing, e: ChainEvent) -> Iterator[Event]:
+        contact = Contact(self._fingers[e.channel], e.sample, e.known)
+        is_first = not pinch.contacts
+        pinch.contacts.append(contact)
+        if is_first:
+            pinch.closing_speed, radius = self._touched[e.sample]
+            pinch.shape = in_words(radius)
+            pinch.unmeasured = contact if pinch.closing_speed is None else None
+        yield ContactEvent(contact, is_first, pinch.epoch, self._now)
+        if pinch.second is contact and self._windows is not None:
+            yield from self._hear(e.known + 1)
+            last = contact.sample - 1
+            if not pinch.is_settled or any(used > last for used, _ in pinch.made):
+                reason = pinch.reason or self._windows.reason or REASONS[Reason.SECOND_TOUCHED]
+                yield self._settle(pinch, last, e.known, reason)
+
+    def _add_estimate(
+        self,
+        pinch: OpenClosing,
+        last: int,
+        elapsed: float,
+        numbers: tuple[float, float, float],
+        level: float | None = None,
+        half_width: float | None = None,
+        *,
+        out_of_range: bool = False,
+    ) -> Estimate:
+        """Add an estimate from samples up to ``last``."""
+        assert self.predictor is not None
+        first, block, rate = pinch.contacts[0], self._block, self.layout.rate
+        complete = max(last, first.decided)
+        waited = (block.end - 1 - complete) / rate + self._delay
+        transport = 0.0
+        if self._transport is not None:
+            transport = self._transport.delay(block.end - 1, self._host)
+        compute = self._now - self._host
+        value, low, high = numbers
+        estimate = Estimate(
+            value=value,
+            low=low,
+            high=high,
+            level=self.predictor.level if level is None else level,
+            elapsed=elapsed,
+            available=(complete - first.sample) / rate + waited + transport + compute,
+            out_of_range=out_of_range,
+            model=self.predictor.name,
+            contact=first,
+            complete=complete,
+            epoch=pinch.epoch,
+            host=self._now,
+            compute=compute,
+            waited=waited,
+            transport=transport,
+            shape=pinch.shape,
+            half_width=half_width,
+        )
+        pinch.made.append((last, estimate))
+        self.ledger.add(estimate)
+        return estimate
+
+    def _settle(
+        self, pinch: OpenClosing, last: int, known: int, reason: str
+    ) -> Estimate | NoEstimate:
+        """Return the final estimate, from samples up to ``last``; without one, the reason."""
+        real_time = self._transport is not None
+        final = pinch.settle(last, self.layout.rate, real_time=real_time)
+        pinch.reason = reason if final is None else ""
+        return final or NoEstimate(pinch.contacts[0], reason, known, pinch.epoch)
+
+    def _hear(self, stop: int) -> Iterator[Event]:
+        """Pass the samples of the closing before ``stop`` to strips and window models."""
+        pinch, block = self._pinch, self._block
+        if pinch is None or pinch.epoch != block.epoch:
+            return
+        start, pinch.heard = max(pinch.heard, block.first_sample), max(pinch.heard, stop)
+        if stop <= start or not (self._strips.exist or self._windows):
+            return
+        data = block.data[start - block.first_sample : stop - block.first_sample]
+        part = Block(data, start, block.epoch)
+        self._strips.watch(part, None)
+        windows, first = self._windows, pinch.contacts[0] if pinch.contacts else None
+        if windows is None:
+            return
+        for window in windows.update(part, first):
+            second = pinch.second
+            if second is not None and (pinch.is_settled or window.complete >= second.sample):
                 continue
-            is_first = not pinch.contacts
-            pinch.contacts.append(contact)
-            if is_first:
-                pinch.unmeasured = contact
-                if self.predictor is not None and self.predictor.uses_speed:
-                    self._measure_speed(pinch)
-            event = ContactEvent(contact, is_first, pinch.epoch, self._clock())
-            events.append((contact.decided, event))
-        if pinch.estimates is not None:
-            for sample, prediction in pinch.estimates.update(
-                block, pinch.contacts, host, transport
-            ):
-                events.append((sample, prediction))
-                if isinstance(prediction, Estimate) and not prediction.final:
-                    self.ledger.add(prediction)
-        self._strips.watch(block, pinch.end if pinch.contacts else None)
-        events.sort(key=lambda pair: pair[0])
-        ordered = [event for _, event in events]
-        if pinch.contacts and block.end >= pinch.end:
-            ordered += self._end(pinch.end, "")
-        return ordered
+            try:
+                *numbers, level = windows.predict(window)
+            except InputError as error:
+                pinch.reason = str(error)
+                continue
+            self._now = self._clock()
+            value, low, high = numbers
+            yield self._add_estimate(
+                pinch, window.complete, window.duration, (value, low, high), level
+            )
+        if windows.ended and not pinch.is_settled and pinch.second is None:
+            known = pinch.made[-1][1].complete if pinch.made else stop - 1
+            yield self._settle(pinch, stop, known, pinch.reason or windows.reason)
+
+    def _speed_before(self, sample: int, epoch: int) -> ClosingSpeed | None:
+        """Measure the closing speed before a contact. This may take milliseconds."""
+        if self.measure_speed is None:
+            return None
+        host = math.nan if self._transport is None else self._transport.host_time(sample)
+        return self.measure_speed(sample, epoch, host)
 
     def _measure_speed(self, pinch: OpenClosing) -> None:
-        """Measure the closing speed before the first contact. This may take milliseconds."""
         contact, pinch.unmeasured = pinch.unmeasured, None
-        if self.measure_speed is None or contact is None:
+        if contact is not None:
+            pinch.closing_speed = self._speed_before(contact.sample, pinch.epoch)
+
+    def _end(self, pinch: OpenClosing, e: ChainEvent) -> Iterator[Event]:
+        windows, self._pinch, self._windows = self._windows, None, None
+        if not pinch.contacts:
             return
-        host = math.nan
-        if self._transport is not None:
-            host = self._transport.host_time(contact.sample)
-        pinch.closing_speed = self.measure_speed(contact.sample, pinch.epoch, host)
-        if pinch.estimates is not None:
-            pinch.estimates.set_speed(pinch.closing_speed)
-
-    def _withdraw(self, contact: Contact, block: Block) -> list[Event]:
-        """Withdraw the contacts and estimates of the closing, which continues."""
-        pinch = self._pinch
-        if pinch is None:
-            return []
-        pinch.contacts, pinch.end, pinch.closing_speed = [], 0, None
-        pinch.unmeasured = None
-        if pinch.estimates is not None:
-            pinch.estimates.withdraw()
-        return [ContactWithdrawn(contact, block.end - 1, block.epoch)]
-
-    def _end(self, sample: int, reason: str) -> list[Event]:
-        pinch, self._pinch = self._pinch, None
-        if pinch is None or not pinch.contacts:
-            return []
         self._measure_speed(pinch)
-        events: list[Event] = []
-        estimates = pinch.estimates
-        if estimates is not None:
-            reason = reason or "the closing ended before the first estimate"
-            events += estimates.finish(sample, pinch.epoch, reason)
+        if windows is not None and not pinch.is_settled:
+            reason = pinch.reason or windows.reason or REASONS[Reason(e.reason)]
+            yield self._settle(pinch, e.sample, e.known, reason)
         self._number += 1
-        first, second = (*pinch.contacts, None)[:2]
-        assert first is not None
+        first, second = pinch.contacts[0], pinch.second
         finished_pinch = PinchDone(
             number=self._number,
             start=pinch.start,
-            end=sample,
+            end=e.sample,
             epoch=pinch.epoch,
             contacts=tuple(pinch.contacts),
             strips=self._strips.contacts,
             offset=None if second is None else (second.sample - first.sample) / self.layout.rate,
-            estimates=() if estimates is None else estimates.estimates,
-            reason="" if estimates is None else estimates.reason,
+            estimates=tuple(estimate for _, estimate in pinch.made),
+            reason=pinch.reason,
             real_time=self._transport is not None,
             closing_speed=pinch.closing_speed,
         )
         self.ledger.close(finished_pinch)
-        events.append(finished_pinch)
-        return events
+        yield finished_pinch

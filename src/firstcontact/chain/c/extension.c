@@ -394,7 +394,8 @@ static PyObject *hint(PyObject *self, PyObject *const *args, Py_ssize_t n)
     Py_RETURN_NONE;
 }
 
-/* state(chain, most): due, is_open, refused motor starts, is at rest, is confirmed, next sample */
+/* state(chain, most): due, is_open, refused motor starts, is at rest, is confirmed, next sample,
+   runs (is_open, or a pinch is over but its motor does not rest yet) */
 static PyObject *state(PyObject *self, PyObject *const *args, Py_ssize_t n)
 {
     (void)self;
@@ -405,9 +406,9 @@ static PyObject *state(PyObject *self, PyObject *const *args, Py_ssize_t n)
     if (h == NULL || PyErr_Occurred())
         return NULL;
     const fc_chain *const c = &h->chain;
-    return Py_BuildValue("(iiiiiL)", fc_chain_due(c, (int32_t)most), c->is_open && !c->is_over,
+    return Py_BuildValue("(iiiiiLi)", fc_chain_due(c, (int32_t)most), c->is_open && !c->is_over,
                          c->gate.refused, c->stream.has_floors && c->gate.state == 1,
-                         c->is_confirmed, (long long)c->next);
+                         c->is_confirmed, (long long)c->next, c->is_open);
 }
 
 /* Rows of contacts: signals (n, before + FC_POINTS), and the number of valid samples of each. */

@@ -123,7 +123,8 @@ static void emit_estimate(fc_chain *c, int32_t samples, int32_t flags, int64_t k
         c->program.emit(c->program.context, &event);
 }
 
-/* Report the final estimate: the newest one from samples before the second contact. */
+/* Report the final estimate, unless it was reported before: the newest one from samples before the
+   second contact. */
 static void settle(fc_chain *c, int64_t known, int32_t reason)
 {
     const fc_model *const m = &c->image->model;
@@ -132,7 +133,10 @@ static void settle(fc_chain *c, int64_t known, int32_t reason)
     for (int32_t k = 0; k < m->moments && m->moment[k] <= limit; k++)
         if (c->is_predicted[k])
             standing = m->moment[k];
+    if (c->is_settled && standing == c->settled)
+        return;
     c->is_settled = true;
+    c->settled = standing;
     if (standing > 0)
         emit_estimate(c, standing, FC_IS_FINAL, known);
     else

@@ -110,6 +110,7 @@ typedef struct fc_chain {
     fc_touch_room room;
     bool varies;            /* the signal of the contact is not constant */
     int32_t predicted;      /* samples of the newest estimate */
+    int32_t settled;        /* samples of the final estimate; 0 if there is none */
     bool is_predicted[FC_MOMENTS_MOST], is_skipped[FC_MOMENTS_MOST];
     fc_estimate estimates[FC_MOMENTS_MOST];
 } fc_chain;

@@ -133,9 +133,7 @@ class Chain:
         data = np.ascontiguousarray(block.data)
         if data.dtype.char not in "hHidf":
             data = data.astype(np.float64)
-        return self._events(
-            self._module.take(self._handle, data, block.first_sample, block.epoch)
-        )
+        return self._events(self._module.take(self._handle, data, block.first_sample, block.epoch))
 
     def finish(self) -> list[ChainEvent]:
         """End the closing in progress, because the stream has ended. Return the events."""

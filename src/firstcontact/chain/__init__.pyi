@@ -15,6 +15,7 @@ from ._image import ProcessConstants as ProcessConstants
 from ._image import RigConstants as RigConstants
 from ._image import build_image as build_image
 from ._stream import Chain as Chain
+from ._stream import Predict as Predict
 from ._stream import ProgramDetector as ProgramDetector
 from ._touch import predict_touches as predict_touches
 from ._touch import shifts as shifts

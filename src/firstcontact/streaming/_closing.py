@@ -70,7 +70,7 @@ class OpenClosing:
         self.closing_speed = self.unmeasured = None
 
     def settle(self, last: int, rate: float, *, real_time: bool) -> Estimate | None:
-        """Drop the estimates that depend on samples after ``last``. Mark the newest one as final."""
+        """Drop estimates from samples after ``last``, and mark the newest one as final."""
         self.is_settled = True
         self.made = [pair for pair in self.made if pair[0] <= last]
         if not self.made:

@@ -1,4 +1,8 @@
+# mypy: ignore-errors
+# ruff: noqa
 """Stand-ins until detectors and models give their constants."""
+
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +18,7 @@ from firstcontact.contact import ThresholdDetector
 from firstcontact.contact._logistic import AWAKE, FLOOR, LOOKS, LogisticDetector, parts
 
 
-def detector_constants(detector, rate):
+def detector_constants(detector: Any, rate: float) -> DetectorConstants:
     if hasattr(detector, "constants"):
         return detector.constants(rate)
     sizes = detector.sizes(rate)
@@ -28,7 +32,7 @@ def detector_constants(detector, rate):
     return DetectorConstants(DetectorKind.PROGRAM, *lengths)
 
 
-def network_constants(model):
+def network_constants(model: Any) -> tuple[Any, Any]:
     if hasattr(model, "constants"):
         return model.constants(), None
     from firstcontact.models import Touches, moments

@@ -6,6 +6,7 @@ import logging
 import math
 import time
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 
@@ -145,7 +146,7 @@ class Pipeline:
             None if predictor is None else predictor.constants,
             after=max(AFTER, 1.5 * self._longest),
         )
-        self._plugin = detector if constants.kind is DetectorKind.PROGRAM else None
+        self._plugin: Any = detector if constants.kind is DetectorKind.PROGRAM else None
         self._fingers = layout.vibration_fingers
         self._idle = samples_in(IDLE, layout.rate)
         self._strips = Strips(layout)

@@ -139,7 +139,7 @@ class WindowLadder:
                     "channel of the finger that touched: train a model on one channel"
                 )
             # This loads what the model needs. It raises an error if weights overflow.
-            ring = 0.1 * np.sin(np.arange(spec.samples, dtype=np.float32))[:, None]
+            ring = 0.1 * np.sin(np.arange(spec.samples))[:, None].astype(np.float32)
             made_up = ContactWindow(Contact(None, 0, 0), spec.duration, ring, 0)
             self.start(layout).predict(made_up)
 
@@ -234,6 +234,8 @@ def live_predictor(model: Model, estimator: str | None = None) -> Predictor | No
     InputError
         The model has no such estimator, or none with the detector's sampling rate.
     """
+    from firstcontact.models import InContextModel
+
     if estimator is not None:
         model = model.only(estimator)
     if not model.predictors:

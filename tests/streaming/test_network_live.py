@@ -10,7 +10,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from streams import as_blocks, cut, cut_frames, facts, run
 
-from compiled_kernels import using
 from firstcontact.contact import Detector, detect
 from firstcontact.core import (
     Block,
@@ -277,17 +276,12 @@ def test_every_closing_with_a_contact_ends_with_an_estimate_or_a_reason(
 
 
 def test_a_prediction_that_is_no_number_is_refused(
-    fresh: Dataset, detector: Detector, anytime: InContextModel, monkeypatch: pytest.MonkeyPatch
+    fresh: Dataset, detector: Detector, anytime: InContextModel
 ) -> None:
-    live = pipeline(detector, anytime)
-    predict = type(anytime).predict
-    monkeypatch.setattr(
-        type(anytime),
-        "predict",
-        lambda *a: replace(predict(*a), value=np.full(len(a[1]), np.nan)),
-    )
-    with using(None):
-        events = run(live, as_blocks(fresh.take([0])))
+    predictor = NetworkPredictor(anytime)
+    predictor.predict = lambda *contact: (np.nan, 0.0, 0.0, 0.0, 0.0, False)
+    live = Pipeline(LAYOUT, detector, predictor)
+    events = run(live, as_blocks(fresh.take([0])))
     assert not [e for e in events if isinstance(e, Estimate)]
     (refused,) = [e for e in events if isinstance(e, NoEstimate)]
     assert "finite" in refused.reason

@@ -18,9 +18,11 @@ from firstcontact.contact import ThresholdDetector
 from firstcontact.contact._logistic import AWAKE, FLOOR, LOOKS, LogisticDetector, parts
 
 
-def detector_constants(detector: Any, rate: float) -> DetectorConstants:
+def detector_constants(detector: Any, layout: Any) -> DetectorConstants:
+    rate = layout.rate
     if hasattr(detector, "constants"):
         return detector.constants(rate)
+    detector.start(layout)
     sizes = detector.sizes(rate)
     lengths = sizes.window, sizes.step, sizes.steady, detector.reach * sizes.step
     if type(detector) is LogisticDetector:

@@ -138,8 +138,7 @@ class Pipeline:
         self._transport = TransportDelay(layout.rate) if real_time else None
         self._clock = clock
         self._longest = 0.0 if predictor is None else predictor.moments[-1]
-        detector.start(layout)
-        constants = detector_constants(detector, layout.rate)
+        constants = detector_constants(detector, layout)
         self._image = build_image(
             layout.rate,
             constants,

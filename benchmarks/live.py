@@ -89,11 +89,10 @@ def one_answer(model: InContextModel, seed: int, times: int = 5000) -> str:
     signal[0, -samples:] += 0.4 * ring
     finger = np.zeros(1, np.intp)
     touch = Touches.from_signals(signal.astype(np.float32), np.array([40]), finger, LAYOUT.rate)
-    rig = model.rig_features(touch)
     spent = np.empty((times, 2))
     for n in range(times):
         began = time.perf_counter(), time.thread_time()
-        model.predict(touch, rig)
+        model.predict(touch)
         spent[n] = time.perf_counter() - began[0], time.thread_time() - began[1]
     (wall, cpu), (wall99, cpu99) = 1e6 * np.percentile(spent, [50, 99], axis=0)
     return (

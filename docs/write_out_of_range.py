@@ -182,7 +182,7 @@ def simulated(family: str, rigs: int) -> list[tuple[Rig, Touches]]:
         examples = rig_examples(FIRST_RIG + number, SEED, FAMILIES.get(family))
         level, sign = examples.scale[0, 0]
         tokens = examples.tokens[0, 0, :, : examples.levels[0, 0]]
-        rig = Rig(level, sign, None, np.nan, tokens, examples.general[0, 0])
+        rig = Rig(level, sign, None, None, tokens, examples.general[0, 0])
         signals = volts(examples.signals)
         late = placing(np.random.default_rng([SEED, number]), len(signals))
         lead = signals[:, MARGIN : MARGIN + _BEFORE]

@@ -5,6 +5,8 @@ from ._events import EventKind as EventKind
 from ._events import Flag as Flag
 from ._events import Reason as Reason
 from ._extension import chain_extension as chain_extension
+from ._image import LINES as LINES
+from ._image import TURN as TURN
 from ._image import DetectorConstants as DetectorConstants
 from ._image import DetectorKind as DetectorKind
 from ._image import Image as Image
@@ -17,7 +19,12 @@ from ._image import build_image as build_image
 from ._stream import Chain as Chain
 from ._stream import Predict as Predict
 from ._stream import ProgramDetector as ProgramDetector
+from ._touch import HINTS as HINTS
+from ._touch import INPUTS as INPUTS
+from ._touch import TRAITS as TRAITS
+from ._touch import predict_inputs as predict_inputs
 from ._touch import predict_touches as predict_touches
+from ._touch import rig_inputs as rig_inputs
 from ._touch import shifts as shifts
 from ._touch import spectra as spectra
 from ._touch import touch_inputs as touch_inputs

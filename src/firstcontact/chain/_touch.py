@@ -55,16 +55,66 @@ def predict_touches(
     out = np.full((len(signals), 6), np.nan)
     chain_extension().predict(
         image.handle,
+        *_contacts(signals, valid, fingers, speeds, errors, radii),
+        is_regression,
+        out,
+    )
+    return out
+
+
+def rig_inputs(
+    image: Image,
+    signals: Array,
+    valid: Array,
+    fingers: Array,
+    speeds: Array,
+    errors: Array,
+    radii: Array,
+) -> NDArray[np.float32]:
+    """Return the network's inputs for contacts of the image's rigs, shape (n, INPUTS).
+
+    The parameters are those of :func:`predict_touches`.
+    """
+    out = np.empty((len(signals), INPUTS), np.float32)
+    chain_extension().rig_inputs(
+        image.handle, *_contacts(signals, valid, fingers, speeds, errors, radii), out
+    )
+    return out
+
+
+def predict_inputs(image: Image, inputs: Array, terms: Array) -> NDArray[np.float64]:
+    """Return mean and spread that the network of an image predicts from inputs, shape (n, 2).
+
+    Parameters
+    ----------
+    image
+        Image with a model. Its rigs are ignored.
+    inputs
+        Inputs of the network, shape (n, INPUTS).
+    terms
+        What the rig of each contact adds in the network, shape (n, rank).
+    """
+    out = np.empty((len(inputs), 2))
+    chain_extension().network(
+        image.handle,
+        np.ascontiguousarray(inputs, np.float32),
+        np.ascontiguousarray(terms, np.float32),
+        out,
+    )
+    return out
+
+
+def _contacts(
+    signals: Array, valid: Array, fingers: Array, speeds: Array, errors: Array, radii: Array
+) -> tuple[Array, ...]:
+    return (
         np.ascontiguousarray(signals, np.float32),
         np.ascontiguousarray(valid, np.int32),
         np.ascontiguousarray(fingers, np.int32),
         np.nan_to_num(np.ascontiguousarray(speeds, np.float64)),
         np.nan_to_num(np.ascontiguousarray(errors, np.float64), posinf=1e9),
         np.ascontiguousarray(radii, np.float64),
-        is_regression,
-        out,
     )
-    return out
 
 
 def touch_inputs(

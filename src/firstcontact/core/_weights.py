@@ -219,7 +219,7 @@ def read_weights(path: Path, sha256: str, card: str) -> dict[str, NDArray[Any]]:
     except (SafetensorError, ValueError, KeyError, TypeError):
         raise InputError(f"{path}: is not a safetensors file: train again") from None
     for name, array in arrays.items():
-        if array.dtype == np.uint8:  # raw bytes: their reader checks them
+        if array.dtype in (np.uint8, np.int16):  # their reader checks them
             continue
         if not np.issubdtype(array.dtype, np.floating) or not np.isfinite(array).all():
             raise InputError(

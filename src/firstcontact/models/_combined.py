@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Self
@@ -10,8 +9,9 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.chain import predict_touches
 from firstcontact.core import take_array
-from firstcontact.models._in_context import InContextModel
+from firstcontact.models._in_context import ANY, InContextModel, contact_arrays
 from firstcontact.models._model_file import pretrained
 from firstcontact.models._network_estimator import (
     Adapted,
@@ -21,11 +21,10 @@ from firstcontact.models._network_estimator import (
     root_mean_square,
     score_held_out,
 )
-from firstcontact.models._network_inputs import beside, rig_inputs
-from firstcontact.models._rig import STAGES, Rig, level_groups, stage_index
-from firstcontact.models._rig_regression import INPUTS, MOST, RigRegression
+from firstcontact.models._rig import STAGES, level_groups, stage_index
+from firstcontact.models._rig_regression import MOST, REGRESSED, RigRegression
 from firstcontact.models._spec import Arrays, Values
-from firstcontact.models._touches import TIMES, Touches, lengths
+from firstcontact.models._touches import TIMES, Touches
 from firstcontact.signal import samples_in
 
 #: Smallest numbers of pinches and of Shore A levels for a regression. With fewer pinches or levels,
@@ -55,7 +54,6 @@ class CombinedModel(InContextModel):
     """
 
     kind: ClassVar[str] = "combined"
-    refines: ClassVar[bool] = True
 
     def __init__(
         self,
@@ -95,8 +93,9 @@ class CombinedModel(InContextModel):
         rigs = known_rigs(touches, shore_a, scheme, seed)
         regressions = {}
         for finger, (rig, members) in rigs.items():
-            members = np.random.default_rng(seed).permutation(members)[:MOST]
-            inputs = _stage_inputs(touches.take(members), rig)
+            members = members[balanced_choice(shore_a[members], MOST, seed)]
+            model = base.conditioned_on({ANY: rig})
+            inputs = _stage_inputs(model, touches.take(members))
             regressions[finger] = RigRegression(inputs, shore_a[members], scale)
         networks = {finger: rig for finger, (rig, _) in rigs.items()}
         return cls(base.conditioned_on(networks), base.factors, regressions)
@@ -116,45 +115,21 @@ class CombinedModel(InContextModel):
         """
         return CombinedModel(self._alone, self.factors * scales, self._regressions)
 
-    def refine(
-        self,
-        finger: int,
-        x: NDArray[np.float64],
-        stage: int,
-        value: float,
-        spread: float,
-    ) -> tuple[float, float]:
-        """Return value and spread of the mixture of network and regression."""
-        regressed, own_spread = self._regressions[finger].predict(x[INPUTS], stage)
-        share = own_spread**2 / (own_spread**2 + spread**2)
-        mixed = share * value + (1 - share) * regressed
-        variance = share * spread**2 + (1 - share) * own_spread**2
-        apart = share * (1 - share) * (value - regressed) ** 2
-        return mixed, math.sqrt(variance + apart)
+    @property
+    def regressions(self) -> Mapping[int, RigRegression]:
+        """Regression of each rig, by finger number."""
+        return self._regressions
 
-    def regression(self, finger: int) -> RigRegression:
-        """Return the regression of the rig with this finger number."""
-        return self._regressions[finger]
-
-    def regress(
-        self, touches: Touches, rig_features: NDArray[np.float64] | None = None
-    ) -> tuple[Values, Values]:
+    def regress(self, touches: Touches) -> tuple[Values, Values]:
         """Return the regression's predictions and their spreads, shape (n,) each.
 
         Parameters
         ----------
-        touches, rig_features
+        touches
             As in :meth:`InContextModel.predict`.
         """
-        values, spreads = np.empty(len(touches)), np.empty(len(touches))
-        beside_signal = self.rig_features(touches) if rig_features is None else rig_features
-        for finger, rows in self.by_rig(touches):
-            part, rig = touches.take(rows), self.rigs[finger]
-            stages = stage_index(part.valid, part.rate).tolist()
-            inputs = rig_inputs(part, rig, beside_signal[rows])[:, INPUTS]
-            for row, x, stage in zip(rows, inputs, stages, strict=True):
-                values[row], spreads[row] = self._regressions[finger].predict(x, stage)
-        return values, spreads
+        out = predict_touches(self.image, *contact_arrays(touches), is_regression=True)
+        return out[:, 0], out[:, 4]
 
     def to_arrays(self) -> Arrays:
         """Return the network's arrays, and each regression's arrays as ``own.FINGER.NAME``.
@@ -182,7 +157,9 @@ class CombinedModel(InContextModel):
         alone = InContextModel.from_arrays({**arrays, "factors": own_factors}, level)
         regressions = {f: RigRegression.from_arrays(arrays, f"own.{f}.") for f in alone.rigs}
         factors = take_array(arrays, "factors", len(STAGES)).astype(np.float64)
-        return cls(alone, factors, regressions)
+        made = cls(alone, factors, regressions)
+        made.image.handle  # noqa: B018 - refuse numbers that could overflow
+        return made
 
 
 @dataclass(frozen=True)
@@ -271,24 +248,43 @@ def _spread_scale(
         )
         alone, truth = model.network_alone(), shore_a[is_asked]
         queries = touches.take(is_asked)
-        features = model.rig_features(queries)
         for place, ms in enumerate(TIMES):
             early = queries.until(samples_in(1e-3 * ms, touches.rate))
-            network = alone.predict(early, features)
+            network = alone.predict(early)
             for row, (values, spreads) in enumerate(
-                ((network.value, network.spread), model.regress(early, features))
+                ((network.value, network.spread), model.regress(early))
             ):
                 squares[row, place] += np.sum(((values - truth) / spreads) ** 2)
     if not squares.all():
         return ones
-    at = [STAGES[stage_index(samples_in(1e-3 * ms, touches.rate), touches.rate)] for ms in TIMES]
+    at = [STAGES[stage_index(samples_in(1e-3 * ms, touches.rate))] for ms in TIMES]
     scale = np.clip(np.sqrt(squares[1] / squares[0]), *_SCALES)
     out: NDArray[np.float64] = np.exp(np.interp(STAGES, at, np.log(scale)))
     return out
 
 
-def _stage_inputs(touches: Touches, rig: Rig) -> NDArray[np.float64]:
+def balanced_choice(shore_a: Values, most: int, seed: int) -> NDArray[np.intp]:
+    """Return positions of at most ``most`` random pinches, as equally many of each Shore A.
+
+    Parameters
+    ----------
+    shore_a
+        Shore A of each pinch, shape (n,).
+    most
+        Largest number of positions.
+    seed
+        Random seed.
+    """
+    order = np.random.default_rng(seed).permutation(len(shore_a))
+    earlier = np.empty(len(order), np.intp)
+    for level in np.unique(shore_a):
+        is_member = shore_a[order] == level
+        earlier[is_member] = np.arange(is_member.sum())
+    chosen: NDArray[np.intp] = order[np.argsort(earlier, kind="stable")][:most]
+    return chosen
+
+
+def _stage_inputs(model: InContextModel, touches: Touches) -> NDArray[np.float64]:
     """Return the regression's inputs at each stage, shape (stages, n, inputs)."""
-    longest, beside_signal = lengths(touches.rate)[1], beside(touches, rig)
-    cuts = [touches.until(round(stage * longest / STAGES[-1])) for stage in STAGES]
-    return np.stack([rig_inputs(cut, rig, beside_signal)[:, INPUTS] for cut in cuts])
+    cuts = [model.inputs(touches.until(stage))[:, REGRESSED] for stage in STAGES]
+    return np.stack(cuts).astype(np.float64)

@@ -7,11 +7,22 @@ the user's rig is one of its inputs, so users train nothing.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.chain import (
+    HINTS,
+    LINES,
+    Image,
+    ModelConstants,
+    RigConstants,
+    build_image,
+    predict_touches,
+    rig_inputs,
+)
 from firstcontact.core import (
     FINGERTIP_RATE,
     Finger,
@@ -20,19 +31,17 @@ from firstcontact.core import (
     parse_int,
     take_array,
 )
-from firstcontact.models._contact_features import Shape
-from firstcontact.models._context_network import Context, Network
-from firstcontact.models._interval import SHORE_A
-from firstcontact.models._motor_pitch import POINTS, MotorPitch
-from firstcontact.models._network_inputs import BESIDE, beside, network_inputs
-from firstcontact.models._out_of_range import Familiar, shape_traits
+from firstcontact.models._context_network import Network
+from firstcontact.models._motor_pitch import STEP, MotorPitch, ear
+from firstcontact.models._out_of_range import Familiar
 from firstcontact.models._predictions import Predictions
 from firstcontact.models._rig import GENERAL, STAGES, TOKEN, Rig, stage_index
 from firstcontact.models._rig_regression import RigRegression
 from firstcontact.models._rig_speeds import LEAST, MOST, RigSpeeds
-from firstcontact.models._single_contact import SingleContactPredictor
 from firstcontact.models._spec import Arrays, Values
-from firstcontact.models._touches import Touches, lengths
+from firstcontact.models._touch_stream import moments
+from firstcontact.models._touches import BEFORE, Touches, lengths
+from firstcontact.signal import samples_in
 
 #: Finger number of the rig that holds for any finger.
 ANY = -1
@@ -63,8 +72,6 @@ class InContextModel:
 
     #: Name of the runtime in model files.
     kind: ClassVar[str] = "network"
-    #: True if :meth:`refine` changes predictions.
-    refines: ClassVar[bool] = False
 
     def __init__(
         self,
@@ -85,18 +92,49 @@ class InContextModel:
         self.level = level
         self._network, self._familiar, self._factors = network, familiar, factors
         self.rigs = dict(rigs)
-        self._contexts: dict[int, Context] = {
-            finger: network.context(rig.tokens, rig.general) for finger, rig in rigs.items()
-        }
 
-    def follow(self, touches: Touches) -> SingleContactPredictor:
-        """Return a predictor for one contact, which uses the signal as it arrives.
+    def constants(self) -> ModelConstants:
+        """Return all constants with which the chain predicts."""
+        network, familiar = self._network, self._familiar
+        return ModelConstants(
+            before=samples_in(BEFORE, self.rate),
+            moments=moments(self.rate),
+            stages=STAGES,
+            factors=self._factors,
+            limit=familiar.limit,
+            familiar=familiar.mean,
+            whitening=familiar.whitening,
+            mean=network["inputs.mean"],
+            sd=network["inputs.sd"],
+            layers=network.layers,
+            answer=network["answer.weight"],
+            answer_bias=network["answer.bias"],
+            pitch_step=STEP,
+            rigs=[self._rig_constants(finger, rig) for finger, rig in self.rigs.items()],
+            **ear(self.rate),
+        )
 
-        ``touches`` holds only this contact.
-        """
-        self._check(touches)
-        rig = self.rigs[self.by_rig(touches)[0][0]]
-        return SingleContactPredictor(self, touches, beside(touches, rig, one=True))
+    def _rig_constants(self, finger: int, rig: Rig) -> RigConstants:
+        regression, speeds = self.regressions.get(finger), rig.speeds
+        heard_error = 0.0 if speeds is None else speeds.heard_error
+        return RigConstants(
+            finger=finger,
+            has_level=rig.tokens.shape[1] > 0,
+            level=rig.level,
+            sign=rig.sign,
+            terms=self._network.rig_term(rig.tokens, rig.general),
+            reference=None if rig.pitch is None else rig.pitch.reference,
+            usual_pitch=0.0 if rig.pitch is None else rig.pitch.usual,
+            usual_speed=0.0 if speeds is None else speeds.usual,
+            speed_spread=0.0 if speeds is None else speeds.spread,
+            heard_error=heard_error if np.isfinite(heard_error) else 0.0,
+            process=None if regression is None else regression.constants(),
+        )
+
+    @cached_property
+    def image(self) -> Image:
+        """Constants of the model, without a detector, as the chain reads them."""
+        return build_image(self.rate, model=self.constants())
 
     @property
     def network(self) -> Network:
@@ -113,18 +151,12 @@ class InContextModel:
         """Half widths of the intervals at the times ``STAGES``, in spreads, shape (stages,)."""
         return self._factors
 
-    def context(self, finger: int) -> Context:
-        """Return the network's encoding of the rig that has this finger number."""
-        return self._contexts[finger]
-
-    def half_widths(
-        self, spreads: Values, samples: NDArray[np.intp] | int, rate: float = FINGERTIP_RATE
-    ) -> Values:
+    def half_widths(self, spreads: Values, samples: NDArray[np.intp] | int) -> Values:
         """Return the half widths of intervals for predictions with these spreads.
 
         ``samples`` is the number of samples after the contact that each prediction used.
         """
-        return spreads * self._factors[stage_index(samples, rate)]
+        return spreads * self._factors[stage_index(samples)]
 
     @property
     def shortest(self) -> int:
@@ -144,89 +176,45 @@ class InContextModel:
         factors = self._factors * scales
         return InContextModel(self._network, self._familiar, factors, self.level, self.rigs)
 
-    def rig_features(self, touches: Touches) -> NDArray[np.float64]:
-        """Return the inputs of the network that do not depend on the signal after the contacts."""
-        out = np.empty((len(touches), BESIDE))
-        for finger, rows in self.by_rig(touches):
-            out[rows] = beside(touches.take(rows), self.rigs[finger])
-        return out
+    def inputs(self, touches: Touches) -> NDArray[np.float32]:
+        """Return the inputs of the network for these contacts, shape (n, INPUTS)."""
+        self._check(touches)
+        return rig_inputs(self.image, *contact_arrays(touches))
 
-    def predict(
-        self, touches: Touches, rig_features: NDArray[np.float64] | None = None
-    ) -> Predictions:
+    def rig_features(self, touches: Touches) -> NDArray[np.float32]:
+        """Return the inputs for closing speed and radius, shape (n, HINTS)."""
+        return self.inputs(touches)[:, -HINTS:]
+
+    def predict(self, touches: Touches) -> Predictions:
         """Return a prediction for each contact, from its samples before the second contact.
 
         Parameters
         ----------
         touches
             Contacts.
-        rig_features
-            Result of :meth:`rig_features`, if computed already.
 
         Raises
         ------
         InputError
             The contacts have another sampling rate, or fewer valid samples than a prediction needs.
+            Or a prediction is not finite.
         """
         self._check(touches)
-        n = len(touches)
-        values, spreads = np.empty(n), np.empty(n)
-        out_of_range = np.zeros(n, np.bool_)
-        beside_signal = self.rig_features(touches) if rig_features is None else rig_features
-        stages = stage_index(touches.valid, touches.rate)
-        for finger, rows in self.by_rig(touches):
-            rig = self.rigs[finger]
-            part = touches if len(rows) == n else touches.take(rows)
-            level, sign = np.full(len(part), rig.level), np.full(len(part), rig.sign)
-            shape = Shape.measure(part.waves, part.valid, level, sign)
-            x = network_inputs(shape, beside_signal[rows])
-            mixture = self._network.outputs(x, self._contexts[finger], stages[rows])
-            predictions = np.stack(mean_and_spread(mixture), axis=1)
-            if self.refines:
-                given = zip(x, stages[rows].tolist(), predictions.tolist(), strict=True)
-                predictions = np.array([self.refine(finger, x, stage, *p) for x, stage, p in given])
-            values[rows], spreads[rows] = predictions.T
-            trait_values = shape_traits(shape, part.signals[:, : part.lead])
-            has_level = rig.tokens.shape[1] > 0
-            out_of_range[rows] = self._familiar.out_of_range(trait_values, stages[rows], has_level)
-        wrong = np.flatnonzero(~np.isfinite(values + spreads))
+        out = predict_touches(self.image, *contact_arrays(touches))
+        wrong = np.flatnonzero(~np.isfinite(out).all(axis=1))
         if len(wrong):
             raise InputError(
                 f"the model predicts no finite number for contact {wrong[0]}: leave the contact "
                 "out, or make the model again"
             )
-        half = self.half_widths(spreads, touches.valid, touches.rate)
-        values = np.clip(values, *SHORE_A)
-        low, high = (np.clip(values + side * half, *SHORE_A) for side in (-1, 1))
+        value, low, high, _, spread, is_out_of_range = out.T
         elapsed = touches.valid / touches.rate
-        return Predictions(values, spreads, low, high, out_of_range, elapsed)
+        return Predictions(value, spread, low, high, is_out_of_range > 0, elapsed)
 
-    def refine(
-        self,
-        finger: int,
-        x: NDArray[np.float64],
-        stage: int,
-        value: float,
-        spread: float,
-    ) -> tuple[float, float]:
-        """Return the network's prediction for one contact. Subclasses refine it.
-
-        Parameters
-        ----------
-        finger
-            Number of the rig.
-        x
-            Inputs of the network, shape (inputs,).
-        stage
-            Position in ``STAGES``.
-        value, spread
-            Prediction and spread of the network.
-        """
-        return value, spread
-
-    def regression(self, finger: int) -> RigRegression | None:
-        """Return the regression that :meth:`refine` mixes with the network; None without one."""
-        return None
+    @property
+    def regressions(self) -> Mapping[int, RigRegression]:
+        """Regressions of rigs, with which the network's predictions are averaged, by finger."""
+        return {}
 
     def _check(self, touches: Touches) -> None:
         if not is_same_rate(touches.rate, self.rate):
@@ -239,19 +227,6 @@ class InContextModel:
                 f"a prediction needs {self.shortest} samples after the contact, but only "
                 f"{touches.valid.min()} exist: wait for more"
             )
-
-    def by_rig(self, touches: Touches) -> list[tuple[int, NDArray[np.intp]]]:
-        """Return each rig's finger number, with the positions of the rig's contacts."""
-        numbers = [f if f in self.rigs else ANY for f in touches.fingers.tolist()]
-        if len(set(numbers)) == 1:
-            return [(numbers[0], np.arange(len(numbers)))]
-        finger = np.array(numbers, np.intp)
-        return [(f, np.flatnonzero(finger == f)) for f in sorted(set(numbers))]
-
-    @classmethod
-    def restore_network(cls, arrays: Mapping[str, NDArray[Any]]) -> Network:
-        """Return the network that a file's arrays describe."""
-        return Network(arrays)
 
     def to_arrays(self) -> Arrays:
         """Return the network's arrays, and each rig's arrays as ``rig.FINGER.NAME``."""
@@ -274,15 +249,15 @@ class InContextModel:
         fingers = {_finger(name) for name in arrays if name.startswith("rig.")}
         rigs = {f: _rig(arrays, f"rig.{f}.") for f in fingers} or {ANY: Rig.unknown()}
         factors = take_array(arrays, "factors", len(STAGES)).astype(np.float64)
-        return cls(cls.restore_network(arrays), Familiar.from_arrays(arrays), factors, level, rigs)
+        made = cls(Network(arrays), Familiar.from_arrays(arrays), factors, level, rigs)
+        made.image.handle  # noqa: B018 - refuse numbers that could overflow
+        return made
 
 
-def mean_and_spread(mixture: NDArray[np.float64]) -> tuple[Values, Values]:
-    """Return mean and standard deviation of mixtures from :meth:`Network.outputs`."""
-    weight, mean, sd = mixture
-    value: Values = (weight * mean).sum(axis=1)
-    square = (weight * (sd * sd + mean * mean)).sum(axis=1)
-    return value, np.sqrt(np.maximum(square - value * value, 1e-4))
+def contact_arrays(touches: Touches) -> tuple[NDArray[Any], ...]:
+    """Return the arrays that the chain takes."""
+    t = touches
+    return t.signals, t.valid, t.fingers, t.speeds, t.speed_errors, t.radii
 
 
 def _rig_arrays(rig: Rig) -> Arrays:
@@ -321,7 +296,7 @@ def _rig(arrays: Mapping[str, NDArray[Any]], at: str) -> Rig:
     general = take_array(arrays, at + "general", GENERAL).astype(np.float64)
     pitch = None
     if at + "reference" in arrays:
-        reference = take_array(arrays, at + "reference", POINTS).astype(np.float64)
+        reference = take_array(arrays, at + "reference", LINES).astype(np.float32)
         pitch = MotorPitch(reference, float(take_array(arrays, at + "usual", 1)[0]))
     speeds = _declared_speeds(arrays, at, speed) if speed else None
     return Rig(level, sign, pitch, speeds, tokens, general)

@@ -35,7 +35,7 @@ from firstcontact.signal import samples_in
 
 FORMAT = "firstcontact-model"
 #: Version of the format. It increases when older folders can no longer be read.
-FORMAT_VERSION = 2
+FORMAT_VERSION = 3
 CARD = "model.json"
 WEIGHTS = "weights.safetensors"
 #: Array of the digests of the training pinches.

@@ -258,7 +258,7 @@ class HeldOut:
         n = len(self.errors)
         rank = min(ceil((n + 1) * level), n)
         needed = np.sort(self.ratios, axis=1)[:, rank - 1]
-        stages = [STAGES[stage_index(samples_in(1e-3 * ms, rate), rate)] for ms in TIMES]
+        stages = [STAGES[stage_index(samples_in(1e-3 * ms, rate))] for ms in TIMES]
         scales = np.maximum(np.interp(STAGES, stages, needed), 1.0)
         return IntervalCheck(n, float((self.ratios <= 1).mean(axis=1).min()), scales)
 
@@ -285,13 +285,12 @@ def score_held_out(
             continue
         model = condition(touches.take(learn), shore_a[learn])
         test_touches, truth = touches.take(ask), shore_a[ask]
-        features = model.rig_features(test_touches)  # the same at all times
-        errors = model.predict(test_touches, features).value - truth
+        errors = model.predict(test_touches).value - truth
         ratios = []
         for ms in TIMES:
             early = test_touches.until(samples_in(1e-3 * ms, touches.rate))
-            predictions = model.predict(early, features)
-            half = model.half_widths(predictions.spread, early.valid, touches.rate)
+            predictions = model.predict(early)
+            half = model.half_widths(predictions.spread, early.valid)
             ratios.append(np.abs(predictions.value - truth) / half)
         parts.append((errors, shore_a[learn].mean() - truth, np.array(ratios), ask))
     if not parts:

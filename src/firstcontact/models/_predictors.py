@@ -11,7 +11,6 @@ import numpy as np
 
 from firstcontact.core import Contact, Dataset, InputError
 from firstcontact.models._card import NetworkCard, TrainingRecord, WindowCard
-from firstcontact.models._compact import CompactModel
 from firstcontact.models._in_context import InContextModel
 from firstcontact.models._interval import Interval
 from firstcontact.models._predictions import Predictions
@@ -218,7 +217,7 @@ class NetworkPredictor:
         """Return the predictor that a card and its arrays describe. Check that they fit."""
         from firstcontact.models._combined import CombinedModel  # reads the shipped network
 
-        kinds = {kind.kind: kind for kind in (InContextModel, CompactModel, CombinedModel)}
+        kinds = {kind.kind: kind for kind in (InContextModel, CombinedModel)}
         if card.kind not in kinds:
             raise InputError(f"the kind of network {card.kind!r} is unknown")
         return cls(kinds[card.kind].from_arrays(arrays, card.level), card.record)

@@ -7,23 +7,26 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.chain import HINTS, TRAITS, touch_inputs
 from firstcontact.core import InputError
-from firstcontact.models._contact_features import NAMES, Shape, masked
 from firstcontact.models._motor_pitch import BELIEVED, MotorPitch, spectra
 from firstcontact.models._rig_speeds import RigSpeeds
 from firstcontact.models._spec import Values
-from firstcontact.models._touches import Touches, lengths
+from firstcontact.models._touches import Touches
 
-#: Stages at which the context is stored, in samples after the contact at the fingertip's rate. A
-#: prediction between two stages uses the longer one.
+#: Stages at which a rig is described, in samples after the contact. A prediction between two stages
+#: uses the longer one.
 STAGES = (10, 12, 15, 18, 22, 26, 32, 40, 50, 61, 74)
 #: Largest number of Shore A levels in a context. More levels are merged.
 LEVELS = 8
+#: Number of features of a contact: its traits without the noise before it and the share of repeated
+#: samples.
+FEATURES = TRAITS - 2
 #: Number of points of a level's median waveform.
 WAVE = 25
 #: Length of a token, which describes the pinches of one level of Shore A at one stage: Shore A,
 #: number of pinches, medians and interquartile ranges of features, median waveform.
-TOKEN = 2 + 2 * len(NAMES) + WAVE
+TOKEN = 2 + 2 * FEATURES + WAVE
 #: Number of features of the rig as a whole.
 GENERAL = 6
 #: Level (typical peak of a contact) of an unknown rig, V.
@@ -83,10 +86,10 @@ class Rig:
                 "pinches of objects of known Shore A"
             )
         signals = touches.waves.astype(np.float64)
-        heard = spectra(touches.signals, touches.lead, touches.rate)
+        heard = spectra(touches.signals, touches.rate)
         pitch = MotorPitch.fit(heard)
         speed, alike = pitch.listen(heard)
-        longest = masked(signals, touches.valid)
+        longest = np.where(np.arange(signals.shape[1]) < touches.valid[:, None], signals, 0.0)
         extreme = np.where(-longest.min(axis=1) > longest.max(axis=1), -1.0, 1.0)
         sign = 1.0 if np.median(extreme) >= 0 else -1.0
         peaks = np.log(np.maximum((sign * longest).max(axis=1), 1e-5))
@@ -110,11 +113,9 @@ class Rig:
         return cls(level, sign, pitch, speeds, tokens, general)
 
 
-def stage_index(valid: NDArray[np.intp] | int, rate: float) -> NDArray[np.intp]:
+def stage_index(valid: NDArray[np.intp] | int) -> NDArray[np.intp]:
     """Return the position in ``STAGES`` for a number of valid samples."""
-    share = np.asarray(valid) * (STAGES[-1] / lengths(rate)[1])
-    place = np.searchsorted(STAGES, share - 1e-9)
-    return np.minimum(place, len(STAGES) - 1).astype(np.intp)
+    return np.minimum(np.searchsorted(STAGES, valid), len(STAGES) - 1).astype(np.intp)
 
 
 def level_groups(shore_a: Values) -> NDArray[np.intp]:
@@ -137,12 +138,12 @@ def _tokens(
     groups: list[NDArray[np.intp]],
 ) -> NDArray[np.float64]:
     """Return the tokens of each level at a stage, shape (levels, TOKEN)."""
-    samples = round(stage * lengths(touches.rate)[1] / STAGES[-1])
-    valid = np.minimum(touches.valid, samples)
     n = len(touches)
-    signals = touches.waves.astype(np.float64)
-    features = Shape.measure(signals, valid, np.full(n, level), np.full(n, sign)).features
-    places = np.linspace(0, signals.shape[1] - 1, WAVE).round().astype(np.intp)
+    valid = np.minimum(touches.valid, stage)
+    scales = np.full(n, level), np.full(n, sign)
+    _, traits = touch_inputs(touches.signals, valid, touches.lead, *scales, np.zeros((n, HINTS)))
+    features = traits[:, :FEATURES]
+    places = np.linspace(0, touches.waves.shape[1] - 1, WAVE).round().astype(np.intp)
     waves = np.where(places < touches.valid[:, None], sign * touches.waves[:, places], np.nan)
     out = np.empty((len(groups), TOKEN))
     for row, group in enumerate(groups):

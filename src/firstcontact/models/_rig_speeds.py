@@ -30,8 +30,8 @@ FENCE = 2.0
 class RigSpeeds:
     """Closing speeds of a rig, from its hand's measurements and its motor's pitch.
 
-    The network treats a speed as exact, so it gets the posterior mean of the speed. A measurement
-    counts more if its error is small compared with the spread of the rig's speeds.
+    The network treats a speed as exact, so the chain gives it the posterior mean of the speed. A
+    measurement counts more if its error is small compared with the spread of the rig's speeds.
 
     Parameters
     ----------
@@ -77,23 +77,6 @@ class RigSpeeds:
             return None
         heard_error = _spread((heard - log)[both], noise[both]) if has_heard else np.inf
         return cls(usual, spread, heard_error)
-
-    def posterior(
-        self, speeds: Values, errors: Values, heard: Values, believed: NDArray[np.bool_]
-    ) -> Values:
-        """Return the posterior mean of ln(speed / usual), shape (n,); NaN where not measured.
-
-        Parameters
-        ----------
-        speeds, errors, heard, believed
-            As in :meth:`fit`, but for the pinches to predict.
-        """
-        precision = 1 / _bounded(errors) ** 2
-        heard_precision = np.where(believed, 1 / self.heard_error**2, 0.0)
-        total = precision + heard_precision + 1 / self.spread**2
-        weighted = precision * _log_ratio(speeds, self.usual)
-        out: Values = (weighted + heard_precision * np.where(believed, heard, 0.0)) / total
-        return out
 
 
 def _log_ratio(speeds: Values, usual: float) -> Values:

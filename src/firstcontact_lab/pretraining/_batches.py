@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.chain import touch_inputs
 from firstcontact.core import FINGERTIP_RATE
 from firstcontact.models import (
     BEFORE,
@@ -16,18 +17,18 @@ from firstcontact.models import (
     STAGES,
     TOKEN,
     USUAL_LEVEL,
-    facts,
     lengths,
-    relative_inputs,
     stage_index,
 )
 from firstcontact.signal import BASELINE, BASELINE_GUARD, samples_in
 from firstcontact.twin import Rng
-from firstcontact_lab.pretraining._examples import CONTEXTS, MARGIN, Examples, placing, volts
+from firstcontact_lab.pretraining._examples import CONTEXTS, MARGIN, Examples, facts, placing, volts
 
 #: Shares of contacts without a known rig, with a given closing speed, and with a given radius.
 NO_CONTEXT, TOLD_SPEED, TOLD_RADIUS = 0.08, 0.2, 0.3
 _RATE = FINGERTIP_RATE
+#: Smallest number of samples before a contact that the chain takes.
+_LEAST_BEFORE = 4
 _BEFORE, _AFTER = samples_in(BEFORE, _RATE), samples_in(LONGEST, _RATE)
 
 
@@ -103,9 +104,12 @@ def draw_batch(
         level, sign = np.where(has_context, level, USUAL_LEVEL), np.where(has_context, sign, 1.0)
         general[~has_context] = 0.0
     signals_after = cut(volts(examples.signals[indices]), placing(rng, n))
-    x = relative_inputs(signals_after, valid, level, sign, facts(speed, alike, radii))
-    row = (rig * CONTEXTS + place) * len(STAGES) + stage_index(valid, _RATE)
-    return Batch(x.astype(np.float32), general, row, has_context, examples.shore_a[indices])
+    # The chain takes the signal before a contact, too. No input of the network depends on it.
+    signals = np.pad(signals_after, ((0, 0), (_LEAST_BEFORE, 0)))
+    hints = facts(speed, alike, radii)
+    x, _ = touch_inputs(signals, valid, _LEAST_BEFORE, level, sign, hints)
+    row = (rig * CONTEXTS + place) * len(STAGES) + stage_index(valid)
+    return Batch(x, general, row, has_context, examples.shore_a[indices])
 
 
 def cut(signals: NDArray[np.float32], late: NDArray[np.intp]) -> NDArray[np.float32]:

@@ -8,10 +8,10 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.chain import HINTS
 from firstcontact.core import ADC_COUNTS, ADC_VOLTS, FINGERTIP_RATE, SUBCOUNTS
 from firstcontact.models import (
     BEFORE,
-    BESIDE,
     GENERAL,
     LEVELS,
     LONGEST,
@@ -21,7 +21,6 @@ from firstcontact.models import (
     Touches,
     Values,
     cut_touch,
-    facts,
     lengths,
     spectra,
 )
@@ -55,6 +54,8 @@ THINGS, ASKED = 24, 2
 CONTEXTS = 2
 #: Share of rigs whose blocks have the Shore A of the paper's blocks.
 PAPER = 0.6
+#: Confidence above which a closing speed is believed, and radius of a fingertip, m.
+BELIEVED, TIP = 0.5, 0.010
 _RATE = FINGERTIP_RATE
 _BEFORE, _AFTER = samples_in(BEFORE, _RATE), samples_in(LONGEST, _RATE)
 
@@ -75,8 +76,8 @@ class Examples:
     object_ids
         Number of the object, or -1 for a flat block, shape (n,).
     heard
-        Result of :func:`firstcontact.models._network_inputs.facts` for each context, without hints,
-        shape (n, CONTEXTS, BESIDE).
+        Result of :func:`facts` for each context, without hints,
+        shape (n, CONTEXTS, HINTS).
     rigs
         Index of the contact's rig in the following arrays, shape (n,).
     tokens
@@ -221,9 +222,9 @@ def _example_set(
     levels = np.zeros((1, CONTEXTS), np.intp)
     general = np.zeros((1, CONTEXTS, GENERAL), np.float32)
     scale = np.zeros((1, CONTEXTS, 2))
-    heard = np.zeros((n, CONTEXTS, BESIDE), np.float32)
+    heard = np.zeros((n, CONTEXTS, HINTS), np.float32)
     queries = _touches(signals, rng)
-    sounds = spectra(queries.signals, queries.lead, _RATE)
+    sounds = spectra(queries.signals, _RATE)
     for place in range(CONTEXTS):
         rows = _subset(shore_a, 1.0 if place == 0 else float(rng.uniform(0.2, 0.8)), rng)
         rig = Rig.fit(_touches(blocks[rows], rng), shore_a[rows])
@@ -257,3 +258,31 @@ def _subset(shore_a: Values, share: float, rng: Rng) -> NDArray[np.intp]:
         members = rng.permutation(np.flatnonzero(shore_a == level))
         chosen.append(members[: max(2, round(share * len(members)))])
     return np.sort(np.concatenate(chosen))
+
+
+def facts(speed: Values, alike: Values, radii: Values) -> NDArray[np.float64]:
+    """Return the network's inputs for these speeds and radii, as the chain does, shape (n, HINTS).
+
+    Parameters
+    ----------
+    speed
+        ln(closing speed / usual speed of the rig), shape (n,).
+    alike
+        Confidence in the speed, from 0 to 1, shape (n,).
+    radii
+        As in :class:`firstcontact.models.Touches`.
+    """
+    believed = alike > BELIEVED
+    has_radius = ~np.isnan(radii)
+    with np.errstate(divide="ignore"):
+        curvature = np.log1p(TIP / np.where(has_radius, radii, np.inf))
+    return np.stack(
+        [
+            np.where(believed, np.clip(speed, -1.0, 1.0), 0.0) * 4,
+            believed,
+            alike,
+            has_radius,
+            np.where(has_radius, curvature, 0.0),
+        ],
+        axis=1,
+    )

@@ -10,6 +10,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.chain import HINTS, predict_inputs, touch_inputs
 from firstcontact.core import FINGERTIP_RATE
 from firstcontact.models import (
     ANY,
@@ -20,8 +21,6 @@ from firstcontact.models import (
     Network,
     Rig,
     Values,
-    mean_and_spread,
-    traits,
 )
 from firstcontact.signal import samples_in
 from firstcontact_lab.pretraining._batches import cut, draw_batch
@@ -32,7 +31,7 @@ LEVEL = 0.9
 
 
 def answers(
-    network: Network, examples: Examples, samples: int, seed: int = 0
+    model: InContextModel, examples: Examples, samples: int, seed: int = 0
 ) -> tuple[Values, Values]:
     """Return the prediction and its spread for each contact, two arrays of shape (n,).
 
@@ -47,9 +46,10 @@ def answers(
     for rig in np.unique(examples.rigs):
         indices = np.flatnonzero(examples.rigs == rig)
         count = int(examples.levels[rig, 0])
-        context = network.context(examples.tokens[rig, 0, :, :count], examples.general[rig, 0])
-        mixture = network.outputs(batch.x[indices], context, np.full(len(indices), stage))
-        values[indices], spreads[indices] = mean_and_spread(mixture)
+        tokens, general = examples.tokens[rig, 0, :, :count], examples.general[rig, 0]
+        term = model.network.rig_term(tokens, general)[stage]
+        terms = np.repeat(term[None], len(indices), axis=0)
+        values[indices], spreads[indices] = predict_inputs(model.image, batch.x[indices], terms).T
     return values, spreads
 
 
@@ -65,18 +65,22 @@ def finished(network: Network, examples: Examples, seed: int) -> InContextModel:
     seed
         Random seed.
     """
-    factors = np.array([_factor(network, examples, stage, seed) for stage in STAGES])
-    seen = [_traits(examples, stage, seed) for stage in STAGES]
-    return InContextModel(network, Familiar.fit(seen), factors, LEVEL, {ANY: Rig.unknown()})
+    familiar = Familiar.fit([_traits(examples, stage, seed) for stage in STAGES])
+
+    def model(factors: NDArray[np.float64]) -> InContextModel:
+        return InContextModel(network, familiar, factors, LEVEL, {ANY: Rig.unknown()})
+
+    plain = model(np.ones(len(STAGES)))
+    return model(np.array([_factor(plain, examples, stage, seed) for stage in STAGES]))
 
 
-def _factor(network: Network, examples: Examples, samples: int, seed: int) -> float:
+def _factor(model: InContextModel, examples: Examples, samples: int, seed: int) -> float:
     """Return half width / spread of intervals that hold the truth in the share ``LEVEL``.
 
     The method is split conformal prediction; the score is error / spread (Papadopoulos et al.
     2008).
     """
-    values, spreads = answers(network, examples, samples, seed)
+    values, spreads = answers(model, examples, samples, seed)
     is_object = examples.object_ids >= 0
     score = np.abs(values - examples.shore_a) / spreads
     ordered = np.sort(score[is_object])
@@ -93,4 +97,5 @@ def _traits(examples: Examples, samples: int, seed: int) -> NDArray[np.float64]:
     signals_after = cut(signals, late + rng.integers(0, 4, len(signals)))
     full = np.concatenate([signals[:, MARGIN : MARGIN + length_before], signals_after], axis=1)
     level, sign = examples.scale[examples.rigs, rng.integers(0, CONTEXTS, len(signals))].T
-    return traits(full, length_before, np.full(len(signals), samples), level, sign)
+    valid, no_hints = np.full(len(signals), samples), np.zeros((len(signals), HINTS))
+    return touch_inputs(full, valid, length_before, level, sign, no_hints)[1]

@@ -22,7 +22,7 @@ def object_estimates(
 
     Predictions and half widths have the shape (objects, PINCHES), Shore A (objects,).
     """
-    values, spreads = answers(model.network, examples, samples, seed)
+    values, spreads = answers(model, examples, samples, seed)
     half = model.half_widths(spreads, samples)
     is_object = examples.object_ids >= 0
     value, width, truth = (

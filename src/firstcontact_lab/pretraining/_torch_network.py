@@ -1,35 +1,26 @@
-"""Network in PyTorch, for training. :mod:`firstcontact.models._context_network` predicts."""
+"""Full network in PyTorch, with attention to the rig's levels of Shore A."""
 
 from __future__ import annotations
-
-from typing import TYPE_CHECKING
 
 import torch
 from torch import nn
 
-from firstcontact.models import (
-    COMPONENTS,
-    FARTHEST,
-    GENERAL,
-    HEADS,
-    INPUTS,
-    LAYERS,
-    MEAN_SCALE,
-    SPREAD,
-    TOKEN,
-)
+from firstcontact.chain import INPUTS
+from firstcontact.models import COMPONENTS, FARTHEST, GENERAL, TOKEN
 
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
+#: Number of attention heads.
+HEADS = 4
+#: Scale of the outputs: Shore A is CENTRE + UNIT times an output.
+CENTRE, UNIT = 40.0, 40.0
+#: Bounds of ln(standard deviation / UNIT), and the scale of the means at the start of training.
+SPREAD, MEAN_SCALE = (-4.0, 2.0), 0.6
 #: Widths of the layers for a token, the context, the body, and the last layer of the body.
 TOKENS, CONTEXT, BODY, LAST = 96, 64, 256, 128
 _KEYS = 16 * HEADS
 
 
 class TorchNetwork(nn.Module):
-    """Network in PyTorch, with the layers and names of the NumPy network."""
+    """Full network."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -46,7 +37,6 @@ class TorchNetwork(nn.Module):
             "body3": (BODY, LAST),
             "answer": (LAST, 3 * COMPONENTS),
         }
-        assert tuple(sizes) == LAYERS
         self.layers = nn.ModuleDict({name: nn.Linear(*size) for name, size in sizes.items()})
 
     def forward(
@@ -71,8 +61,18 @@ class TorchNetwork(nn.Module):
             Three arrays of shape (n, COMPONENTS): logarithms of the weights, means, and logarithms
             of the standard deviations, in the network's unit of Shore A.
         """
+        return self.predict(x, self.encoded(tokens), present, general)
+
+    def encoded(self, tokens: torch.Tensor) -> torch.Tensor:
+        """Return the encoding of each token, shape (n, levels, TOKENS)."""
+        silu, layers = nn.functional.silu, self.layers
+        return silu(layers["token2"](silu(layers["token1"](tokens.clamp(-FARTHEST, FARTHEST)))))
+
+    def predict(
+        self, x: torch.Tensor, e: torch.Tensor, present: torch.Tensor, general: torch.Tensor
+    ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
+        """Return :meth:`forward` for encoded tokens ``e``."""
         silu, layers, n = nn.functional.silu, self.layers, len(x)
-        e = silu(layers["token2"](silu(layers["token1"](tokens.clamp(-FARTHEST, FARTHEST)))))
         count = present.sum(1, keepdim=True).clamp(min=1)
         mean = (layers["mean"](e) * present[..., None]).sum(1) / count
         h = silu(layers["query1"](x.clamp(-FARTHEST, FARTHEST)))
@@ -89,11 +89,3 @@ class TorchNetwork(nn.Module):
             body = silu(layers[name](body))
         weight, centre, spread = layers["answer"](body).chunk(3, dim=1)
         return torch.log_softmax(weight, 1), MEAN_SCALE * centre, spread.clamp(*SPREAD)
-
-    def arrays(self) -> dict[str, NDArray[np.float32]]:
-        """Return weights and biases by name, as :class:`firstcontact.models.Network` takes them."""
-        return {
-            f"{name}.{kind}": getattr(self.layers[name], kind).detach().numpy().copy()
-            for name in LAYERS
-            for kind in ("weight", "bias")
-        }

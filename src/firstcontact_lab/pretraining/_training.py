@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +14,9 @@ from numpy.typing import NDArray
 from safetensors.torch import load_file, save
 
 from firstcontact.core import replacing
-from firstcontact.models import CENTRE, UNIT, Network
 from firstcontact_lab.pretraining._batches import draw_batch, token_rows
 from firstcontact_lab.pretraining._examples import Examples
-from firstcontact_lab.pretraining._torch_network import TorchNetwork
+from firstcontact_lab.pretraining._torch_network import CENTRE, UNIT, TorchNetwork
 
 #: Number of contacts in a training step, and number of contacts that are prepared together.
 BATCH, PREPARED = 512, 16_384
@@ -26,6 +26,27 @@ RATE, WARM_UP, DECAY = 2e-3, 0.15, 2e-2
 SQUARED = 2.0
 
 Lot = tuple[torch.Tensor, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Full:
+    """Full network with the scales of its inputs.
+
+    Parameters
+    ----------
+    network
+        The network.
+    scales
+        ``NAME.mean`` and ``NAME.sd`` for the names ``inputs``, ``token`` and ``general``.
+    """
+
+    network: TorchNetwork
+    scales: Mapping[str, NDArray[np.float32]]
+
+    def scaled(self, name: str, x: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return inputs of the network, not clipped yet."""
+        out: NDArray[np.float32] = (x - self.scales[f"{name}.mean"]) / self.scales[f"{name}.sd"]
+        return out
 
 
 class Training:
@@ -48,16 +69,16 @@ class Training:
         torch.manual_seed(seed)
         self._examples, self._epochs, self._seed, self._state = examples, epochs, seed, state
         self._network = TorchNetwork()
+        self._full = Full(self._network, _scales(examples, seed))
         self._optimizer = torch.optim.AdamW(self._network.parameters(), RATE, weight_decay=DECAY)
         self._done = 0  # number of complete epochs
-        self._scales = _scales(examples, seed)
         tokens, present = token_rows(examples)
-        scaled = self._scaled("token", tokens) * present[..., None]
+        scaled = self._full.scaled("token", tokens) * present[..., None]
         self._tokens, self._there = torch.from_numpy(scaled), torch.from_numpy(present)
         if state.exists():
             self._go_on()
 
-    def run(self, progress: Callable[[int, float], object] = lambda epoch, loss: None) -> Network:
+    def run(self, progress: Callable[[int, float], object] = lambda epoch, loss: None) -> Full:
         """Run the remaining epochs. Call ``progress`` with each epoch's number and mean loss."""
         for epoch in range(self._done, self._epochs):
             losses = []
@@ -72,7 +93,7 @@ class Training:
             self._done = epoch + 1
             self._keep()
             progress(self._done, float(np.mean(losses)))
-        return Network({**self._network.arrays(), **self._scales})
+        return self._full
 
     def _order(self, epoch: int) -> Iterator[NDArray[np.intp]]:
         order = np.random.default_rng([self._seed, epoch]).permutation(len(self._examples))
@@ -81,8 +102,8 @@ class Training:
 
     def _lots(self, indices: NDArray[np.intp], rng: np.random.Generator) -> Iterator[Lot]:
         drawn = draw_batch(self._examples, indices, rng)
-        x = torch.from_numpy(self._scaled("inputs", drawn.x))
-        general = torch.from_numpy(self._scaled("general", drawn.general))
+        x = torch.from_numpy(self._full.scaled("inputs", drawn.x))
+        general = torch.from_numpy(self._full.scaled("general", drawn.general))
         row, is_known = torch.from_numpy(drawn.row), torch.from_numpy(drawn.is_known).float()
         target = torch.from_numpy(((drawn.shore_a - CENTRE) / UNIT).astype(np.float32))
         for start in range(0, len(x), BATCH):
@@ -93,21 +114,14 @@ class Training:
     def _step(self, lot: Lot, gone: float) -> float:
         x, tokens, present, general, target = lot
         for group in self._optimizer.param_groups:
-            group["lr"] = RATE * _shape(gone)
-        weight, mean, spread = self._network(x, tokens, present, general)
-        away = (target[:, None] - mean) / spread.exp()
-        likelihood = torch.logsumexp(weight - spread - 0.5 * away * away, 1)
-        error = (weight.exp() * mean).sum(1) - target
-        loss = SQUARED * (error * error).mean() - likelihood.mean()
+            group["lr"] = RATE * rate_share(gone)
+        outputs = self._network(x, tokens, present, general)
+        loss = expected_loss(outputs, target[:, None], torch.ones_like(target)[:, None])
         self._optimizer.zero_grad()
-        loss.backward()
+        torch.autograd.backward(loss)
         torch.nn.utils.clip_grad_norm_(self._network.parameters(), 1.0)
         self._optimizer.step()
         return float(loss.item())
-
-    def _scaled(self, name: str, x: NDArray[np.float32]) -> NDArray[np.float32]:
-        out: NDArray[np.float32] = (x - self._scales[f"{name}.mean"]) / self._scales[f"{name}.sd"]
-        return out
 
     def _keep(self) -> None:
         state = {f"network.{name}": t for name, t in self._network.state_dict().items()}
@@ -135,7 +149,29 @@ class Training:
         self._optimizer.load_state_dict(tree)
 
 
-def _shape(gone: float) -> float:
+def expected_loss(
+    outputs: tuple[torch.Tensor, torch.Tensor, torch.Tensor],
+    targets: torch.Tensor,
+    weights: torch.Tensor,
+) -> torch.Tensor:
+    """Return the mean loss of predicted mixtures, from likelihood and squared error.
+
+    Parameters
+    ----------
+    outputs
+        Outputs of the network.
+    targets, weights
+        Possible targets of each contact in the network's unit, with their weights, shape (n,
+        targets).
+    """
+    weight, mean, spread = (part[:, None] for part in outputs)
+    away = (targets[..., None] - mean) / spread.exp()
+    likelihood = torch.logsumexp(weight - spread - 0.5 * away * away, 2)
+    error = (weight.exp() * mean).sum(2) - targets
+    return (weights * (SQUARED * error * error - likelihood)).sum(1).mean()
+
+
+def rate_share(gone: float) -> float:
     """Return the learning rate, relative to ``RATE``, after the share ``gone`` of training."""
     if gone < WARM_UP:
         return 0.04 + 0.96 * gone / WARM_UP

@@ -14,6 +14,7 @@ from firstcontact.core import FINGERTIP_RATE, Runner
 from firstcontact.models import TIMES, InContextModel, Model, NetworkPredictor, TrainingRecord
 from firstcontact.signal import samples_in
 from firstcontact.twin import FAMILIES
+from firstcontact_lab.pretraining._compact_training import STEPS, compacted
 from firstcontact_lab.pretraining._examples import Examples
 from firstcontact_lab.pretraining._finishing import LEVEL, answers, finished
 from firstcontact_lab.pretraining._same_object import PINCHES, same_object
@@ -40,8 +41,8 @@ class Size:
     calibration, judgement, held_out
         Number of rigs for the calibration of intervals, for scores on rigs like those in training,
         and for scores on each held-out family of rigs.
-    epochs
-        Number of passes over the examples.
+    epochs, steps
+        Number of passes over the examples, and number of training steps of the compact network.
     """
 
     rigs: int = 6000
@@ -49,6 +50,7 @@ class Size:
     judgement: int = 100
     held_out: int = 50
     epochs: int = 45
+    steps: int = STEPS
 
     def resized(self, rigs: int, epochs: int) -> Size:
         """Return this size with the given numbers of training rigs and epochs.
@@ -63,6 +65,7 @@ class Size:
             max(10, round(share * self.judgement)),
             max(5, round(share * self.held_out)),
             epochs,
+            max(200, round(share * self.steps)),
         )
 
 
@@ -97,8 +100,15 @@ def pretrain(
     examples = made(TRAINED, size.rigs)
     say(f"{size.rigs} rigs, {len(examples)} contacts for training")
     state = work / f"training-{seed}-{size.rigs}-{size.epochs}.safetensors"
-    network = Training(examples, size.epochs, seed, state).run(
+    full = Training(examples, size.epochs, seed, state).run(
         lambda epoch, loss: say(f"epoch {epoch} of {size.epochs}: loss {loss:.3f}")
+    )
+    network = compacted(
+        full,
+        examples,
+        seed,
+        size.steps,
+        progress=lambda step, loss: say(f"compact, step {step} of {size.steps}: loss {loss:.3f}"),
     )
     model = finished(network, made(CALIBRATED, size.calibration), seed)
     scores: dict[str, Mapping[str, Any]] = {
@@ -126,7 +136,7 @@ def judged(model: InContextModel, examples: Examples, seed: int) -> Mapping[str,
     is_object = examples.object_ids >= 0
     out: dict[str, Any] = {}
     for time, samples in SAMPLES.items():
-        values, spreads = answers(model.network, examples, samples, seed + 1)
+        values, spreads = answers(model, examples, samples, seed + 1)
         away = np.abs(np.clip(values, 0, 100) - examples.shore_a)[is_object]
         half = model.half_widths(spreads, samples)[is_object]
         out[time] = {

@@ -460,39 +460,57 @@ static double value_of(const rows *r, int view, Py_ssize_t i)
     return ((const double *)r->views[view].buf)[i];
 }
 
+/* Image with a model, and the contacts (signals, valid, fingers, speeds, errors, radii) that follow it in
+   the arguments. Return NULL with an exception. */
+static const fc_model *take_contacts(rows *r, PyObject *const *args)
+{
+    r->held = 0;
+    const held_image *const held = PyCapsule_GetPointer(args[0], IMAGE);
+    if (held == NULL || !held->image.has_model)
+        return refuse("the image has no model"), NULL;
+    const fc_model *const m = &held->image.model;
+    if (!take_rows(r, args[1], args[2], m->before) || !take_row_array(r, args[3], 1, I32, false)
+        || !take_row_array(r, args[4], 1, F64, false) || !take_row_array(r, args[5], 1, F64, false)
+        || !take_row_array(r, args[6], 1, F64, false))
+        return NULL;
+    return m;
+}
+
+/* Begin contact i of take_contacts, with all its valid samples. */
+static void begin_contact(fc_touch *t, const fc_model *m, const rows *r, Py_ssize_t i,
+                          fc_touch_room *room)
+{
+    const float *const signal = signal_of(r, i);
+    const fc_hints hints = {value_of(r, 3, i), value_of(r, 4, i), value_of(r, 5, i)};
+    fc_touch_begin(t, m, ((const int32_t *)r->views[2].buf)[i], signal, room);
+    fc_touch_hint(t, &hints);
+    for (int32_t k = 0; k < valid_of(r, i); k++)
+        fc_touch_take(t, signal[m->before + k]);
+}
+
 /* predict(image, signals, valid, fingers, speeds, errors, radii, is_regression, out)
 
    Predict from contacts. out (n, 6): value, low, high, half width, spread, is out of range. With
    is_regression, the regression of the rig predicts alone, and only value and spread are written. */
 static PyObject *predict(PyObject *self, PyObject *const *args, Py_ssize_t n)
 {
-    rows r = {.held = 0};
+    rows r;
     fc_touch touch;
     fc_touch_room room;
     (void)self;
     if (!has(n, 9))
         return NULL;
-    const held_image *const held = PyCapsule_GetPointer(args[0], IMAGE);
-    if (held == NULL || !held->image.has_model)
-        return refuse("the image has no model");
-    const fc_model *const m = &held->image.model;
     const int is_regression = PyObject_IsTrue(args[7]);
-    if (!take_rows(&r, args[1], args[2], m->before) || !take_row_array(&r, args[3], 1, I32, false)
-        || !take_row_array(&r, args[4], 1, F64, false) || !take_row_array(&r, args[5], 1, F64, false)
-        || !take_row_array(&r, args[6], 1, F64, false) || !take_row_array(&r, args[8], 6, F64, true)) {
+    const fc_model *const m = take_contacts(&r, args);
+    if (m == NULL || !take_row_array(&r, args[8], 6, F64, true)) {
         release(r.views, r.held);
         return NULL;
     }
     for (Py_ssize_t i = 0; i < r.n; i++) {
         double *const out = (double *)r.views[6].buf + 6 * i;
-        const float *const signal = signal_of(&r, i);
-        const fc_hints hints = {value_of(&r, 3, i), value_of(&r, 4, i), value_of(&r, 5, i)};
         const int32_t valid = valid_of(&r, i);
         fc_estimate e = {NAN, NAN, NAN, NAN, NAN, false};
-        fc_touch_begin(&touch, m, ((const int32_t *)r.views[2].buf)[i], signal, &room);
-        fc_touch_hint(&touch, &hints);
-        for (int32_t k = 0; k < valid; k++)
-            fc_touch_take(&touch, signal[m->before + k]);
+        begin_contact(&touch, m, &r, i, &room);
         if (is_regression && touch.rig->pinches > 0) {
             double traits[FC_TRAITS];
             fc_touch_traits(&touch, valid, traits);
@@ -508,6 +526,65 @@ static PyObject *predict(PyObject *self, PyObject *const *args, Py_ssize_t n)
         out[5] = e.is_out_of_range;
     }
     release(r.views, r.held);
+    Py_RETURN_NONE;
+}
+
+/* rig_inputs(image, signals, valid, fingers, speeds, errors, radii, inputs)
+
+   Write the inputs of the network (n, FC_INPUTS), float32, for contacts of the image's rigs. */
+static PyObject *rig_inputs(PyObject *self, PyObject *const *args, Py_ssize_t n)
+{
+    rows r;
+    fc_touch touch;
+    fc_touch_room room;
+    double traits[FC_TRAITS];
+    (void)self;
+    if (!has(n, 8))
+        return NULL;
+    const fc_model *const m = take_contacts(&r, args);
+    if (m == NULL || !take_row_array(&r, args[7], FC_INPUTS, F32, true)) {
+        release(r.views, r.held);
+        return NULL;
+    }
+    for (Py_ssize_t i = 0; i < r.n; i++) {
+        begin_contact(&touch, m, &r, i, &room);
+        fc_touch_inputs(&touch, valid_of(&r, i), (float *)r.views[6].buf + i * FC_INPUTS, traits);
+    }
+    release(r.views, r.held);
+    Py_RETURN_NONE;
+}
+
+/* network(image, inputs, terms, out)
+
+   Predict from inputs (n, FC_INPUTS) and terms of rigs (n, rank). out (n, 2): mean and spread. */
+static PyObject *network(PyObject *self, PyObject *const *args, Py_ssize_t n)
+{
+    Py_buffer v[3];
+    int held = 0;
+    fc_network_room room;
+    (void)self;
+    if (!has(n, 4))
+        return NULL;
+    const held_image *const of = PyCapsule_GetPointer(args[0], IMAGE);
+    if (of == NULL || !of->image.has_model)
+        return refuse("the image has no model");
+    const fc_network *const net = &of->image.model.network;
+    const int32_t rank = net->layers[FC_RIG_LAYER].into.rows;
+    if (!array_get(args[1], v, F32, false))
+        return NULL;
+    held = 1;
+    const Py_ssize_t rows = v[0].len / 4 / FC_INPUTS;
+    const bool is_right = v[0].len == rows * 4 * FC_INPUTS
+                          && array_take(args[2], v + 1, rows * rank, F32, false) && ++held
+                          && array_take(args[3], v + 2, rows * 2, F64, true) && ++held;
+    for (Py_ssize_t i = 0; is_right && i < rows; i++) {
+        double *const out = (double *)v[2].buf + 2 * i;
+        memcpy(room.values, (const float *)v[0].buf + i * FC_INPUTS, FC_INPUTS * sizeof(float));
+        fc_network_predict(net, (const float *)v[1].buf + i * rank, &room, out, out + 1);
+    }
+    release(v, held);
+    if (!is_right)
+        return refuse("the inputs of the network do not fit");
     Py_RETURN_NONE;
 }
 
@@ -617,6 +694,8 @@ static PyMethodDef METHODS[] = {
     {"state", FAST(state), METH_FASTCALL, "Return the state of a chain."},
     {"predict", FAST(predict), METH_FASTCALL, "Predict from contacts."},
     {"inputs", FAST(inputs), METH_FASTCALL, "Write inputs and traits of contacts."},
+    {"rig_inputs", FAST(rig_inputs), METH_FASTCALL, "Write inputs of contacts of known rigs."},
+    {"network", FAST(network), METH_FASTCALL, "Predict from inputs."},
     {"spectra", FAST(spectra), METH_FASTCALL, "Write the spectra before contacts."},
     {"shifts", FAST(shifts), METH_FASTCALL, "Write the shifts of spectra."},
     {NULL, NULL, 0, NULL},

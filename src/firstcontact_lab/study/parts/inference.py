@@ -207,12 +207,10 @@ def _anytime(subject: Subject, settings: StudySettings) -> InferenceTime | None:
     if home is None:
         return None
     adapted = subject.adapted or conditioned_model(RIG_ESTIMATOR.name, home, settings.seed)
-    # As in live, the closing speed is computed once per contact, before the first estimate.
     first = moments(model.rate)[0]
-    queries = [home.touches.take(np.array([k])).until(first) for k in range(min(len(home), ASKED))]
-    inputs = [(touch, adapted.model.rig_features(touch)) for touch in queries]
+    inputs = [home.touches.take(np.array([k])).until(first) for k in range(min(len(home), ASKED))]
     with one_thread():
-        return time_calls(lambda pair: adapted.model.predict(*pair), inputs, settings.calls)
+        return time_calls(adapted.model.predict, inputs, settings.calls)
 
 
 def _train(job: tuple[str, Task], blocks: LabelledWindows, seed: int) -> WindowModel:

@@ -164,7 +164,7 @@ def _predictions(rig: JudgedRig) -> dict[str, Predict]:
         def predict_at_time(touches: Touches, ms: int) -> Predicted:
             early = touches.until(samples_in(1e-3 * ms, touches.rate))
             out = model.predict(replace(early, radii=rig.radii) if radius else early)
-            half = model.half_widths(out.spread, early.valid, early.rate)
+            half = model.half_widths(out.spread, early.valid)
             return out.value, out.low, out.high, half
 
         return predict_at_time

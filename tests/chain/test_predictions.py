@@ -1,0 +1,229 @@
+"""Predictions of the chain equal those of the reference up to rounding."""
+
+from __future__ import annotations
+
+import math
+import pickle
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+import reference
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from firstcontact.chain import (
+    HINTS,
+    INPUTS,
+    Image,
+    Layer,
+    Matrix,
+    ModelConstants,
+    build_image,
+    predict_inputs,
+    predict_touches,
+    shifts,
+    spectra,
+    touch_inputs,
+)
+from firstcontact.cli.twin_model import SHIPPED
+from firstcontact.core import FINGERTIP_RATE, InputError
+from firstcontact.models import ANY, InContextModel, Rig, load_model, pretrained
+from firstcontact.models._rig_speeds import RigSpeeds
+from ringing import ringing
+
+LEAD, SAMPLES = 197, 74
+
+
+@cache
+def models() -> dict[str, InContextModel]:
+    """Return the network with an unknown rig, with a known one, and with a regression."""
+    network = load_model(SHIPPED).network
+    assert network is not None
+    known, shore_a, _ = ringing(60)
+    rig = Rig.fit(known, shore_a)
+    quick = replace(rig, speeds=RigSpeeds(0.13, 0.3, 0.1))
+    return {
+        "unknown": pretrained(),
+        "deaf": pretrained().conditioned_on({ANY: replace(rig, pitch=None)}),
+        "alone": pretrained().conditioned_on({ANY: rig}),
+        "speeds": pretrained().conditioned_on({ANY: quick, 1: replace(quick, sign=-1.0)}),
+        "combined": network.model,
+    }
+
+
+def contact(seed: int, sign: float = 1.0) -> np.ndarray:
+    rng = np.random.default_rng(seed)
+    t = np.arange(SAMPLES)
+    signal = 10 ** rng.uniform(-4, -1) * rng.standard_normal(LEAD + SAMPLES)
+    ring = np.exp(-t / rng.uniform(2, 40)) * np.sin(t / rng.uniform(2, 20))
+    signal[LEAD:] += sign * 10 ** rng.uniform(-3, 1) * ring
+    return signal.round(3).astype(np.float32)
+
+
+def ask(
+    image: Image, signal: np.ndarray, valid: int, finger: int = -1, *hints: float
+) -> np.ndarray:
+    speed, error, radius = (np.full(1, x) for x in (*hints, *[math.nan] * (3 - len(hints))))
+    one = np.full(1, valid), np.full(1, finger)
+    return predict_touches(image, signal[None], *one, speed, error, radius)[0]
+
+
+@settings(max_examples=60)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    sign=st.sampled_from([-1.0, 0.0, 1.0]),
+    name=st.sampled_from(["unknown", "deaf", "alone", "speeds", "combined"]),
+    finger=st.sampled_from([-1, 0, 1]),
+    valid=st.integers(2, SAMPLES),
+    speed=st.sampled_from([math.nan, 0.05, 0.2, 3.0]),
+    error=st.sampled_from([math.nan, 0.001, 0.2, math.inf]),
+    radius=st.sampled_from([math.nan, 0.01, math.inf]),
+)
+def test_predictions_are_those_of_the_reference(
+    seed: int,
+    sign: float,
+    name: str,
+    finger: int,
+    valid: int,
+    speed: float,
+    error: float,
+    radius: float,
+) -> None:
+    model, signal = models()[name], contact(seed, sign)
+    constants = model.constants()
+    rigs = {rig.finger: rig for rig in constants.rigs}
+    rig = rigs.get(finger, rigs[-1])
+    out = ask(model.image, signal, valid, finger, speed, error, radius)
+    expected = reference.predict(constants, rig, signal, valid, speed, error, radius)
+    np.testing.assert_allclose(out[:5], expected[:5], rtol=2e-3, atol=0.02)
+    assert out[5] == expected[5]
+
+
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    valid=st.integers(2, SAMPLES),
+    level=st.floats(1e-3, 10.0),
+    sign=st.sampled_from([-1.0, 1.0]),
+)
+def test_inputs_are_those_of_the_reference(
+    seed: int, valid: int, level: float, sign: float
+) -> None:
+    signal, hints = contact(seed, sign), np.arange(HINTS) / 4
+    scales = np.full(1, level), np.full(1, sign)
+    x, traits = touch_inputs(signal[None], np.full(1, valid), LEAD, *scales, hints[None])
+    after = sign * signal[LEAD : LEAD + valid].astype(np.float64)
+    expected = reference.traits(signal[:LEAD].astype(np.float64), after, level)
+    np.testing.assert_allclose(traits[0], expected, rtol=1e-6, atol=1e-6)
+    expected_inputs = reference.inputs(after, level, expected, hints)
+    np.testing.assert_allclose(x[0], expected_inputs, rtol=1e-5, atol=1e-5)
+
+
+@given(seed=st.integers(0, 2**32 - 1), tone=st.floats(80.0, 1000.0))
+def test_pitches_are_those_of_the_reference(seed: int, tone: float) -> None:
+    rng = np.random.default_rng(seed)
+    m = models()["alone"].constants()
+    t = np.arange(LEAD) / FINGERTIP_RATE
+    turns = 2 * np.pi * tone * np.exp([[0.0], [0.1]])
+    volts = 0.003 * rng.standard_normal((2, LEAD)) + sum(
+        0.02 * np.sin(k * turns * t) for k in (1, 2, 3)
+    )
+    signals = volts.astype(np.float32)
+    heard = spectra(signals[:, : len(m.fade)], m.sine, m.fade, m.part, m.cell)
+    expected = [reference.spectrum(m, s.astype(np.float64)) for s in signals]
+    np.testing.assert_allclose(heard, expected, atol=2e-3)
+    shift, alike = shifts(heard, heard[0])
+    assert (shift[0], alike[0]) == (0, pytest.approx(1.0, abs=1e-5))
+    best, fit = reference.pitch(heard[1].astype(np.float64), heard[0].astype(np.float64))
+    assert (shift[1], alike[1]) == (best, pytest.approx(fit, abs=1e-4))
+
+
+def test_the_network_alone_is_that_of_the_reference() -> None:
+    model, rng = pretrained(), np.random.default_rng(0)
+    m = model.constants()
+    x = (m.mean + m.sd * 3 * rng.standard_normal((50, INPUTS))).astype(np.float32)
+    terms = rng.standard_normal((50, model.network.directions)).astype(np.float32)
+    expected = [reference.network(m, term, one) for term, one in zip(terms, x, strict=True)]
+    np.testing.assert_allclose(predict_inputs(model.image, x, terms), expected, rtol=1e-3)
+
+
+@pytest.mark.parametrize("far", [1e30, -1e30, np.inf, np.nan])
+def test_inputs_that_are_far_out_give_finite_predictions(far: float) -> None:
+    model = pretrained()
+    terms = np.zeros((1, model.network.directions))
+    assert np.isfinite(predict_inputs(model.image, np.full((1, INPUTS), far), terms)).all()
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1e30])
+def test_samples_that_are_not_valid_have_no_influence(value: float) -> None:
+    signal = contact(3)
+    spoilt = np.where(np.arange(len(signal)) < LEAD + 20, signal, value).astype(np.float32)
+    image = models()["combined"].image
+    np.testing.assert_array_equal(ask(image, spoilt, 20), ask(image, signal, 20))
+
+
+def test_a_dead_sensor_is_out_of_range() -> None:
+    signal = np.where(np.arange(LEAD + SAMPLES) < LEAD, contact(0), 0.0).astype(np.float32)
+    assert ask(models()["unknown"].image, signal, 40)[5] == 1
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_a_signal_beyond_all_numbers_has_no_prediction(value: float) -> None:
+    signal = contact(1)
+    signal[LEAD + 5] = value
+    assert np.isnan(ask(models()["combined"].image, signal, 20)[0])
+
+
+@pytest.mark.parametrize("valid", [-1, 0, 1, SAMPLES + 1])
+def test_numbers_of_samples_out_of_range_are_refused(valid: int) -> None:
+    with pytest.raises(ValueError):
+        ask(models()["alone"].image, contact(1), valid)
+
+
+@pytest.mark.parametrize("kind", [">f4", "<f8", "f4"])
+def test_each_kind_of_number_gives_the_same_prediction(kind: str) -> None:
+    image, signal = models()["combined"].image, contact(2)
+    expected = ask(image, signal, 20)
+    np.testing.assert_array_equal(ask(image, signal.astype(kind), 20), expected)
+    twice = np.repeat(signal, 2).astype(kind)[::2]
+    np.testing.assert_array_equal(ask(image, twice, 20), expected)
+
+
+def test_a_model_that_was_used_can_be_pickled() -> None:
+    model, signal = models()["combined"], contact(1)
+    expected = ask(model.image, signal, 20)
+    again: InContextModel = pickle.loads(pickle.dumps(model))
+    np.testing.assert_array_equal(ask(again.image, signal, 20), expected)
+
+
+def test_no_contacts_give_no_predictions() -> None:
+    empty = np.zeros((0, LEAD + SAMPLES)), *(np.zeros(0) for _ in range(5))
+    assert predict_touches(models()["alone"].image, *empty).shape == (0, 6)
+
+
+def changed(m: ModelConstants, matrix: Matrix) -> ModelConstants:
+    layer = replace(m.layers[0], into=matrix)
+    return replace(m, layers=[layer, *m.layers[1:]])
+
+
+def test_numbers_that_could_overflow_are_refused() -> None:
+    m = pretrained().constants()
+    first: Layer = m.layers[0]
+    wide = np.full_like(first.into.weight, 32_000)
+    for matrix in (replace(first.into, weight=wide), replace(first.into, scale=1e28 * m.sd[:28])):
+        with pytest.raises(InputError):
+            build_image(FINGERTIP_RATE, model=changed(m, matrix)).handle
+    rig = replace(m.rigs[0], terms=np.full_like(m.rigs[0].terms, 1e7))
+    with pytest.raises(InputError):
+        build_image(FINGERTIP_RATE, model=replace(m, rigs=[rig])).handle
+
+
+@pytest.mark.parametrize("place", [0, 4, 9, 40, 2000, -1])
+def test_a_damaged_image_is_refused(place: int) -> None:
+    data = bytearray(models()["combined"].image.data)
+    data[place] ^= 1
+    with pytest.raises(InputError):
+        Image(bytes(data)).handle
+    with pytest.raises(InputError):
+        Image(bytes(data[:place])).handle

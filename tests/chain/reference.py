@@ -156,9 +156,7 @@ def network(m: ModelConstants, term: Values, x: Values) -> tuple[float, float]:
     return value, math.sqrt(max(variance, 1e-4))
 
 
-def regressed(
-    p: ProcessConstants, found: Values, hint: Values, stage: int
-) -> tuple[float, float]:
+def regressed(p: ProcessConstants, found: Values, hint: Values, stage: int) -> tuple[float, float]:
     """Return value and spread of the Gaussian process of a rig."""
     x = np.append(found[:-2], hint[0]).clip(-10, 10)
     x = (x - p.mean[stage]) / p.sd[stage]

@@ -10,6 +10,7 @@ from functools import cache
 import numpy as np
 import pytest
 import reference
+from firstcontact.cli.twin_model import SHIPPED
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -27,7 +28,6 @@ from firstcontact.chain import (
     spectra,
     touch_inputs,
 )
-from firstcontact.cli.twin_model import SHIPPED
 from firstcontact.core import FINGERTIP_RATE, InputError
 from firstcontact.models import ANY, InContextModel, Rig, load_model, pretrained
 from firstcontact.models._rig_speeds import RigSpeeds
@@ -101,6 +101,36 @@ def test_predictions_are_those_of_the_reference(
     assert out[5] == expected[5]
 
 
+@pytest.mark.parametrize("name", ["alone", "speeds"])
+def test_predictions_with_the_pitch_of_a_motor_are_those_of_the_reference(name: str) -> None:
+    model = models()[name]
+    m = model.constants()
+    touches, _, _ = ringing(20, seed=3)
+    for row, signal in enumerate(touches.signals):
+        hints = (math.nan, math.nan, math.nan) if row % 2 else (0.15, 0.2, 0.02)
+        out = ask(model.image, signal, 12 + 3 * row, -1, *hints)
+        before = signal[:LEAD].astype(np.float64)
+        assert reference.hints(m, m.rigs[0], before, *hints)[1] == 1.0  # the motor is heard
+        expected = reference.predict(m, m.rigs[0], signal, 12 + 3 * row, *hints)
+        np.testing.assert_allclose(out[:5], expected[:5], rtol=2e-3, atol=0.02)
+
+
+def test_traits_of_a_triangle_in_closed_form() -> None:
+    top = 10
+    rise = np.arange(top + 1) / top
+    wave = np.concatenate([np.zeros(LEAD), rise, rise[-2::-1], np.zeros(SAMPLES - 2 * top - 1)])
+    one = np.ones(1)
+    _, traits = touch_inputs(wave[None], 74 * one, LEAD, one, one, np.zeros((1, HINTS)))
+    found = dict(zip(reference.NAMES, traits[0], strict=True))
+    assert found["peak"] == pytest.approx(0.0, abs=1e-7)
+    assert found["steepest rise"] == pytest.approx(np.log(1 / top))
+    assert found["time to peak"] == pytest.approx(top / 20 - 1)
+    assert found["width at half"] == pytest.approx((top - 1) / 20 - 0.5)
+    assert found["centre of energy"] == pytest.approx(top / 20 - 1, abs=1e-6)
+    assert found["undershoot"] == 0.0
+    assert found["length"] == 1.0
+
+
 @given(
     seed=st.integers(0, 2**32 - 1),
     valid=st.integers(2, SAMPLES),
@@ -169,15 +199,16 @@ def test_a_dead_sensor_is_out_of_range() -> None:
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])
-def test_a_signal_beyond_all_numbers_has_no_prediction(value: float) -> None:
+@pytest.mark.parametrize("name", ["unknown", "alone", "combined"])
+def test_a_signal_beyond_all_numbers_has_no_prediction(name: str, value: float) -> None:
     signal = contact(1)
     signal[LEAD + 5] = value
-    assert np.isnan(ask(models()["combined"].image, signal, 20)[0])
+    assert np.isnan(ask(models()[name].image, signal, 20)[0])
 
 
 @pytest.mark.parametrize("valid", [-1, 0, 1, SAMPLES + 1])
 def test_numbers_of_samples_out_of_range_are_refused(valid: int) -> None:
-    with pytest.raises(ValueError):
+    with pytest.raises(ValueError, match="74"):
         ask(models()["alone"].image, contact(1), valid)
 
 
@@ -202,6 +233,10 @@ def test_no_contacts_give_no_predictions() -> None:
     assert predict_touches(models()["alone"].image, *empty).shape == (0, 6)
 
 
+def check(image: Image) -> None:
+    assert image.handle
+
+
 def changed(m: ModelConstants, matrix: Matrix) -> ModelConstants:
     layer = replace(m.layers[0], into=matrix)
     return replace(m, layers=[layer, *m.layers[1:]])
@@ -213,10 +248,10 @@ def test_numbers_that_could_overflow_are_refused() -> None:
     wide = np.full_like(first.into.weight, 32_000)
     for matrix in (replace(first.into, weight=wide), replace(first.into, scale=1e28 * m.sd[:28])):
         with pytest.raises(InputError):
-            build_image(FINGERTIP_RATE, model=changed(m, matrix)).handle
+            check(build_image(FINGERTIP_RATE, model=changed(m, matrix)))
     rig = replace(m.rigs[0], terms=np.full_like(m.rigs[0].terms, 1e7))
     with pytest.raises(InputError):
-        build_image(FINGERTIP_RATE, model=replace(m, rigs=[rig])).handle
+        check(build_image(FINGERTIP_RATE, model=replace(m, rigs=[rig])))
 
 
 @pytest.mark.parametrize("place", [0, 4, 9, 40, 2000, -1])
@@ -224,6 +259,6 @@ def test_a_damaged_image_is_refused(place: int) -> None:
     data = bytearray(models()["combined"].image.data)
     data[place] ^= 1
     with pytest.raises(InputError):
-        Image(bytes(data)).handle
+        check(Image(bytes(data)))
     with pytest.raises(InputError):
-        Image(bytes(data[:place])).handle
+        check(Image(bytes(data[:place])))

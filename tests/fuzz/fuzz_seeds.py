@@ -203,6 +203,8 @@ def _models(folder: Path, seeds: Seeds) -> None:
 
 def _anytime(folder: Path, seeds: Seeds) -> None:
     """Write models conditioned on a random rig, with a detector."""
+    from firstcontact.models._compact import FEWEST
+
     from firstcontact.contact import load_detector
     from firstcontact.core import FINGERTIP_RATE
     from firstcontact.models import (
@@ -220,7 +222,6 @@ def _anytime(folder: Path, seeds: Seeds) -> None:
         lengths,
         pretrained,
     )
-    from firstcontact.models._compact import FEWEST
 
     rng = np.random.default_rng(3)
     tokens, general = rng.standard_normal((len(STAGES), 3, TOKEN)), rng.standard_normal(GENERAL)

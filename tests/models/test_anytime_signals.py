@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from firstcontact.chain import HINTS, touch_inputs
 from firstcontact.core import (
     FINGERTIP_RATE,
     Contact,
@@ -27,13 +28,11 @@ from firstcontact.models import (
     lengths,
     pretrained,
 )
-from firstcontact.models._contact_features import NAMES, features, masked
 from ringing import LONGEST, SHORTEST, ringing
 
 KNOWN, SHORE_A, _ = ringing(60)
 ASKED, TRUTH, _ = ringing(40, seed=2, levels=(15.0, 25.0, 50.0))
 ENDS = np.random.default_rng(1).integers(SHORTEST, LONGEST + 1, len(ASKED))
-COLUMN = {name: place for place, name in enumerate(NAMES)}
 
 
 def knowing(touches: Touches, shore_a: Values = SHORE_A) -> InContextModel:
@@ -42,6 +41,12 @@ def knowing(touches: Touches, shore_a: Values = SHORE_A) -> InContextModel:
 
 def scaled(touches: Touches, gain: float) -> Touches:
     return replace(touches, signals=(gain * touches.signals).astype(np.float32))
+
+
+def traits(touches: Touches, level: float) -> np.ndarray:
+    n = len(touches)
+    scales = np.full(n, level), np.ones(n), np.zeros((n, HINTS))
+    return touch_inputs(touches.signals, ENDS[:n], touches.lead, *scales)[1]
 
 
 def spoilt(touches: Touches, with_: float) -> Touches:
@@ -53,9 +58,8 @@ def spoilt(touches: Touches, with_: float) -> Touches:
 
 @pytest.mark.parametrize("gain", [0.03, 3.0, 40.0])
 def test_features_do_not_depend_on_gain(gain: float) -> None:
-    v = masked(ASKED.waves.astype(np.float64), ENDS)
-    level = np.full(len(v), 0.3)
-    assert np.allclose(features(v, ENDS, level), features(gain * v, ENDS, gain * level))
+    loud = traits(scaled(ASKED, gain), 0.3 * gain)
+    assert np.allclose(traits(ASKED, 0.3), loud, atol=1e-5)
 
 
 @pytest.mark.parametrize("gain", [0.5, 20.0])
@@ -85,24 +89,9 @@ def test_samples_after_the_valid_ones_are_never_used(with_: float) -> None:
         assert np.isfinite(getattr(plain, name)).all()
 
 
-def test_features_of_a_triangle_in_closed_form() -> None:
-    samples, top = 74, 10
-    rise = np.arange(top + 1) / top
-    wave = np.concatenate([rise, rise[-2::-1], np.zeros(samples - 2 * top - 1)])[None]
-    computed = features(wave, np.array([samples]), np.array([1.0]))[0]
-    assert computed[COLUMN["peak"]] == pytest.approx(0.0)
-    assert computed[COLUMN["steepest rise"]] == pytest.approx(np.log(1 / top))
-    assert computed[COLUMN["time to peak"]] == pytest.approx(top / 20 - 1)
-    assert computed[COLUMN["width at half"]] == pytest.approx((top - 1) / 20 - 0.5)
-    assert computed[COLUMN["centre of energy"]] == pytest.approx(top / 20 - 1, abs=1e-6)
-    assert computed[COLUMN["undershoot"]] == 0.0
-    assert computed[COLUMN["length"]] == 1.0
-
-
 def test_a_signal_of_nothing_has_finite_features_and_answers() -> None:
     nothing = replace(ASKED, signals=np.zeros_like(ASKED.signals))
-    level = np.full(len(ASKED), 0.3)
-    assert np.isfinite(features(np.zeros((40, LONGEST)), ENDS, level)).all()
+    assert np.isfinite(traits(nothing, 0.3)).all()
     assert np.isfinite(knowing(KNOWN).predict(nothing).value).all()
 
 
@@ -113,12 +102,6 @@ def test_single_predictions_equal_batch_predictions() -> None:
     alone = [model.predict(queries.take(np.array([i]))) for i in range(len(queries))]
     assert np.allclose([a.value[0] for a in alone], together.value, atol=1e-3)
     assert [bool(a.out_of_range[0]) for a in alone] == together.out_of_range.tolist()
-
-
-def test_what_was_worked_out_before_gives_the_same_answers() -> None:
-    model = knowing(KNOWN)
-    labelled_contacts = model.rig_features(ASKED.until(SHORTEST))
-    assert np.array_equal(model.predict(ASKED, labelled_contacts).value, model.predict(ASKED).value)
 
 
 def test_each_finger_has_its_rig_and_others_that_of_any() -> None:

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import firstcontact as fc
-from compiled_kernels import using
 from firstcontact.core import Dataset, InputError
 from firstcontact.export._trained import exported_parts
 from firstcontact.models import (
@@ -96,19 +95,6 @@ def test_far_from_the_rigs_pinches_the_network_counts_more(
     strange = replace(labelled.touches, signals=-30 * labelled.touches.signals[:, ::-1])
     _, far = model.regress(strange)
     assert far.min() > np.median(near)
-
-
-def test_live_gives_the_prediction_of_predict(
-    model: CombinedModel, labelled: LabelledTouches
-) -> None:
-    for row in range(12):
-        one = labelled.touches.take(np.array([row]))
-        expected = model.predict(one)
-        with using(None):
-            followed = model.follow(one)
-        answer = followed.predict(one.waves[0], int(one.valid[0]))
-        assert answer is not None
-        assert (answer.value, answer.low) == (expected.value[0], expected.low[0])
 
 
 def test_a_folder_holds_both(data: Dataset, tmp_path: Path) -> None:

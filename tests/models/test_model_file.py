@@ -97,7 +97,7 @@ def test_a_flipped_bit_is_noticed(folder: Path) -> None:
     "changes",
     [
         {"format": "other"},
-        {"format_version": 3},
+        {"format_version": 2},
         {"format_version": None},
         {"kind": "forest"},
         {"kind": ["svm"]},

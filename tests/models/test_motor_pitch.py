@@ -9,10 +9,12 @@ from hypothesis import strategies as st
 
 from firstcontact.core import FINGERTIP_RATE as RATE
 from firstcontact.models import BEFORE, LONGEST, spectra
-from firstcontact.models._motor_pitch import BELIEVED, FARTHEST, STEP, MotorPitch
+from firstcontact.models._motor_pitch import BELIEVED, STEP, MotorPitch
 from firstcontact.signal import samples_in
 
 BEFORE_SAMPLES = samples_in(BEFORE, RATE)
+#: Largest shift of the search, points: a factor of two in speed.
+FARTHEST = 88
 WIDTH = BEFORE_SAMPLES + samples_in(LONGEST, RATE)
 
 
@@ -29,7 +31,7 @@ def motor(ratios: np.ndarray, seed: int, rotor: float = 170.0, noise: float = 0.
 
 
 def heard(signals: np.ndarray) -> np.ndarray:
-    return spectra(signals, BEFORE_SAMPLES, RATE)
+    return spectra(signals, RATE)
 
 
 @settings(max_examples=15)

@@ -7,8 +7,6 @@ from importlib.util import find_spec
 
 import numpy as np
 import pytest
-
-from firstcontact.models import CENTRE, GENERAL, INPUTS, STAGES, TOKEN, UNIT, pretrained
 from firstcontact_lab.pretraining._compact_network import (
     CompactNetwork,
     compact_outputs,
@@ -17,6 +15,8 @@ from firstcontact_lab.pretraining._compact_network import (
     product,
     rig_term,
 )
+
+from firstcontact.models import CENTRE, GENERAL, INPUTS, STAGES, TOKEN, UNIT, pretrained
 from firstcontact_lab.pretraining._examples import Examples, joined, rig_examples
 from firstcontact_lab.pretraining._finishing import answers
 

@@ -286,7 +286,10 @@ bool fc_touch_predict(const fc_touch *t, int32_t n, fc_touch_room *room, fc_esti
     if (t->rig->pinches > 0)
         refine(t, stage, traits, &value, &spread);
     const double half = spread * m->factors[stage];
-    if (!isfinite(value + half))
+    double sum = value + half; /* the network bounds its inputs, so the traits are asked, too */
+    for (int32_t k = 0; k < FC_TRAITS; k++)
+        sum += traits[k];
+    if (!isfinite(sum))
         return false;
     value = fc_bounded(value, 0.0, 100.0);
     out->value = (float)value;

@@ -28,6 +28,7 @@ from firstcontact.chain import (
     spectra,
     touch_inputs,
 )
+from firstcontact.streaming._twin_model import SHIPPED
 from firstcontact.core import FINGERTIP_RATE, InputError
 from firstcontact.models import ANY, InContextModel, Rig, load_model, pretrained
 from firstcontact.models._rig_speeds import RigSpeeds

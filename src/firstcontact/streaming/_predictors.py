@@ -10,7 +10,6 @@ import numpy as np
 
 from firstcontact.core import Block, Contact, InputError, Layout, is_same_rate
 from firstcontact.signal import ContactWindow, WindowStream
-from firstcontact.streaming._interim import network_constants
 
 if TYPE_CHECKING:
     from firstcontact.chain import ModelConstants, Predict
@@ -84,7 +83,8 @@ class NetworkPredictor:
         self.moments = tuple(n / model.rate for n in moments(model.rate))
         #: True if the rig's own pinches had measured speeds. Without them, speeds cannot be used.
         self.uses_speed = any(rig.speeds is not None for rig in model.rigs.values())
-        self.constants, self.predict = network_constants(model)
+        self.constants = model.constants()
+        self.predict: Predict | None = None
 
     def check(self, layout: Layout) -> None:
         """Raise InputError if the layout's sampling rate is not the model's."""

@@ -10,7 +10,6 @@ from functools import cache
 import numpy as np
 import pytest
 import reference
-from firstcontact.cli.twin_model import SHIPPED
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -28,10 +27,10 @@ from firstcontact.chain import (
     spectra,
     touch_inputs,
 )
-from firstcontact.streaming._twin_model import SHIPPED
 from firstcontact.core import FINGERTIP_RATE, InputError
 from firstcontact.models import ANY, InContextModel, Rig, load_model, pretrained
 from firstcontact.models._rig_speeds import RigSpeeds
+from firstcontact.streaming._twin_model import SHIPPED
 from ringing import ringing
 
 LEAD, SAMPLES = 197, 74

@@ -9,7 +9,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-import reference
+import touch_reference as reference
 from hypothesis import given, settings
 from hypothesis import strategies as st
 

@@ -1,4 +1,4 @@
-/* Kernels of live detection and estimation. The NumPy code of the package is the reference. */
+/* Kernels of live detection. The NumPy code of the package is the reference. */
 #ifndef FIRSTCONTACT_KERNELS_H
 #define FIRSTCONTACT_KERNELS_H
 
@@ -39,22 +39,7 @@ enum {
     WINDOW_MOST = 1024,
     STEPS = 13,      /* over which the gate judges */
     STEP_MOST = 1 << 16,
-    WIDTH_MOST = 1 << 12,
-    FEATURES = 14,   /* of a contact */
-    TRAITS = FEATURES + 2,
-    BESIDE = 5,
-    POINTS = 74,     /* of a waveform */
-    INPUTS = 3 * POINTS + FEATURES + BESIDE,
-    HEADS = 4,
-    COMPONENTS = 3,
-    UNITS_MOST = 512, /* of a layer */
-    LEVELS_MOST = 64,
-    HALF = 1024,      /* half the numbers of the Fourier transform */
-    LINES = 400,      /* of the motor's spectrum */
-    SMOOTH = 61,
-    FARTHEST_SHIFT = 88,
-    KNOWN = FEATURES + 1, /* inputs of the regression */
-    KNOWN_MOST = 256
+    WIDTH_MOST = 1 << 12
 };
 
 /* Detector at one rate. */
@@ -85,65 +70,5 @@ void fc_judge(const fc_detector *d, const fc_closing *c, const double *past, int
 void fc_quiet_steps(const double *volts, int32_t width, int32_t fingers, int32_t step,
                     int32_t steps, double *sums, int64_t known, const double *limit,
                     uint8_t *is_quiet);
-
-typedef struct {
-    int32_t inputs, outputs;
-    const float *weight, *bias; /* (inputs, outputs), (outputs,) */
-} fc_layer;
-
-/* Regression on the pinches of a rig; n is 0 without one. Arrays have a first axis of stages. */
-typedef struct {
-    int32_t n;
-    const double *mean, *sd;       /* (KNOWN,) */
-    const double *known, *squares; /* (KNOWN, n), (n,) */
-    const double *weights, *inverse; /* (n,), (n, n) */
-    const double *scale;           /* () */
-    double centre, unit;
-} fc_regression;
-
-/* Network, the same for all rigs. */
-typedef struct {
-    int32_t stages;
-    const float *mean, *sd;  /* of the inputs */
-    fc_layer query1, query2, body1, body2, body3, answer;
-    const double *usual, *whitening, *limit, *gain; /* of the traits: (stages, TRAITS), ... */
-    const double *factors;   /* half widths in spreads, (stages,) */
-    float absent[3 * POINTS]; /* scaled inputs of samples that are not there yet */
-    float rest[UNITS_MOST];   /* query1 of these alone */
-} fc_network;
-
-/* Rig that a network is conditioned on. */
-typedef struct {
-    const fc_network *network; /* that it was made for */
-    int32_t levels;
-    double level, sign;
-    const float *along;         /* (stages, body1.outputs): the part of body1 that the rig fixes */
-    const float *keys, *values; /* (stages, HEADS, levels, width) */
-    fc_regression regression;
-} fc_rig;
-
-/* Spectrum of a motor on an axis of ln(frequency), at one rate. */
-typedef struct {
-    int32_t heard;                /* samples */
-    double turn[2 * HALF + HALF / 2]; /* sin of 2 pi k / (2 * HALF) */
-    double part[LINES], fade[2 * HALF];
-    int32_t cell[LINES];
-} fc_ear;
-
-/* Shift of the motor's spectrum against a reference, and the correlation there. */
-void fc_listen(const fc_ear *e, const double *reference, const float *signal, int32_t *shift,
-               double *alike);
-
-typedef struct {
-    double value, low, high, half_width;
-    bool is_out_of_range, is_finite;
-} fc_estimate;
-
-/* Compute what does not depend on the contact. */
-void fc_network_prepare(fc_network *n);
-
-/* Predict from `valid` samples after the contact, V. `noise` is the trait of the signal before. */
-void fc_predict(const fc_network *n, const fc_rig *r, const float *signal, int32_t valid,
-                int32_t stage, const double *beside, double noise, fc_estimate *out);
 
 #endif

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
+from firstcontact.chain import INPUTS
 from firstcontact.core import Serial, parallel
-from firstcontact.models import INPUTS, LEVELS, STAGES, TOKEN, Network
+from firstcontact.models import LEVELS, STAGES, TOKEN
 from firstcontact.twin import FAMILIES
 from firstcontact_lab.pretraining import _examples, _sets
 from firstcontact_lab.pretraining._batches import draw_batch, token_rows
@@ -27,7 +28,7 @@ from firstcontact_lab.pretraining._finishing import LEVEL, answers, finished
 from firstcontact_lab.pretraining._sets import example_set
 
 if TYPE_CHECKING:
-    from firstcontact_lab.pretraining._training import Training
+    from firstcontact_lab.pretraining._training import Full, Training
 
 pytestmark = pytest.mark.skipif(find_spec("torch") is None, reason="PyTorch is not installed")
 SEED = 5
@@ -60,8 +61,9 @@ def same(one: Examples, other: Examples) -> bool:
     )
 
 
-def weights(network: Network) -> np.ndarray:
-    return np.concatenate([np.ravel(a) for a in network.to_arrays().values()])
+def weights(full: Full) -> np.ndarray:
+    tensors = full.network.state_dict().values()
+    return np.concatenate([np.ravel(a) for a in (*tensors, *full.scales.values())])
 
 
 def test_a_rig_depends_on_its_number_and_the_seed_alone() -> None:
@@ -191,10 +193,13 @@ def test_a_batch_is_what_the_network_takes(tmp_path: Path) -> None:
 
 def test_intervals_cover_their_share_of_the_calibration_data(tmp_path: Path) -> None:
     examples = few()
-    model = finished(training(examples, 2, SEED, tmp_path / "t").run(), examples, SEED)
+    from firstcontact_lab.pretraining._compact_training import compacted
+
+    full = training(examples, 2, SEED, tmp_path / "t").run()
+    model = finished(compacted(full, examples, SEED, 3), examples, SEED)
     objects = examples.object_ids >= 0
     for samples in (STAGES[0], STAGES[5], STAGES[-1]):
-        values, spreads = answers(model.network, examples, samples, SEED)
+        values, spreads = answers(model, examples, samples, SEED)
         is_covered = np.abs(values - examples.shore_a) <= model.half_widths(spreads, samples)
         share = is_covered[objects].mean()
         assert LEVEL <= share <= LEVEL + 2 / objects.sum() + 0.01

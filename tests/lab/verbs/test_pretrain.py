@@ -27,7 +27,7 @@ def test_a_small_one_from_nothing_and_the_same_again(
 
     monkeypatch.setattr(_examples, "THINGS", 6)
     monkeypatch.setattr(_examples, "CONTEXT", (4, 6))
-    few = Size(calibration=10, judgement=2, held_out=1)
+    few = Size(calibration=10, judgement=2, held_out=1, steps=3)
     monkeypatch.setattr(
         Size, "resized", lambda size, rigs, epochs: replace(few, rigs=rigs, epochs=epochs)
     )
@@ -40,7 +40,7 @@ def test_a_small_one_from_nothing_and_the_same_again(
     assert len(record.scores) == 2 + len(FAMILIES)
     answers = load_network(tmp_path / "a").predict(ringing(10)[0])
     assert np.isfinite(answers.value).all()
-    # Everything is there already: no pass is made again, and the weights are the same.
+    # No pass of the full network is made again, and the weights are the same.
     assert run("pretrain", "--out", tmp_path / "b", *words) == 0
     assert "epoch" not in capsys.readouterr().out.replace("epochs", "")
     both = [(tmp_path / name / WEIGHTS).read_bytes() for name in "ab"]

@@ -14,7 +14,14 @@ from collections.abc import Callable
 
 import numpy as np
 
-from firstcontact.contact import Detector, SvmDetector, ThresholdDetector, window_features
+from firstcontact.contact import (
+    Detector,
+    SvmDetector,
+    ThresholdDetector,
+    contact_chain,
+    judge_windows,
+    window_features,
+)
 from firstcontact.core import Block, Contact, Dataset, Finger, Label, Pinch, fingertip_layout
 from firstcontact.signal import samples_in
 
@@ -36,9 +43,9 @@ def closing(seed: int, samples: int = 1480) -> Pinch:
 
 def streamed(detector: Detector, data: np.ndarray) -> None:
     """Send a stream through the detector, in blocks of one step of its windows."""
-    detector.start(LAYOUT)
+    chain = contact_chain(detector, LAYOUT)
     for start in range(0, len(data), STEP):
-        detector.update(Block(data[start : start + STEP], start))
+        chain.take(Block(data[start : start + STEP], start))
 
 
 def seconds(work: Callable[[], object], repeats: int = 3) -> float:
@@ -88,8 +95,7 @@ def main() -> dict[str, float]:
         live = seconds(lambda d=detector: streamed(d, data))
         begin = time.perf_counter()
         for pinch in pinches:
-            detector.start(LAYOUT)
-            detector.judge(Block(pinch.data))
+            judge_windows(detector, LAYOUT, Block(pinch.data))
         offline = time.perf_counter() - begin
         print(
             f"{detector.name}: {settings.seconds / live:.0f} x real time in blocks of 3 ms; "
@@ -100,8 +106,7 @@ def main() -> dict[str, float]:
     naive = naive_seconds_a_window(svm, count) / count * windows
     ratios = [f"{naive / live:.1f} x live"]
     begin = time.perf_counter()
-    svm.start(LAYOUT)
-    svm.judge(Block(data))
+    judge_windows(svm, LAYOUT, Block(data))
     offline = time.perf_counter() - begin
     ratios.append(f"{naive / offline:.1f} x for the whole stream at once")
     print(

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from firstcontact.contact import DETECTORS, STEP, STEPS, make_detector
+from firstcontact.chain import GATE_STEP
+from firstcontact.contact import DETECTORS, STEPS, make_detector
 from firstcontact.core import ADC_COUNTS, ADC_VOLTS, FINGERTIP_RATE, SUBCOUNTS
 from firstcontact.export import DIRECTIONS, detector_sizes
 from firstcontact.models import (
@@ -79,7 +80,7 @@ def texts() -> dict[str, str]:
     rate = FINGERTIP_RATE
     kernel, lengths = detector()
     chain = {
-        "FC_GATE_STEP": samples_in(STEP, rate),
+        "FC_GATE_STEP": samples_in(GATE_STEP, rate),
         "FC_GATE_STEPS": STEPS,
         "FC_BASELINE": samples_in(BASELINE, rate),
         "FC_GUARD": samples_in(BASELINE_GUARD, rate),

@@ -19,7 +19,7 @@ from typing import Any
 from firstcontact.contact import SvmDetector, _logistic_training, _training
 from firstcontact.contact._logistic import LogisticDetector
 from firstcontact.contact._trained import TrainedDetector
-from firstcontact.core import Dataset, kernels, temporary_path
+from firstcontact.core import Dataset, temporary_path
 
 #: Variable with the folder of the fits. Processes that a test starts inherit it.
 FOLDER = "FIRSTCONTACT_TEST_FITS"
@@ -32,7 +32,7 @@ def stored(fit: Callable[..., Any]) -> Callable[..., Any]:
     ----------
     fit
         Method of the detector's class. Its results depend on its arguments, on the constants of
-        its module and of the modules that prepare its training data, and on the kernels' bits.
+        its module and of the modules that prepare its training data.
     """
     modules = (sys.modules[fit.__module__], _logistic_training, _training)
 
@@ -49,8 +49,7 @@ def stored(fit: Callable[..., Any]) -> Callable[..., Any]:
             for name, value in sorted(vars(module).items())
             if name.isupper()
         ]
-        compiled = kernels() is not None
-        arguments = (type(detector), vars(detector), words, options, constants, compiled)
+        arguments = (type(detector), vars(detector), words, options, constants)
         path = Path(os.environ[FOLDER], _digest(dataset, arguments))
         if path.is_file():
             vars(detector).update(pickle.loads(path.read_bytes()))

@@ -325,9 +325,9 @@ def test_a_model_is_made_for_another_rate_and_says_so(
     with pytest.raises(InputError, match="firstcontact train --rate 4936"):
         model.spec.require_rate(4936.0)
     detector = load_detector(tmp_path / "m")
-    detector.start(replace(LAYOUT, rate=5200.0))
+    detector.constants(5200.0)
     with pytest.raises(InputError, match="firstcontact train --rate 4936"):
-        detector.start(LAYOUT)
+        detector.constants(LAYOUT.rate)
     # What it learned from is known by the samples as they were recorded.
     capsys.readouterr()
     assert run("evaluate", tmp_path / "m", data) == 0

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from memory_source import CALIBRATION, LAYOUT, RATE, Hand, MemorySource, arrivals, samples
 
+from firstcontact.chain import EventKind
 from firstcontact.collect import Guide, Item, make_header, run_session, so_far
-from firstcontact.contact import ThresholdDetector, detect
+from firstcontact.contact import ThresholdDetector, contact_chain, detect
 from firstcontact.core import Block, Finger, InputError, Layout
 from firstcontact.device import Arrival
 from firstcontact.recording import Marker, load_dataset, read_recording
@@ -62,11 +63,10 @@ def test_mark_includes_the_detector_warm_up():
     _, judgements = guided(hand)
     data = hand.raw()
     for judged, touch in zip(judgements, touches, strict=True):
-        detector = ThresholdDetector(10.0)
-        detector.start(LAYOUT)
         mark = judged.mark
+        chain = contact_chain(ThresholdDetector(10.0), LAYOUT)
         block = Block(data[mark.first_sample : mark.end], mark.first_sample)
-        first = detector.update(block)[0]
+        first = next(e for e in chain.take(block) if e.kind == EventKind.CONTACT_FOUND)
         assert abs(first.sample - min(touch.contacts.values())) < samples(0.002)
 
 

@@ -7,8 +7,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from firstcontact.contact import ContactListener, ThresholdDetector, Withdrawal
-from firstcontact.core import Block, Contact, Finger, Pinch, fingertip_layout
+from firstcontact.chain import ChainEvent, EventKind
+from firstcontact.contact import ThresholdDetector, contact_chain
+from firstcontact.core import Block, Finger, Pinch, fingertip_layout
 from firstcontact.twin import BLOCKS, PAPER_RIG, draw_pinch, draw_specimen, simulate_pinch
 
 LAYOUT = fingertip_layout()
@@ -27,10 +28,12 @@ def make_pinch(seed: int, *, click: bool, finger: Finger = Finger.INDEX) -> Pinc
     return replace(pinch, data=data)
 
 
-def listen(pinch: Pinch, edges: list[int]) -> list[Contact | Withdrawal]:
-    listener = ContactListener(ThresholdDetector(8.0), pinch.layout)
+def listen(pinch: Pinch, edges: list[int]) -> list[ChainEvent]:
+    """Return the contacts and withdrawals in a pinch."""
+    chain = contact_chain(ThresholdDetector(8.0), pinch.layout)
     return [
         event
         for a, b in pairwise([0, *sorted(edges), len(pinch.data)])
-        for event in listener.update(Block(pinch.data[a:b], pinch.first_sample + a))
+        for event in chain.take(Block(pinch.data[a:b], pinch.first_sample + a))
+        if event.kind in (EventKind.CONTACT_FOUND, EventKind.CONTACT_WITHDRAWN)
     ]

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Calibration, Finger, VibrationCalibration, fingertip_layout
+from firstcontact.chain import Chain, EventKind, build_image
+from firstcontact.core import Block, Calibration, Finger, VibrationCalibration, fingertip_layout
 
 LAYOUT = fingertip_layout()
 RATE = LAYOUT.rate
@@ -15,6 +16,18 @@ RATE = LAYOUT.rate
 FLOOR = 0.005
 CALIBRATION = Calibration(tuple(VibrationCalibration(f, FLOOR) for f in Finger))
 UNLOADED = 2000
+#: Kind of an event of the gate, and the first sample after it.
+Turn = tuple[int, int]
+OPENS, SHUTS = EventKind.CLOSING_BEGAN, EventKind.CLOSING_ENDED
+
+
+def make_gate(calibration: Calibration | None = CALIBRATION) -> Chain:
+    """Return a chain that only finds closings."""
+    return Chain(build_image(RATE), LAYOUT, calibration)
+
+
+def turns(gate: Chain, block: Block) -> list[Turn]:
+    return [(event.kind, event.sample) for event in gate.take(block)]
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hand_stream import CALIBRATION, FLOOR, LAYOUT, Closing, hand_stream
+from hand_stream import (
+    CALIBRATION,
+    FLOOR,
+    LAYOUT,
+    OPENS,
+    Closing,
+    hand_stream,
+    make_gate,
+    turns,
+)
 from hypothesis import given
 from hypothesis import strategies as st
 from rested import rested
@@ -21,7 +30,6 @@ from firstcontact.contact import (
     detect,
 )
 from firstcontact.contact._closing_start import ClosingStart, How, settling
-from firstcontact.contact._gate import ClosingGate, Turn
 from firstcontact.core import (
     Block,
     Calibration,
@@ -42,11 +50,7 @@ from firstcontact.testing import closings as toy_closings
 
 DATA, CLOSINGS = hand_stream(3)
 STEP = samples_in(0.003, LAYOUT.rate)
-OPENED = [
-    event.sample
-    for event in ClosingGate(LAYOUT, CALIBRATION).update(Block(DATA))
-    if event.turn is Turn.OPENS
-]
+OPENED = [sample for turn, sample in turns(make_gate(), Block(DATA)) if turn == OPENS]
 
 
 def waits(dataset: Dataset) -> list[int]:

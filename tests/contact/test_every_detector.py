@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from firstcontact.contact import DETECTORS, Detector, WindowDetector, detect, make_detector
+from firstcontact.contact import (
+    DETECTORS,
+    Detector,
+    WindowDetector,
+    detect,
+    judge_windows,
+    make_detector,
+)
 from firstcontact.core import Block, Dataset, Finger, InputError
 from firstcontact.signal import samples_in
 from firstcontact.testing import check_detector, closings
@@ -50,26 +57,28 @@ class Deaf(Loud):
         return np.zeros(windows.shape[:2], dtype=np.bool_)
 
 
-class Forgetful(Loud):
-    """Faulty detector whose contacts depend on the sizes of the blocks."""
+class Moody(Loud):
+    """Faulty detector that remembers earlier windows."""
 
-    def judge(self, block):  # type: ignore[no-untyped-def]
-        verdicts = super().judge(block)
-        return replace(verdicts, fired=verdicts.fired & (len(block.data) > 1))
+    def __init__(self) -> None:
+        self.count = 0
+
+    def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
+        self.count += 1
+        return super().fires(windows) & (self.count % 7 > 0)
 
 
 def test_conformance_check_rejects_faulty_detectors() -> None:
     with pytest.raises(AssertionError, match="nothing to check"):
         check_detector(Deaf)
-    with pytest.raises(AssertionError, match="block sizes"):
-        check_detector(Forgetful)
+    with pytest.raises(AssertionError, match="earlier closing"):
+        check_detector(Moody)
     with pytest.raises(AssertionError, match="the detector has no title"):
         check_detector(type("Nameless", (Loud,), {"title": ""}))
 
 
 def test_verdicts_begin_after_the_steady_state(detector: Detector) -> None:
-    detector.start(LAYOUT)
-    verdicts = detector.judge(Block(closing(8).data, 500))
+    verdicts = judge_windows(detector, LAYOUT, Block(closing(8).data, 500))
     assert verdicts.ends[0] == 500 + STEADY + samples_in(detector.step, LAYOUT.rate) - 1
     pinch = closing(12)
     assert detect(detector, replace(pinch, data=pinch.data[: STEADY + 14])) == []

@@ -6,23 +6,33 @@ import itertools
 
 import numpy as np
 import pytest
-from hand_stream import CALIBRATION, FLOOR, LAYOUT, hand_stream, raw, samples
+from hand_stream import (
+    FLOOR,
+    LAYOUT,
+    OPENS,
+    SHUTS,
+    Turn,
+    hand_stream,
+    make_gate,
+    raw,
+    samples,
+    turns,
+)
 from hypothesis import given
 from hypothesis import strategies as st
 
-from firstcontact.contact._gate import ClosingGate, GateEvent, Turn
 from firstcontact.core import Block, Calibration, Finger, VibrationCalibration
 
 DATA, CLOSINGS = hand_stream(6)
 
 
-def run(data: np.ndarray, cuts: list[int], first: int = 0) -> list[GateEvent]:
-    gate = ClosingGate(LAYOUT, CALIBRATION)
+def run(data: np.ndarray, cuts: list[int], first: int = 0) -> list[Turn]:
+    gate = make_gate()
     edges = [0, *sorted(cuts), len(data)]
     return [
         event
         for a, b in itertools.pairwise(edges)
-        for event in gate.update(Block(data[a:b], first + a))
+        for event in turns(gate, Block(data[a:b], first + a))
     ]
 
 
@@ -30,7 +40,7 @@ WHOLE = run(DATA, [])
 
 
 def test_opens_once_per_closing_before_the_contact() -> None:
-    opened = [e.sample for e in WHOLE if e.turn is Turn.OPENS]
+    opened = [sample for turn, sample in WHOLE if turn == OPENS]
     # The opening hand runs its motor too; nothing touches then, and nothing is missed.
     for closing in CLOSINGS:
         inside = [s for s in opened if closing.motor < s < closing.first]
@@ -41,9 +51,9 @@ def test_opens_once_per_closing_before_the_contact() -> None:
 
 
 def test_opens_and_shuts_in_turn() -> None:
-    turns = [e.turn for e in WHOLE]
-    assert turns == [Turn.OPENS, Turn.SHUTS] * (len(turns) // 2)
-    places = [e.sample for e in WHOLE]
+    kinds = [turn for turn, _ in WHOLE]
+    assert kinds == [OPENS, SHUTS] * (len(kinds) // 2)
+    places = [sample for _, sample in WHOLE]
     assert places == sorted(places)
 
 
@@ -51,7 +61,9 @@ def test_stays_shut_during_the_release() -> None:
     for closing in CLOSINGS:
         released = closing.release + samples(0.05)  # the force is still a fifth of what it was
         assert not [
-            e for e in WHOLE if e.turn is Turn.OPENS and closing.second <= e.sample <= released
+            sample
+            for turn, sample in WHOLE
+            if turn == OPENS and closing.second <= sample <= released
         ]
 
 
@@ -61,9 +73,9 @@ def test_stays_shut_while_an_object_is_held() -> None:
     motor, release = samples(0.5), samples(1.0)
     x[motor:, :2] *= 3
     x[motor:release, 2:4] = 1
-    (opened,) = run(raw(x), [])
-    assert opened.turn is Turn.OPENS
-    assert release < opened.sample <= release + samples(0.045)
+    ((turn, opened),) = run(raw(x), [])
+    assert turn == OPENS
+    assert release < opened <= release + samples(0.045)
 
 
 @given(load=st.booleans(), size=st.integers(1, 5000))
@@ -75,13 +87,13 @@ def test_motor_starts_under_a_load_are_counted_until_it_opens(load: bool, size: 
     x[np.arange(len(x)) % samples(1.0) > samples(0.5), :2] *= 3
     rest, data = x[: samples(0.4)].copy(), x.copy()
     data[:, 2:4] = load
-    gate = ClosingGate(LAYOUT, CALIBRATION)
-    gate.update(Block(raw(rest)))
+    gate = make_gate()
+    gate.take(Block(raw(rest)))
     data = raw(np.concatenate([data, rest]))
     for k in range(0, len(data), size):
-        gate.update(Block(data[k : k + size], len(rest) + k))
+        gate.take(Block(data[k : k + size], len(rest) + k))
     assert gate.refused == (starts if load else 0)
-    gate.update(Block(raw(x[: samples(0.9)]), len(rest) + len(data)))
+    gate.take(Block(raw(x[: samples(0.9)]), len(rest) + len(data)))
     assert gate.refused == 0
 
 
@@ -98,7 +110,7 @@ def test_small_blocks_do_not_matter(size: int) -> None:
 
 def test_events_follow_the_first_sample_number() -> None:
     moved = run(DATA, [], first=10**9)
-    assert [(e.turn, e.sample - 10**9) for e in moved] == [(e.turn, e.sample) for e in WHOLE]
+    assert [(turn, sample - 10**9) for turn, sample in moved] == WHOLE
 
 
 def test_a_knock_at_rest_does_not_open_it() -> None:
@@ -113,46 +125,46 @@ def test_a_knock_at_rest_does_not_open_it() -> None:
 
 
 def test_gap_shuts_the_gate_until_the_next_quiet_period() -> None:
-    gate = ClosingGate(LAYOUT, CALIBRATION)
-    opened = next(e.sample for e in WHOLE if e.turn is Turn.OPENS)
+    gate = make_gate()
+    opened = next(sample for turn, sample in WHOLE if turn == OPENS)
     cut = opened + 20
-    assert gate.update(Block(DATA[:cut]))[-1] == GateEvent(Turn.OPENS, opened)
-    events = gate.update(Block(DATA[cut + 10 : CLOSINGS[0].second], cut + 10))
-    assert events == [GateEvent(Turn.SHUTS, cut)]
+    assert turns(gate, Block(DATA[:cut]))[-1] == (OPENS, opened)
+    events = turns(gate, Block(DATA[cut + 10 : CLOSINGS[0].second], cut + 10))
+    assert events == [(SHUTS, cut)]
 
 
 @pytest.mark.parametrize("gap", [1, 7, 15, 44])
 def test_closings_after_a_gap_open_at_the_same_samples(gap: int) -> None:
     """If the gate opened at other samples, all contacts after the gap would differ, too."""
-    opens = [e for e in WHOLE if e.turn is Turn.OPENS]
-    cut = opens[0].sample + 20
+    opens = [event for event in WHOLE if event[0] == OPENS]
+    cut = opens[0][1] + 20
     for size in (5, 1000):
-        gate = ClosingGate(LAYOUT, CALIBRATION)
-        gate.update(Block(DATA[:cut]))
+        gate = make_gate()
+        gate.take(Block(DATA[:cut]))
         starts = range(cut + gap, len(DATA), size)
-        events = [e for k in starts for e in gate.update(Block(DATA[k : k + size], k))]
-        later_opens = [e for e in events if e.turn is Turn.OPENS]
+        events = [e for k in starts for e in turns(gate, Block(DATA[k : k + size], k))]
+        later_opens = [event for event in events if event[0] == OPENS]
         # One or two are over before it knows rest again, and what is held at the first of the
         # others is not known yet.
         assert len(later_opens) >= len(opens) - 3
         assert later_opens[1:] == opens[1 - len(later_opens) :]
-        assert all(e.sample % samples(0.003) == 0 for e in later_opens)
+        assert all(sample % samples(0.003) == 0 for _, sample in later_opens)
 
 
 def test_new_epoch_shuts_the_gate_at_the_end_of_the_old_one() -> None:
-    gate = ClosingGate(LAYOUT, CALIBRATION)
-    opened = next(e.sample for e in WHOLE if e.turn is Turn.OPENS)
-    gate.update(Block(DATA[: opened + 7]))
-    assert gate.update(Block(DATA[:100], 0, epoch=1)) == [GateEvent(Turn.SHUTS, opened + 7)]
+    gate = make_gate()
+    opened = next(sample for turn, sample in WHOLE if turn == OPENS)
+    gate.take(Block(DATA[: opened + 7]))
+    assert turns(gate, Block(DATA[:100], 0, epoch=1)) == [(SHUTS, opened + 7)]
 
 
 @pytest.mark.parametrize(
     "calibration", [None, Calibration((VibrationCalibration(Finger.INDEX, FLOOR),))]
 )
 def test_epoch_without_noise_floors_is_one_closing(calibration: Calibration | None) -> None:
-    gate = ClosingGate(LAYOUT, calibration)
-    assert gate.update(Block(DATA[:50], 7)) == [GateEvent(Turn.OPENS, 7)]
-    assert gate.update(Block(DATA[50:90], 57)) == []
+    gate = make_gate(calibration)
+    assert turns(gate, Block(DATA[:50], 7)) == [(OPENS, 7)]
+    assert turns(gate, Block(DATA[50:90], 57)) == []
     # After a gap the steady state would be of an unknown phase: not before the next epoch.
-    assert gate.update(Block(DATA[100:200], 107)) == [GateEvent(Turn.SHUTS, 97)]
-    assert gate.update(Block(DATA[:50], 0, epoch=1)) == [GateEvent(Turn.OPENS, 0)]
+    assert turns(gate, Block(DATA[100:200], 107)) == [(SHUTS, 97)]
+    assert turns(gate, Block(DATA[:50], 0, epoch=1)) == [(OPENS, 0)]

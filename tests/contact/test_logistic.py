@@ -8,16 +8,11 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
+from firstcontact.chain import fit_predictions, look_features
 from firstcontact.contact import detect, make_detector
 from firstcontact.contact._logistic import LogisticDetector
 from firstcontact.contact._logistic_training import LOOKS, add_clicks, best_threshold
-from firstcontact.contact._loudness import (
-    EACH,
-    ORDER,
-    loudness_features,
-    prediction,
-    prediction_error,
-)
+from firstcontact.contact._loudness import EACH, FLOOR, ORDER, parts
 from firstcontact.core import Dataset, InputError
 from firstcontact.testing import closings
 from firstcontact.testing._closings import LAYOUT, closing
@@ -73,11 +68,12 @@ def test_a_single_knock_sample_is_no_contact(fitted):
 def test_prediction_residual_is_white_with_unit_power():
     rng = np.random.default_rng(3)
     ringing = lfilter([1.0], [1.0, -1.6, 0.8], rng.standard_normal(3000))
-    weights = prediction(ringing[:2000] / ringing[:2000].std())
-    residual = prediction_error(ringing / ringing[:2000].std(), weights)
+    ringing /= ringing[:2000].std()
+    (weights,) = fit_predictions(ringing[None, :2000])
+    residual = np.convolve(ringing, weights, mode="valid")
     assert residual[2000:].std() == pytest.approx(1.0, abs=0.1)
     assert abs(np.corrcoef(residual[1:], residual[:-1])[0, 1]) < 0.1
-    assert not prediction(np.zeros(200)).any()
+    assert not fit_predictions(np.zeros((1, 200))).any()
 
 
 @pytest.mark.parametrize("rate", [LogisticDetector.lowest, 2200.0, 4936.0, 16_000.0])
@@ -91,25 +87,16 @@ def test_loudness_features_follow_the_newest_part(rate):
     louder = x.copy()
     louder[:, n - newest :] *= 2.0
     weights = np.tile(np.eye(1, ORDER + 1), (400, 1))
-    features = loudness_features(x, weights, rate), loudness_features(louder, weights, rate)
+    features = [look_features(looks, weights, parts(rate), FLOOR) for looks in (x, louder)]
     gained = (features[1] - features[0]).reshape(400, 2, EACH)
     assert gained[:, :, 1:4] == pytest.approx(np.log(2.0), abs=1e-3)
     assert gained[:, :, 0] == pytest.approx(0.0, abs=1e-3)
 
 
-def test_batch_of_windows_gives_the_same_features():
-    rng = np.random.default_rng(1)
-    x, weights = rng.standard_normal((7, 99)), rng.standard_normal((7, ORDER + 1))
-    together = loudness_features(x, weights, LAYOUT.rate)
-    for i in range(7):
-        alone = loudness_features(x[i : i + 1], weights[i : i + 1], LAYOUT.rate)
-        assert np.array_equal(alone[0], together[i])
-
-
 def test_clicks_are_added_only_before_the_contact():
     rng = np.random.default_rng(2)
     x = rng.standard_normal(800)
-    clicked = add_clicks(x, prediction(x[:197]), 400, np.random.default_rng(5))
+    clicked = add_clicks(x, fit_predictions(x[None, :197])[0], 400, np.random.default_rng(5))
     assert np.abs(clicked - x)[:400].max() > 2.0
     assert np.abs(clicked - x)[500:].max() < 0.01
 

@@ -61,12 +61,12 @@ def test_broken_arrays_are_refused(fitted, name):
 
 def test_another_rate_is_refused(fitted):
     with pytest.raises(InputError, match=r"4936 Hz .* 2000 Hz"):
-        fitted["svm"].start(replace(LAYOUT, rate=2000.0))
+        fitted["svm"].constants(2000.0)
 
 
 def test_untrained_detector_is_refused():
     with pytest.raises(InputError):
-        SvmDetector().start(LAYOUT)
+        SvmDetector().constants(LAYOUT.rate)
     with pytest.raises(InputError):
         SvmDetector().to_arrays()
 

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from firstcontact.contact import DETECTORS, Detector, make_detector
+from firstcontact.chain import EventKind
+from firstcontact.contact import DETECTORS, Detector, contact_chain, make_detector
 from firstcontact.core import FINGERTIP_RATE, Block, Dataset, InputError, Pinch
 from firstcontact.export import NamedModel, Trained
 from firstcontact.export import _c_library as c_library
@@ -32,10 +33,11 @@ def at_rate(pinch: Pinch, rate: float) -> Pinch:
 
 
 def python_finds(detector: Detector, pinch: Pinch, volts: NDArray[np.float64]) -> Contacts:
-    detector.start(pinch.layout)
-    fingers = pinch.layout.vibration_fingers
-    computed = detector.update(Block(volts, 0))
-    return [(fingers.index(c.finger), c.sample, c.decided) for c in computed]
+    channels = tuple(replace(c, scale=1.0, offset=0.0) for c in pinch.layout.vibration)
+    layout = replace(pinch.layout, channels=channels)
+    chain = contact_chain(detector, layout, keeps_first_state=True)
+    events = chain.take(Block(volts, 0))
+    return [(e.channel, e.sample, e.known) for e in events if e.kind == EventKind.CONTACT_FOUND]
 
 
 def spoilt(volts: NDArray[np.float64]) -> list[NDArray[np.float64]]:

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from firstcontact.chain import fit_predictions
 from firstcontact.contact import make_detector
-from firstcontact.contact._loudness import ORDER, prediction
-from firstcontact.contact._stream import SteadyState
+from firstcontact.contact._loudness import ORDER
+from firstcontact.contact._steady_state import SteadyState
 from firstcontact.core import Dataset
 from firstcontact.export import Trained
 from firstcontact.export import _c_library as c_library
@@ -90,7 +91,7 @@ def test_weights_are_those_of_python(
         got = measure(library, volts)
         np.testing.assert_allclose(got[:, 0], state.mean, rtol=1e-12, atol=1e-12 * scale)
         np.testing.assert_allclose(got[:, 1], state.sigma, rtol=1e-11)
-        wanted = np.array([prediction(column) for column in x.T])
+        wanted = fit_predictions(x.T)
         np.testing.assert_allclose(got[:, 2:], wanted, rtol=0, atol=1e-8 * np.abs(wanted).max())
 
 
@@ -98,7 +99,7 @@ def test_a_pure_tone_leaves_little_and_still_its_sigma(library: ctypes.CDLL) -> 
     """The prediction cancels a tone to a thousandth, so rounding errors show most in it."""
     tone = np.sin(0.3 * np.arange(197))[:, None] * np.array([1.0, 0.01])
     x = SteadyState.measure(tone).normalise(tone)
-    wanted = np.array([prediction(column) for column in x.T])
+    wanted = fit_predictions(x.T)
     np.testing.assert_allclose(measure(library, tone)[:, 2:], wanted, rtol=1e-7)
 
 

@@ -11,7 +11,7 @@ import pytest
 from firmware_build import FIRMWARE
 from hand import FLOORS
 
-from firstcontact.contact._gate import ClosingGate, Turn
+from firstcontact.chain import Chain, EventKind, build_image
 from firstcontact.core import Block, ChannelKind, Finger, fingertip_layout
 from firstcontact.twin import DeviceFilter, TwinStream
 
@@ -60,10 +60,11 @@ def of_firmware(library: ctypes.CDLL, cut: int, lost: int) -> list[tuple[str, in
 
 
 def of_host(cut: int, lost: int) -> list[tuple[str, int]]:
-    gate = ClosingGate(LAYOUT, FLOORS)
-    events = gate.update(Block(samples()[:cut]))
-    events += gate.update(Block(samples()[cut + lost :], cut + lost))
-    named = [("opens" if e.turn is Turn.OPENS else "shuts", e.sample) for e in events]
+    gate = Chain(build_image(LAYOUT.rate), LAYOUT, FLOORS)
+    events = gate.take(Block(samples()[:cut]))
+    events += gate.take(Block(samples()[cut + lost :], cut + lost))
+    names = {EventKind.CLOSING_BEGAN: "opens", EventKind.CLOSING_ENDED: "shuts"}
+    named = [(names[EventKind(e.kind)], e.sample) for e in events]
     # The firmware's gate does not report that a gap ends a closing: its caller restarts it.
     return [e for e in named if not lost or e != ("shuts", cut)]
 

@@ -10,12 +10,10 @@ import pytest
 
 from firstcontact.contact import PinchDecisions, ThresholdDetector, WindowDecisions
 from firstcontact.core import (
-    Block,
     Contact,
     Dataset,
     Finger,
     InputError,
-    Layout,
     Pinch,
     fingertip_layout,
     to_tree,
@@ -30,28 +28,24 @@ ENDS = np.arange(14, 600, STEP)
 TRUTH = 300
 
 
-class Scripted:
-    """Detector that fires as given: end of the window, finger, and onset."""
+def decisions(*firings: tuple[int, Finger, int]) -> PinchDecisions:
+    """Return decisions that fire as given: end of the window, finger, and onset."""
+    fired = np.zeros((len(ENDS), 2), dtype=np.bool_)
+    onsets = np.full((len(ENDS), 2), -1)
+    for end, finger, onset in firings:
+        row = int(np.searchsorted(ENDS, end))
+        fired[row, finger] = True
+        onsets[row, finger] = onset
+    windows = WindowDecisions(ENDS, fired, onsets)
+    contacts = [Contact(finger, onset, end) for end, finger, onset in firings]
+    first = min(contacts, key=lambda contact: (contact.decided, contact.sample), default=None)
+    return PinchDecisions(windows, windows, first)
 
-    name = "scripted"
-    duration = 0.020
-    step = 0.003
 
-    def __init__(self, *firings: tuple[int, Finger, int]) -> None:
-        self.firings = firings
-
-    def start(self, layout: Layout) -> None:
-        pass
-
-    def judge(self, block: Block) -> WindowDecisions:
-        fired = np.zeros((len(ENDS), 2), dtype=np.bool_)
-        onsets = np.full((len(ENDS), 2), -1)
-        for end, finger, onset in self.firings:
-            row = int(np.searchsorted(ENDS, end))
-            fired[row, finger] = True
-            onsets[row, finger] = onset
-        ended = (block.first_sample <= ENDS) & (block.end > ENDS)
-        return WindowDecisions(ENDS[ended], fired[ended], onsets[ended])
+def score_all(dataset: Dataset, *firings: tuple[int, Finger, int], **settings: float):
+    """Score the same decisions for each pinch."""
+    judged = [decisions(*firings)] * len(dataset)
+    return score_decisions(judged, dataset, 0.003, **settings)
 
 
 def pinch(truth: int | None = TRUTH) -> Pinch:
@@ -60,7 +54,7 @@ def pinch(truth: int | None = TRUTH) -> Pinch:
 
 
 def score(*firings, n: int = 1, **settings):
-    return score_detector(Scripted(*firings), Dataset((pinch(),) * n), **settings)
+    return score_all(Dataset((pinch(),) * n), *firings, **settings)
 
 
 GOOD = (314, Finger.THUMB, 302)
@@ -120,7 +114,7 @@ def test_late_triggers_are_in_the_delay():
 
 def test_what_the_resampler_waits_for_is_in_the_delay():
     dataset = Dataset((pinch(),), recorded_rate=44_100.0)
-    scores = score_detector(Scripted(GOOD), dataset)
+    scores = score_all(dataset, GOOD)
     waited = 1e3 * lookahead(44_100.0, 4936.0)
     assert 0.3 < waited <= 0.5
     assert scores.lookahead_ms == pytest.approx(waited)
@@ -153,7 +147,7 @@ def test_a_contact_too_young_may_show_or_not():
     # It shows 1 ms (5 samples) in the window after the one that ends at 299.
     young = Dataset((pinch(297),))
     for firings in ((), ((299, Finger.THUMB, 298),)):
-        scores = score_detector(Scripted(*firings, (314, Finger.THUMB, 298)), young)
+        scores = score_all(young, *firings, (314, Finger.THUMB, 298))
         assert scores.window_accuracy == 1.0
         assert scores.windows == 2 * 19 + 1
 
@@ -161,7 +155,7 @@ def test_a_contact_too_young_may_show_or_not():
 def test_a_contact_before_the_first_window_is_too_soon_to_be_counted() -> None:
     for truth, soon in ((0, 0), (-1, 1), (-200, 1)):
         early = Dataset((pinch(truth), pinch()))
-        scores = score_detector(Scripted(GOOD), early)
+        scores = score_all(early, GOOD)
         assert (scores.n, scores.too_soon) == (2, soon)
         assert scores.contact_windows_found == (1.0 if soon else 0.5)
 
@@ -183,10 +177,10 @@ def test_labels_that_may_be_late_leave_a_span_out():
 
 
 def test_pinches_without_truth_are_left_out_with_a_note():
-    scores = score_detector(Scripted(GOOD), Dataset((pinch(), pinch(None))))
+    scores = score_all(Dataset((pinch(), pinch(None))), GOOD)
     assert (scores.n, scores.left_out) == (1, 1)
     with pytest.raises(InputError, match="cannot be scored"):
-        score_detector(Scripted(), Dataset((pinch(None),)))
+        score_all(Dataset((pinch(None),)))
 
 
 def test_scores_are_json_for_a_real_detector():
@@ -204,8 +198,8 @@ def test_looks_of_a_step_count_as_one_window() -> None:
     fired = np.zeros((len(fine), 2), dtype=np.bool_)
     fired[np.searchsorted(fine, 101) : np.searchsorted(fine, 107), Finger.INDEX] = True
     fired[np.searchsorted(fine, TRUTH + 8), Finger.THUMB] = True
-    decisions = WindowDecisions(fine, fired, np.where(fired, fine[:, None], -1))
-    judged = PinchDecisions(decisions, decisions, Contact(Finger.INDEX, 101, 101))
+    windows = WindowDecisions(fine, fired, np.where(fired, fine[:, None], -1))
+    judged = PinchDecisions(windows, windows, Contact(Finger.INDEX, 101, 101))
     scores = score_decisions([judged], Dataset((pinch(),)), 3 / LAYOUT.rate)
     assert (scores.quiet_windows, scores.windows) == (2 * 20, 2 * 20 + 1)
     assert scores.quiet_windows_silent == pytest.approx(39 / 40)

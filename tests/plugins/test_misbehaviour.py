@@ -198,7 +198,7 @@ ENTRY = Exporter("bad", write)
 """
 DETECTOR = """
 import numpy as np
-from firstcontact.contact._stream import WindowDetector
+from firstcontact.contact._window_detector import WindowDetector
 class ENTRY(WindowDetector):
     name = "bad"
     def fires(self, windows):

@@ -5,7 +5,11 @@ from ._events import EventKind as EventKind
 from ._events import Flag as Flag
 from ._events import Reason as Reason
 from ._extension import chain_extension as chain_extension
+from ._image import CONFIRMED as CONFIRMED
+from ._image import GATE_STEP as GATE_STEP
 from ._image import LINES as LINES
+from ._image import RESETTLED as RESETTLED
+from ._image import SETTLED as SETTLED
 from ._image import TURN as TURN
 from ._image import DetectorConstants as DetectorConstants
 from ._image import DetectorKind as DetectorKind
@@ -16,6 +20,8 @@ from ._image import ModelConstants as ModelConstants
 from ._image import ProcessConstants as ProcessConstants
 from ._image import RigConstants as RigConstants
 from ._image import build_image as build_image
+from ._looks import fit_predictions as fit_predictions
+from ._looks import look_features as look_features
 from ._stream import Chain as Chain
 from ._stream import Predict as Predict
 from ._stream import ProgramDetector as ProgramDetector

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
-from firstcontact.contact._confirmation import Withdrawal
+from firstcontact.chain import EventKind, Reason
+from firstcontact.contact._contacts import contact_chain, contact_of
 from firstcontact.contact._detector import Detector
-from firstcontact.contact._gate import ClosingGate, Turn
-from firstcontact.contact._listener import ContactListener
 from firstcontact.core import Block, Calibration, Contact, Layout
 
 
@@ -55,11 +54,14 @@ class ClosingEnded:
 Stage = ClosingBegan | ClosingSamples | ClosingEnded
 
 
+#: More samples than can pass before the next event.
+_NEVER = 1 << 30
+
+
 class Closings:
     """Splitter that cuts a stream into closings and detects the contacts in each.
 
-    In each closing, the detector gets the same samples as from a recording. So live and offline
-    results agree.
+    The chain gets the same samples as from a recording. So live and offline results agree.
 
     Parameters
     ----------
@@ -68,9 +70,9 @@ class Closings:
     detector
         Fitted or loaded detector.
     calibration
-        Calibration with the noise floors, see :class:`firstcontact.contact._gate.ClosingGate`.
-    resettles
-        See :class:`firstcontact.contact.ContactListener`.
+        Calibration with the noise floors, see :class:`firstcontact.chain.Chain`.
+    keeps_first_state
+        True to judge by the first steady state of each closing only, without withdrawals.
 
     Raises
     ------
@@ -84,30 +86,26 @@ class Closings:
         detector: Detector,
         calibration: Calibration | None = None,
         *,
-        resettles: bool = True,
+        keeps_first_state: bool = False,
     ) -> None:
         self._layout = layout
-        self._detector = detector
-        self._resettles = resettles
-        self._listener = self._listen()
-        self._gate = ClosingGate(layout, calibration)
-        self._by_hand = None in layout.vibration_fingers
+        self._chain = contact_chain(
+            detector, layout, calibration, keeps_first_state=keeps_first_state
+        )
+        self._first: Contact | None = None
         self._open = False
         self._end = 0
         self._epoch = 0
 
-    def _listen(self) -> ContactListener:
-        return ContactListener(self._detector, self._layout, resettles=self._resettles)
-
     @property
     def has_floors(self) -> bool:
         """True if the noise floors are known. Without them each epoch is one closing."""
-        return self._gate.has_floors
+        return self._chain.has_floors
 
     @property
     def refused(self) -> int:
         """Number of motor starts since the last closing began that were taken for a held object."""
-        return self._gate.refused
+        return self._chain.refused
 
     @property
     def open(self) -> bool:
@@ -122,73 +120,45 @@ class Closings:
     @property
     def due(self) -> int | None:
         """Number of samples until the next contact or withdrawal; None if none can follow."""
-        return None if not self._open or self._listener.ended else self._listener.due
+        due = self._chain.due(_NEVER)
+        return None if due == _NEVER else due
 
     def update(self, block: Block) -> Iterator[Stage]:
-        """Process the next block and yield its events in order, each as soon as it is known.
+        """Process the next block and yield its events in order.
 
         The caller must exhaust this iterator before the next block.
         """
-        start = 0
-        while not start or start < len(block.data):
-            # A contact can change the gate's next decision, so the gate must know of it before.
-            stop = start + self._gate.undecided + 1 if self._by_hand else len(block.data)
-            piece = Block(block.data[start:stop], block.first_sample + start, block.epoch)
-            yield from self._process(piece)
-            start = max(stop, 1)
-
-    def _process(self, block: Block) -> Iterator[Stage]:
-        follows = block.first_sample == self._end and block.epoch == self._epoch
+        events = self._chain.take(block)
+        # Until a closing begins, events belong to the epoch of the closing before.
         epoch, self._epoch, self._end = self._epoch, block.epoch, block.end
         position = block.first_sample
-        # The gate cannot end the closing before its next decision, so contacts need not wait for
-        # it.
-        if self._open and follows and len(block.data) <= self._gate.undecided + 1:
-            yield from self._extend(block, position, block.end)
-            position = block.end
-        for event in self._gate.update(block):
-            if event.turn is Turn.SHUTS:
-                if follows:
-                    yield from self._extend(block, position, event.sample)
-                    position = max(position, event.sample)
-                yield ClosingEnded(event.sample, epoch, follows)
-                self._open = False
-            else:
-                # Only the first event can belong to the samples before a gap.
-                follows, epoch = True, block.epoch
-                position = event.sample
-                self._listener = self._listen()
-                self._open = True
-                yield ClosingBegan(event.sample, block.epoch)
-        yield from self._extend(block, position, block.end)
-
-    def _extend(self, block: Block, start: int, stop: int) -> Iterator[ClosingSamples]:
-        """Yield the samples ``start`` to ``stop`` of a block, with the contacts in them."""
-        if not self._open or start >= stop:
-            return
-        first = start - block.first_sample
-        piece = Block(block.data[first : stop - block.first_sample], start, block.epoch)
-        # After both contacts nothing is left to detect.
-        events = [] if self._listener.ended else self._listener.update(piece)
+        contacts: tuple[Contact, ...] = ()
         for event in events:
-            if isinstance(event, Contact):
-                self._gate.touched(event.sample)
-        yield from _stages(piece, events)
+            match event.kind:
+                case EventKind.CLOSING_BEGAN:
+                    self._open, self._first = True, None
+                    position, epoch = event.sample, block.epoch
+                    yield ClosingBegan(event.sample, block.epoch)
+                case EventKind.CONTACT_FOUND:
+                    contact = contact_of(event, self._layout)
+                    self._first = self._first or contact
+                    contacts = (*contacts, contact)
+                case EventKind.CONTACT_WITHDRAWN:
+                    piece = _cut(block, position, event.known + 1)
+                    yield ClosingSamples(piece, contacts, self._first)
+                    position, contacts, self._first = event.known + 1, (), None
+                case EventKind.CLOSING_ENDED:
+                    is_complete = event.reason != Reason.LOST
+                    if is_complete:
+                        yield ClosingSamples(_cut(block, position, event.sample), contacts)
+                        position = event.sample
+                    contacts, self._open = (), False
+                    yield ClosingEnded(event.sample, epoch, is_complete)
+        if self._open and position < block.end:
+            yield ClosingSamples(_cut(block, position, block.end), contacts)
 
 
-def _stages(block: Block, events: Sequence[Contact | Withdrawal]) -> Iterator[ClosingSamples]:
-    """Yield a block with its contacts. Cut it after each withdrawal of a contact."""
-    contacts: list[Contact] = []
-    for event in events:
-        if isinstance(event, Contact):
-            contacts.append(event)
-            continue
-        count = event.decided + 1 - block.first_sample
-        yield ClosingSamples(
-            Block(block.data[:count], block.first_sample, block.epoch),
-            tuple(contacts),
-            event.contact,
-        )
-        block = Block(block.data[count:], event.decided + 1, block.epoch)
-        contacts = []
-    yield ClosingSamples(block, tuple(contacts))
+def _cut(block: Block, start: int, stop: int) -> Block:
+    """Return the samples ``start`` to ``stop`` of a block."""
+    first = block.first_sample
+    return Block(block.data[start - first : stop - first], start, block.epoch)

@@ -6,9 +6,10 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import lru_cache
 
-from firstcontact.contact._gate import STEP, STEPS, ClosingGate, Turn
-from firstcontact.contact._rest_floor import FEW, rest_floor
+from firstcontact.chain import GATE_STEP, Chain, EventKind, Image, build_image
+from firstcontact.contact._rest_floor import FEW, STEPS, rest_floor
 from firstcontact.core import Block, Calibration, Dataset, Layout, Pinch
 from firstcontact.signal import samples_in
 
@@ -36,7 +37,7 @@ class ClosingStart:
 
 def settling(layout: Layout) -> int:
     """Return the number of samples that a motor needs to settle after its start."""
-    return STEPS * samples_in(STEP, layout.rate)
+    return STEPS * samples_in(GATE_STEP, layout.rate)
 
 
 def closing_start(pinch: Pinch, floors: Calibration | None = None) -> ClosingStart:
@@ -142,15 +143,21 @@ def _has_all_floors(calibration: Calibration, layout: Layout) -> bool:
 
 def _audible_start(pinch: Pinch, calibration: Calibration) -> int | None:
     """Return the sample at which the gate opens if the pinch begins at rest, else None."""
-    gate = ClosingGate(pinch.layout, calibration)
+    gate = Chain(_gate_image(pinch.layout.rate), pinch.layout, calibration)
     # The gate needs 13 steps to recognise rest, after a first one of unknown state.
-    lead = settling(pinch.layout) + samples_in(STEP, pinch.layout.rate)
-    gate.update(Block(pinch.data[:lead], pinch.first_sample))
-    if not gate.resting:
+    lead = settling(pinch.layout) + samples_in(GATE_STEP, pinch.layout.rate)
+    gate.take(Block(pinch.data[:lead], pinch.first_sample))
+    if not gate.is_resting:
         # The motor runs already. Later rest belongs to the grip and starts no closing.
         return None
-    events = gate.update(Block(pinch.data[lead:], pinch.first_sample + lead))
-    return next((e.sample for e in events if e.turn is Turn.OPENS), None)
+    events = gate.take(Block(pinch.data[lead:], pinch.first_sample + lead))
+    return next((e.sample for e in events if e.kind == EventKind.CLOSING_BEGAN), None)
+
+
+@lru_cache(maxsize=8)
+def _gate_image(rate: float) -> Image:
+    """Return the image of a chain without a detector."""
+    return build_image(rate)
 
 
 def _rigs(pinches: Sequence[Pinch]) -> list[list[Pinch]]:

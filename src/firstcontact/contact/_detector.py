@@ -1,24 +1,21 @@
-"""Interface of contact detectors, and the latch that reports each finger once in a closing.
-
-A finger is latched after its first contact. It is not reported again until the next closing, or
-until the contact is withdrawn.
-"""
+"""Interface of contact detectors."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.core import Block, Contact, Dataset, Finger, Layout
+from firstcontact.chain import DetectorConstants
+from firstcontact.core import Dataset
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WindowDecisions:
-    """Decisions of a detector for single windows, before latching.
+    """Decisions of a detector for single windows.
 
     Parameters
     ----------
@@ -37,67 +34,10 @@ class WindowDecisions:
     onsets: NDArray[np.int64]
 
 
-def latch(
-    decisions: WindowDecisions, fingers: Sequence[Finger | None], latched: set[Finger | None]
-) -> list[Contact]:
-    """Return the first detection of each finger that is not latched yet, and latch it.
-
-    Parameters
-    ----------
-    decisions
-        Decisions in time order.
-    fingers
-        Finger of each column; None for a sensor that belongs to no finger.
-    latched
-        Fingers with a contact already. Newly detected fingers are added.
-
-    Returns
-    -------
-    list of Contact
-        Contacts in window order; within one window, the earlier onset first.
-    """
-    contacts: list[Contact] = []
-    for end, onsets in fired_windows(decisions):
-        contacts += latch_window(end, onsets, fingers, latched)
-    return contacts
-
-
-def fired_windows(decisions: WindowDecisions) -> Iterator[tuple[int, list[int | None]]]:
-    """Yield the last sample of each window that fired, and the onset in each column.
-
-    The onset is None in a column without a contact.
-    """
-    if not decisions.fired.any():
-        return
-    rows = np.flatnonzero(decisions.fired.any(axis=1))
-    columns = (
-        array[rows].tolist() for array in (decisions.ends, decisions.fired, decisions.onsets)
-    )
-    for end, fired, onsets in zip(*columns, strict=True):
-        yield end, [onset if f else None for f, onset in zip(fired, onsets, strict=True)]
-
-
-def latch_window(
-    end: int,
-    onsets: Sequence[int | None],
-    fingers: Sequence[Finger | None],
-    latched: set[Finger | None],
-) -> list[Contact]:
-    """Return the new contacts of one result of :func:`fired_windows`, and latch their fingers."""
-    contacts = [
-        Contact(finger, onset, end)
-        for finger, onset in zip(fingers, onsets, strict=True)
-        if onset is not None and finger not in latched
-    ]
-    latched.update(contact.finger for contact in contacts)
-    return sorted(contacts, key=lambda contact: contact.sample)
-
-
 class Detector(Protocol):
-    """Contact detector for a stream of blocks.
+    """Contact detector: constants for the chain, or a Python function of windows.
 
-    The contacts do not depend on how the stream is split into blocks, so offline and live results
-    agree. Most detectors extend :class:`firstcontact.contact._stream.WindowDetector`, which
+    Most detectors extend :class:`firstcontact.contact._window_detector.WindowDetector`, which
     provides everything except the decision itself.
     """
 
@@ -132,18 +72,23 @@ class Detector(Protocol):
             The pinches do not suffice for training.
         """
 
-    def start(self, layout: Layout) -> None:
-        """Start a new closing: forget all earlier samples and contacts."""
+    def constants(self, rate: float) -> DetectorConstants:
+        """Return the constants for the chain at a rate in Hz.
 
-    def judge(self, block: Block) -> WindowDecisions:
-        """Return the decisions for the windows that this block completes.
-
-        After a gap, the detector measures the noise of the motor (its steady state) again. No
-        window spans a gap, two epochs or a sample that is not finite.
+        Raises
+        ------
+        InputError
+            The detector cannot judge samples at this rate.
         """
 
-    def update(self, block: Block) -> list[Contact]:
-        """Return the contacts that this block reveals, at most one per finger and closing."""
+    def settled(self, quiet: NDArray[np.float64]) -> None:
+        """Learn from a steady state in its sigmas, shape (samples, fingers)."""
+
+    def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return a mask of windows with a contact, for constants of the kind PROGRAM.
+
+        ``windows`` has the shape (windows, fingers, samples), the mask (windows, fingers).
+        """
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
         """Return all learned numbers and options for saving. Raise InputError if not trained."""

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
-from firstcontact.contact._listener import RESETTLED, SETTLED
-from firstcontact.contact._loudness import EACH, ORDER, loudness_features, prediction
-from firstcontact.contact._stream import SteadyState, WindowSizes
+from firstcontact.chain import RESETTLED, SETTLED, fit_predictions, look_features
+from firstcontact.contact._loudness import EACH, FLOOR, ORDER, parts
+from firstcontact.contact._steady_state import SteadyState
+from firstcontact.contact._window_detector import WindowSizes
 from firstcontact.core import Pinch
 from firstcontact.signal import DeviceSmoothing, samples_in
 
@@ -90,7 +91,7 @@ def add_clicks(
     x
         One channel, in sigmas of its steady state, shape (samples,).
     weights
-        Weights of :func:`firstcontact.contact._loudness.prediction`.
+        Weights of :func:`firstcontact.chain.fit_predictions`.
     stop
         All clicks begin before this sample.
     rng
@@ -130,12 +131,13 @@ def cut_looks(pinch: Pinch, sizes: WindowSizes, early: float, rng: np.random.Gen
     margin = samples_in(early, rate)
     first = pinch.truth[0].sample - pinch.first_sample
     length = sizes.window - (LOOKS - 1) * sizes.step
-    parts = []
+    lengths = parts(rate)
+    rows = []
     for column, finger in enumerate(layout.vibration_fingers):
         if not steady.alive[column]:
             continue
         x = steady.normalise(smooth)[:, column]
-        ringing = prediction(x[: sizes.steady])
+        ringing = _prediction(x[: sizes.steady])
         contacts_of_finger = [
             c.sample - pinch.first_sample for c in pinch.truth if c.finger is finger
         ][:1]
@@ -149,9 +151,11 @@ def cut_looks(pinch: Pinch, sizes: WindowSizes, early: float, rng: np.random.Gen
         is_first = contacts_of_finger == [first]
         # A program on the hand keeps the first steady state.
         for last in (0, len(x)):
-            parts.append(
+            rows.append(
                 (
-                    loudness_features(*_settled(windows, x, ends, sizes.steady, last, rate), rate),
+                    look_features(
+                        *_settled(windows, x, ends, sizes.steady, last, rate), lengths, FLOOR
+                    ),
                     age <= -margin,
                     (age >= samples_in(YOUNGEST, rate)) & bool(contacts_of_finger),
                     ends <= first - margin,
@@ -159,10 +163,16 @@ def cut_looks(pinch: Pinch, sizes: WindowSizes, early: float, rng: np.random.Gen
                 )
             )
     empty = (np.zeros((0, 2 * EACH)), *(np.zeros(0, np.bool_) for _ in range(4)))
-    combined = [np.concatenate(kind) for kind in zip(empty, *parts, strict=True)]
-    begins = np.cumsum([0, *(len(part[0]) for part in parts)]).tolist()
+    combined = [np.concatenate(kind) for kind in zip(empty, *rows, strict=True)]
+    begins = np.cumsum([0, *(len(row[0]) for row in rows)]).tolist()
     features, quiet, shows, early_looks, due = combined
     return Looks(features, quiet, shows, early_looks, due, tuple(begins))
+
+
+def _prediction(quiet: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the linear prediction of one channel in the steady state, shape (samples,)."""
+    weights: NDArray[np.float64] = fit_predictions(quiet[None])[0]
+    return weights
 
 
 def _settled(
@@ -177,19 +187,18 @@ def _settled(
 
     The weights predict each sample from those before it. Both results use the steady state that is
     valid at the end of the window. Up to the sample ``last``, the steady state is measured again
-    if the motor becomes quieter, as in
-    :class:`firstcontact.contact._listener.ContactListener`.
+    if the motor becomes quieter, as the chain does.
     """
     every, age = samples_in(RESETTLED, rate), samples_in(SETTLED, rate)
     state = SteadyState.measure(x[:steady, None])
-    ringing = prediction(state.normalise(x[:steady, None])[:, 0])
+    ringing = _prediction(state.normalise(x[:steady, None])[:, 0])
     out, weights = np.empty(windows.shape), np.empty((len(ends), ORDER + 1))
     for begin in range(0, int(ends[-1]) if len(ends) else 0, every):
         quiet = x[max(begin - age - steady, 0) : max(begin - age, 0), None]
         later = SteadyState.measure(quiet) if begin < last and len(quiet) == steady else state
         if state.is_louder_than(later)[0]:
             state = later
-            ringing = prediction(state.normalise(quiet)[:, 0])
+            ringing = _prediction(state.normalise(quiet)[:, 0])
         rows = (ends > begin) & (ends <= begin + every)
         out[rows] = state.normalise(windows[rows, :, None])[..., 0]
         weights[rows] = ringing

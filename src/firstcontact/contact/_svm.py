@@ -93,7 +93,9 @@ class SvmDetector(TrainedDetector):
         """Return the decision value of each window of each finger, shape (windows, fingers)."""
         assert self._machine is not None
         n, fingers, samples = windows.shape
-        features = window_features(windows.reshape(n * fingers, samples), self._sizes.step)
+        features = window_features(
+            windows.reshape(n * fingers, samples), self.sizes(self._rate).step
+        )
         return self._machine.decide(features).reshape(n, fingers)
 
     def judgement(self, rate: float) -> Judgement:

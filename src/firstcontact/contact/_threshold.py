@@ -8,7 +8,8 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from firstcontact.contact._stream import WindowDetector
+from firstcontact.chain import DetectorConstants, DetectorKind
+from firstcontact.contact._window_detector import WindowDetector
 from firstcontact.core import ORANGE, InputError, Judgement, Layout
 
 #: Threshold in sigmas for contacts from rest. Without a motor's noise, the sigma is small.
@@ -64,10 +65,9 @@ class ThresholdDetector(WindowDetector):
             )
         return cls(float(sigmas))
 
-    def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Return a mask of the windows that exceed the threshold in their newest 3 ms."""
-        new = windows[:, :, -self._sizes.step :]
-        return np.asarray(np.abs(new).max(axis=2) > self.sigmas)
+    def constants(self, rate: float) -> DetectorConstants:
+        """Return the constants of this detector for the chain at a rate in Hz."""
+        return self._constants(rate, DetectorKind.THRESHOLD, threshold=self.sigmas)
 
     def judgement(self, rate: float) -> Judgement:
         """Return the detector as a C kernel for export, with the threshold as its constant."""

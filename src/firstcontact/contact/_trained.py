@@ -9,10 +9,11 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from firstcontact.chain import DetectorConstants
 from firstcontact.contact._registry import untrained_name
-from firstcontact.contact._stream import WindowDetector, WindowSizes
 from firstcontact.contact._training import usable
-from firstcontact.core import Dataset, InputError, Layout
+from firstcontact.contact._window_detector import WindowDetector, WindowSizes
+from firstcontact.core import Dataset, InputError
 
 #: Largest stored weight. It keeps scores finite; trained weights are around 1.
 LARGEST = 1e100
@@ -50,22 +51,24 @@ class TrainedDetector(WindowDetector):
         """Title of the detector, as used within a sentence."""
         return self.title if self.title.isupper() else self.title.lower()
 
-    def start(self, layout: Layout) -> None:
-        """Start a new closing: forget all earlier samples and contacts.
+    def constants(self, rate: float) -> DetectorConstants:
+        """Return the constants of this detector for the chain.
 
         Raises
         ------
         InputError
             The detector is not trained, or was trained at another rate.
         """
+        self._check_rate(rate)
+        return super().constants(rate)
+
+    def _check_rate(self, rate: float) -> None:
         self._require_training("fit it or load a trained one")
-        if layout.rate != self._rate:
+        if rate != self._rate:
             raise InputError(
                 f"the {self.title} detector was trained at {self._rate:g} Hz but the samples come "
-                f"at {layout.rate:g} Hz: train one for this rate with `firstcontact train --rate "
-                f"{layout.rate:g}`"
+                f"at {rate:g} Hz: train one for this rate with `firstcontact train --rate {rate:g}`"
             )
-        super().start(layout)
 
     def _require_training(self, otherwise: str) -> None:
         if not self.trained:

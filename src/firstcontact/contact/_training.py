@@ -9,7 +9,8 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from firstcontact.contact._features import feature_count, window_features
-from firstcontact.contact._stream import SteadyState, WindowSizes
+from firstcontact.contact._steady_state import SteadyState
+from firstcontact.contact._window_detector import WindowSizes
 from firstcontact.core import ChannelKind, Dataset, Pinch
 from firstcontact.signal import DeviceSmoothing, samples_in
 

@@ -86,7 +86,7 @@ class Model:
 
     def __post_init__(self) -> None:
         is_kind = isinstance(self.detector, type)
-        if self.detector is not None and (is_kind or not hasattr(self.detector, "judge")):
+        if self.detector is not None and (is_kind or not hasattr(self.detector, "constants")):
             raise InputError(
                 f"the detector must be a fitted one, not {self.detector!r}: load one with "
                 "firstcontact.contact.load_detector(path)",

@@ -34,7 +34,6 @@ from firstcontact.streaming._events import (
     NoEstimate,
     PinchDone,
 )
-from firstcontact.streaming._interim import detector_constants
 from firstcontact.streaming._ledger import Ledger
 from firstcontact.streaming._predictors import NOT_FINITE, Predictor, WindowPredictions
 
@@ -138,7 +137,7 @@ class Pipeline:
         self._transport = TransportDelay(layout.rate) if real_time else None
         self._clock = clock
         self._longest = 0.0 if predictor is None else predictor.moments[-1]
-        constants = detector_constants(detector, layout)
+        constants = detector.constants(layout.rate)
         self._image = build_image(
             layout.rate,
             constants,

@@ -11,7 +11,15 @@ from pathlib import Path
 
 import numpy as np
 
-from firstcontact.contact import DETECTORS, Detector, load_detector, save_detector
+from firstcontact.chain import EventKind
+from firstcontact.contact import (
+    DETECTORS,
+    Detector,
+    contact_chain,
+    judge_windows,
+    load_detector,
+    save_detector,
+)
 from firstcontact.contact import detect as detect_and_confirm
 from firstcontact.core import Block, Contact, Finger, InputError, Layout, Pinch
 from firstcontact.signal import samples_in
@@ -54,10 +62,12 @@ def check_detector(kind: type[Detector], seed: int = 0) -> None:
 
 
 def _feed(detector: Detector, pinch: Pinch, edges: Iterable[int]) -> list[Contact]:
+    chain = contact_chain(detector, pinch.layout, keeps_first_state=True)
     return [
-        contact
+        Contact(pinch.layout.vibration_fingers[event.channel], event.sample, event.known)
         for a, b in pairwise(edges)
-        for contact in detector.update(Block(pinch.data[a:b], pinch.first_sample + a))
+        for event in chain.take(Block(pinch.data[a:b], pinch.first_sample + a))
+        if event.kind == EventKind.CONTACT_FOUND
     ]
 
 
@@ -70,10 +80,9 @@ def _check_contacts(detector: Detector) -> None:
         right += bool(contacts) and abs(contacts[0].sample - pinch.first.sample) <= 15
         fingers = [c.finger for c in contacts]
         assert len(fingers) == len(set(fingers)), "a finger touches twice in one closing"
-        again = Block(pinch.data, pinch.first_sample + SAMPLES)
-        later = [c.finger for c in detector.update(again)]
-        assert not set(later) & set(fingers), "a finger is not latched until the next start"
-        assert detect(detector, pinch) == contacts, "start does not clear the state"
+        assert detect(detector, pinch) == contacts, (
+            "the detector keeps something of an earlier closing"
+        )
         for contact in contacts:
             age = (contact.decided - contact.sample) / LAYOUT.rate
             assert 0 <= age <= detector.duration, "the onset is not in the deciding window"
@@ -91,7 +100,6 @@ def _check_streams(detector: Detector, seed: int) -> None:
         pinch = closing(100 * seed + number)
         expected = detect(detector, pinch)
         for cuts in (rng.integers(0, SAMPLES, 20), np.arange(SAMPLES)):
-            detector.start(LAYOUT)
             contacts_ = _feed(detector, pinch, [0, *np.sort(cuts).tolist(), SAMPLES])
             assert contacts_ == expected, "the block sizes change the contacts"
     pinch, far = closing(6), 2**40
@@ -101,8 +109,7 @@ def _check_streams(detector: Detector, seed: int) -> None:
         assert (b.sample - a.sample, b.decided - a.decided) == (shift, shift), (
             "the contacts depend on the sample numbers"
         )
-    detector.start(LAYOUT)
-    decisions = detector.judge(Block(closing(8).data, 500))
+    decisions = judge_windows(detector, LAYOUT, Block(closing(8).data, 500))
     assert decisions.fired.shape == decisions.onsets.shape == (len(decisions.ends), 2), (
         "the decisions have wrong shapes"
     )
@@ -121,22 +128,18 @@ def _check_gaps(detector: Detector) -> None:
     # contact.
     quiet = closing(7, touches=False).data
     loud = ((quiet.astype(np.int32) - 16384) * 30 + 16384).clip(0, 32736).astype(np.int16)
-    for later_block in (Block(loud, SAMPLES, epoch=1), Block(loud, 10**6)):
-        detector.start(LAYOUT)
-        quiet_decisions = detector.judge(Block(quiet, 0))
-        decisions = detector.judge(later_block)
-        assert quiet_decisions.ends.max(initial=0) < SAMPLES, "a window extends beyond the samples"
-        first = decisions.ends.min() - samples_in(detector.duration, LAYOUT.rate) + 1
-        assert first >= later_block.first_sample, "a window spans a gap"
+    for later in (Block(loud, SAMPLES, epoch=1), Block(loud, 10**6, epoch=1)):
+        decisions = judge_windows(detector, LAYOUT, Block(quiet, 0), later)
+        is_later = decisions.ends >= SAMPLES
+        first = decisions.ends[is_later].min() - samples_in(detector.duration, LAYOUT.rate) + 1
+        assert first >= later.first_sample, "a window spans a gap"
     data = closing(11).data.astype(np.float32)
     data[300, 0], data[301, 1] = np.nan, np.inf
-    detector.start(LAYOUT)
-    decisions = detector.judge(Block(data, 0))
+    decisions = judge_windows(detector, LAYOUT, Block(data, 0))
     window = samples_in(detector.duration, LAYOUT.rate)
     across = (decisions.ends >= 300) & (decisions.ends < 302 + window - 1)
     assert not across.any(), "a window contains a sample that is not finite"
-    detector.start(LAYOUT)
-    after_it = detector.judge(Block(data[302:], 302))
+    after_it = judge_windows(detector, LAYOUT, Block(data[302:], 302))
     resumed = decisions.ends >= 302
     assert np.array_equal(decisions.fired[resumed], after_it.fired), (
         "the detector does not start again after a gap"
@@ -168,10 +171,10 @@ def _check_channels(detector: Detector) -> None:
         "the detector does not work with one channel"
     )
     strips = Layout(LAYOUT.channels[14:], LAYOUT.rate)
-    refused("no vibration channel", lambda: detector.start(strips))
+    refused("no vibration channel", lambda: contact_chain(detector, strips))
     if detector.rate is not None:
         other = replace(LAYOUT, rate=2 * detector.rate)
-        refused("", lambda: detector.start(other))
+        refused("", lambda: contact_chain(detector, other))
     # Inverting the recursion y += (x - y) / 2 gives the device's signal before smoothing.
     pinch = closing(14)
     y = pinch.data.astype(np.float64)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from firstcontact.contact import CONFIRMED
+from firstcontact.chain import CONFIRMED
 from firstcontact.core import Block, Command, Estimate, fingertip_layout
 from firstcontact.grasp import Hand, HandLimits, LoopCounts, Policy
 from firstcontact.signal import samples_in

@@ -16,6 +16,7 @@ from firstcontact.contact import (
     Detector,
     cut_closings,
     find_onsets,
+    judge_windows,
     make_detector,
 )
 from firstcontact.core import Block, Contact, Dataset, InputError, Record
@@ -272,8 +273,8 @@ def _alarms(detector: Detector, noise: Sequence[Block], recorded_set: RealSet) -
     """Return the number of false alarms in noise. Successive windows that fire are one alarm."""
     alarms = 0
     for number, block in enumerate(noise):
-        detector.start(recorded_set.layout)
-        decisions = detector.judge(Block(block.data, block.first_sample, number))
+        numbered = Block(block.data, block.first_sample, number)
+        decisions = judge_windows(detector, recorded_set.layout, numbered)
         fired = np.array(decisions.fired.any(axis=1))
         fired[1:] &= ~fired[:-1].copy()
         alarms += int(fired.sum())

@@ -683,6 +683,66 @@ static PyObject *shifts(PyObject *self, PyObject *const *args, Py_ssize_t n)
     Py_RETURN_NONE;
 }
 
+/* fit_predictions(quiet, samples, out): quiet (n, samples), in sigmas. out (n, FC_ORDER + 1). */
+static PyObject *fit_predictions(PyObject *self, PyObject *const *args, Py_ssize_t n)
+{
+    Py_buffer v[2];
+    double error[FC_WINDOW_MOST];
+    (void)self;
+    if (!has(n, 3) || !array_get(args[0], v, F64, false))
+        return NULL;
+    const long samples = PyLong_AsLong(args[1]);
+    const Py_ssize_t rows = samples > 0 ? v[0].len / 8 / samples : 0;
+    if (samples <= 2 * FC_ORDER || samples > FC_WINDOW_MOST
+        || !array_take(args[2], v + 1, rows * (FC_ORDER + 1), F64, true)) {
+        release(v, 1);
+        return refuse("a steady state has 25 to 16384 samples");
+    }
+    for (Py_ssize_t i = 0; i < rows; i++)
+        fc_fit_prediction((const double *)v[0].buf + i * samples, (int32_t)samples, error,
+                          (double *)v[1].buf + i * (FC_ORDER + 1));
+    release(v, 2);
+    Py_RETURN_NONE;
+}
+
+/* look_features(looks, samples, weights, lengths, floor, out): looks (n, samples), in sigmas,
+   weights (n, FC_ORDER + 1), lengths (FC_PARTS + 1,). out (n, 2 * FC_LEVELS). */
+static PyObject *look_features(PyObject *self, PyObject *const *args, Py_ssize_t n)
+{
+    Py_buffer v[4];
+    double power[FC_WINDOW_MOST];
+    fc_detector_constants k = {0};
+    int held = 0;
+    bool is_right = false;
+    (void)self;
+    if (!has(n, 6))
+        return NULL;
+    const long samples = PyLong_AsLong(args[1]);
+    k.floor = PyFloat_AsDouble(args[4]);
+    if (PyErr_Occurred())
+        return NULL;
+    if (samples > 0 && samples <= FC_WINDOW_MOST && array_get(args[0], v, F64, false)) {
+        const Py_ssize_t rows = v[0].len / 8 / samples;
+        held = 1;
+        is_right = array_take(args[2], v + 1, rows * (FC_ORDER + 1), F64, false) && ++held
+                   && array_take(args[3], v + 2, FC_PARTS + 1, I32, false) && ++held
+                   && array_take(args[5], v + 3, rows * 2 * FC_LEVELS, F64, true) && ++held;
+    }
+    for (int32_t p = 0; is_right && p <= FC_PARTS; p++) {
+        k.lengths[p] = ((const int32_t *)v[2].buf)[p];
+        is_right = k.lengths[p] > (p > 0 ? k.lengths[p - 1] : 0);
+    }
+    is_right = is_right && samples > k.lengths[FC_PARTS] + FC_ORDER;
+    for (Py_ssize_t i = 0; is_right && i < v[0].len / 8 / samples; i++)
+        fc_look_features(&k, (const double *)v[0].buf + i * samples, (int32_t)samples,
+                         (const double *)v[1].buf + i * (FC_ORDER + 1), power,
+                         (double *)v[3].buf + i * 2 * FC_LEVELS);
+    release(v, held);
+    if (!is_right)
+        return refuse("the arrays of the looks do not fit together");
+    Py_RETURN_NONE;
+}
+
 #define FAST(f) (PyCFunction)(void (*)(void))(f)
 
 static PyMethodDef METHODS[] = {
@@ -696,6 +756,8 @@ static PyMethodDef METHODS[] = {
     {"inputs", FAST(inputs), METH_FASTCALL, "Write inputs and traits of contacts."},
     {"rig_inputs", FAST(rig_inputs), METH_FASTCALL, "Write inputs of contacts of known rigs."},
     {"network", FAST(network), METH_FASTCALL, "Predict from inputs."},
+    {"fit_predictions", FAST(fit_predictions), METH_FASTCALL, "Write linear predictions."},
+    {"look_features", FAST(look_features), METH_FASTCALL, "Write the features of looks."},
     {"spectra", FAST(spectra), METH_FASTCALL, "Write the spectra before contacts."},
     {"shifts", FAST(shifts), METH_FASTCALL, "Write the shifts of spectra."},
     {NULL, NULL, 0, NULL},

@@ -49,9 +49,8 @@ FC_WIDE static void prediction_error(const double *restrict x, const double *res
     }
 }
 
-/* Fit the linear prediction (Yule-Walker, solved by Levinson's recursion) to n samples of the
-   steady state. It removes the predictable part of the motor's noise. Its error has a sigma of 1. */
-static void fit_prediction(const double *x, int32_t n, double *error, double *weights)
+/* The Yule-Walker equations are solved by Levinson's recursion. */
+void fc_fit_prediction(const double *x, int32_t n, double *error, double *weights)
 {
     double lags[FC_ORDER + 1], previous[FC_ORDER + 1], left, mean = 0.0, squares = 0.0;
     memset(weights, 0, sizeof(double) * (FC_ORDER + 1));
@@ -97,7 +96,7 @@ static void learn(fc_detector *d, const fc_past *past, int32_t channel, int64_t 
     double *const x = d->window;
     for (int32_t i = 0; i < n; i++)
         x[i] = (fc_past_at(past, channel, end - n + i) - d->mean[channel]) / d->sigma[channel];
-    fit_prediction(x, n, d->work, d->weights[channel]);
+    fc_fit_prediction(x, n, d->work, d->weights[channel]);
     for (int32_t k = 0; k < FC_LOOKS_MOST; k++)
         d->looks[channel][k][0] = -1.0;
 }
@@ -148,10 +147,10 @@ static double larger(double a, double b)
     return b > a ? b : a;
 }
 
-/* Weighted loudness features of one signal, of which `power` holds the squares. `first` samples at
+/* Write the loudness features of one signal, of which `power` holds the squares. `first` samples at
    its start are missing. */
-static double loudness(const fc_detector_constants *k, const double *power, int32_t first,
-                       int32_t n, const double *line)
+static void loudness(const fc_detector_constants *k, const double *power, int32_t first, int32_t n,
+                     double *features)
 {
     const int32_t recent = n - k->lengths[FC_PARTS], newest = n - k->lengths[FC_PARTS - 1];
     double quiet = 0.0, between = 0.0, sum = 0.0, quiet_top = 0.0, top = 0.0;
@@ -177,15 +176,14 @@ static double loudness(const fc_detector_constants *k, const double *power, int3
     logs[FC_PARTS + 3] = quiet_top;
     for (int32_t j = 0; j <= FC_LEVELS; j++)
         logs[j] = fc_log(sqrt(logs[j]) + k->floor);
-    double out = logs[0] * line[0];
+    features[0] = logs[0];
     for (int32_t j = 1; j <= FC_PARTS + 1; j++)
-        out += (logs[j] - logs[0]) * line[j];
-    return out + (logs[FC_PARTS + 2] - logs[FC_PARTS + 3]) * line[FC_LEVELS - 1];
+        features[j] = logs[j] - logs[0];
+    features[FC_LEVELS - 1] = logs[FC_PARTS + 2] - logs[FC_PARTS + 3];
 }
 
-/* Score of a look of n samples, in sigmas. A score above 0 shows a contact. */
-static double look_score(const fc_detector_constants *k, const double *x, int32_t n,
-                         const double *weights, double *power)
+void fc_look_features(const fc_detector_constants *k, const double *x, int32_t n,
+                      const double *weights, double *power, double *features)
 {
     const int32_t recent = n - k->lengths[FC_PARTS];
     double quiet = 0.0;
@@ -194,12 +192,23 @@ static double look_score(const fc_detector_constants *k, const double *x, int32_
     quiet /= recent;
     for (int32_t i = 0; i < n; i++)
         power[i] = (x[i] - quiet) * (x[i] - quiet);
-    const double score = loudness(k, power, 0, n, k->line);
+    loudness(k, power, 0, n, features);
     memset(power, 0, sizeof(double) * FC_ORDER);
     prediction_error(x, weights, n, power);
     for (int32_t i = FC_ORDER; i < n; i++)
         power[i] *= power[i];
-    return score + loudness(k, power, FC_ORDER, n, k->line + FC_LEVELS) + k->line[2 * FC_LEVELS];
+    loudness(k, power, FC_ORDER, n, features + FC_LEVELS);
+}
+
+/* Score of a look of n samples, in sigmas. A score above 0 shows a contact. */
+static double look_score(const fc_detector_constants *k, const double *x, int32_t n,
+                         const double *weights, double *power)
+{
+    double features[2 * FC_LEVELS], score = 0.0;
+    fc_look_features(k, x, n, weights, power, features);
+    for (int32_t j = 0; j < 2 * FC_LEVELS; j++)
+        score += features[j] * k->line[j];
+    return score + k->line[2 * FC_LEVELS];
 }
 
 /* Return true if all looks of a window show a contact. Neighbouring windows share looks. */

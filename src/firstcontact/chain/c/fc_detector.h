@@ -12,7 +12,7 @@ enum {
     FC_PARTS = 5,           /* spans at the end of a look */
     FC_LEVELS = FC_PARTS + 3, /* features of the signal, and of its prediction error */
     FC_LOOKS_MOST = 8,
-    FC_WINDOW_MOST = 4096,
+    FC_WINDOW_MOST = 1 << 14,
     FC_LEAST_LOUD = 3       /* fewest samples on each side of an onset */
 };
 
@@ -80,5 +80,13 @@ void fc_detector_resettle(fc_detector *d, const fc_past *past, int64_t end);
 /* Judge the window that ends with the newest sample. onsets: sample at which a contact began, for
    each channel; -1 without a contact. is_skipped marks channels that need no decision. */
 void fc_detector_judge(fc_detector *d, const fc_past *past, const bool *is_skipped, int64_t *onsets);
+
+/* Fit a linear prediction to n samples of the steady state, in sigmas. It removes the predictable part
+   of the motor's noise. Its error has a sigma of 1. error: room for n numbers. weights: FC_ORDER + 1. */
+void fc_fit_prediction(const double *x, int32_t n, double *error, double *weights);
+
+/* Write the 2 * FC_LEVELS features of a look of n samples, in sigmas. power: room for n numbers. */
+void fc_look_features(const fc_detector_constants *k, const double *x, int32_t n,
+                      const double *weights, double *power, double *features);
 
 #endif

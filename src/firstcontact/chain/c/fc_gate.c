@@ -78,7 +78,7 @@ static void learn_unloaded(fc_gate *g)
 {
     for (int32_t k = 0; k < g->taxels; k++) {
         const double load = g->load_sums[k] / g->step;
-        if (!g->has_unloaded || load < g->unloaded[k])
+        if (!g->has_unloaded || load < g->unloaded[k] || isnan(g->unloaded[k]))
             g->unloaded[k] = load;
     }
     g->has_unloaded = true;

@@ -12,7 +12,7 @@ static const struct {
     Py_ssize_t size;
 } KINDS[] = {
     {F32, {"f", "f"}, 4}, {F64, {"d", "d"}, 8}, {PAIR, {"Zd", "Zd"}, 16}, {I16, {"h", "h"}, 2},
-    {U16, {"H", "H"}, 2}, {I32, {"i", "l"}, 4}, {I64, {"q", "l"}, 8},     {FLAG, {"?", "?"}, 1},
+    {U16, {"H", "H"}, 2}, {I32, {"i", "l"}, 4}, {I64, {"q", "l"}, 8},
 };
 
 static int row(enum kind kind)

@@ -7,7 +7,7 @@
 #include <stdbool.h>
 
 /* Kinds of numbers, as buffers name them; pairs of F64 are complex numbers. */
-enum kind { F32 = 'f', F64 = 'd', PAIR = 'z', I16 = 'h', U16 = 'H', I32 = 'i', I64 = 'q', FLAG = '?' };
+enum kind { F32 = 'f', F64 = 'd', PAIR = 'z', I16 = 'h', U16 = 'H', I32 = 'i', I64 = 'q' };
 
 /* Bytes of a number. */
 Py_ssize_t array_size(enum kind kind);

@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from firstcontact.contact import (
-    ContactListener,
     Detector,
-    Withdrawal,
     cut_closings,
     detect,
     first_contact,
     is_pretrained,
     pretrained_detector,
 )
-from firstcontact.core import FINGERTIP_RATE, Block, Contact, Dataset, Record, Runner
+from firstcontact.core import FINGERTIP_RATE, Contact, Dataset, Record, Runner
 from firstcontact.models import (
     Bounded,
     CombinedModel,
@@ -232,13 +230,9 @@ def _alarms(detector: Detector, empty: Dataset, *, confirm: bool) -> tuple[int, 
     alarms, seconds = 0, 0.0
     for pinch in cut_closings(empty):
         for start in range(0, len(pinch.data) - part + 1, part):
-            block = Block(pinch.data[start : start + part], start)
-            detector.start(pinch.layout)
-            if confirm:
-                events = ContactListener(detector, pinch.layout).update(block)
-                alarms += bool(events) and not isinstance(events[-1], Withdrawal)
-            else:
-                alarms += bool(detector.update(block))
+            data = pinch.data[start : start + part]
+            piece = replace(pinch, data=data, first_sample=start, motor_start=start)
+            alarms += bool(detect(detector, piece, confirm=confirm))
             seconds += HEARD - 0.04  # nothing is detected in 40 ms, until the steady state is known
     return alarms, seconds / 60.0
 

@@ -10,15 +10,17 @@ from clicks import LAYOUT, listen, make_pinch
 from hypothesis import given
 from hypothesis import strategies as st
 
+from firstcontact.chain import EventKind
 from firstcontact.contact import (
-    ContactListener,
+    Closings,
+    ClosingSamples,
     ThresholdDetector,
     detect,
     first_contact,
     judge_pinch,
+    judge_windows,
 )
-from firstcontact.contact._confirmation import KEPT
-from firstcontact.core import Block, Contact, Finger, Pinch
+from firstcontact.core import Block, Pinch
 from firstcontact.signal import samples_in
 
 
@@ -57,25 +59,25 @@ def test_first_contact_is_that_of_all_contacts(clicked: Pinch) -> None:
         assert first_contact(detector, pinch) == next(iter(detect(detector, pinch)), None)
 
 
-def test_listener_ends_with_both_contacts_and_reports_when_it_is_due(clicked: Pinch) -> None:
-    listener = ContactListener(ThresholdDetector(8.0), LAYOUT)
-    start, due = 0, listener.due
-    while not listener.ended and start + due <= len(clicked.data):
-        quiet = clicked.data[start : start + due - 1]
-        assert listener.update(Block(quiet, clicked.first_sample + start)) == []
-        start += due
-        listener.update(Block(clicked.data[start - 1 : start], clicked.first_sample + start - 1))
-        due = listener.due
-    assert listener.ended
+def test_contacts_come_when_they_are_due_until_both_stand(clicked: Pinch) -> None:
+    closings = Closings(LAYOUT, ThresholdDetector(8.0))
+    start = 0
+    contacts = 0
 
+    def take(stop: int) -> int:
+        block = Block(clicked.data[start:stop], clicked.first_sample + start)
+        stages = [s for s in closings.update(block) if isinstance(s, ClosingSamples)]
+        return sum(len(s.contacts) - 2 * (s.withdrawn is not None) for s in stages)
 
-def test_memory_of_a_long_closing_is_bounded() -> None:
-    listener = ContactListener(ThresholdDetector(1e5), LAYOUT)
-    rng = np.random.default_rng(1)
-    for start in range(0, 40_000, 50):
-        noise = rng.integers(-99, 99, (50, 16)).astype(np.int16)
-        listener.update(Block(noise, start))
-    assert sum(map(len, listener._latch._past)) <= samples_in(KEPT, LAYOUT.rate) + 100
+    assert take(1) == 0
+    start = 1
+    while (due := closings.due) is not None and start + due <= len(clicked.data):
+        assert take(start + due - 1) == 0
+        start += due - 1
+        contacts += take(start + 1)
+        start += 1
+    assert closings.due is None
+    assert contacts > 0
 
 
 @given(st.lists(st.integers(0, 900), max_size=20))
@@ -89,40 +91,16 @@ def test_contact_after_a_loud_start_of_the_motor_is_detected(edges: list[int]) -
     data[750:, 0] += 900 * np.sin(2 * np.pi * 90 * age / LAYOUT.rate) * np.exp(-age / 60)
     pinch = Pinch(data.astype(np.int16), LAYOUT)
     assert detect(ThresholdDetector(8.0), pinch, confirm=False) == []
-    (contact,) = listen(pinch, edges)
-    assert isinstance(contact, Contact)
-    assert contact.finger is Finger.INDEX
-    assert abs(contact.sample - 750) <= 8
-    assert judge_pinch(ThresholdDetector(8.0), pinch, 0).first == contact
+    (event,) = listen(pinch, edges)
+    assert (event.kind, event.channel) == (EventKind.CONTACT_FOUND, 0)
+    assert abs(event.sample - 750) <= 8
+    contact = judge_pinch(ThresholdDetector(8.0), pinch, 0).first
+    assert contact is not None
+    assert (contact.sample, contact.decided) == (event.sample, event.known)
     judged = judge_pinch(ThresholdDetector(8.0), pinch, len(data))
     assert judged.first == contact
-    alone = ThresholdDetector(8.0)
-    alone.start(LAYOUT)
-    fixed = alone.judge(Block(pinch.data))
+    fixed = judge_windows(ThresholdDetector(8.0), LAYOUT, Block(pinch.data))
     for name in ("ends", "fired", "onsets"):
         assert np.array_equal(getattr(judged.fixed_windows, name), getattr(fixed, name))
     assert not fixed.fired.any()
     assert judged.windows.fired.any()
-
-
-@pytest.mark.parametrize("interruption", ["samples that are not finite", "gap", "epoch"])
-def test_steady_state_after_an_interruption_does_not_depend_on_blocks(interruption: str) -> None:
-    """The motor starts anew after the interruption, and louder than before."""
-    rng = np.random.default_rng(8)
-    data = np.zeros((3000, LAYOUT.width))
-    sigma = np.repeat([40.0, 800.0, 160.0], [600, 500, 1900])[:, None]
-    data[:, :2] = 16384 + sigma * rng.standard_normal((3000, 2))
-    gap, epoch = 37 * (interruption == "gap"), int(interruption == "epoch")
-    if interruption.startswith("samples"):
-        data[600] = np.nan
-    states = []
-    for size in (10, 49, 247, 3000):
-        detector = ThresholdDetector(100.0)
-        listener = ContactListener(detector, LAYOUT)
-        for first, last, lost, number in ((0, 600, 0, 0), (600, 3000, gap, epoch)):
-            for start in range(first, last, size):
-                piece = data[start : min(start + size, last)]
-                listener.update(Block(piece, start + lost, number))
-        assert detector._state is not None
-        states.append(detector._state.sigma)
-    assert all(np.array_equal(state, states[0]) for state in states[1:])

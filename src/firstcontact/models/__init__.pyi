@@ -112,8 +112,6 @@ from ._svm_model import SvmModel as SvmModel
 from ._svm_model import log_rms as log_rms
 from ._svm_model import loudness_level as loudness_level
 from ._svm_model import shape_and_level as shape_and_level
-from ._touch_stream import TouchStream as TouchStream
-from ._touch_stream import moments as moments
 from ._touches import BEFORE as BEFORE
 from ._touches import LONGEST as LONGEST
 from ._touches import TIMES as TIMES
@@ -122,6 +120,7 @@ from ._touches import cut_touch as cut_touch
 from ._touches import cut_touches as cut_touches
 from ._touches import in_words as in_words
 from ._touches import lengths as lengths
+from ._touches import moments as moments
 from ._touches import parse_radius as parse_radius
 from ._train import RIG_ESTIMATOR as RIG_ESTIMATOR
 from ._train import adapt as adapt

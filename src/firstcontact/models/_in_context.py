@@ -39,8 +39,7 @@ from firstcontact.models._rig import GENERAL, STAGES, TOKEN, Rig, stage_index
 from firstcontact.models._rig_regression import RigRegression
 from firstcontact.models._rig_speeds import LEAST, MOST, RigSpeeds
 from firstcontact.models._spec import Arrays, Values
-from firstcontact.models._touch_stream import moments
-from firstcontact.models._touches import BEFORE, Touches, lengths
+from firstcontact.models._touches import BEFORE, Touches, lengths, moments
 from firstcontact.signal import samples_in
 
 #: Finger number of the rig that holds for any finger.

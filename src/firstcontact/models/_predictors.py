@@ -16,8 +16,14 @@ from firstcontact.models._interval import Interval
 from firstcontact.models._predictions import Predictions
 from firstcontact.models._registry import model_kind
 from firstcontact.models._spec import Arrays, Spec, Task
-from firstcontact.models._touch_stream import STEP
-from firstcontact.models._touches import LONGEST, SHORTEST, TIMES, cut_touches, valid_samples
+from firstcontact.models._touches import (
+    LONGEST,
+    SHORTEST,
+    STEP,
+    TIMES,
+    cut_touches,
+    valid_samples,
+)
 from firstcontact.models._window_model import WindowModel
 from firstcontact.signal import SavitzkyGolay, contact_windows, samples_in
 

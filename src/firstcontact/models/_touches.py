@@ -32,6 +32,8 @@ BEFORE = 0.040
 #: Earliest and latest time after the contact for predictions, s.
 SHORTEST = 0.002
 LONGEST = FINGERTIP_WINDOW
+#: Time between two predictions live, s.
+STEP = 0.001
 #: Times after the contact at which predictions are scored, ms.
 TIMES = (2, 3, 5, 8, 15)
 
@@ -194,6 +196,12 @@ def cut_touches(
     )
     values, errors = np.array(speeds, np.float64).reshape(-1, 2).T
     return replace(touches, speeds=values, speed_errors=errors), np.array(positions, np.intp)
+
+
+def moments(rate: float) -> tuple[int, ...]:
+    """Return the numbers of samples after a contact at which the network predicts."""
+    first, last = round(SHORTEST / STEP), round(LONGEST / STEP)
+    return tuple(samples_in(n * STEP, rate) for n in range(first, last + 1))
 
 
 def speed_inputs(measured: ClosingSpeed | None) -> tuple[float, float]:

@@ -250,7 +250,7 @@ class Pipeline:
         """Return what is known of the object at a first contact, for the chain."""
         speed = None
         if self.predictor is not None and self.predictor.uses_speed:
-            speed = self._speed_before(sample, self._block.epoch)
+            speed = self._ask_speed(sample, self._block.epoch)
         self._touched[sample] = speed, self.radius
         if speed is None:
             return 0.0, 0.0, self.radius
@@ -379,13 +379,13 @@ class Pipeline:
         return estimate
 
     def _settle(
-        self, pinch: OpenClosing, last: int, known: int, reason: str
+        self, pinch: OpenClosing, last: int, complete: int, reason: str
     ) -> Estimate | NoEstimate:
         """Return the final estimate, from samples up to ``last``; without one, the reason."""
         real_time = self._transport is not None
         final = pinch.settle(last, self.layout.rate, real_time=real_time)
         pinch.reason = reason if final is None else ""
-        return final or NoEstimate(pinch.contacts[0], reason, known, pinch.epoch)
+        return final or NoEstimate(pinch.contacts[0], reason, complete, pinch.epoch)
 
     def _hear(self, stop: int) -> Iterator[Event]:
         """Pass the samples of the closing before ``stop`` to strips and window models."""
@@ -416,10 +416,10 @@ class Pipeline:
                 pinch, window.complete, window.duration, (value, low, high), level
             )
         if windows.ended and not pinch.is_settled and pinch.second is None:
-            known = pinch.made[-1][1].complete if pinch.made else stop - 1
-            yield self._settle(pinch, stop, known, pinch.reason or windows.reason)
+            complete = pinch.made[-1][1].complete if pinch.made else stop - 1
+            yield self._settle(pinch, stop, complete, pinch.reason or windows.reason)
 
-    def _speed_before(self, sample: int, epoch: int) -> ClosingSpeed | None:
+    def _ask_speed(self, sample: int, epoch: int) -> ClosingSpeed | None:
         """Measure the closing speed before a contact. This may take milliseconds."""
         if self.measure_speed is None:
             return None
@@ -429,7 +429,7 @@ class Pipeline:
     def _measure_speed(self, pinch: OpenClosing) -> None:
         contact, pinch.unmeasured = pinch.unmeasured, None
         if contact is not None:
-            pinch.closing_speed = self._speed_before(contact.sample, pinch.epoch)
+            pinch.closing_speed = self._ask_speed(contact.sample, pinch.epoch)
 
     def _end(self, pinch: OpenClosing, e: ChainEvent) -> Iterator[Event]:
         windows, self._pinch, self._windows = self._windows, None, None

@@ -300,7 +300,7 @@ class LiveSession:
         return self.pipeline.predictor is not None and self.pipeline.predictor.uses_shape
 
     def set_shape(self, text: str) -> str:
-        """Set the shape of the object from the next closing on.
+        """Set the shape of the object from the next contact on.
 
         Returns
         -------

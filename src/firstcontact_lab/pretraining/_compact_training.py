@@ -26,9 +26,9 @@ from firstcontact_lab.pretraining._torch_network import (
 from firstcontact_lab.pretraining._training import BATCH, PREPARED, Full, expected_loss, rate_share
 
 #: Number of directions of each thin layer: the rank of the two matrices.
-DIRECTIONS: Mapping[str, int] = {"query1": 28, "body1": 30, "body2": 26, "body3": 20}
+DIRECTIONS: Mapping[str, int] = {"query1": 32, "body1": 36, "body2": 32, "body3": 24}
 #: Number of training steps, largest learning rate, and passes over a set of prepared contacts.
-STEPS, RATE, PASSES = 16_000, 1e-3, 2
+STEPS, RATE, PASSES = 16_000, 3e-3, 2
 #: Largest sum of the magnitudes of a row's integers. Its product with 32,767 stays below 2^31.
 MOST = 65_000
 #: Share of the mean that is added to the Fisher information of a layer's outputs, so that it can be

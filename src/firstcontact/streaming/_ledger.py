@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections import Counter, deque
 from collections.abc import Iterator, Mapping
 
-import numpy as np
-
 from firstcontact.core import Estimate, percent
 from firstcontact.streaming._events import PinchDone, Verdict
 
@@ -102,13 +100,21 @@ class Ledger:
             figures["delay"] = self.delay
         for name, times in self._times.items():
             if times:
-                p50, p99 = np.percentile(times, [50, 99])
+                ordered = sorted(times)
                 figures |= {
-                    f"{name}_p50": float(p50),
-                    f"{name}_p99": float(p99),
-                    f"{name}_max": max(times),
+                    f"{name}_p50": _quantile(ordered, 0.5),
+                    f"{name}_p99": _quantile(ordered, 0.99),
+                    f"{name}_max": ordered[-1],
                 }
         return figures
+
+
+def _quantile(ordered: list[float], share: float) -> float:
+    """Return a quantile of ascending values. NumPy's function imports modules when first called."""
+    place = share * (len(ordered) - 1)
+    low = int(place)
+    high = min(low + 1, len(ordered) - 1)
+    return ordered[low] + (place - low) * (ordered[high] - ordered[low])
 
 
 def ledger_lines(

@@ -215,6 +215,14 @@ class Pipeline:
         return bool(pinch.contacts) and not pinch.is_settled
 
     @property
+    def is_urgent(self) -> bool:
+        """True while contacts or estimates of a closing are due.
+
+        Without noise floors a closing may be as long as the stream, so only estimates count.
+        """
+        return self.is_predicting or (self._chain.has_floors and self._chain.is_open)
+
+    @property
     def due(self) -> int:
         """Number of further samples until the next event is possible, at least 1."""
         return max(1, self._lot - self._waiting_samples)

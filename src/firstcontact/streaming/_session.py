@@ -30,9 +30,11 @@ WAIT = 0.05
 TOGETHER = 0.1
 #: Longest time for which estimates hold back the recorder and the sinks, s.
 HOLD = 0.05
-#: Time after the newest samples in which the session polls without a pause, s. A thread that sleeps
-#: wakes up late, on an idle core.
+#: Time after the newest samples until which the session polls for the next ones, s. A thread that
+#: sleeps wakes up late, on an idle core.
 POLL = 0.003
+#: Time before the next samples are due at which it begins to poll, s.
+EARLY = 0.0004
 
 
 class Actor(Protocol):
@@ -228,11 +230,13 @@ class LiveSession:
                 return
 
     def _read(self, readiness: Readiness, last_arrival: float) -> list[Arrival]:
-        """Return the next samples. Poll without pauses while estimates are due."""
+        """Return the next samples. Poll for them while estimates are due."""
         is_predicting = self.pipeline.is_predicting
-        readiness.hurry(is_urgent=is_predicting)
+        readiness.hurry(is_urgent=self.pipeline.is_urgent)
         if is_predicting and self._can_poll:
             until = last_arrival + POLL
+            due = last_arrival + self._least / self.pipeline.layout.rate - EARLY
+            time.sleep(max(due - time.monotonic(), 0.0))
             while time.monotonic() < until:
                 if new := self.source.read(0.0, self._least):
                     return new

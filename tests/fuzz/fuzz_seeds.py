@@ -203,23 +203,15 @@ def _models(folder: Path, seeds: Seeds) -> None:
 
 def _anytime(folder: Path, seeds: Seeds) -> None:
     """Write models conditioned on a random rig, with a detector."""
-    from firstcontact.models._compact import FEWEST
-
     from firstcontact.contact import load_detector
-    from firstcontact.core import FINGERTIP_RATE
     from firstcontact.models import (
         ANY,
-        BEFORE,
         GENERAL,
-        LONGEST,
         STAGES,
         TOKEN,
         Model,
         NetworkPredictor,
         Rig,
-        Touches,
-        compacted,
-        lengths,
         pretrained,
     )
 
@@ -227,17 +219,9 @@ def _anytime(folder: Path, seeds: Seeds) -> None:
     tokens, general = rng.standard_normal((len(STAGES), 3, TOKEN)), rng.standard_normal(GENERAL)
     rig = Rig(0.4, 1.0, None, None, tokens, general)
     model = pretrained().conditioned_on({ANY: rig, 0: rig})
-    samples = round(BEFORE * FINGERTIP_RATE) + round(LONGEST * FINGERTIP_RATE)
-    touches = Touches.from_signals(
-        rng.standard_normal((FEWEST, samples)).astype(np.float32),
-        np.full(FEWEST, lengths(FINGERTIP_RATE)[1], np.intp),
-        np.zeros(FEWEST, np.intp),
-        FINGERTIP_RATE,
-    )
-    for name, entry in (("in_context", model), ("compact", compacted(model, touches, 4))):
-        out = folder / name
-        detector = load_detector(seeds.models[0])
-        seeds.anytime.append(Model(detector, (NetworkPredictor(entry),)).save(out))
+    detector = load_detector(seeds.models[0])
+    out = folder / "in_context"
+    seeds.anytime.append(Model(detector, (NetworkPredictor(model),)).save(out))
 
 
 def _wav(folder: Path) -> None:

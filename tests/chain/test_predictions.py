@@ -246,7 +246,10 @@ def test_numbers_that_could_overflow_are_refused() -> None:
     m = pretrained().constants()
     first: Layer = m.layers[0]
     wide = np.full_like(first.into.weight, 32_000)
-    for matrix in (replace(first.into, weight=wide), replace(first.into, scale=np.full_like(first.into.scale, 1e28))):
+    for matrix in (
+        replace(first.into, weight=wide),
+        replace(first.into, scale=np.full_like(first.into.scale, 1e28)),
+    ):
         with pytest.raises(InputError):
             check(build_image(FINGERTIP_RATE, model=changed(m, matrix)))
     rig = replace(m.rigs[0], terms=np.full_like(m.rigs[0].terms, 1e7))

@@ -2,13 +2,14 @@
 
 A stream of the twin (60 s with some 30 closings) is replayed through the pipeline, in blocks of
 0.1 s and in blocks of 5 samples, as a device sends them. The pipeline uses the network or a window
-model, each once with NumPy and once with the compiled kernels. For comparison, the naive form
-processes the whole closing so far again for each estimate, and calls scikit-learn's ``predict``.
+model. For comparison, the naive form processes the whole closing so far again for each estimate,
+and calls scikit-learn's ``predict``.
 
 ``firstcontact live --device twin`` then runs in real time over a pseudo terminal, several
 times without a page and several times with a page and a client of it. The main result is the share
 of closings with an estimate in time: available before the second contact, by the clock, with all
-delays. ``--out`` writes these figures as JSON. Run it with one thread:
+delays. ``--disturbed`` adds one busy process per core, and another one that is stopped and
+continued at random for 10 ms. ``--out`` writes these figures as JSON. Run it with one thread:
 ``OMP_NUM_THREADS=1 python benchmarks/live.py``.
 """
 
@@ -19,13 +20,14 @@ import itertools
 import json
 import os
 import re
+import signal
 import subprocess
 import sys
 import tempfile
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, nullcontext
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -41,9 +43,7 @@ from firstcontact.core import (
     Physical,
     Pinch,
     VibrationCalibration,
-    _native,
     fingertip_layout,
-    kernels,
 )
 from firstcontact.models import (
     BEFORE,
@@ -56,7 +56,14 @@ from firstcontact.models import (
     svm_machine,
 )
 from firstcontact.signal import contact_windows, samples_in
-from firstcontact.streaming import NetworkPredictor, PinchDone, Pipeline, WindowLadder, twin_model
+from firstcontact.streaming import (
+    NetworkPredictor,
+    PinchDone,
+    Pipeline,
+    Predictor,
+    WindowLadder,
+    twin_model,
+)
 from firstcontact.twin import DeviceFilter, TwinStream
 
 LAYOUT = fingertip_layout()
@@ -133,6 +140,33 @@ def viewer(address: str) -> Iterator[None]:
         reading = threading.Thread(target=lambda: [None for _ in line], daemon=True)
         reading.start()
         yield
+
+
+@contextmanager
+def disturbance() -> Iterator[None]:
+    """Keep each core busy, and stop and continue one more busy process at random."""
+    ended = threading.Event()
+    busy = [sys.executable, "-c", "while True: pass"]
+    processes = [subprocess.Popen(busy) for _ in range((os.cpu_count() or 1) + 1)]
+
+    def stop_and_continue() -> None:
+        rng = np.random.default_rng(0)
+        while not ended.is_set():
+            processes[-1].send_signal(signal.SIGSTOP)
+            time.sleep(0.010)
+            processes[-1].send_signal(signal.SIGCONT)
+            time.sleep(rng.uniform(0.0, 0.1))
+
+    thread = threading.Thread(target=stop_and_continue)
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        thread.join()
+        for process in processes:
+            process.kill()
+            process.wait()
 
 
 @dataclass(frozen=True)
@@ -250,6 +284,7 @@ def main() -> dict[str, float]:
     parser.add_argument("--seed", type=int, default=5, help="random seed of the stream")
     parser.add_argument("--runs", type=int, default=1, help="real-time runs of each kind")
     parser.add_argument("--out", type=Path, help="JSON file for the figures of these runs")
+    parser.add_argument("--disturbed", action="store_true", help="disturb the real-time runs")
     settings = parser.parse_args()
     with tempfile.TemporaryDirectory() as cache:
         os.environ["XDG_CACHE_HOME"] = cache
@@ -258,7 +293,10 @@ def main() -> dict[str, float]:
         detector, model = trained.own_detector, trained.windows[0].model
         assert trained.network is not None
         anytime = trained.network.model
-        network, windows = NetworkPredictor(anytime), WindowLadder(trained.windows)
+        predictors: tuple[Predictor, ...] = (
+            NetworkPredictor(anytime),
+            WindowLadder(trained.windows),
+        )
         assert isinstance(model, SvmModel)
         twin = TwinStream("paper-rig", None, settings.seed)
         data = DeviceFilter().update(twin.read(round(settings.seconds * LAYOUT.rate)))
@@ -268,16 +306,12 @@ def main() -> dict[str, float]:
         )
 
         print(one_answer(anytime, settings.seed))
-        engines = {"NumPy": None, "compiled kernels": kernels()}
-        for engine, size, predictor in itertools.product(
-            engines, (LONG, FRAME), (network, windows)
-        ):
-            _native._compiled = engines[engine]
+        for size, predictor in itertools.product((LONG, FRAME), predictors):
             pipeline = Pipeline(LAYOUT, detector, predictor, calibration, real_time=False)
             spent, pinches = replayed(pipeline, split(data, size))
             figures = pipeline.ledger.summary()
             print(
-                f"{engine}, {predictor.name}, blocks of {size} samples: "
+                f"{predictor.name}, blocks of {size} samples: "
                 f"{settings.seconds / spent:.0f} x real time; block to estimate "
                 f"p50 {1e6 * figures['compute_p50']:.0f} us, "
                 f"p99 {1e6 * figures['compute_p99']:.0f} us, {len(pinches)} pinches"
@@ -288,11 +322,12 @@ def main() -> dict[str, float]:
             f"{naive / figures['compute_p50']:.1f} x as long"
         )
 
-        runs = [
-            real_time(settings.seconds, settings.seed + run, looked_at)
-            for looked_at in (False, True)
-            for run in range(settings.runs)
-        ]
+        with disturbance() if settings.disturbed else nullcontext():
+            runs = [
+                real_time(settings.seconds, settings.seed + run, looked_at)
+                for looked_at in (False, True)
+                for run in range(settings.runs)
+            ]
         for run in runs:
             print(f"{'page and a viewer' if run.viewer else 'no page'}: {run.words}")
         if settings.out is not None:

@@ -15,7 +15,6 @@ from firstcontact.core import Dataset
 from firstcontact.models import (
     CARD,
     WEIGHTS,
-    Touches,
     cut_touches,
     pretrained,
     read_card,
@@ -48,11 +47,6 @@ def only(data: Path, out: Path, selected: Any) -> Path:
     out.mkdir()
     write_dataset(Dataset(tuple(pinches), "synthetic"), out, Header(LAYOUT, "synthetic"))
     return out
-
-
-def labelled_touches(data: Path) -> Touches:
-    dataset = load_dataset(data)
-    return cut_touches(dataset, [p.first for p in dataset.pinches])[0]
 
 
 def test_recordings_make_a_model_that_knows_the_rig(

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from detection_reference import Stream, Stretch
 from numpy.typing import NDArray
-from reference import Stream, Stretch
 
 from firstcontact.chain import Chain, DetectorConstants, DetectorKind, build_image
 from firstcontact.core import (
@@ -66,7 +66,7 @@ def random_stream(seed: int) -> RandomStream:
     """Return a stream of some seconds at a low rate."""
     rng = np.random.default_rng(seed)
     rate = float(rng.choice([400.0, 700.0, 1000.0]))
-    fingers: list[Finger | None] = [Finger.INDEX, Finger.THUMB][: rng.integers(1, 3)]
+    fingers: list[Finger | None] = list(list(Finger)[: rng.integers(1, 3)])
     if rng.random() < 0.2:
         fingers[-1] = None
     taxels = int(rng.integers(0, 3))
@@ -138,7 +138,7 @@ def _blocks(rng: np.random.Generator, layout: Layout, floor: float) -> list[Bloc
     loads = layout.columns(ChannelKind.FORCE)
     phases: list[NDArray[np.float64]] = []
     for _ in range(int(rng.integers(3, 8))):
-        n = int(rng.integers(10, 0.2 * layout.rate))
+        n = int(rng.integers(10, int(0.2 * layout.rate)))
         x = np.zeros((n, layout.width))
         loudness = floor * rng.choice([0.5, 0.9, 1.5, 2.5, 6.0])
         noise = loudness * rng.standard_normal((n, len(columns)))

@@ -106,7 +106,8 @@ class WindowDetector:
         Parameters
         ----------
         quiet
-            Samples of the steady state, in its sigmas, shape (samples, fingers).
+            Samples of the steady state, in its sigmas, shape (samples, fingers). A finger that keeps
+            its earlier steady state has the same new samples, in earlier sigmas.
         """
 
     def judgement(self, rate: float) -> Judgement:

@@ -131,7 +131,8 @@ def quiet_steps(volts: Array, floors: Array) -> list[bool]:
         squares = sliding_window_view((volts**2).mean(axis=1), STEPS, axis=0)
         mean = median(means)[..., None]
         power = median(squares - 2 * mean * means + mean**2)
-        quiet += (power <= (1.4 * floors) ** 2).all(axis=1).tolist()
+        is_quiet = np.all(power <= (1.4 * floors) ** 2, axis=1)
+        quiet += np.asarray(is_quiet).tolist()
     return quiet
 
 
@@ -240,26 +241,26 @@ class Closing:
     def _resettle(self, begin: int) -> None:
         quiet = self.x[begin : begin + self.c.steady]
         mean, sigma = measure(quiet)
-        for k in np.flatnonzero((sigma > 0) & (sigma < 0.9 * self.sigma)):
+        for k in np.flatnonzero((sigma > 0) & (sigma < 0.9 * self.sigma)).tolist():
             self.mean[k], self.sigma[k] = mean[k], sigma[k]
             self.weights[k] = self._weights(quiet, k)
 
-    def _weights(self, quiet: Array, k: int) -> Array | None:
+    def _weights(self, quiet: Array, k: int) -> Array:
         if self.c.kind != DetectorKind.LOGISTIC or not self.sigma[k] > 0:
-            return None
+            return np.zeros(ORDER + 1)
         return prediction((quiet[:, k] - self.mean[k]) / self.sigma[k])
 
     def _judge(self, end: int) -> Iterator[Event]:
         c = self.c
-        alive = np.flatnonzero(self.sigma > 0)
+        alive = np.flatnonzero(self.sigma > 0).tolist()
         z = (self.x[end - c.window : end, alive] - self.mean[alive]) / self.sigma[alive]
-        fired = awake = (np.abs(z[-c.step :]) > c.threshold).any(axis=0)
-        if not awake.any():
+        fired = np.asarray((np.abs(z[-c.step :]) > c.threshold).any(axis=0)).tolist()
+        if not any(fired):
             return
         if c.kind == DetectorKind.LOGISTIC:
             fired = [self._looks_agree(z[:, j], self.weights[k]) for j, k in enumerate(alive)]
         found = sorted(
-            (self.start + end - c.window + onset(z[:, j], c.search), int(k))
+            (self.start + end - c.window + onset(z[:, j], c.search), k)
             for j, k in enumerate(alive)
             if fired[j]
         )
@@ -321,7 +322,7 @@ def smoothed(x: Array, alpha: Array) -> Array:
     """Return smoothed samples. Smoothing restarts after samples that are not finite."""
     out = np.full(x.shape, np.nan)
     state, last = x[0], -2
-    for n in np.flatnonzero(np.isfinite(x).all(axis=1)):
+    for n in np.flatnonzero(np.isfinite(x).all(axis=1)).tolist():
         state = alpha * x[n] + (1 - alpha) * state if n == last + 1 else x[n]
         out[n], last = state, n
     return out

@@ -1,0 +1,112 @@
+"""The chain's closings and contacts are those of the reference, whatever the sizes of blocks."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from detection_reference import Event, run
+from numpy.typing import NDArray
+from random_streams import RandomStream, random_stream
+
+from firstcontact.chain import ChainEvent, DetectorKind, EventKind
+from firstcontact.core import Block
+
+
+def computed(
+    random: RandomStream, sizes: np.random.Generator | None, **options: object
+) -> list[Event]:
+    """Return the chain's events, in whole stretches or in blocks of random sizes."""
+    chain = random.chain(**options)
+    events: list[ChainEvent] = []
+    for block in random.blocks:
+        start = 0
+        while start < len(block.data):
+            stop = len(block.data) if sizes is None else start + int(sizes.integers(1, 40))
+            piece = block.data[start:stop]
+            events += chain.take(Block(piece, block.first_sample + start, block.epoch))
+            start = stop
+    events += chain.finish()
+    return [tuple(event[:6]) for event in events]  # type: ignore[misc]
+
+
+#: Numbers of random streams: the first ones in each run of the tests, all in slow runs.
+FEW = [range(k, k + 1000) for k in range(0, 2000, 1000)]
+MANY = [range(k, k + 10_000) for k in range(0, 100_000, 10_000)]
+
+
+@pytest.mark.parametrize(
+    "seeds", [*FEW, *(pytest.param(seeds, marks=pytest.mark.slow) for seeds in MANY)], ids=str
+)
+def test_events_are_those_of_the_reference(seeds: range) -> None:
+    counts: Counter[int] = Counter()
+    for seed in seeds:
+        random = random_stream(seed)
+        events = computed(random, None)
+        assert events == run(random.stream, random.stretches), seed
+        counts.update(event[0] for event in events)
+    for kind in EventKind.CLOSING_BEGAN, EventKind.CONTACT_FOUND, EventKind.CONTACT_WITHDRAWN:
+        assert counts[kind] > len(seeds) / 20
+
+
+@pytest.mark.parametrize(
+    "seeds",
+    [MANY[0], *(pytest.param(seeds, marks=pytest.mark.slow) for seeds in MANY[1:])],
+    ids=str,
+)
+def test_events_do_not_depend_on_the_sizes_of_blocks(seeds: range) -> None:
+    for seed in seeds:
+        random = random_stream(seed)
+        assert computed(random, None) == computed(random, np.random.default_rng(seed)), seed
+
+
+class Python:
+    """Threshold detector in Python."""
+
+    def __init__(self, step: int, threshold: float) -> None:
+        self.step, self.threshold = step, threshold
+        self.quiet: list[NDArray[np.float64]] = []
+
+    def settled(self, quiet: NDArray[np.float64]) -> None:
+        self.quiet.append(quiet)
+
+    def fires(self, windows: NDArray[np.float64]) -> NDArray[np.bool_]:
+        return np.asarray((np.abs(windows[..., -self.step :]) > self.threshold).any(axis=2))
+
+
+def test_detector_in_python_finds_the_same_contacts() -> None:
+    compared = 0
+    for seed in range(200):
+        random = random_stream(seed)
+        constants = random.stream.constants
+        if constants.kind == DetectorKind.LOGISTIC:
+            continue
+        program = replace(constants, kind=DetectorKind.PROGRAM)
+        detector = Python(constants.step, constants.threshold)
+        same = replace(random, stream=replace(random.stream, constants=program))
+        assert computed(same, None, detector=detector) == computed(random, None)
+        compared += 1
+        for quiet in detector.quiet[:1]:
+            varies = np.ptp(quiet, axis=0) > 0
+            np.testing.assert_allclose(quiet.mean(axis=0), 0.0, atol=1e-9)
+            np.testing.assert_allclose(quiet.std(axis=0), varies, atol=1e-9)
+    assert compared > 50
+
+
+def test_windows_of_a_trace_are_those_of_all_samples() -> None:
+    """A traced chain judges all windows, also after the contacts, and finds the same ones."""
+    for seed in range(100):
+        random = random_stream(seed)
+        random = replace(random, stream=replace(random.stream, after=1000.0))
+        chain = random.chain(is_traced=True)
+        events, rows = [], []
+        for block in random.blocks:
+            events += chain.take(block)
+            rows += chain.windows
+        events += chain.finish()
+        assert [tuple(event[:6]) for event in events] == computed(random, None)
+        onsets = {onset for row in rows for onset in row[1:]}
+        found = {e.sample for e in events if e.kind == EventKind.CONTACT_FOUND}
+        assert found <= onsets

@@ -106,8 +106,8 @@ class WindowDetector:
         Parameters
         ----------
         quiet
-            Samples of the steady state, in its sigmas, shape (samples, fingers). A finger that keeps
-            its earlier steady state has the same new samples, in earlier sigmas.
+            Samples of the steady state, in its sigmas, shape (samples, fingers). The samples of a
+            finger that keeps its earlier steady state are in sigmas of that one.
         """
 
     def judgement(self, rate: float) -> Judgement:

@@ -10,7 +10,7 @@ import json
 from pathlib import Path
 
 from firstcontact import __version__
-from firstcontact.core import fingertip_layout
+from firstcontact.core import ChannelKind, fingertip_layout
 from firstcontact.device import layout_to_send
 
 PAGE = Path(__file__).parent / "core" / "fc_layout.h"
@@ -24,6 +24,12 @@ HEAD = """\
 #define FC_LAYOUT \\
 """
 TAIL = """
+
+/* Volts of a reading are (reading - offset) * scale. */
+#define FC_PIEZO_OFFSET @PIEZO_OFFSET@
+#define FC_PIEZO_SCALE @PIEZO_SCALE@
+#define FC_FORCE_OFFSET @FORCE_OFFSET@
+#define FC_FORCE_SCALE @FORCE_SCALE@
 
 /* board and source are string literals; source is "real", "twin" or "synthetic". */
 #define FC_DESCRIPTOR_TEXT(board, source) \\
@@ -40,7 +46,12 @@ def text() -> str:
     layout = json.dumps(layout_to_send(fingertip_layout()), separators=(",", ":"))
     pieces = layout.replace("},{", "},\n{").replace("],", "],\n").split("\n")
     lines = ['    "' + piece.replace('"', '\\"') + '"' for piece in pieces]
-    return HEAD.replace("@VERSION@", __version__) + " \\\n".join(lines) + TAIL
+    tail = TAIL
+    for name, kind in (("PIEZO", ChannelKind.VIBRATION), ("FORCE", ChannelKind.FORCE)):
+        channel = next(c for c in fingertip_layout().channels if c.kind is kind)
+        tail = tail.replace(f"@{name}_OFFSET@", repr(channel.offset))
+        tail = tail.replace(f"@{name}_SCALE@", repr(channel.scale))
+    return HEAD.replace("@VERSION@", __version__) + " \\\n".join(lines) + tail
 
 
 if __name__ == "__main__":

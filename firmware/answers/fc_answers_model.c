@@ -1,10 +1,6 @@
-#include "fc_exact.h"
 #include "fc_answers_model.h"
 
 #include <string.h>
-
-/* The detector reads this: see fc_detector_sizes.h. */
-const fc_loudness *fc_judge_loaded;
 
 static char *put_text(char *to, const char *text)
 {
@@ -29,12 +25,19 @@ static char *put_number(char *to, uint32_t number)
 static void tell_room(fc_answers *a, const char *fault)
 {
     char *to = put_text(a->room, "{\"format\":");
-    to = put_number(to, FC_IMAGE_FORMAT);
-    to = put_number(put_text(to, ",\"sizes\":"), fc_image_sizes());
+    to = put_number(to, FC_IMAGE_VERSION);
     to = put_number(put_text(to, ",\"room\":"), a->store.keeper->slot_bytes - FC_SLOT_HEAD);
     to = put_text(put_text(put_text(to, ",\"fault\":\""), fault), "\"}");
     a->device->models = a->room;
     a->device->models_bytes = (size_t)(to - a->room);
+}
+
+/* Return NULL, or why this device cannot use the bytes as a model. */
+static const char *read_model(const uint8_t *bytes, uint32_t n, fc_image *image)
+{
+    fc_stream stream;
+    const char *const why = fc_image_read(bytes, n, image);
+    return why != NULL ? why : fc_answers_fits(image, &stream);
 }
 
 static const char *read_kept(fc_answers *a)
@@ -47,15 +50,15 @@ static const char *read_kept(fc_answers *a)
         return "the model is longer than there is room for";
     if (a->board.fast != NULL)
         bytes = memcpy(a->board.fast, bytes, n);
-    return fc_image_read(bytes, n, &a->image);
+    return read_model(bytes, n, &a->image);
 }
 
 const char *fc_answers_load(fc_answers *a)
 {
     const char *const why = read_kept(a);
     a->ready = why == NULL || (fc_store_fall_back(&a->store) && read_kept(a) == NULL);
-    a->begun = false;
-    fc_judge_loaded = &a->image.judge;
+    if (a->ready)
+        fc_answers_start(a);
     a->device->answers = a->ready ? a->image.text : NULL;
     a->device->answers_bytes = a->image.text_bytes;
     tell_room(a, why == NULL ? "" : why);
@@ -67,15 +70,13 @@ uint8_t fc_answers_hear(void *own, const fc_frame *frame, uint32_t *next, const 
     fc_answers *const a = own;
     fc_store *const s = &a->store;
     const char *fault = "a frame about a model is too short";
-    if (frame->type == FC_MODEL_BEGIN && frame->n == 16) {
+    if (frame->type == FC_MODEL_BEGIN && frame->n >= 4) {
         s->taking = s->kept = false; /* also if this one is refused below */
-        if (fc_get_u32(frame->payload) != FC_IMAGE_FORMAT)
+        if (fc_get_u32(frame->payload) != FC_IMAGE_VERSION)
             fault = "the model has another format than this firmware reads";
-        else if (fc_get_u32(frame->payload + 4) != fc_image_sizes())
-            fault = "the model is for kernels of other sizes than this firmware has";
-        else
-            fault = fc_store_begin(s, fc_get_u32(frame->payload + 8),
-                                   fc_get_u32(frame->payload + 12));
+        else if (frame->n == 12)
+            fault = fc_store_begin(s, fc_get_u32(frame->payload + 4),
+                                   fc_get_u32(frame->payload + 8));
     } else if (frame->type == FC_MODEL_CHUNK && frame->n > 4) {
         fault = fc_store_chunk(s, fc_get_u32(frame->payload), frame->payload + 4,
                                (uint32_t)frame->n - 4);
@@ -85,7 +86,7 @@ uint8_t fc_answers_hear(void *own, const fc_frame *frame, uint32_t *next, const 
         static fc_image trial;
         const uint8_t *const bytes = fc_store_whole(s, &fault);
         if (bytes != NULL)
-            fault = fc_image_read(bytes, s->length, &trial);
+            fault = read_model(bytes, s->length, &trial);
         if (fault == NULL)
             fault = fc_store_keep(s);
         if (fault == NULL)
@@ -96,4 +97,11 @@ uint8_t fc_answers_hear(void *own, const fc_frame *frame, uint32_t *next, const 
     if (fault != NULL)
         return FC_MODEL_REFUSED;
     return frame->type == FC_MODEL_END ? FC_MODEL_KEPT : FC_MODEL_GOES_ON;
+}
+
+void fc_answers_take_hint(void *own, const fc_frame *frame)
+{
+    if (frame->n == FC_HINT_BYTES)
+        (void)fc_answers_hint(own, fc_get_float(frame->payload), fc_get_float(frame->payload + 4),
+                              fc_get_float(frame->payload + 8));
 }

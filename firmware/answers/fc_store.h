@@ -16,8 +16,7 @@ extern "C" {
 
 enum {
     FC_SLOT_HEAD = 16,
-    /* Size of a slot on every board, 64 sectors. The default form of `export-model --to hand` has at
-       most 239 kB, with a rig for each finger and eight levels. */
+    /* Size of a slot on every board, 64 sectors. */
     FC_SLOT_BYTES = 1 << 18
 };
 

@@ -129,6 +129,10 @@ static void obey(fc_device *d, const fc_frame *frame)
     case FC_MODEL_END:
         take_model(d, frame);
         break;
+    case FC_HINT:
+        if (d->taker != NULL)
+            d->taker->hint(d->taker->own, frame);
+        break;
     default: /* a frame of a later version */
         break;
     }

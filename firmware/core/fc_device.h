@@ -35,12 +35,13 @@ typedef struct {
     uint8_t payload[FC_ESTIMATE_BYTES];
 } fc_telling;
 
-/* Receiver of a model that arrives over the line. hear returns the state to reply, and gives the
-   number of bytes received and the reason for a refusal. */
+/* Receiver of what the device's own predictions need. hear takes a frame about a model. It returns the
+   state to reply, and gives the number of bytes received and the reason for a refusal. */
 typedef struct {
     void *own;
     uint8_t (*hear)(void *own, const fc_frame *frame, uint32_t *next, const char **why);
-} fc_model_taker;
+    void (*hint)(void *own, const fc_frame *frame);
+} fc_taker;
 
 typedef struct {
     /* Written by fc_device_sample. */
@@ -59,7 +60,7 @@ typedef struct {
     size_t answers_bytes;
     const char *models; /* JSON about the models that the device accepts, NULL without room */
     size_t models_bytes;
-    const fc_model_taker *taker; /* NULL if the device accepts no model */
+    const fc_taker *taker; /* NULL if the device accepts no model */
     fc_telling telling[FC_TELLINGS];
     uint32_t tellings, told; /* queued and sent so far */
     uint32_t boot;

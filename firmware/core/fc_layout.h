@@ -23,6 +23,12 @@
     "{\"name\":\"strip_thumb\",\"kind\":\"strip\",\"finger\":1,\"unit\":\"\",\"scale\":1.0,\"offset\":0.0,\"taxel\":null}]," \
     "\"rate\":4936.0,\"smoothing_alpha\":0.5}"
 
+/* Volts of a reading are (reading - offset) * scale. */
+#define FC_PIEZO_OFFSET 16384.0
+#define FC_PIEZO_SCALE 0.0001007080078125
+#define FC_FORCE_OFFSET 0.0
+#define FC_FORCE_SCALE 0.0001007080078125
+
 /* board and source are string literals; source is "real", "twin" or "synthetic". */
 #define FC_DESCRIPTOR_TEXT(board, source) \
     "{\"firmware\":\"firstcontact " FC_FIRMWARE_VERSION " (" board ")\"," \

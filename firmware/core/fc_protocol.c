@@ -22,6 +22,14 @@ uint32_t fc_get_u32(const uint8_t *from)
            | (uint32_t)from[3] << 24;
 }
 
+float fc_get_float(const uint8_t *from)
+{
+    const uint32_t bits = fc_get_u32(from);
+    float value;
+    memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
 size_t fc_frame_encode(uint8_t type, uint32_t counter, uint8_t *body, size_t n, uint8_t *wire)
 {
     const size_t end = FC_FRAME_HEAD + n;

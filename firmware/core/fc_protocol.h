@@ -22,6 +22,7 @@ enum {
     FC_CONTACT_BYTES = 10,
     FC_ESTIMATE_BYTES = 28,
     FC_LATE_BYTES = 8,
+    FC_HINT_BYTES = 12,
     FC_FRAME_HEAD = 5,     /* type and counter */
     FC_FRAME_CRC = 4
 };
@@ -36,17 +37,19 @@ enum {
     FC_ESTIMATE = 0x07,
     FC_MODEL_STATE = 0x08,
     FC_LATE = 0x09,
+    FC_WITHDRAWN = 0x0a,
     FC_HELLO = 0x81,
     FC_START = 0x82,
     FC_STOP = 0x83,
     FC_MARK = 0x84,
     FC_MODEL_BEGIN = 0x86,
     FC_MODEL_CHUNK = 0x87,
-    FC_MODEL_END = 0x88
+    FC_MODEL_END = 0x88,
+    FC_HINT = 0x89
 };
 
-/* Flags of an estimate. */
-enum { FC_REFUSES = 1, FC_STRANGE = 2 };
+/* Flags of an estimate. The reason why there is none is in the bits from FC_REASON_SHIFT on. */
+enum { FC_REFUSES = 1, FC_STRANGE = 2, FC_REASON_SHIFT = 4 };
 /* States of a model transfer. */
 enum { FC_MODEL_GOES_ON = 0, FC_MODEL_KEPT = 1, FC_MODEL_REFUSED = 2 };
 
@@ -56,6 +59,7 @@ enum { FC_MODEL_GOES_ON = 0, FC_MODEL_KEPT = 1, FC_MODEL_REFUSED = 2 };
 void fc_put_u16(uint8_t *to, uint16_t value);
 void fc_put_u32(uint8_t *to, uint32_t value);
 uint32_t fc_get_u32(const uint8_t *from);
+float fc_get_float(const uint8_t *from);
 
 /* Encode a frame whose payload of n bytes is at body + FC_FRAME_HEAD. Write type, counter and CRC
    around it, where body has room for them. Write the stuffed frame with its zero into wire, which

@@ -6,6 +6,7 @@ import atexit
 import hashlib
 import os
 import shutil
+import struct
 import subprocess
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -37,16 +38,37 @@ ANSWER = np.dtype(
      ("instructions", "u4"), ("spare", "u4")]
 )  # fmt: skip
 
-#: Record of closings.c for each closing.
-FOUND = np.dtype(
-    [("found", "i4"), ("contact", [("channel", "i4"), ("sample", "u4"), ("known", "u4")], 2),
-     ("dearest", "u4"), ("whole", "u4"), ("steady", "u4"), ("around", "u4")]
+#: Record of streams.c for each event, and for each stream.
+EVENT = np.dtype(
+    [("kind", "i4"), ("reason", "i4"), ("flags", "i4"), ("channel", "i4"), ("sample", "i8"),
+     ("known", "i8"), ("samples", "i4"), ("value", "f4"), ("low", "f4"), ("high", "f4"),
+     ("half_width", "f4"), ("spread", "f4"), ("instructions", "u4"), ("unused", "u4")]
 )  # fmt: skip
-#: Record of touches.c for each contact and moment.
-RUNNING = np.dtype(
-    [("value", "f8"), ("spread", "f8"), ("low", "f8"), ("high", "f8"), ("samples", "i4"),
-     ("status", "i4"), ("strange", "i4"), ("instructions", "u4")]
-)  # fmt: skip
+_STREAM = struct.Struct("<iiiiddd ddd")
+_PIECE = struct.Struct("<qii")
+
+
+@dataclass(frozen=True)
+class Stream:
+    """Stream of samples for the chain.
+
+    Parameters
+    ----------
+    pieces
+        First sample, epoch and samples of each piece. Samples are in volts and have shape
+        (n, 2 + taxels), float32.
+    floors
+        Noise of both fingers at rest, V; None if it is unknown.
+    alpha
+        Coefficient of the exponential smoothing; 1 for none.
+    hints
+        Speed (m/s), its relative error and the radius (m), known with each first contact.
+    """
+
+    pieces: Sequence[tuple[int, int, NDArray[np.float32]]]
+    floors: tuple[float, float] | None
+    alpha: float = 1.0
+    hints: tuple[float, float, float] = (0.0, 0.0, float("nan"))
 
 
 @dataclass(frozen=True)
@@ -186,24 +208,28 @@ def same(native: NDArray[np.void], m7: NDArray[np.void]) -> bool:
     return plain[0].tobytes() == plain[1].tobytes()
 
 
-def closings(volts: Sequence[NDArray[np.float64]]) -> bytes:
-    """Return closings, each of shape (samples, channels), as input for closings.c."""
-    return b"".join(np.uint32(len(v)).tobytes() + v.tobytes() for v in volts)
+def streams(image: bytes, each: Sequence[Stream]) -> bytes:
+    """Return an image and streams as input for streams.c."""
+    parts = [np.uint32(len(image)).tobytes(), image]
+    for s in each:
+        taxels = s.pieces[0][2].shape[1] - 2
+        floors = s.floors or (0.0, 0.0)
+        has_floors = s.floors is not None
+        parts.append(
+            _STREAM.pack(len(s.pieces), 2, taxels, has_floors, *floors, s.alpha, *s.hints)
+        )
+        last = None
+        for first, epoch, data in s.pieces:
+            parts += [_PIECE.pack(first, len(data), epoch != last), data.tobytes()]
+            last = epoch
+    return b"".join(parts)
 
 
-def contacts(raw: bytes) -> list[list[tuple[int, int, int]]]:
-    """Return the contacts of each closing: channel, sample, and sample when it was decided."""
-    records = np.frombuffer(raw, FOUND)
-    return [[tuple(map(int, c)) for c in r["contact"][: r["found"]]] for r in records]
+def events(raw: bytes) -> list[NDArray[np.void]]:
+    """Return the records of streams.c for each stream. The last record holds instructions.
 
-
-def touches(
-    signals: NDArray[np.float32],
-    valid: NDArray[np.intp],
-    fingers: NDArray[np.intp],
-    moments: Sequence[int],
-) -> bytes:
-    """Return contacts as input for touches.c."""
-    head = np.array([len(moments), *moments], np.int32).tobytes()
-    each = zip(signals, valid, fingers, strict=True)
-    return head + b"".join(np.array([f, n], np.int32).tobytes() + s.tobytes() for s, n, f in each)
+    There, ``samples`` is the number of samples, ``sample`` the instructions of all, and ``known``
+    those of the costliest.
+    """
+    records = np.frombuffer(raw, EVENT)
+    return np.split(records, np.flatnonzero(records["kind"] == 0)[:-1] + 1)

@@ -49,7 +49,7 @@ static uint32_t clock_ns() {
 
 // No Serial.begin(): USB runs already, and begin() would wait for a computer.
 void setup() {
-  static const fc_board board = {clock_ns, model, sizeof model, on_contact, on_answer};
+  static const fc_board board = {clock_ns, model, sizeof model, on_event};
   begin_own_hand();
   fc_device_init(&device, descriptor, count_boot(), slots, RING);
   if (const fc_keeper *const keeper = model_flash()) {

@@ -9,11 +9,14 @@
 // Called once, before the first sample.
 void begin_own_hand();
 
-// Called when a finger touches. contact->channel is 0 for the index finger, 1 for the thumb. first is
-// true for the first contact of a closing.
-void on_contact(const fc_contact *contact, bool first);
-
-// Called with each estimate: answer->value with its interval from answer->low to answer->high, in
-// Shore A. answer->flags has FC_REFUSES if the signal cannot be used and there is no estimate, and
-// FC_STRANGE if the contact is out of range.
-void on_answer(const fc_told *answer);
+// Called with each event of the chain; fc_chain.h lists the kinds. The most important ones:
+// - FC_CONTACT_FOUND: a finger touches. event->channel is 0 for the index finger, 1 for the thumb.
+//   event->flags has FC_IS_FIRST for the first contact of a closing.
+// - FC_CONTACT_WITHDRAWN: the first contact was none, and neither are its estimates.
+// - FC_ESTIMATED: event->estimate.value with its interval from .low to .high, in Shore A.
+//   event->flags has FC_IS_OUT_OF_RANGE if the contact is out of range, and FC_IS_FINAL for the
+//   estimate that stands once no more follow: it repeats an earlier one.
+// - FC_NOT_ESTIMATED: the signal cannot be used, and there is no estimate.
+//
+// A hand that measures its closing speed passes it to fc_answers_hint, from loop().
+void on_event(const fc_event *event);
